@@ -1,0 +1,21 @@
+"""The one error type that impossible input raises."""
+
+
+class PegOnHoleError(ValueError):
+    """
+    Input that cannot be used: the message says value, unit, allowed range and remedy.
+
+    Attributes
+    ----------
+    exit_code : int
+        What the command line returns: 2 for bad arguments or configuration, 3 for an unusable bag.
+
+    """
+
+    exit_code = 2
+
+
+class BagError(PegOnHoleError):
+    """A bag that cannot be read or lacks what the estimator needs."""
+
+    exit_code = 3

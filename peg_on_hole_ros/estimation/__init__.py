@@ -1,0 +1,1 @@
+"""Extended Kalman filter on the peg's three angles and their rates."""

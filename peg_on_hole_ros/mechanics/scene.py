@@ -1,0 +1,90 @@
+"""What is fixed while a peg is set on a hole: sizes, mass, friction, gravity."""
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from peg_on_hole_ros.errors import PegOnHoleError
+
+
+@dataclass(frozen=True)
+class Scene:
+    """
+    Peg, hole and gravity. Zero for an inertia or a centre height means a solid cylinder's.
+
+    Attributes
+    ----------
+    hole_diameter, peg_diameter, peg_height : float
+        D, d, H [m]; 0 < d < D <= 1, 0 < H <= 10.
+    peg_mass : float
+        m [kg], including what is rigid with the peg below the sensor.
+    friction : float
+        Coulomb coefficient f, 0 <= f <= 2.
+    mass_center_height : float
+        Of the mass centre above the lower end face [m].
+    transverse_inertia, axial_inertia : float
+        Ie, Iz about the mass centre [kg m^2].
+    gravity : tuple of 3 float
+        In hole axes [m/s^2].
+    clearance_stddev : float
+        Standard deviation of D - d [m].
+
+    """
+
+    hole_diameter: float = 0.050
+    peg_diameter: float = 0.0499
+    peg_height: float = 0.070
+    peg_mass: float = 0.5
+    friction: float = 0.2
+    mass_center_height: float = 0.0
+    transverse_inertia: float = 0.0
+    axial_inertia: float = 0.0
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
+    clearance_stddev: float = 0.0
+
+    def __post_init__(self):
+        """Refuse sizes that are no peg and hole, and units slipped by 1000."""
+        _within("hole_diameter", self.hole_diameter, 1e-4, 1.0, "m")
+        _within("peg_diameter", self.peg_diameter, 1e-4, 1.0, "m")
+        _within("peg_height", self.peg_height, 1e-4, 10.0, "m")
+        _within("peg_mass", self.peg_mass, 1e-6, 1e4, "kg")
+        _within("friction", self.friction, 0.0, 2.0, "")
+        _within("clearance_stddev", self.clearance_stddev, 0.0, 0.01, "m")
+        _within("mass_center_height", self.mass_center_height, 0.0, 10.0, "m")
+        _within("transverse_inertia", self.transverse_inertia, 0.0, 1e4, "kg m^2")
+        _within("axial_inertia", self.axial_inertia, 0.0, 1e4, "kg m^2")
+        for component in self.gravity:
+            _within("gravity", component, -100.0, 100.0, "m/s^2")
+        if self.peg_diameter >= self.hole_diameter:
+            raise PegOnHoleError(
+                f"peg_diameter = {self.peg_diameter:g} m is not below hole_diameter = "
+                f"{self.hole_diameter:g} m: a peg rests on three points of a rim only if it is "
+                "thinner than the hole; check whether the two are exchanged"
+            )
+        if not self.mass_center_height:
+            object.__setattr__(self, "mass_center_height", self.peg_height / 2)
+        radius2 = (self.peg_diameter / 2) ** 2
+        if not self.transverse_inertia:
+            solid = self.peg_mass * (3 * radius2 + self.peg_height**2) / 12
+            object.__setattr__(self, "transverse_inertia", solid)
+        if not self.axial_inertia:
+            object.__setattr__(self, "axial_inertia", self.peg_mass * radius2 / 2)
+
+    @property
+    def gamma0(self) -> float:
+        """Tilt at which B1 and B2 merge and three-point contact ends, acos(d/D) [rad]."""
+        d, D = self.peg_diameter, self.hole_diameter
+        # acos(d/D) loses half the digits near 1; this form keeps them.
+        return 2 * float(np.arcsin(np.sqrt((D - d) / (2 * D))))
+
+
+def _within(name, value, low, high, unit):
+    unit = f" {unit}" if unit else ""
+    if not isinstance(value, (int, float)) or not isfinite(value) or not low <= value <= high:
+        remedy = ""
+        if isinstance(value, (int, float)) and isfinite(value) and low <= value / 1000 <= high:
+            remedy = f"; {value / 1000:g}{unit} would be: the units look slipped by 1000"
+        raise PegOnHoleError(
+            f"{name} = {value}{unit} is not within {low:g} to {high:g}{unit}{remedy}"
+        )

@@ -1,0 +1,82 @@
+"""Settings of the pipeline's parts, as plain frozen records; `configuration` checks and fills them."""
+
+from dataclasses import dataclass, field
+
+from peg_on_hole_ros.mechanics.scene import Scene
+
+
+@dataclass(frozen=True)
+class WrenchInput:
+    """How a wrench message becomes the wrench on the peg at its mass centre."""
+
+    acts_on: str = "peg"
+    sensor_xyz: tuple[float, float, float] = (0.0, 0.0, 0.070)
+    sensor_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force_stddev: float = 0.2
+    torque_stddev: float = 0.005
+    payload_mass: float = 0.0
+    payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class JointInput:
+    """How a joint-state message becomes an orientation of the peg in the hole."""
+
+    source: str = "peg"
+    names: tuple[str, ...] = ("gamma", "psi", "phi")
+    position_stddev: float = 1.0e-4
+    urdf: str = ""
+    tip_frame: str = ""
+    peg_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    peg_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hole_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hole_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class FilterOptions:
+    """Numerics and trust of the extended Kalman filter."""
+
+    slip_velocity_scale: float = 5.0e-5
+    max_step: float = 0.02
+    max_gap: float = 0.1
+    initial_rate_stddev: float = 1.0
+    free_acceleration_stddev: float = 20.0
+    inflation_threshold: float = 14.0
+    gate_threshold: float = 50.0
+    gate_reset_count: int = 25
+
+
+@dataclass(frozen=True)
+class MonitorOptions:
+    """When the monitor speaks, and what it holds against the estimate."""
+
+    contact_force_threshold: float = 1.0
+    mode_dwell: float = 0.02
+    transition_probability_on: float = 0.9
+    transition_probability_off: float = 0.5
+    jamming_warn: float = 0.7
+    jamming_error: float = 0.95
+    alarm_hysteresis: float = 0.1
+    max_normal: tuple[float, float, float] = (500.0, 500.0, 500.0)
+    singular_band: float = 0.05
+
+
+@dataclass(frozen=True)
+class Topics:
+    """Names of the topics that are read."""
+
+    wrench: str = "/wrench"
+    joint_states: str = "/joint_states"
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Everything that the pipeline is built from; the same for node and replay."""
+
+    scene: Scene = field(default_factory=Scene)
+    wrench: WrenchInput = field(default_factory=WrenchInput)
+    joints: JointInput = field(default_factory=JointInput)
+    filter: FilterOptions = field(default_factory=FilterOptions)
+    monitor: MonitorOptions = field(default_factory=MonitorOptions)
+    topics: Topics = field(default_factory=Topics)

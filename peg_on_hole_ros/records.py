@@ -1,0 +1,145 @@
+"""Records that travel from message to estimator and from monitor to message."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+ANGLES = ("gamma", "psi", "phi")
+CONTACTS = ("K", "B1", "B2")
+
+
+class WrenchSample(NamedTuple):
+    """
+    One wrench message as it was received.
+
+    Attributes
+    ----------
+    t_ns : int
+        Stamp of the message [ns].
+    force, torque : tuple of 3 float
+        At the sensor origin, in sensor axes [N], [N m]; sign as the source has it.
+
+    """
+
+    t_ns: int
+    force: tuple[float, float, float]
+    torque: tuple[float, float, float]
+
+
+class JointSample(NamedTuple):
+    """
+    One joint-state message as it was received.
+
+    Attributes
+    ----------
+    t_ns : int
+        Stamp of the message [ns].
+    names : tuple of str
+        In the order of the message.
+    position : tuple of float
+        One for each name [rad or m].
+
+    """
+
+    t_ns: int
+    names: tuple[str, ...]
+    position: tuple[float, ...]
+
+
+class AngleMeasurement(NamedTuple):
+    """
+    Orientation of the peg in the hole, mapped to the paper's angles.
+
+    Attributes
+    ----------
+    t_ns : int
+        Stamp [ns].
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad].
+    covariance : ndarray, shape (3, 3)
+        Of q [rad^2], mapped from the orientation error by its Jacobian.
+
+    """
+
+    t_ns: int
+    q: np.ndarray
+    covariance: np.ndarray
+
+
+class Alarm(NamedTuple):
+    """
+    One alarm as published.
+
+    Attributes
+    ----------
+    name : str
+        `jamming`, `contact_loss` or `overload`.
+    level : int
+        0 OK, 1 WARN, 2 ERROR (diagnostic_msgs/DiagnosticStatus).
+    message : str
+        What happens and what an operator or a program can do.
+    values : tuple of (str, float)
+        The numbers behind it.
+
+    """
+
+    name: str
+    level: int
+    message: str
+    values: tuple[tuple[str, float], ...]
+
+
+class Outputs(NamedTuple):
+    """
+    Everything that one wrench message gives; all arrays finite.
+
+    Attributes
+    ----------
+    t_ns : int
+        Stamp of the wrench message [ns].
+    state : ndarray, shape (6,)
+        gamma, psi, phi [rad], psi and phi wrapped to (-pi, pi], and their Euler rates [rad/s].
+    state_covariance : ndarray, shape (6, 6)
+    normal, normal_stddev : ndarray, shape (3,)
+        Normal reactions at K, B1, B2 [N].
+    slip_speed, slip_speed_stddev : ndarray, shape (3,)
+        [m/s].
+    closed : ndarray of bool, shape (3,)
+        Whether each contact carries load.
+    contact_force : ndarray, shape (3, 3)
+        Force on the peg at K, B1, B2 (rows), normal and friction, hole axes [N].
+    contact_point : ndarray, shape (3, 3)
+        K, B1, B2 (rows) in the hole frame [m].
+    position : ndarray, shape (3,)
+        Origin of the peg frame in the hole frame [m].
+    rotation : ndarray, shape (3, 3)
+        R_HP, peg axes in hole axes.
+    pose_covariance : ndarray, shape (6, 6)
+        x, y, z, rotation about x, y, z (hole axes).
+    monitor : dict of str to float
+        Named scalars; a value that does not exist is not in it.
+    contact_mode : str
+        `three_point`, `two_point`, `open` or `unknown`.
+    transition : bool
+        True: three-point contact has become two-point contact.
+    alarms : tuple of Alarm
+
+    """
+
+    t_ns: int
+    state: np.ndarray
+    state_covariance: np.ndarray
+    normal: np.ndarray
+    normal_stddev: np.ndarray
+    slip_speed: np.ndarray
+    slip_speed_stddev: np.ndarray
+    closed: np.ndarray
+    contact_force: np.ndarray
+    contact_point: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+    pose_covariance: np.ndarray
+    monitor: dict[str, float]
+    contact_mode: str
+    transition: bool
+    alarms: tuple[Alarm, ...]
