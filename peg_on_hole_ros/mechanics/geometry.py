@@ -1,0 +1,157 @@
+"""Closed-form geometry of three-point contact, from the tilt gamma alone (scalars or arrays)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.scene import Scene
+
+
+class ContactGeometry(NamedTuple):
+    """
+    Lengths of the three-point pose in the frame (h, e, z), each shaped as gamma [m].
+
+    Attributes
+    ----------
+    gamma0, s, c : float, ndarray, ndarray
+        Smallest tilt with three contacts [rad]; sin and cos of gamma.
+    a1, a2 : ndarray
+        Distance of the axes' crossing O from the hole's rim centre and from the peg's end centre.
+    S1, S2, b : ndarray
+        B1 = (S1, -b, 0), B2 = (S1, b, 0); S2 is their eta coordinate in the peg's end face.
+    db : ndarray
+        db/dgamma [m/rad]; it diverges where gamma reaches gamma0.
+    h_c, z_c : ndarray
+        Mass centre.
+    dh_c, dz_c, ddh_c, ddz_c : ndarray
+        First and second derivatives by gamma [m/rad], [m/rad^2].
+
+    """
+
+    gamma0: float
+    s: np.ndarray
+    c: np.ndarray
+    a1: np.ndarray
+    a2: np.ndarray
+    S1: np.ndarray
+    S2: np.ndarray
+    b: np.ndarray
+    db: np.ndarray
+    h_c: np.ndarray
+    z_c: np.ndarray
+    dh_c: np.ndarray
+    dz_c: np.ndarray
+    ddh_c: np.ndarray
+    ddz_c: np.ndarray
+
+
+def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
+    """
+    Return the geometry of three-point contact at a tilt.
+
+    Parameters
+    ----------
+    scene : Scene
+    gamma : float or ndarray
+        Angle between the axes [rad], gamma0 < gamma < pi/2 (complex values pass unchecked, for
+        derivatives by a complex step).
+
+    Returns
+    -------
+    ContactGeometry
+
+    Raises
+    ------
+    PegOnHoleError
+        Where a tilt has no three-point contact.
+
+    Notes
+    -----
+    d - D cos(gamma) vanishes at gamma0; written as a product of sines it keeps its digits there.
+    With it a1, and b = 2 sqrt(c a1 a2) / s, S1 = D/2 - 2 c a1/s, S2 = d/2 - 2 a1/s follow without
+    cancellation.
+
+    Source: eq. (3) of the paper and docs/notation.md.
+
+    """
+    gamma0 = scene.gamma0
+    if not np.iscomplexobj(gamma):
+        _check_tilt(gamma, gamma0)
+    d, D, H_c = scene.peg_diameter, scene.hole_diameter, scene.mass_center_height
+    s, c = np.sin(gamma), np.cos(gamma)
+    a1 = D * np.sin((gamma + gamma0) / 2) * np.sin((gamma - gamma0) / 2) / s
+    a2 = ((D - d) + 2 * d * np.sin(gamma / 2) ** 2) / (2 * s)
+    S1 = D / 2 - 2 * c * a1 / s
+    S2 = d / 2 - 2 * a1 / s
+    b = 2 * np.sqrt(c * a1 * a2) / s
+    db = 2 * S1 * S2 / (s * b)
+    h_c = -(H_c - a2) * s
+    z_c = (H_c - a2) * c + a1
+    dh_c = 2 * a1 - z_c
+    dz_c = h_c + S1
+    ddh_c = 2 * a2 / s - dz_c
+    ddz_c = dh_c - 2 * S2 / s
+    return ContactGeometry(
+        gamma0, s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
+    )
+
+
+def _check_tilt(gamma, gamma0):
+    gamma = np.asarray(gamma)
+    # Written so that a NaN fails it.
+    if np.all((gamma > gamma0) & (gamma < np.pi / 2)):
+        return
+    bad = gamma[~((gamma > gamma0) & (gamma < np.pi / 2))].flat[0]
+    raise PegOnHoleError(
+        f"gamma = {bad:g} rad has no three-point contact: it must lie within "
+        f"{gamma0:.9g} rad (gamma0 = acos(d/D)) and 1.5708 rad (pi/2); below gamma0 the contact "
+        "is two-point, and a tilt in degrees must be converted"
+    )
+
+
+def contact_points(g: ContactGeometry, hole_diameter: float) -> np.ndarray:
+    """Return K, B1, B2 in (h, e, z) as rows, shape (3, 3) [m]."""
+    return np.array([[-hole_diameter / 2, 0, 0], [g.S1, -g.b, 0], [g.S1, g.b, 0]])
+
+
+def normals(g: ContactGeometry) -> np.ndarray:
+    """
+    Return the unit normals on the peg at K, B1, B2 in (h, e, z) as rows, shape (3, 3).
+
+    At K along eta, square to the peg's side; at B1, B2 towards O, where the axes meet.
+
+    Source: eqs. (8), (9).
+
+    """
+    to_O = np.array([[-g.S1, g.b, g.a1], [-g.S1, -g.b, g.a1]])
+    n_B1, n_B2 = to_O / np.sqrt(g.S1**2 + g.b**2 + g.a1**2)
+    return np.array([[g.c, 0 * g.c, g.s], n_B1, n_B2])
+
+
+def velocity_jacobians(g: ContactGeometry, d: float, D: float) -> np.ndarray:
+    """
+    Return dv_i/d(gamma', psi', phi') of the peg's material points at K, B1, B2 in (h, e, z).
+
+    Parameters
+    ----------
+    g : ContactGeometry
+    d, D : float
+        Peg and hole diameter [m].
+
+    Returns
+    -------
+    ndarray, shape (3, 3, 3)
+        [contact, component (h, e, z), rate] [m/rad].
+
+    Source: eqs. (10)-(21), corrected: symmetric at B1 and B2, gamma' = +dgamma/dt throughout.
+
+    """
+    zero = 0 * g.s
+    v_K = [[2 * g.a1, zero, zero], [zero, zero - D / 2, zero - d / 2]]
+    v_K.append([-2 * g.a1 * g.c / g.s, zero, zero])
+    v_B = [
+        [[2 * g.a1, b, b * g.c], [zero, g.S1, g.S2], [2 * g.S1, zero, b * g.s]]
+        for b in (g.b, -g.b)
+    ]
+    return np.array([v_K, *v_B])
