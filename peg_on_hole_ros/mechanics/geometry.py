@@ -66,12 +66,6 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
     PegOnHoleError
         Where a tilt has no three-point contact.
 
-    Notes
-    -----
-    d - D cos(gamma) vanishes at gamma0; written as a product of sines it keeps its digits there.
-    With it a1, and b = 2 sqrt(c a1 a2) / s, S1 = D/2 - 2 c a1/s, S2 = d/2 - 2 a1/s follow without
-    cancellation.
-
     Source: eq. (3) of the paper and docs/notation.md.
 
     """
@@ -79,6 +73,20 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
     if not np.iscomplexobj(gamma):
         _check_tilt(gamma, gamma0)
     d, D, H_c = scene.peg_diameter, scene.hole_diameter, scene.mass_center_height
+    return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma))
+
+
+def closed_forms(d, D, H_c, gamma0, gamma):
+    """
+    Return the fields of `ContactGeometry` after gamma0; unchecked, and compiled by the kernel.
+
+    Notes
+    -----
+    d - D cos(gamma) vanishes at gamma0; written as a product of sines it keeps its digits there.
+    With it a1, and b = 2 sqrt(c a1 a2) / s, S1 = D/2 - 2 c a1/s, S2 = d/2 - 2 a1/s follow without
+    cancellation.
+
+    """
     s, c = np.sin(gamma), np.cos(gamma)
     a1 = D * np.sin((gamma + gamma0) / 2) * np.sin((gamma - gamma0) / 2) / s
     a2 = ((D - d) + 2 * d * np.sin(gamma / 2) ** 2) / (2 * s)
@@ -92,9 +100,7 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
     dz_c = h_c + S1
     ddh_c = 2 * a2 / s - dz_c
     ddz_c = dh_c - 2 * S2 / s
-    return ContactGeometry(
-        gamma0, s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
-    )
+    return s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
 
 
 def _check_tilt(gamma, gamma0):

@@ -1,0 +1,278 @@
+"""The six equations compiled: accelerations, reactions and their derivatives as scalar code."""
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from peg_on_hole_ros.mechanics import generated, geometry
+from peg_on_hole_ros.mechanics.scene import Scene
+
+# error_model="numpy": below gamma0 the equations give NaN, which the step rejects, not an exception.
+compiled = njit(cache=True, error_model="numpy")
+_closed_forms = compiled(geometry.closed_forms)
+_equations = compiled(generated.equations)
+_derivatives = compiled(generated.derivatives)
+
+# Columns of the derivatives: the state, then the wrench in peg axes.
+STATE, WRENCH = slice(0, 6), slice(6, 12)
+
+
+class SceneScalars(NamedTuple):
+    """A scene as floats, in the paper's letters; see `Scene` for units."""
+
+    d: float
+    D: float
+    H_c: float
+    gamma0: float
+    m: float
+    Ie: float
+    Iz: float
+    f: float
+    g_x: float
+    g_y: float
+    g_z: float
+    scale: float
+
+
+def scene_scalars(scene: Scene, slip_velocity_scale: float) -> SceneScalars:
+    """Return the scene for the kernel, with the velocity scale of friction [m/s]."""
+    return SceneScalars(
+        scene.peg_diameter,
+        scene.hole_diameter,
+        scene.mass_center_height,
+        scene.gamma0,
+        scene.peg_mass,
+        scene.transverse_inertia,
+        scene.axial_inertia,
+        scene.friction,
+        *(float(component) for component in scene.gravity),
+        float(slip_velocity_scale),
+    )
+
+
+def workspace() -> np.ndarray:
+    """Return the scratch memory that every call of the kernel needs."""
+    return np.zeros(128)
+
+
+# Places in the scratch memory, so that the hot path allocates nothing.
+_G, _W, _R = 0, 9, 18
+_SLOPES = 24
+_INVERSE = 48
+_WEIGHTS = 57
+_RHS = 66
+_ANSWER = 72
+_ROTATION = 78
+
+
+@compiled
+def _eliminate(p, geo, work):
+    """
+    Factor the six equations: invert the 3x3 matrix of the reactions.
+
+    Returns the determinant over its frictionless value.
+    """
+    s, h_c, dh_c, dz_c = geo[0], geo[8], geo[10], geo[11]
+    inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
+    inertia_psi = p.m * h_c * h_c + p.Ie * s * s
+    along_h = p.m * dh_c / inertia_gamma
+    along_e = p.m * h_c / inertia_psi
+    along_z = p.m * dz_c / inertia_gamma
+    for i in range(3):
+        G_gamma = work[_G + i]
+        G_psi = work[_G + 3 + i] - geo[1] * work[_G + 6 + i]
+        work[_WEIGHTS + i] = work[_W + i] - along_h * G_gamma
+        work[_WEIGHTS + 3 + i] = work[_W + 3 + i] - along_e * G_psi
+        work[_WEIGHTS + 6 + i] = work[_W + 6 + i] - along_z * G_gamma
+    k00, k01, k02 = work[_WEIGHTS], work[_WEIGHTS + 1], work[_WEIGHTS + 2]
+    k10, k11, k12 = work[_WEIGHTS + 3], work[_WEIGHTS + 4], work[_WEIGHTS + 5]
+    k20, k21, k22 = work[_WEIGHTS + 6], work[_WEIGHTS + 7], work[_WEIGHTS + 8]
+    c00, c10, c20 = k11 * k22 - k12 * k21, k12 * k20 - k10 * k22, k10 * k21 - k11 * k20
+    determinant = k00 * c00 + k01 * c10 + k02 * c20
+    over = 1.0 / determinant
+    work[_INVERSE] = c00 * over
+    work[_INVERSE + 1] = (k02 * k21 - k01 * k22) * over
+    work[_INVERSE + 2] = (k01 * k12 - k02 * k11) * over
+    work[_INVERSE + 3] = c10 * over
+    work[_INVERSE + 4] = (k00 * k22 - k02 * k20) * over
+    work[_INVERSE + 5] = (k02 * k10 - k00 * k12) * over
+    work[_INVERSE + 6] = c20 * over
+    work[_INVERSE + 7] = (k01 * k20 - k00 * k21) * over
+    work[_INVERSE + 8] = (k00 * k11 - k01 * k10) * over
+    a1, a2, b = geo[2], geo[3], geo[6]
+    frictionless = 2.0 * b * a2 / (0.25 * p.D * p.D + a1 * a1)
+    return determinant / frictionless
+
+
+@compiled
+def _solve(p, geo, work):
+    """Solve the factored six equations for the right side at _RHS into _ANSWER."""
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
+    inertia_psi = p.m * h_c * h_c + p.Ie * s * s
+    r_gamma, r_psi, r_phi = work[_RHS], work[_RHS + 1], work[_RHS + 2]
+    free_gamma = r_gamma / inertia_gamma
+    free_psi = (r_psi - c * r_phi) / inertia_psi
+    k0 = p.m * dh_c * free_gamma - work[_RHS + 3]
+    k1 = p.m * h_c * free_psi - work[_RHS + 4]
+    k2 = p.m * dz_c * free_gamma - work[_RHS + 5]
+    Q_gamma, Q_psi, Q_phi = r_gamma, r_psi, r_phi
+    for i in range(3):
+        row = _INVERSE + 3 * i
+        N = work[row] * k0 + work[row + 1] * k1 + work[row + 2] * k2
+        work[_ANSWER + 3 + i] = N
+        Q_gamma += work[_G + i] * N
+        Q_psi += work[_G + 3 + i] * N
+        Q_phi += work[_G + 6 + i] * N
+    psi = (Q_psi - c * Q_phi) / inertia_psi
+    work[_ANSWER] = Q_gamma / inertia_gamma
+    work[_ANSWER + 1] = psi
+    work[_ANSWER + 2] = Q_phi / p.Iz - c * psi
+
+
+@compiled
+def _wrench_in_hez(p, geo, x, u, work):
+    """Turn the applied wrench to (h, e, z), add gravity; the rotation stays in the workspace."""
+    s, c = geo[0], geo[1]
+    sp, cp = sin(x[2]), cos(x[2])
+    spsi, cpsi = sin(x[1]), cos(x[1])
+    r = _ROTATION
+    work[r], work[r + 1], work[r + 2] = c * cp, -c * sp, -s
+    work[r + 3], work[r + 4], work[r + 5] = sp, cp, 0.0
+    work[r + 6], work[r + 7], work[r + 8] = s * cp, -s * sp, c
+    F_h = work[r] * u[0] + work[r + 1] * u[1] + work[r + 2] * u[2]
+    F_e = work[r + 3] * u[0] + work[r + 4] * u[1]
+    F_z = work[r + 6] * u[0] + work[r + 7] * u[1] + work[r + 8] * u[2]
+    M_h = work[r] * u[3] + work[r + 1] * u[4] + work[r + 2] * u[5]
+    M_e = work[r + 3] * u[3] + work[r + 4] * u[4]
+    M_z = work[r + 6] * u[3] + work[r + 7] * u[4] + work[r + 8] * u[5]
+    g_h = p.m * (cpsi * p.g_x + spsi * p.g_y)
+    g_e = p.m * (cpsi * p.g_y - spsi * p.g_x)
+    return (F_h, F_e, F_z, M_h, M_e, M_z), g_h, g_e, p.m * p.g_z
+
+
+@compiled
+def accelerate(p, x, u, work, y):
+    """
+    Solve the six equations at one state.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    x : ndarray, shape (6,)
+        gamma, psi, phi [rad] and their rates [rad/s].
+    u : ndarray, shape (6,)
+        Applied force and moment about the mass centre, peg axes [N], [N m].
+    work : ndarray
+        From `workspace`.
+    y : ndarray, shape (6,)
+        Filled with gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N]; NaN at gamma <= gamma0.
+
+    Returns
+    -------
+    float
+        Determinant over its frictionless value; see `reference.ContactSolution`.
+
+    """
+    geo = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
+    F_h, F_e, F_z, M_h, M_e, M_z = applied
+    wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
+    rates = (x[3], x[4], x[5])
+    _equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    determinant = _eliminate(p, geo, work)
+    for i in range(6):
+        work[_RHS + i] = work[_R + i]
+    _solve(p, geo, work)
+    for i in range(6):
+        y[i] = work[_ANSWER + i]
+    return determinant
+
+
+@compiled
+def accelerate_with_derivatives(p, x, u, work, y, dy):
+    """
+    Solve the six equations at one state, with exact derivatives.
+
+    Parameters
+    ----------
+    p, x, u, work, y
+        As for `accelerate`.
+    dy : ndarray, shape (6, 12)
+        Filled with dy/d(gamma, psi, phi, gamma', psi', phi') and dy/d(wrench in peg axes).
+
+    Returns
+    -------
+    float
+        As for `accelerate`.
+
+    """
+    geo = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
+    F_h, F_e, F_z, M_h, M_e, M_z = applied
+    wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
+    rates = (x[3], x[4], x[5])
+    _equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    determinant = _eliminate(p, geo, work)
+    for i in range(6):
+        work[_RHS + i] = work[_R + i]
+    _solve(p, geo, work)
+    for i in range(6):
+        y[i] = work[_ANSWER + i]
+    answer = (y[0], y[1], y[2], y[3], y[4], y[5])
+    slopes = work[_SLOPES : _SLOPES + 24]
+    _derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, answer, slopes)
+
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).
+    _wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, work)
+    for i in range(6):
+        work[_RHS + i] -= slopes[4 * i]
+    _store(p, geo, work, dy, 0)
+    # Only gravity depends on psi.
+    _wrench_column(geo, g_e, -g_h, 0.0, 0.0, 0.0, 0.0, work)
+    _store(p, geo, work, dy, 1)
+    # The wrench turns with phi about zeta = (-s, 0, c).
+    _wrench_column(
+        geo,
+        -c * F_e, c * F_h + s * F_z, -s * F_e,
+        -c * M_e, c * M_h + s * M_z, -s * M_e,
+        work,
+    )  # fmt: skip
+    _store(p, geo, work, dy, 2)
+    for j in range(3):
+        for i in range(6):
+            work[_RHS + i] = -slopes[4 * i + 1 + j]
+        _store(p, geo, work, dy, 3 + j)
+    for j in range(3):
+        r_h, r_e, r_z = work[_ROTATION + j], work[_ROTATION + 3 + j], work[_ROTATION + 6 + j]
+        _wrench_column(geo, r_h, r_e, r_z, 0.0, 0.0, 0.0, work)
+        _store(p, geo, work, dy, 6 + j)
+        work[_RHS] = -r_e
+        work[_RHS + 1] = r_z
+        work[_RHS + 2] = c * r_z - s * r_h
+        for i in range(3, 6):
+            work[_RHS + i] = 0.0
+        _store(p, geo, work, dy, 9 + j)
+    return determinant
+
+
+@compiled
+def _wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, work):
+    """Put the six equations' right side for a wrench in (h, e, z) at _RHS."""
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    work[_RHS] = F_h * dh_c + F_z * dz_c - M_e
+    work[_RHS + 1] = F_e * h_c + M_z
+    work[_RHS + 2] = c * M_z - s * M_h
+    work[_RHS + 3] = F_h
+    work[_RHS + 4] = F_e
+    work[_RHS + 5] = F_z
+
+
+@compiled
+def _store(p, geo, work, dy, column):
+    _solve(p, geo, work)
+    for i in range(6):
+        dy[i, column] = work[_ANSWER + i]

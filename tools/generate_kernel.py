@@ -1,0 +1,226 @@
+"""
+Write peg_on_hole_ros/mechanics/generated.py: the six equations and their derivatives as scalar code.
+
+Run it from the root of the checkout; it needs sympy. A test holds its output against the committed
+file, and the compiled result against the numpy model, which is written by hand.
+
+The tilt enters only through the closed forms of the geometry. Each of them is a symbol here, and
+derivatives by gamma follow from the chain rule with their known derivatives: differentiating the
+closed forms themselves would bring back the cancellation that they avoid.
+"""
+
+import sys
+from pathlib import Path
+
+import sympy as sp
+
+TARGET = Path(__file__).parents[1] / "peg_on_hole_ros" / "mechanics" / "generated.py"
+
+m, Ie, Iz, f, d, D, scale = sp.symbols("m Ie Iz f d D scale", positive=True)
+s, c, a1, a2, S1, S2, b, db = sp.symbols("s c a1 a2 S1 S2 b db")
+h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = sp.symbols("h_c z_c dh_c dz_c ddh_c ddz_c")
+dgamma, dpsi, dphi = sp.symbols("dgamma dpsi dphi")
+Fh, Fe, Fz, Mh, Me, Mz = sp.symbols("Fh Fe Fz Mh Me Mz")
+y = sp.symbols("y0:6")
+
+BY_GAMMA = {
+    s: c,
+    c: -s,
+    a1: a2 / s,
+    a2: a1 / s,
+    S1: -2 * S2 / s,
+    S2: -2 * S1 / s,
+    b: db,
+    h_c: dh_c,
+    z_c: dz_c,
+    dh_c: ddh_c,
+    dz_c: ddz_c,
+    ddh_c: 2 * a1 / s**2 - 2 * a2 * c / s**2 - ddz_c,
+    ddz_c: ddh_c + 4 * S1 / s**2 + 2 * S2 * c / s**2,
+}
+
+
+def by_gamma(expression):
+    """Return the total derivative by gamma at constant rates and wrench in (h, e, z)."""
+    return sum(sp.diff(expression, symbol) * rate for symbol, rate in BY_GAMMA.items())
+
+
+JACOBIANS = [
+    sp.Matrix([[2 * a1, 0, 0], [0, -D / 2, -d / 2], [-2 * a1 * c / s, 0, 0]]),
+    sp.Matrix([[2 * a1, b, b * c], [0, S1, S2], [2 * S1, 0, b * s]]),
+    sp.Matrix([[2 * a1, -b, -b * c], [0, S1, S2], [2 * S1, 0, -b * s]]),
+]
+RATES = sp.Matrix([dgamma, dpsi, dphi])
+BY = ("g", "dg", "dp", "df")
+
+
+def column(prefix):
+    """Return three symbols along h, e, z."""
+    return sp.Matrix(sp.symbols(" ".join(f"{prefix}_{axis}" for axis in "hez")))
+
+
+def contact_stage():
+    """
+    Return the named intermediate values of each contact, and their derivatives.
+
+    Friction over the normal reaction, u = -f v w with w = 1/sqrt(v.v + scale^2), is named so that
+    its derivatives are written in it, not in the square root once more.
+    """
+    values, slopes = [], []
+    for i, J in enumerate(JACOBIANS):
+        v, u, w = column(f"v{i}"), column(f"u{i}"), sp.Symbol(f"w{i}")
+        values += list(zip(v, J * RATES, strict=True))
+        values += [(w, 1 / sp.sqrt(v.dot(v) + scale**2))]
+        values += list(zip(u, -f * w * v, strict=True))
+        for j, by in enumerate(BY):
+            dv = by_gamma_matrix(J) * RATES if by == "g" else J[:, j - 1]
+            along = sp.Symbol(f"along{i}_{by}")
+            slopes += [(along, w * w * v.dot(dv))]
+            slopes += list(zip(column(f"u{i}_{by}"), -f * w * dv - along * u, strict=True))
+    OB = sp.Symbol("OB")
+    values += [(OB, sp.sqrt(D**2 / 4 + a1**2))]
+    return values, slopes
+
+
+def by_gamma_matrix(matrix):
+    """Return the total derivative by gamma of each element."""
+    return matrix.applyfunc(by_gamma)
+
+
+def normals():
+    """Return the unit normals at K, B1, B2 and their derivatives by gamma, with OB as a symbol."""
+    OB = sp.Symbol("OB")
+    to_O = [sp.Matrix([-S1, b, a1]), sp.Matrix([-S1, -b, a1])]
+    n = [sp.Matrix([c, 0, s])] + [r / OB for r in to_O]
+    dOB = a1 * BY_GAMMA[a1] / OB
+    dn = [by_gamma_matrix(n[0])] + [by_gamma_matrix(r) / OB - r * dOB / OB**2 for r in to_O]
+    return n, dn
+
+
+def motion_terms():
+    """Return the mass matrix times y, and the rest of the six equations without reactions."""
+    coupling = m * h_c * dh_c + (Ie - Iz) * s * c
+    inertia = sp.Matrix(
+        [
+            (m * (dh_c**2 + dz_c**2) + Ie) * y[0],
+            (m * h_c**2 + Ie * s**2 + Iz * c**2) * y[1] + Iz * c * y[2],
+            Iz * c * y[1] + Iz * y[2],
+            m * dh_c * y[0],
+            m * h_c * y[1],
+            m * dz_c * y[0],
+        ]
+    )
+    velocity_terms = sp.Matrix(
+        [
+            m * (dh_c * ddh_c + dz_c * ddz_c) * dgamma**2
+            - coupling * dpsi**2 + Iz * s * dpsi * dphi,
+            2 * coupling * dgamma * dpsi - Iz * s * dgamma * dphi,
+            -Iz * s * dgamma * dpsi,
+            m * (ddh_c * dgamma**2 - h_c * dpsi**2),
+            2 * m * dh_c * dgamma * dpsi,
+            m * ddz_c * dgamma**2,
+        ]
+    )
+    wrench = sp.Matrix(
+        [Fh * dh_c + Fz * dz_c - Me, Fe * h_c + Mz, -s * Mh + c * Mz, Fh, Fe, Fz]
+    )
+    return inertia, wrench - velocity_terms
+
+
+def value_outputs():
+    """Return G (rows gamma, psi, phi), W (rows h, e, z), both by K, B1, B2, and r."""
+    n, _ = normals()
+    u = [column(f"u{i}") for i in range(3)]
+    G = sp.Matrix.hstack(*(J.T * u_i for J, u_i in zip(JACOBIANS, u, strict=True)))
+    W = sp.Matrix.hstack(*(n_i + u_i for n_i, u_i in zip(n, u, strict=True)))
+    _, r = motion_terms()
+    return [*G, *W, *r]
+
+
+def slope_outputs():
+    """Return each residual, left side minus right side at given y, by gamma and the rates."""
+    _, dn = normals()
+    inertia, r = motion_terms()
+    columns = []
+    for j, by in enumerate(BY):
+        motion = inertia - r
+        column_by = by_gamma_matrix(motion) if by == "g" else motion.diff(RATES[j - 1])
+        for i, J in enumerate(JACOBIANS):
+            du = column(f"u{i}_{by}")
+            dG, dW = J.T * du, du
+            if by == "g":
+                dG = dG + by_gamma_matrix(J).T * column(f"u{i}")
+                dW = dW + dn[i]
+            column_by = column_by - y[3 + i] * sp.Matrix([*dG, *dW])
+        columns.append(column_by)
+    return [columns[j][i] for i in range(6) for j in range(len(BY))]
+
+
+def scalar_code(stages):
+    """Return assignment lines, stage by stage; common subexpressions are taken out once each."""
+    names, lines = sp.numbered_symbols("t"), []
+    for stage in stages:
+        targets = [str(target) for target, _ in stage]
+        temporaries, reduced = sp.cse([e for _, e in stage], symbols=names)
+        lines += [f"    {target} = {sp.pycode(e)}" for target, e in temporaries]
+        lines += [f"    {t} = {sp.pycode(e)}" for t, e in zip(targets, reduced, strict=True)]
+    return "\n".join(lines).replace("math.sqrt", "sqrt") + "\n"
+
+
+HEADER = '''"""
+The six equations and their derivatives as scalar code; written by tools/generate_kernel.py.
+
+Do not edit: change the script and run it again.
+"""
+
+# ruff: noqa
+from math import sqrt
+
+
+def equations(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, out):
+    """Fill out[0:9] with G, out[9:18] with W (rows of 3: K, B1, B2), out[18:24] with r."""
+'''
+DERIVATIVES = '''
+
+def derivatives(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, y, out):
+    """Fill out[0:24], rows of 4: each residual by gamma, gamma', psi', phi' at given y."""
+'''
+UNPACK = (
+    "    s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry\n"
+    "    dgamma, dpsi, dphi = rates\n"
+    "    Fh, Fe, Fz, Mh, Me, Mz = wrench\n"
+)
+
+
+def staged(values):
+    """Split named intermediates so that no stage uses a name that it defines itself."""
+    stages = []
+    for name, expression in values:
+        defined = {target for target, _ in stages[-1]} if stages else set()
+        if not stages or defined & expression.free_symbols:
+            stages.append([])
+        stages[-1].append((name, expression))
+    return stages
+
+
+def generate() -> str:
+    """Return the text of the generated module."""
+    values, slopes = contact_stage()
+    outputs = [(f"out[{i}]", e) for i, e in enumerate(value_outputs())]
+    derivatives = [(f"out[{i}]", e) for i, e in enumerate(slope_outputs())]
+    return (
+        HEADER
+        + UNPACK
+        + scalar_code([*staged(values), outputs])
+        + DERIVATIVES
+        + UNPACK
+        + "    y0, y1, y2, y3, y4, y5 = y\n"
+        + scalar_code([*staged(values), *staged(slopes), derivatives])
+    )
+
+
+if __name__ == "__main__":
+    text = generate()
+    if "--check" in sys.argv:
+        sys.exit(0 if TARGET.read_text() == text else f"{TARGET} is not what this script writes")
+    TARGET.write_text(text)
