@@ -1,0 +1,217 @@
+"""The contact filter: state, covariance and the wrench that is held, over compiled steps."""
+
+from enum import Enum
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.reactions import fuse_reactions, slip
+from peg_on_hole_ros.estimation.step import CONVERGED
+from peg_on_hole_ros.mechanics.kernel import (
+    accelerate_with_derivatives,
+    scene_scalars,
+    workspace,
+)
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import FilterOptions
+
+
+class Correction(Enum):
+    """What became of an orientation; the values are advice."""
+
+    USED = "used"
+    INFLATED = "used, after the rates' covariance was widened: the motion was not as predicted"
+    GATED = "refused: further from the prediction than both covariances allow"
+    RESET = "restarted from the measurement: refused too often in a row"
+
+
+class Prediction(Enum):
+    """What became of a prediction; the values are advice."""
+
+    CONTACT = "three-point contact dynamics"
+    FREE = "constant rates: no contact model is in force"
+    FAILED = "constant rates: the contact equations gave no step, as at the singular set"
+
+
+class Buffers(NamedTuple):
+    """Scratch memory of the compiled filter; see the functions that use it."""
+
+    x1: np.ndarray
+    y: np.ndarray
+    dy: np.ndarray
+    iteration: np.ndarray
+    slopes: np.ndarray
+    M: np.ndarray
+    saved_x: np.ndarray
+    saved_Z: np.ndarray
+    gain: np.ndarray
+    joseph: np.ndarray
+    work: np.ndarray
+
+
+def buffers() -> Buffers:
+    """Return scratch memory for one filter."""
+    shapes = [6, 6, (6, 12), (3, 3), (3, 12), (6, 12), 6, (12, 12), (12, 3), (12, 12)]
+    return Buffers(*(np.zeros(shape) for shape in shapes), workspace())
+
+
+class Reactions(NamedTuple):
+    """
+    Normal reactions and slip at one estimate.
+
+    Attributes
+    ----------
+    normal : ndarray, shape (3,)
+        N_K, N_B1, N_B2 [N].
+    covariance : ndarray, shape (3, 3)
+        [N^2].
+    slip_speed, slip_variance : ndarray, shape (3,)
+        [m/s], [m^2/s^2].
+    determinant : float
+        Of the six equations over its frictionless value.
+
+    """
+
+    normal: np.ndarray
+    covariance: np.ndarray
+    slip_speed: np.ndarray
+    slip_variance: np.ndarray
+    determinant: float
+
+
+class ContactFilter:
+    """
+    Extended Kalman filter on gamma, psi, phi and their rates.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : FilterOptions
+    wrench_noise : ndarray, shape (6, 6)
+        Covariance of the wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
+
+    Attributes
+    ----------
+    x : ndarray, shape (6,)
+        gamma, psi, phi [rad], unwrapped, and Euler rates [rad/s].
+    Z : ndarray, shape (12, 12)
+        Joint covariance of x and of the wrench that is held.
+    u : ndarray, shape (6,)
+        The wrench that is held, peg axes, about the mass centre [N], [N m].
+    evaluations : int
+        Of the six equations in the last prediction.
+
+    """
+
+    def __init__(self, scene: Scene, options: FilterOptions, wrench_noise):
+        self.scalars = scene_scalars(scene, options.slip_velocity_scale)
+        self.options = options
+        self.wrench_noise = np.array(wrench_noise, float)
+        self.x = np.zeros(6)
+        self.u = np.zeros(6)
+        self.Z = np.zeros((12, 12))
+        self.evaluations = 0
+        self._refused = 0
+        self._buffers = buffers()
+        self._residual = np.zeros(3)
+        self._S = np.zeros((3, 3))
+
+    @property
+    def P(self) -> np.ndarray:
+        """Covariance of the state, a view, shape (6, 6)."""
+        return self.Z[:6, :6]
+
+    def start(self, q, R):
+        """Start from an orientation q [rad] with covariance R, at unknown rates."""
+        self.x[:3], self.x[3:] = q, 0.0
+        self.Z[:] = 0.0
+        self.Z[:3, :3] = R
+        rate_variance = self.options.initial_rate_stddev**2
+        self.Z[range(3, 6), range(3, 6)] = rate_variance
+        self.Z[6:, 6:] = self.wrench_noise
+        self._refused = 0
+
+    def hold(self, u):
+        """Hold a new wrench, with its own noise, from here on."""
+        self.u[:] = u
+        kernel.hold_wrench(self.Z, self.wrench_noise)
+
+    def predict(self, dt: float, in_contact: bool) -> Prediction:
+        """Predict over dt [s], under the contact equations if in_contact."""
+        options = self.options
+        self.evaluations = 0
+        if in_contact:
+            rate_noise = options.contact_rate_noise**2
+            status, self.evaluations = kernel.predict_contact(
+                self.scalars, self.x, self.u, self.Z, dt, options.max_step, rate_noise,
+                self._buffers,
+            )  # fmt: skip
+            if status == CONVERGED:
+                return Prediction.CONTACT
+        kernel.predict_free(self.x, self.Z, dt, options.free_rate_noise**2, self._buffers)
+        return Prediction.FAILED if in_contact else Prediction.FREE
+
+    def correct(self, q, R) -> tuple[Correction, float]:
+        """
+        Correct with an orientation.
+
+        Parameters
+        ----------
+        q : ndarray, shape (3,)
+            gamma, psi, phi [rad]; psi and phi may be off by turns.
+        R : ndarray, shape (3, 3)
+            Covariance [rad^2].
+
+        Returns
+        -------
+        Correction
+        nis : float
+            Normalised innovation squared before any widening, 3 degrees of freedom.
+
+        """
+        options = self.options
+        q = np.array(q, float)
+        q[1:] += 2 * pi * np.round((self.x[1:3] - q[1:]) / (2 * pi))
+        nis = kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
+        result = Correction.USED
+        if not nis <= options.gate_threshold and self._refused < options.gate_reset_count:
+            self._refused += 1
+            return Correction.GATED, nis
+        if self._refused >= options.gate_reset_count:
+            self.start(q, R)
+            return Correction.RESET, nis
+        if nis > options.inflation_threshold:
+            self._widen_rates(nis)
+            kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
+            result = Correction.INFLATED
+        self._refused = 0
+        kernel.correct(self.x, self.u, self.Z, R, self._residual, self._S, self._buffers)
+        return result, nis
+
+    def _widen_rates(self, nis):
+        factor = np.sqrt(nis / 3)
+        self.Z[3:6, :] *= factor
+        self.Z[:, 3:6] *= factor
+
+    def reactions(self, after_step: bool) -> Reactions:
+        """
+        Return reactions and slip at the estimate.
+
+        Parameters
+        ----------
+        after_step : bool
+            The last call was `predict` in contact: the equations are already solved there.
+
+        """
+        b = self._buffers
+        determinant = 0.0
+        determinant = accelerate_with_derivatives(
+            self.scalars, self.x, self.u, b.work, b.y, b.dy
+        )
+        covariance = np.empty((6, 6))
+        fuse_reactions(self.Z, b.y, b.dy, self.options.acceleration_stddev, covariance, b.M)
+        speeds = np.empty((3, 2))
+        slip(self.scalars, self.x, self.Z, speeds)
+        return Reactions(b.y[3:].copy(), covariance[3:, 3:], speeds[:, 0], speeds[:, 1], determinant)

@@ -1,0 +1,195 @@
+"""Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
+
+from math import sqrt
+
+from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
+# the same noise drives the motion and enters the reactions.
+
+
+@compiled
+def hold_wrench(Z, noise):
+    """Start on a new wrench: its noise is independent of the state's error so far."""
+    for i in range(6):
+        for j in range(6):
+            Z[i, 6 + j] = 0.0
+            Z[6 + i, j] = 0.0
+            Z[6 + i, 6 + j] = noise[i, j]
+
+
+@compiled
+def _carry(Z, slopes, h, rate_noise, M):
+    """Carry the joint covariance through one step, given d(rates)/d(state, wrench)."""
+    for i in range(3):
+        for j in range(12):
+            total = 0.0
+            for k in range(12):
+                total += slopes[i, k] * Z[k, j]
+            M[3 + i, j] = total
+    for i in range(3):
+        for j in range(12):
+            M[i, j] = Z[i, j] + h * M[3 + i, j]
+    for i in range(6):
+        for j in range(3):
+            total = 0.0
+            for k in range(12):
+                total += M[i, k] * slopes[j, k]
+            Z[i, 3 + j] = total
+    for i in range(6):
+        for j in range(3):
+            Z[i, j] = M[i, j] + h * Z[i, 3 + j]
+        for j in range(6):
+            Z[i, 6 + j] = M[i, 6 + j]
+            Z[6 + j, i] = M[i, 6 + j]
+    for i in range(3):
+        Z[3 + i, 3 + i] += rate_noise * h
+        # The implicit step moves the angle with the rate at its end, noise included.
+        Z[i, 3 + i] += rate_noise * h * h
+        Z[3 + i, i] += rate_noise * h * h
+        Z[i, i] += rate_noise * h * h * h
+    for i in range(6):
+        for j in range(i):
+            mean = 0.5 * (Z[i, j] + Z[j, i])
+            Z[i, j] = mean
+            Z[j, i] = mean
+
+
+@compiled
+def predict_contact(p, x, u, Z, dt, max_step, rate_noise, buffers):
+    """
+    Predict over dt under three-point contact; halve the step until Newton's method converges.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    x : ndarray, shape (6,)
+        State, changed in place [rad], [rad/s].
+    u : ndarray, shape (6,)
+        Wrench held, peg axes about the mass centre [N], [N m].
+    Z : ndarray, shape (12, 12)
+        Joint covariance of state and wrench noise, changed in place.
+    dt, max_step : float
+        [s].
+    rate_noise : float
+        Spectral density of the random walk added to each rate [rad^2/s^3].
+    buffers : Buffers
+        Scratch; on return y and dy hold accelerations and reactions at the end.
+
+    Returns
+    -------
+    status : int
+        CONVERGED, or FAILED with state and covariance untouched.
+    evaluations : int
+        Of the six equations.
+
+    """
+    saved_x, saved_Z = buffers.saved_x, buffers.saved_Z
+    saved_x[:] = x
+    saved_Z[:] = Z
+    pieces = max(1, int(dt / max_step + 0.999999))
+    evaluations = 0
+    for _ in range(8):
+        h = dt / pieces
+        status = CONVERGED
+        for _ in range(pieces):
+            status, count = implicit_euler(
+                p, x, u, h, buffers.x1, buffers.y, buffers.dy, buffers.iteration,
+                buffers.slopes, buffers.work,
+            )  # fmt: skip
+            evaluations += count
+            if status != CONVERGED:
+                break
+            _carry(Z, buffers.slopes, h, rate_noise, buffers.M)
+            x[:] = buffers.x1
+        if status == CONVERGED:
+            return CONVERGED, evaluations
+        x[:] = saved_x
+        Z[:] = saved_Z
+        pieces *= 2
+    return FAILED, evaluations
+
+
+@compiled
+def predict_free(x, Z, dt, rate_noise, buffers):
+    """Predict over dt at constant rates: no contact model, and the wrench drives nothing."""
+    slopes = buffers.slopes
+    for i in range(3):
+        for j in range(12):
+            slopes[i, j] = 0.0
+        slopes[i, 3 + i] = 1.0
+    for i in range(3):
+        x[i] += dt * x[3 + i]
+    _carry(Z, slopes, dt, rate_noise, buffers.M)
+
+
+@compiled
+def innovation(x, Z, q, R, residual, S):
+    """
+    Fill residual and lower Cholesky factor S of the innovation covariance.
+
+    Returns the normalised innovation squared (3 degrees of freedom).
+    """
+    for i in range(3):
+        residual[i] = q[i] - x[i]
+    for i in range(3):
+        for j in range(i + 1):
+            total = Z[i, j] + R[i, j]
+            for k in range(j):
+                total -= S[i, k] * S[j, k]
+            if i == j:
+                S[i, i] = sqrt(total)
+            else:
+                S[i, j] = total / S[j, j]
+    w0 = residual[0] / S[0, 0]
+    w1 = (residual[1] - S[1, 0] * w0) / S[1, 1]
+    w2 = (residual[2] - S[2, 0] * w0 - S[2, 1] * w1) / S[2, 2]
+    return w0 * w0 + w1 * w1 + w2 * w2
+
+
+@compiled
+def correct(x, u, Z, R, residual, S, buffers):
+    """
+    Correct with an orientation, in Joseph's form on the joint covariance.
+
+    Parameters
+    ----------
+    x, u, Z
+        State, held wrench and their joint covariance, changed in place: an orientation also tells
+        something of the noise in the wrench that led to it.
+    R : ndarray, shape (3, 3)
+        Covariance of the measured angles [rad^2].
+    residual, S
+        From `innovation`.
+    buffers : Buffers
+
+    """
+    gain, M = buffers.gain, buffers.joseph
+    for i in range(12):
+        g0 = Z[i, 0] / S[0, 0]
+        g1 = (Z[i, 1] - S[1, 0] * g0) / S[1, 1]
+        g2 = (Z[i, 2] - S[2, 0] * g0 - S[2, 1] * g1) / S[2, 2]
+        g2 = g2 / S[2, 2]
+        g1 = (g1 - S[2, 1] * g2) / S[1, 1]
+        g0 = (g0 - S[1, 0] * g1 - S[2, 0] * g2) / S[0, 0]
+        gain[i, 0], gain[i, 1], gain[i, 2] = g0, g1, g2
+    for i in range(6):
+        x[i] += gain[i, 0] * residual[0] + gain[i, 1] * residual[1] + gain[i, 2] * residual[2]
+    for i in range(6):
+        k = 6 + i
+        u[i] += gain[k, 0] * residual[0] + gain[k, 1] * residual[1] + gain[k, 2] * residual[2]
+    for i in range(12):
+        for j in range(12):
+            M[i, j] = Z[i, j] - (
+                gain[i, 0] * Z[0, j] + gain[i, 1] * Z[1, j] + gain[i, 2] * Z[2, j]
+            )
+    for i in range(12):
+        k0 = gain[i, 0] * R[0, 0] + gain[i, 1] * R[1, 0] + gain[i, 2] * R[2, 0]
+        k1 = gain[i, 0] * R[0, 1] + gain[i, 1] * R[1, 1] + gain[i, 2] * R[2, 1]
+        k2 = gain[i, 0] * R[0, 2] + gain[i, 1] * R[1, 2] + gain[i, 2] * R[2, 2]
+        for j in range(i + 1):
+            total = M[i, j] + k0 * gain[j, 0] + k1 * gain[j, 1] + k2 * gain[j, 2]
+            total -= M[i, 0] * gain[j, 0] + M[i, 1] * gain[j, 1] + M[i, 2] * gain[j, 2]
+            Z[i, j] = total
+            Z[j, i] = total

@@ -1,0 +1,162 @@
+"""From samples as received to measurements: the wrench on the peg, and its orientation."""
+
+from math import cos, pi, sin
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import JointInput, WrenchInput
+from peg_on_hole_ros.records import AngleMeasurement, JointSample
+
+# Below this the two rotations about the axes are one for every sensor; the floor keeps the
+# covariance of psi and phi finite (sigma / 1e-6 is thousands of turns).
+SMALLEST_SINE = 1e-6
+
+
+def rotation_from_rpy(rpy) -> np.ndarray:
+    """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), from roll, pitch, yaw [rad]."""
+    r, p, y = rpy
+    cr, sr, cp, sp, cy, sy = cos(r), sin(r), cos(p), sin(p), cos(y), sin(y)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def skew(r) -> np.ndarray:
+    """Return the matrix of r x, shape (3, 3)."""
+    return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]], float)
+
+
+class WrenchReduction:
+    """
+    The map from the sensor's wrench to the wrench on the peg at its mass centre, peg axes.
+
+    Steps: sign, tare, sensor axes to peg axes, sensor origin to mass centre, payload's weight.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (6, 6)
+        From force and torque at the sensor, sensor axes, to those at the mass centre, peg axes.
+    covariance : ndarray, shape (6, 6)
+        Of the reduced wrench [N^2, N^2 m, N^2 m^2].
+    tare : ndarray, shape (6,)
+        Subtracted from the sensor's wrench after the sign [N], [N m].
+
+    """
+
+    def __init__(self, options: WrenchInput, scene: Scene):
+        self.sign = -1.0 if options.acts_on == "robot" else 1.0
+        R_PS = rotation_from_rpy(options.sensor_rpy)
+        center_P = np.array([0.0, 0.0, scene.mass_center_height])
+        r_P = np.array(options.sensor_xyz) - center_P
+        self.matrix = np.block([[R_PS, np.zeros((3, 3))], [skew(r_P) @ R_PS, R_PS]])
+        stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
+        self.covariance = self.matrix @ np.diag(np.square(stddev)) @ self.matrix.T
+        self.tare = np.zeros(6)
+        self._payload_mass = options.payload_mass
+        payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
+        self._payload_arm = skew(payload_P - center_P)
+        self._peg_mass = scene.peg_mass
+        self._gravity_H = np.array(scene.gravity)
+
+    def on_peg(self, force, torque, R_HP) -> np.ndarray:
+        """
+        Return the wrench on the peg about its mass centre, peg axes, shape (6,).
+
+        Parameters
+        ----------
+        force, torque : sequence of 3 float
+            As received, sensor axes [N], [N m].
+        R_HP : ndarray, shape (3, 3)
+            Peg axes in hole axes; matters only where there is a payload.
+
+        """
+        measured = np.array([*force, *torque])
+        measured *= self.sign
+        measured -= self.tare
+        wrench = self.matrix @ measured
+        if self._payload_mass:
+            weight_P = self._payload_mass * (R_HP.T @ self._gravity_H)
+            wrench[:3] += weight_P
+            wrench[3:] += self._payload_arm @ weight_P
+        return wrench
+
+    def take_tare(self, force, torque, R_HP) -> np.ndarray:
+        """
+        Take a wrench as that of a peg which hangs free, and return the new tare, shape (6,).
+
+        What stays is the weight of peg and payload: with the reading itself set to zero the model
+        would have the peg fall.
+        """
+        measured = self.sign * np.array([*force, *torque])
+        gravity_P = R_HP.T @ self._gravity_H
+        hanging = np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
+        if self._payload_mass:
+            weight_P = self._payload_mass * gravity_P
+            hanging[:3] -= weight_P
+            hanging[3:] -= self._payload_arm @ weight_P
+        self.tare = measured - np.linalg.solve(self.matrix, hanging)
+        return self.tare
+
+
+def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
+    """
+    Return the covariance of (gamma, psi, phi) for an isotropic error of the orientation.
+
+    Parameters
+    ----------
+    gamma : float
+        [rad].
+    orientation_stddev : float
+        Of the rotation vector between true and measured orientation, each component [rad].
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        [rad^2]; psi and phi grow like 1/sin(gamma), their sum stays.
+
+    Notes
+    -----
+    A rotation by (gamma, psi, phi) errors is J = [eps, z, zeta] times them; J.T J has the cosine
+    of gamma between psi and phi as its only other entry.
+
+    """
+    variance = orientation_stddev**2
+    c = cos(gamma)
+    sine = max(abs(sin(gamma)), SMALLEST_SINE)
+    over = variance / sine**2
+    return np.array([[variance, 0, 0], [0, over, -c * over], [0, -c * over, over]])
+
+
+class PegJoints:
+    """
+    The peg's own joints as orientation: gamma, psi, phi by name, in any order, among others.
+
+    Calling it with a JointSample returns an AngleMeasurement, or a reason why there is none.
+    """
+
+    def __init__(self, options: JointInput):
+        self.names = options.names
+        self.stddev = options.position_stddev
+        self._order: tuple[str, ...] | None = None
+        self._index: list[int] | None = None
+
+    def __call__(self, sample: JointSample) -> AngleMeasurement | str:
+        """Return the measurement, or `missing_joint`, `not_finite` or `out_of_range`."""
+        if sample.names != self._order:
+            self._order = sample.names
+            known = {name: i for i, name in reversed(list(enumerate(sample.names)))}
+            complete = all(name in known for name in self.names)
+            self._index = [known[name] for name in self.names] if complete else None
+        if self._index is None:
+            return "missing_joint"
+        q = np.array([sample.position[i] for i in self._index], float)
+        if not np.all(np.isfinite(q)):
+            return "not_finite"
+        if not abs(q[0]) < pi:
+            return "out_of_range"
+        return AngleMeasurement(sample.t_ns, q, angle_covariance(q[0], self.stddev))

@@ -1,0 +1,97 @@
+"""Normal reactions and slip speeds at an estimate, with their covariance."""
+
+from math import sqrt
+
+from peg_on_hole_ros.mechanics.kernel import _closed_forms, compiled
+
+
+@compiled
+def fuse_reactions(Z, y, dy, acceleration_stddev, covariance, scratch):
+    """
+    Weigh the six equations' answer against how fast a held peg can accelerate.
+
+    Near the singular set the equations trade huge accelerations for huge reactions; force balance
+    with a bounded acceleration does not. As a Bayesian update with accelerations of zero mean and
+    a stated standard deviation the two are one formula, without a switch.
+
+    Parameters
+    ----------
+    Z : ndarray, shape (12, 12)
+        Joint covariance of state and wrench.
+    y, dy : ndarray, shape (6,), (6, 12)
+        Accelerations and reactions of the six equations, and derivatives; y is changed in place.
+    acceleration_stddev : float
+        Of each angle [rad/s^2].
+    covariance : ndarray, shape (6, 6)
+        Filled with that of y after the update.
+    scratch : ndarray, shape (6, 12)
+
+    """
+    for i in range(6):
+        for j in range(12):
+            total = 0.0
+            for k in range(12):
+                total += dy[i, k] * Z[k, j]
+            scratch[i, j] = total
+    for i in range(6):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(12):
+                total += scratch[i, k] * dy[j, k]
+            covariance[i, j] = total
+            covariance[j, i] = total
+    variance = acceleration_stddev * acceleration_stddev
+    # One acceleration at a time: three scalar updates need no matrix inverse.
+    for a in range(3):
+        total = covariance[a, a] + variance
+        residual = -y[a]
+        for i in range(6):
+            scratch[i, 0] = covariance[i, a] / total
+        for i in range(6):
+            y[i] += scratch[i, 0] * residual
+            for j in range(6):
+                scratch[i, 1 + j] = covariance[a, j]
+        for i in range(6):
+            for j in range(6):
+                covariance[i, j] -= scratch[i, 0] * scratch[i, 1 + j]
+
+
+@compiled
+def slip(p, x, Z, contact_speed):
+    """
+    Fill speed and variance of the peg's material points at K, B1, B2.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    x : ndarray, shape (6,)
+    Z : ndarray, shape (12, 12)
+    contact_speed : ndarray, shape (3, 2)
+        Filled with speed [m/s] and variance [m^2/s^2].
+
+    """
+    geo = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
+    for i in range(3):
+        if i == 0:
+            h0, h1, h2 = 2.0 * a1, 0.0, 0.0
+            e1, e2 = -0.5 * p.D, -0.5 * p.d
+            z0, z2 = -2.0 * a1 * c / s, 0.0
+        else:
+            side = b if i == 1 else -b
+            h0, h1, h2 = 2.0 * a1, side, side * c
+            e1, e2 = S1, S2
+            z0, z2 = 2.0 * S1, side * s
+        v_h = h0 * x[3] + h1 * x[4] + h2 * x[5]
+        v_e = e1 * x[4] + e2 * x[5]
+        v_z = z0 * x[3] + z2 * x[5]
+        speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
+        # The rates' covariance through the velocity; the tilt's part is below it by |rate| * 1e-2.
+        over = 1.0 / (speed + 1e-300)
+        d0 = (v_h * h0 + v_z * z0) * over
+        d1 = (v_h * h1 + v_e * e1) * over
+        d2 = (v_h * h2 + v_e * e2 + v_z * z2) * over
+        variance = d0 * d0 * Z[3, 3] + d1 * d1 * Z[4, 4] + d2 * d2 * Z[5, 5]
+        variance += 2.0 * (d0 * d1 * Z[3, 4] + d0 * d2 * Z[3, 5] + d1 * d2 * Z[4, 5])
+        contact_speed[i, 0] = speed
+        contact_speed[i, 1] = variance
