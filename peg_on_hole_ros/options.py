@@ -40,6 +40,7 @@ class FilterOptions:
     slip_velocity_scale: float = 5.0e-5
     max_step: float = 0.02
     max_gap: float = 0.1
+    late_tolerance: float = 0.004
     initial_rate_stddev: float = 1.0
     free_rate_noise: float = 0.3
     contact_rate_noise: float = 0.005

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.reactions import fuse_reactions, slip
+from peg_on_hole_ros.estimation.reactions import contact_forces, fuse_reactions, slip
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
@@ -59,25 +59,22 @@ def buffers() -> Buffers:
 
 class Reactions(NamedTuple):
     """
-    Normal reactions and slip at one estimate.
+    Normal reactions at one estimate.
 
     Attributes
     ----------
-    normal : ndarray, shape (3,)
+    normal, normal_stddev : ndarray, shape (3,)
         N_K, N_B1, N_B2 [N].
     covariance : ndarray, shape (3, 3)
         [N^2].
-    slip_speed, slip_variance : ndarray, shape (3,)
-        [m/s], [m^2/s^2].
     determinant : float
         Of the six equations over its frictionless value.
 
     """
 
     normal: np.ndarray
+    normal_stddev: np.ndarray
     covariance: np.ndarray
-    slip_speed: np.ndarray
-    slip_variance: np.ndarray
     determinant: float
 
 
@@ -195,23 +192,47 @@ class ContactFilter:
         self.Z[3:6, :] *= factor
         self.Z[:, 3:6] *= factor
 
-    def reactions(self, after_step: bool) -> Reactions:
-        """
-        Return reactions and slip at the estimate.
-
-        Parameters
-        ----------
-        after_step : bool
-            The last call was `predict` in contact: the equations are already solved there.
-
-        """
+    def reactions(self) -> "Reactions | None":
+        """Return the reactions of three-point contact; None where the equations have none."""
         b = self._buffers
-        determinant = 0.0
         determinant = accelerate_with_derivatives(
             self.scalars, self.x, self.u, b.work, b.y, b.dy
         )
+        if not (np.isfinite(determinant) and np.isfinite(b.dy).all()):
+            return None
         covariance = np.empty((6, 6))
         fuse_reactions(self.Z, b.y, b.dy, self.options.acceleration_stddev, covariance, b.M)
+        variance = np.diagonal(covariance)[3:]
+        if not np.isfinite(covariance).all():
+            return None
+        # Rounding can leave a variance a little below zero where the equations are near singular.
+        return Reactions(
+            b.y[3:].copy(), np.sqrt(np.maximum(variance, 0.0)), covariance[3:, 3:], determinant
+        )
+
+    def slip_speeds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return speed and standard deviation at K, B1, B2 [m/s]; at gamma0 below it."""
         speeds = np.empty((3, 2))
-        slip(self.scalars, self.x, self.Z, speeds)
-        return Reactions(b.y[3:].copy(), covariance[3:, 3:], speeds[:, 0], speeds[:, 1], determinant)
+        slip(self.scalars, self._on_contacts(), self.Z, speeds)
+        return speeds[:, 0].copy(), np.sqrt(np.maximum(speeds[:, 1], 0.0))
+
+    def contact_forces(self, normal) -> tuple[np.ndarray, np.ndarray]:
+        """Return force on the peg [N] and place [m] of each contact (rows), hole axes."""
+        force, point = np.empty((3, 3)), np.empty((3, 3))
+        contact_forces(
+            self.scalars, self._on_contacts(), normal, self._buffers.work, force, point
+        )
+        return force, point
+
+    def contact_points(self) -> np.ndarray:
+        """Return the places of K, B1, B2 (rows), hole frame [m]."""
+        return self.contact_forces(np.zeros(3))[1]
+
+    def _on_contacts(self) -> np.ndarray:
+        """Return the state with the tilt kept where the closed forms of the geometry exist."""
+        low = self.scalars.gamma0 * (1 + 1e-9)
+        if low <= self.x[0] <= 1.5:
+            return self.x
+        x = self.x.copy()
+        x[0] = min(max(x[0], low), 1.5)
+        return x

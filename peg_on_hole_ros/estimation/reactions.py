@@ -1,8 +1,8 @@
 """Normal reactions and slip speeds at an estimate, with their covariance."""
 
-from math import sqrt
+from math import cos, sin, sqrt
 
-from peg_on_hole_ros.mechanics.kernel import _closed_forms, compiled
+from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, equations
 
 
 @compiled
@@ -70,7 +70,7 @@ def slip(p, x, Z, contact_speed):
         Filled with speed [m/s] and variance [m^2/s^2].
 
     """
-    geo = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
     for i in range(3):
         if i == 0:
@@ -95,3 +95,38 @@ def slip(p, x, Z, contact_speed):
         variance += 2.0 * (d0 * d1 * Z[3, 4] + d0 * d2 * Z[3, 5] + d1 * d2 * Z[4, 5])
         contact_speed[i, 0] = speed
         contact_speed[i, 1] = variance
+
+
+@compiled
+def contact_forces(p, x, normal, work, force, point):
+    """
+    Fill force on the peg (normal and friction) and place of each contact, hole axes.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    x : ndarray, shape (6,)
+    normal : ndarray, shape (3,)
+        N_K, N_B1, N_B2 [N].
+    work : ndarray
+        From `kernel.workspace`.
+    force, point : ndarray, shape (3, 3)
+        Rows K, B1, B2 [N], [m].
+
+    """
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    rates = (x[3], x[4], x[5])
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    s, c = sin(x[1]), cos(x[1])
+    for i in range(3):
+        # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
+        f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
+        force[i, 0] = normal[i] * (c * f_h - s * f_e)
+        force[i, 1] = normal[i] * (s * f_h + c * f_e)
+        force[i, 2] = normal[i] * f_z
+        r_h = -0.5 * p.D if i == 0 else geo[4]
+        r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
+        point[i, 0] = c * r_h - s * r_e
+        point[i, 1] = s * r_h + c * r_e
+        point[i, 2] = 0.0

@@ -11,9 +11,9 @@ from peg_on_hole_ros.mechanics.scene import Scene
 
 # error_model="numpy": below gamma0 the equations give NaN, which the step rejects, not an exception.
 compiled = njit(cache=True, error_model="numpy")
-_closed_forms = compiled(geometry.closed_forms)
-_equations = compiled(generated.equations)
-_derivatives = compiled(generated.derivatives)
+closed_forms = compiled(geometry.closed_forms)
+equations = compiled(generated.equations)
+derivatives = compiled(generated.derivatives)
 
 # Columns of the derivatives: the state, then the wrench in peg axes.
 STATE, WRENCH = slice(0, 6), slice(6, 12)
@@ -176,12 +176,12 @@ def accelerate(p, x, u, work, y):
         Determinant over its frictionless value; see `reference.ContactSolution`.
 
     """
-    geo = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
     F_h, F_e, F_z, M_h, M_e, M_z = applied
     wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
     rates = (x[3], x[4], x[5])
-    _equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
     for i in range(6):
         work[_RHS + i] = work[_R + i]
@@ -209,12 +209,12 @@ def accelerate_with_derivatives(p, x, u, work, y, dy):
         As for `accelerate`.
 
     """
-    geo = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
     F_h, F_e, F_z, M_h, M_e, M_z = applied
     wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
     rates = (x[3], x[4], x[5])
-    _equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
     for i in range(6):
         work[_RHS + i] = work[_R + i]
@@ -223,7 +223,7 @@ def accelerate_with_derivatives(p, x, u, work, y, dy):
         y[i] = work[_ANSWER + i]
     answer = (y[0], y[1], y[2], y[3], y[4], y[5])
     slopes = work[_SLOPES : _SLOPES + 24]
-    _derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, answer, slopes)
+    derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, answer, slopes)
 
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).

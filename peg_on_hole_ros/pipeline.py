@@ -1,0 +1,264 @@
+"""From samples to outputs: the one path that the node and the replay share."""
+
+from collections import Counter, deque
+from math import isfinite, pi, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
+from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.estimation.pose import peg_pose
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.monitoring.alarms import Alarms
+from peg_on_hole_ros.monitoring.jamming import WedgingMargin, jamming_risk
+from peg_on_hole_ros.monitoring.mode import ContactMode, Evidence
+from peg_on_hole_ros.monitoring.transition import (
+    TransitionFlag,
+    gamma0_stddev,
+    time_to_transition,
+    transition_probability,
+)
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import AngleMeasurement, JointSample, Outputs, WrenchSample
+
+# Joint states that wait for the wrench of their time; at 8 kHz these are 60 ms.
+MAX_WAITING = 512
+# A stamp this far behind is a clock that was set back or a bag played again, not a late message.
+CLOCK_JUMP_NS = 1_000_000_000
+TARE_SAMPLES = 100
+NIS_MEMORY = 20
+
+
+class Pipeline:
+    """
+    Samples in, outputs out; time is that of the stamps, and nothing else is read.
+
+    Joint states wait until the wrench of their stamp is there, so that every prediction runs
+    under a wrench that was measured at its end; a late one corrects at once, moved along by the
+    estimated rates.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    orientation : callable or None
+        From a JointSample to an AngleMeasurement, or to the reason why there is none; None reads
+        the peg's own joints.
+
+    Attributes
+    ----------
+    counts : collections.Counter
+        Every message by what became of it.
+    health : dict of str to float
+        State of the filter, for diagnostics.
+
+    """
+
+    def __init__(self, configuration: Configuration, orientation=None):
+        self.configuration = configuration
+        self.scene = configuration.scene
+        self._orientation = orientation or PegJoints(configuration.joints)
+        self._reduction = WrenchReduction(configuration.wrench, self.scene)
+        self._filter = ContactFilter(
+            self.scene, configuration.filter, self._reduction.covariance
+        )
+        self._mode = ContactMode(configuration.monitor)
+        self._flag = TransitionFlag(configuration.monitor)
+        self._alarms = Alarms(configuration.monitor)
+        self._margin = WedgingMargin(self._filter.scalars)
+        self._gamma0_stddev = gamma0_stddev(
+            self.scene.gamma0, self.scene.hole_diameter, self.scene.clearance_stddev
+        )
+        force_stddev = configuration.wrench.force_stddev
+        self._force_stddev = max(force_stddev, 1e-6)
+        self.counts: Counter[str] = Counter()
+        self.health: dict[str, float] = {}
+        self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
+        self._waiting: deque[AngleMeasurement] = deque()
+        self._restart()
+
+    def _restart(self):
+        self._t_ns: int | None = None
+        self._started = False
+        self._waiting.clear()
+        self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
+        self._recent.clear()
+        self._mode.restart()
+        self._flag.restart()
+        self._alarms.restart()
+
+    def reset(self) -> str:
+        """Restart filter and monitor; the tare stays. Returns what was done."""
+        self._restart()
+        self.counts["reset"] += 1
+        return "filter and monitor restarted; they wait for a joint state"
+
+    def tare(self) -> str:
+        """Take the mean of the last wrenches as that of a free-hanging peg; returns what it was."""
+        if not self._recent or not self._started:
+            return "nothing taken: no wrench and orientation have arrived yet"
+        force = np.mean([sample.force for sample in self._recent], axis=0)
+        torque = np.mean([sample.torque for sample in self._recent], axis=0)
+        taken = self._reduction.take_tare(force, torque, peg_axes(self._filter.x[:3]))
+        self.counts["tare"] += 1
+        numbers = ", ".join(f"{value:.6g}" for value in taken)
+        return (
+            f"tare over {len(self._recent)} samples, sensor axes "
+            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}"
+        )
+
+    def on_joints(self, sample: JointSample) -> None:
+        """Take a joint state; it corrects the estimate, and gives no output of its own."""
+        measurement = self._orientation(sample)
+        if isinstance(measurement, str):
+            self.counts[f"joints_dropped_{measurement}"] += 1
+            return
+        if not self._started:
+            self._filter.start(measurement.q, measurement.covariance)
+            self._started = True
+            self._t_ns = measurement.t_ns
+            self.counts["joints_used"] += 1
+            return
+        if measurement.t_ns > self._t_ns:
+            if self._waiting and measurement.t_ns < self._waiting[-1].t_ns:
+                self.counts["joints_reordered"] += 1
+                self._waiting = deque(
+                    sorted([*self._waiting, measurement], key=lambda waiting: waiting.t_ns)
+                )
+            else:
+                self._waiting.append(measurement)
+            if len(self._waiting) > MAX_WAITING:
+                self._waiting.popleft()
+                self.counts["joints_dropped_without_wrench"] += 1
+            return
+        lateness = self._t_ns - measurement.t_ns
+        if lateness > CLOCK_JUMP_NS:
+            self.counts["clock_jumped_back"] += 1
+            self._restart()
+            self.on_joints(sample)
+        elif lateness > self.configuration.filter.late_tolerance * 1e9:
+            self.counts["joints_dropped_late"] += 1
+        else:
+            if lateness:
+                self.counts["joints_late"] += 1
+            self._correct(measurement, lateness * 1e-9)
+
+    def _correct(self, measurement: AngleMeasurement, lateness: float = 0.0):
+        x, P = self._filter.x, self._filter.P
+        q, R = measurement.q, measurement.covariance
+        if lateness:
+            q = q + lateness * x[3:]
+            R = R + lateness**2 * P[3:, 3:]
+        result, nis = self._filter.correct(q, R)
+        if isfinite(nis):
+            self._nis.append(nis)
+        self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
+        if result is Correction.INFLATED:
+            self.counts["rates_widened"] += 1
+        elif result is Correction.RESET:
+            self.counts["filter_restarted"] += 1
+            self._mode.restart()
+
+    def on_wrench(self, sample: WrenchSample) -> Outputs | None:
+        """Take a wrench; returns the outputs at its stamp, or None if it was dropped (counted)."""
+        if not all(isfinite(value) for value in (*sample.force, *sample.torque)):
+            self.counts["wrench_dropped_not_finite"] += 1
+            return None
+        if not self._started:
+            self.counts["wrench_dropped_before_joints"] += 1
+            return None
+        if self._recent and sample.t_ns == self._recent[-1].t_ns:
+            self.counts["wrench_dropped_repeated_stamp"] += 1
+            return None
+        if sample.t_ns < self._t_ns:
+            if self._t_ns - sample.t_ns > CLOCK_JUMP_NS:
+                self.counts["clock_jumped_back"] += 1
+                self._restart()
+            self.counts["wrench_dropped_late"] += 1
+            return None
+        self._recent.append(sample)
+        R_HP = peg_axes(self._filter.x[:3])
+        self._filter.hold(self._reduction.on_peg(sample.force, sample.torque, R_HP))
+        while self._waiting and self._waiting[0].t_ns <= sample.t_ns:
+            measurement = self._waiting.popleft()
+            self._advance(measurement.t_ns)
+            self._correct(measurement)
+        self._advance(sample.t_ns)
+        self.counts["wrench_used"] += 1
+        return self._outputs(sample.t_ns)
+
+    def _advance(self, t_ns: int):
+        dt = (t_ns - self._t_ns) * 1e-9
+        self._t_ns = t_ns
+        if dt <= 0:
+            return
+        in_contact = self._mode.mode == "three_point"
+        if dt > self.configuration.filter.max_gap:
+            self.counts["gap"] += 1
+            in_contact = False
+        result = self._filter.predict(dt, in_contact)
+        if result is Prediction.FAILED:
+            self.counts["step_without_solution"] += 1
+
+    def _outputs(self, t_ns: int) -> Outputs:
+        scene, kalman = self.scene, self._filter
+        x, P = kalman.x, kalman.P
+        margin = x[0] - scene.gamma0
+        spread = sqrt(P[0, 0] + self._gamma0_stddev**2)
+        solution = kalman.reactions()
+        force_P = kalman.u[:3] + scene.peg_mass * (peg_axes(x[:3]).T @ np.array(scene.gravity))
+        carried = float(np.linalg.norm(force_P))
+        mode = self._mode.update(
+            Evidence(
+                t_ns * 1e-9,
+                carried,
+                self._force_stddev,
+                margin,
+                spread,
+                None if solution is None else solution.normal,
+                None if solution is None else solution.normal_stddev,
+                float(np.mean(self._nis)) if self._nis else 3.0,
+            )
+        )
+        three_point = mode == "three_point" and solution is not None
+        probability = transition_probability(
+            x[0], sqrt(P[0, 0]), scene.gamma0, self._gamma0_stddev
+        )
+        flag = self._flag.update(probability, touching=mode in ("three_point", "two_point"))
+        monitor = {
+            "transition_probability": probability,
+            "three_point_validity": self._mode.validity,
+            "friction": scene.friction,
+        }
+        risk = determinant = None
+        if three_point:
+            forecast = time_to_transition(
+                margin, x[3], spread**2, P[3, 3], P[0, 3]
+            )
+            if forecast:
+                monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
+            determinant = self._margin.determinant(x, P)
+            risk = jamming_risk(determinant)
+            monitor["jamming_risk"] = risk
+            monitor["determinant"] = determinant
+            normal, normal_stddev = solution.normal, solution.normal_stddev
+            force, point = kalman.contact_forces(normal)
+        else:
+            # What three contacts carry is not determined by another contact: none in the air, and
+            # anything up to the carried force and more elsewhere.
+            wide = self._force_stddev if mode == "open" else carried + self._force_stddev
+            normal, normal_stddev = np.zeros(3), np.full(3, wide)
+            force, point = np.zeros((3, 3)), kalman.contact_points()
+        alarms = self._alarms.update(mode, risk, determinant, normal, normal_stddev)
+        slip_speed, slip_stddev = kalman.slip_speeds()
+        position, rotation, pose_covariance = peg_pose(scene, x[:3], P[:3, :3], not three_point)
+        state = x.copy()
+        state[1:3] -= 2 * pi * np.ceil((state[1:3] - pi) / (2 * pi))
+        closed = normal > 0 if three_point else np.zeros(3, bool)
+        self.health = {
+            "nis_mean": float(np.mean(self._nis)) if self._nis else 0.0,
+            "evaluations": float(kalman.evaluations),
+        }
+        return Outputs(
+            t_ns, state, P.copy(), normal, normal_stddev, slip_speed, slip_stddev, closed, force,
+            point, position, rotation, pose_covariance, monitor, mode, flag, alarms,
+        )  # fmt: skip
