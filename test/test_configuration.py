@@ -63,24 +63,32 @@ def test_values_reach_their_fields_and_come_back():
     [
         (
             {"scene.hole_diamter": 0.05},
-            "unknown parameter 'scene.hole_diamter'; the nearest are: scene.hole_diameter, "
-            "scene.peg_diameter",
+            (
+                "unknown parameter 'scene.hole_diamter'; the nearest are: scene.hole_diameter, "
+                "scene.peg_diameter"
+            ),
         ),
         ({"friction": 0.1}, "unknown parameter 'friction'; the nearest are: scene.friction"),
         (
             {"zzz": 1},
-            "unknown parameter 'zzz'; there are: autostart, filter, joints, markers_rate, monitor, "
-            "qos_depth, record_arrivals, scene, topics, wrench",
+            (
+                "unknown parameter 'zzz'; there are: autostart, filter, joints, markers_rate, monitor, "
+                "qos_depth, record_arrivals, scene, topics, wrench"
+            ),
         ),
         (
             {"scene.hole_diameter": 50.0},
-            "scene.hole_diameter = 50 m is not within 0.0001 to 1 m; 0.05 m would be: the units "
-            "look slipped by 1000",
+            (
+                "scene.hole_diameter = 50 m is not within 0.0001 to 1 m; 0.05 m would be: the units "
+                "look slipped by 1000"
+            ),
         ),
         (
             {"wrench.sensor_xyz": [0.0, 0.0, 70.0]},
-            "wrench.sensor_xyz[2] = 70 m is not within -10 to 10 m; 0.07 m would be: the units "
-            "look slipped by 1000",
+            (
+                "wrench.sensor_xyz[2] = 70 m is not within -10 to 10 m; 0.07 m would be: the units "
+                "look slipped by 1000"
+            ),
         ),
         (
             {"scene.friction": -0.1},
@@ -92,18 +100,24 @@ def test_values_reach_their_fields_and_come_back():
         ),
         (
             {"scene.friction": 1},
-            "scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 does not take an "
-            "integer for a double)",
+            (
+                "scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 does not take an "
+                "integer for a double)"
+            ),
         ),
         (
             {"scene.gravity": [0.0, 0, -9.8]},
-            "scene.gravity[1] = 0 is an integer, not a double; write 0.0 (ROS 2 does not take an "
-            "integer for a double)",
+            (
+                "scene.gravity[1] = 0 is an integer, not a double; write 0.0 (ROS 2 does not take an "
+                "integer for a double)"
+            ),
         ),
         (
             {"scene.gravity": [0.0, -9.8]},
-            "scene.gravity = [0.0, -9.8] has 2 values, not 3; it is a double[] such as "
-            "[0.0, 0.0, -9.80665]",
+            (
+                "scene.gravity = [0.0, -9.8] has 2 values, not 3; it is a double[] such as "
+                "[0.0, 0.0, -9.80665]"
+            ),
         ),
         (
             {"scene.gravity": -9.8},
@@ -120,8 +134,10 @@ def test_values_reach_their_fields_and_come_back():
         ({"wrench.acts_on": "tool"}, "wrench.acts_on = 'tool' is not one of peg, robot"),
         (
             {"topics.wrench": "ft sensor"},
-            "topics.wrench = 'ft sensor' is not the name of a topic; it is a string such as "
-            "'/wrench'",
+            (
+                "topics.wrench = 'ft sensor' is not the name of a topic; it is a string such as "
+                "'/wrench'"
+            ),
         ),
         (
             {"topics.wrench": "/joint_states"},
@@ -129,14 +145,18 @@ def test_values_reach_their_fields_and_come_back():
         ),
         (
             {"scene.peg_diameter": 0.051},
-            "peg_diameter = 0.051 m is not below hole_diameter = 0.05 m: a peg rests on three "
-            "points of a rim only if it is thinner than the hole; check whether the two are "
-            "exchanged",
+            (
+                "peg_diameter = 0.051 m is not below hole_diameter = 0.05 m: a peg rests on three "
+                "points of a rim only if it is thinner than the hole; check whether the two are "
+                "exchanged"
+            ),
         ),
         (
             {"joints.names": ["gamma", "psi"]},
-            "joints.names = ['gamma', 'psi'] has 2 names; joints.source peg needs 3, in the order "
-            "gamma, psi, phi",
+            (
+                "joints.names = ['gamma', 'psi'] has 2 names; joints.source peg needs 3, in the order "
+                "gamma, psi, phi"
+            ),
         ),
         (
             {"joints.names": ["gamma", "psi", "psi"]},
@@ -148,8 +168,10 @@ def test_values_reach_their_fields_and_come_back():
         ),
         (
             {"monitor.jamming_warn": 0.99},
-            "monitor.jamming_warn = 0.99 is above monitor.jamming_error = 0.95; it has to be at "
-            "most that",
+            (
+                "monitor.jamming_warn = 0.99 is above monitor.jamming_error = 0.95; it has to be at "
+                "most that"
+            ),
         ),
     ],
 )
