@@ -89,7 +89,8 @@ def checked(row: Parameter, value: object) -> object:
     items = value.tolist() if hasattr(value, "tolist") else list(value)
     if kind == "double" and len(items) != len(row.default):
         raise PegOnHoleError(
-            f"{row.name} = {items} has {len(items)} values, not {len(row.default)}; {_example(row)}"
+            f"{row.name} = {items} has {len(items)} values, not {len(row.default)}; "
+            f"{_example(row)}"
         )
     return tuple(_scalar(row, f"{row.name}[{i}]", kind, item) for i, item in enumerate(items))
 
@@ -127,7 +128,7 @@ def _within(row, name, value):
 
 def _unknown(name):
     # Words misspelt, or the right words in the wrong group.
-    near = difflib.get_close_matches(name, BY_NAME, n=3, cutoff=0.6)
+    near = difflib.get_close_matches(name, BY_NAME, n=3, cutoff=0.7)
     last = {row.rsplit(".", 1)[-1]: row for row in BY_NAME}
     for word in difflib.get_close_matches(name.rsplit(".", 1)[-1], last, n=3, cutoff=0.75):
         if last[word] not in near:

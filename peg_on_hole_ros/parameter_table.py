@@ -50,10 +50,8 @@ def _row(name, effect, unit="", low=None, high=None, choices=(), topic=False):
     for part in name.split(".")[:-1]:
         owner = getattr(Configuration(), part)
     default = type(owner).__dataclass_fields__[name.rsplit(".", 1)[-1]].default
-    if isinstance(default, tuple):
-        kind = _TYPES[type(default[0])] + "[]"
-    else:
-        kind = _TYPES[type(default)]
+    array = isinstance(default, tuple)
+    kind = _TYPES[type(default[0])] + "[]" if array else _TYPES[type(default)]
     return Parameter(name, kind, default, unit, low, high, choices, effect, topic)
 
 

@@ -72,22 +72,22 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"zzz": 1},
             (
-                "unknown parameter 'zzz'; there are: autostart, filter, joints, markers_rate, monitor, "
-                "qos_depth, record_arrivals, scene, topics, wrench"
+                "unknown parameter 'zzz'; there are: autostart, filter, joints, markers_rate, "
+                "monitor, qos_depth, record_arrivals, scene, topics, wrench"
             ),
         ),
         (
             {"scene.hole_diameter": 50.0},
             (
-                "scene.hole_diameter = 50 m is not within 0.0001 to 1 m; 0.05 m would be: the units "
-                "look slipped by 1000"
+                "scene.hole_diameter = 50 m is not within 0.0001 to 1 m; 0.05 m would be: the "
+                "units look slipped by 1000"
             ),
         ),
         (
             {"wrench.sensor_xyz": [0.0, 0.0, 70.0]},
             (
-                "wrench.sensor_xyz[2] = 70 m is not within -10 to 10 m; 0.07 m would be: the units "
-                "look slipped by 1000"
+                "wrench.sensor_xyz[2] = 70 m is not within -10 to 10 m; 0.07 m would be: the "
+                "units look slipped by 1000"
             ),
         ),
         (
@@ -101,15 +101,15 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"scene.friction": 1},
             (
-                "scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 does not take an "
-                "integer for a double)"
+                "scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 does not take "
+                "an integer for a double)"
             ),
         ),
         (
             {"scene.gravity": [0.0, 0, -9.8]},
             (
-                "scene.gravity[1] = 0 is an integer, not a double; write 0.0 (ROS 2 does not take an "
-                "integer for a double)"
+                "scene.gravity[1] = 0 is an integer, not a double; write 0.0 (ROS 2 does not take "
+                "an integer for a double)"
             ),
         ),
         (
@@ -154,8 +154,8 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"joints.names": ["gamma", "psi"]},
             (
-                "joints.names = ['gamma', 'psi'] has 2 names; joints.source peg needs 3, in the order "
-                "gamma, psi, phi"
+                "joints.names = ['gamma', 'psi'] has 2 names; joints.source peg needs 3, in the "
+                "order gamma, psi, phi"
             ),
         ),
         (
@@ -169,8 +169,8 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"monitor.jamming_warn": 0.99},
             (
-                "monitor.jamming_warn = 0.99 is above monitor.jamming_error = 0.95; it has to be at "
-                "most that"
+                "monitor.jamming_warn = 0.99 is above monitor.jamming_error = 0.95; it has to be "
+                "at most that"
             ),
         ),
     ],
