@@ -1,4 +1,4 @@
-"""Settings of the pipeline's parts, as plain frozen records; `configuration` checks and fills them."""
+"""Settings of the pipeline's parts, as plain records; `configuration` checks and fills them."""
 
 from dataclasses import dataclass, field
 
