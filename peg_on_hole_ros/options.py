@@ -1,4 +1,4 @@
-"""Settings of the pipeline's parts, as plain frozen records; `configuration` checks and fills them."""
+"""Settings of the pipeline's parts, as plain records; `configuration` checks and fills them."""
 
 from dataclasses import dataclass, field
 
@@ -83,3 +83,13 @@ class Configuration:
     filter: FilterOptions = field(default_factory=FilterOptions)
     monitor: MonitorOptions = field(default_factory=MonitorOptions)
     topics: Topics = field(default_factory=Topics)
+
+
+@dataclass(frozen=True)
+class NodeOptions:
+    """What only the node uses (`markers_rate`: the replay too); no estimate depends on it."""
+
+    autostart: bool = True
+    record_arrivals: str = ""
+    qos_depth: int = 200
+    markers_rate: float = 10.0

@@ -1,1 +1,1 @@
-"""Rigid-body mechanics of a peg on the rim of a hole: geometry, contacts, differential equations."""
+"""Rigid-body mechanics of a peg on the rim of a hole: geometry, contacts, equations of motion."""

@@ -1,0 +1,60 @@
+# One command for each thing; everything is set up in .venv the first time.
+# Needs make and a python3 of version 3.11 or 3.12 with venv, on x86_64 Linux.
+
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+EXTRAS ?= ros,report,dev
+WORKERS ?= 2
+PYTEST_ARGS ?=
+
+# numba's cache does not see an edit in another file than the compiled function's own.
+SOURCES_HASH := $(shell find peg_on_hole_ros -name '*.py' | LC_ALL=C sort | xargs cat | cksum | cut -d' ' -f1)
+export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache/$(SOURCES_HASH)
+
+SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
+
+.PHONY: run test lint format setup clean
+
+run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
+	$(BIN)/python -m peg_on_hole_ros.edges.demo
+
+test: lint  ## every check: style, import contract, tests
+	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-cache
+
+format: $(STAMP)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+setup: $(STAMP)
+
+$(STAMP): setup.py
+	@set -e; \
+	for python in $(PYTHON) python3 python3.12 python3.11; do \
+	    if $$python -c '$(SUPPORTED)' 2>/dev/null; then found=$$python; break; fi; \
+	done; \
+	if [ -z "$$found" ]; then \
+	    echo "make: found no Python 3.11 or 3.12 (python3 is $$(python3 --version 2>&1));" \
+	        "install one with its venv module, or name it: make PYTHON=/path/to/python3.12" >&2; \
+	    exit 1; \
+	fi; \
+	if [ "$$($$found -c 'import platform; print(platform.machine())')" != x86_64 ]; then \
+	    echo "make: the ROS 2 wheels exist for x86_64 only; on other machines use a native" \
+	        "ROS 2 and colcon (README)" >&2; \
+	    exit 1; \
+	fi; \
+	echo "setting up $(VENV) with $$($$found --version)"; \
+	rm -rf $(VENV); \
+	$$found -m venv $(VENV); \
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[$(EXTRAS)]"; \
+	touch $@
+
+clean:
+	rm -rf $(VENV) .numba_cache .pytest_cache .ruff_cache .import_linter_cache .mypy_cache \
+	    .hypothesis build install log *.egg-info out
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,189 @@
+"""
+Check parameters once and fill the records that pipeline and node are built from.
+
+One behaviour for the node and the command line: types are as strict as those of ROS 2. An integer
+where a double belongs is refused (ROS 2 refuses a file with it, and an array that mixes the two
+before any code of a node runs), so a file that passes here also starts the node.
+"""
+
+import difflib
+import re
+from dataclasses import fields
+from math import isfinite
+
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration, NodeOptions
+from peg_on_hole_ros.parameter_table import PARAMETERS, Parameter
+
+BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
+
+# What every ROS 2 node has of its own; a parameters file may set them.
+ROS_NAMES = ("use_sim_time", "start_type_description_service")
+_ROS_PREFIX = "qos_overrides."
+
+_TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+_PYTHON = {"bool": bool, "integer": int, "double": float, "string": str}
+_WORDS = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
+
+
+def from_parameters(parameters: dict[str, object]) -> Configuration:
+    """
+    Return the configuration; a parameter that is not given has its default.
+
+    Parameters
+    ----------
+    parameters : dict of str to bool, int, float, str or sequence
+        Dotted names; those of the node and of ROS 2 itself are allowed and checked.
+
+    Raises
+    ------
+    PegOnHoleError
+        Unknown name, wrong type, value out of range, or values that do not fit together.
+
+    """
+    values = check(parameters)
+    groups = {}
+    for group in fields(Configuration):
+        record = type(group.default_factory())
+        given = {f.name: values[f"{group.name}.{f.name}"] for f in fields(record)}
+        groups[group.name] = record(**given)
+    configuration = Configuration(**groups)
+    _check_together(configuration)
+    return configuration
+
+
+def node_options(parameters: dict[str, object]) -> NodeOptions:
+    """Return what only the node uses; raises like `from_parameters`."""
+    values = check(parameters)
+    return NodeOptions(**{f.name: values[f.name] for f in fields(NodeOptions)})
+
+
+def to_parameters(configuration: Configuration, node: NodeOptions | None = None) -> dict:
+    """Return dotted name to value, in the table's order; arrays are lists, as YAML has them."""
+    values = {}
+    for row in PARAMETERS:
+        group, _, name = row.name.rpartition(".")
+        if not group and node is None:
+            continue
+        value = getattr(getattr(configuration, group) if group else node, name)
+        values[row.name] = list(value) if isinstance(value, tuple) else value
+    return values
+
+
+def check(parameters: dict[str, object]) -> dict[str, object]:
+    """Return a value for every row of the table, each checked on its own; arrays are tuples."""
+    for name in parameters:
+        if name not in BY_NAME and name not in ROS_NAMES and not name.startswith(_ROS_PREFIX):
+            raise PegOnHoleError(_unknown(name))
+    return {row.name: checked(row, parameters.get(row.name, row.default)) for row in PARAMETERS}
+
+
+def checked(row: Parameter, value: object) -> object:
+    """Return the value of one parameter in its Python type, or raise with what is wrong."""
+    kind = row.type.removesuffix("[]")
+    if not row.type.endswith("[]"):
+        return _scalar(row, row.name, kind, value)
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
+        raise PegOnHoleError(f"{row.name} = {value!r} is not {row.type}; {_example(row)}")
+    # tolist() of numpy and array.array gives Python's own numbers.
+    items = value.tolist() if hasattr(value, "tolist") else list(value)
+    if kind == "double" and len(items) != len(row.default):
+        raise PegOnHoleError(
+            f"{row.name} = {items} has {len(items)} values, not {len(row.default)}; "
+            f"{_example(row)}"
+        )
+    return tuple(_scalar(row, f"{row.name}[{i}]", kind, item) for i, item in enumerate(items))
+
+
+def _scalar(row, name, kind, value):
+    # bool is an int for Python, not for ROS 2; numpy's numbers are neither.
+    if type(value) is not _PYTHON[kind]:
+        found = _WORDS.get(type(value), f"a {type(value).__name__}")
+        remedy = _example(row)
+        if kind == "double" and type(value) is int:
+            remedy = f"write {float(value)} (ROS 2 does not take an integer for a double)"
+        raise PegOnHoleError(
+            f"{name} = {value!r} is {found}, not {_WORDS[_PYTHON[kind]]}; {remedy}"
+        )
+    if row.choices and value not in row.choices:
+        raise PegOnHoleError(f"{name} = {value!r} is not one of {', '.join(row.choices)}")
+    if row.topic and not _TOPIC.fullmatch(value):
+        raise PegOnHoleError(f"{name} = {value!r} is not the name of a topic; {_example(row)}")
+    if row.low is not None:
+        _within(row, name, value)
+    return value
+
+
+def _within(row, name, value):
+    if isfinite(value) and row.low <= value <= row.high:
+        return
+    unit = f" {row.unit}" if row.unit else ""
+    remedy = f"the default is {_text(row.default)}{unit}"
+    if row.unit and isfinite(value) and value and row.low <= value / 1000 <= row.high:
+        remedy = f"{value / 1000:g}{unit} would be: the units look slipped by 1000"
+    raise PegOnHoleError(
+        f"{name} = {value:g}{unit} is not within {row.low:g} to {row.high:g}{unit}; {remedy}"
+    )
+
+
+def _unknown(name):
+    # Words misspelt, or the right words in the wrong group.
+    near = difflib.get_close_matches(name, BY_NAME, n=3, cutoff=0.7)
+    last = {row.rsplit(".", 1)[-1]: row for row in BY_NAME}
+    for word in difflib.get_close_matches(name.rsplit(".", 1)[-1], last, n=3, cutoff=0.75):
+        if last[word] not in near:
+            near.append(last[word])
+    if not near:
+        group = name.split(".", 1)[0] + "."
+        near = [row for row in BY_NAME if row.startswith(group)]
+    if not near:
+        groups = sorted({row.split(".")[0] for row in BY_NAME})
+        return f"unknown parameter {name!r}; there are: {', '.join(groups)}"
+    return f"unknown parameter {name!r}; the nearest are: {', '.join(near)}"
+
+
+def _check_together(configuration):
+    joints, monitor = configuration.joints, configuration.monitor
+    if len(set(joints.names)) != len(joints.names):
+        raise PegOnHoleError(f"joints.names = {list(joints.names)} names a joint twice")
+    if joints.source == "peg" and len(joints.names) != 3:
+        raise PegOnHoleError(
+            f"joints.names = {list(joints.names)} has {len(joints.names)} names; "
+            "joints.source peg needs 3, in the order gamma, psi, phi"
+        )
+    if joints.source == "robot":
+        for name in ("urdf", "tip_frame"):
+            if not getattr(joints, name):
+                raise PegOnHoleError(f"joints.{name} is empty, but joints.source robot needs it")
+        if not joints.names:
+            raise PegOnHoleError("joints.names is empty, but joints.source robot needs them")
+    for low, high in (
+        ("transition_probability_off", "transition_probability_on"),
+        ("jamming_warn", "jamming_error"),
+    ):
+        if getattr(monitor, low) > getattr(monitor, high):
+            raise PegOnHoleError(
+                f"monitor.{low} = {getattr(monitor, low):g} is above monitor.{high} = "
+                f"{getattr(monitor, high):g}; it has to be at most that"
+            )
+    if configuration.topics.wrench == configuration.topics.joint_states:
+        raise PegOnHoleError(
+            f"topics.wrench and topics.joint_states are both {configuration.topics.wrench!r}"
+        )
+
+
+def _text(default):
+    return str(list(default)) if isinstance(default, tuple) else f"{default:g}"
+
+
+def _example(row):
+    value = list(row.default) if isinstance(row.default, tuple) else row.default
+    return (
+        f"it is {_article(row.type)} such as {value!r}"
+        if value != ""
+        else f"it is {_article(row.type)}"
+    )
+
+
+def _article(kind):
+    return f"an {kind}" if kind == "integer" else f"a {kind}"

@@ -1,0 +1,1 @@
+"""Where the package meets ROS, files and plots; nothing is estimated here."""

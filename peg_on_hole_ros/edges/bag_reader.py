@@ -1,0 +1,257 @@
+"""Read bags: an `.mcap` file or a rosbag2 folder, in order of log time, in bounded memory."""
+
+import heapq
+import re
+import struct
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+from mcap.records import Schema
+from mcap_ros2.decoder import DecoderFactory
+
+from peg_on_hole_ros.edges.mcap_scan import (
+    Block,
+    Scan,
+    TopicInfo,
+    chunk_content,
+    messages_of,
+    open_file,
+    scan_file,
+)
+from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.errors import BagError
+
+# A payload that does not fit its definition.
+_UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError)
+
+
+class BagMessage(NamedTuple):
+    """
+    One message of a bag.
+
+    Attributes
+    ----------
+    topic : str
+    log_ns : int
+        When it was recorded [ns].
+    message : object
+        Fields as attributes, named as in ROS.
+
+    """
+
+    topic: str
+    log_ns: int
+    message: Any
+
+
+class Bag:
+    """
+    A bag whose records have been read through once.
+
+    Attributes
+    ----------
+    path : Path
+        As it was given.
+    topics : dict of str to TopicInfo
+    metadata : dict of str to dict of str to str
+        MCAP metadata by name.
+    damage : str
+        Why reading ended early; empty for a whole bag.
+    undecodable : Counter
+        By topic: payloads that `messages` skipped since they do not fit their definition.
+
+    """
+
+    def __init__(self, path: str | Path, progress: Callable[[float], None] | None = None):
+        self.path = Path(path)
+        self.topics: dict[str, TopicInfo] = {}
+        self.undecodable: Counter[str] = Counter()
+        self.damage = ""
+        self.metadata: dict[str, dict[str, str]] = {}
+        self._scans: list[Scan] = []
+        for index, file in enumerate(bag_files(self.path)):
+            scan = scan_file(file, index, self.topics, progress)
+            self._scans.append(scan)
+            self.metadata |= scan.metadata
+            if scan.damage:
+                self.damage = f"{file} is {scan.damage}"
+                break
+        # Sorting is stable: blocks that begin at one time stay in the order of the file.
+        blocks = [block for scan in self._scans for block in scan.blocks]
+        self._order = sorted(range(len(blocks)), key=lambda i: blocks[i].first_ns)
+        self._blocks = blocks
+
+    @property
+    def count(self) -> int:
+        """Number of all messages that can be read."""
+        return sum(info.count for info in self.topics.values())
+
+    def require(self, types: dict[str, str]) -> None:
+        """
+        Raise BagError unless each topic is there, with messages, of its type.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topic to ROS type, as in `geometry_msgs/msg/WrenchStamped`.
+
+        """
+        cut = f"; {self.damage}" if self.damage else ""
+        if not self.count:
+            raise BagError(f"{self.path} holds no messages{cut}")
+        for topic, ros_type in types.items():
+            info = self.topics.get(topic)
+            if info is None or not info.count:
+                raise BagError(
+                    f"{self.path} has no messages on {topic} ({ros_type}); it has: "
+                    f"{self.listing()}; name the topics in the configuration (topics.wrench, "
+                    f"topics.joint_states){cut}"
+                )
+            if info.types != [ros_type]:
+                found = " and ".join(name or "no type" for name in info.types)
+                raise BagError(
+                    f"{self.path}: {topic} is {found}, not {ros_type}; it has: {self.listing()}"
+                )
+            for encoding in info.encodings:
+                if encoding not in ("cdr, ros2msg", "cdr, "):
+                    raise BagError(
+                        f"{self.path}: {topic} is encoded as {encoding}; only messages of ROS 2 "
+                        "(cdr, ros2msg) can be read"
+                    )
+
+    def listing(self) -> str:
+        """Return topics with type and count, for an error message."""
+        rows = (
+            f"{info.name} ({' and '.join(info.types)}, {info.count})"
+            for info in sorted(self.topics.values(), key=lambda info: info.name)
+            if info.count
+        )
+        return ", ".join(rows) or "nothing"
+
+    def messages(self, topics: Iterable[str]) -> Iterator[BagMessage]:
+        """Yield decoded messages in order of log time, those of one time in the file's order."""
+        wanted = set(topics)
+        decoders = [_decoders(scan, wanted) for scan in self._scans]
+        for log_ns, file, channel_id, payload in self._payloads(decoders):
+            topic, decode = decoders[file][channel_id]
+            try:
+                message = decode(payload)
+            except _UNDECODABLE:
+                self.undecodable[topic] += 1
+                continue
+            yield BagMessage(topic, log_ns, message)
+
+    def _payloads(self, channels):
+        """Merge the blocks: a message waits until no block still to come can precede it."""
+        heap: list = []
+        streams = [open_file(scan.path) for scan in self._scans]
+        try:
+            for ordinal in self._order:
+                block = self._blocks[ordinal]
+                while heap and heap[0][0] < block.first_ns:
+                    yield _unpacked(heapq.heappop(heap))
+                content = _content(streams[block.file], block)
+                for position, (channel_id, log_ns, payload) in enumerate(messages_of(content)):
+                    if channel_id in channels[block.file]:
+                        item = (log_ns, ordinal, position, block.file, channel_id, payload)
+                        heapq.heappush(heap, item)
+            while heap:
+                yield _unpacked(heapq.heappop(heap))
+        finally:
+            for stream in streams:
+                stream.close()
+
+
+def _unpacked(item):
+    log_ns, _, _, file, channel_id, payload = item
+    return log_ns, file, channel_id, payload
+
+
+def _content(stream, block: Block):
+    stream.seek(block.start)
+    body = stream.read(block.length)
+    return chunk_content(body, validate=False) if block.chunk else body
+
+
+def _decoders(scan, wanted):
+    factory = DecoderFactory()
+    decoders = {}
+    for channel in scan.channels.values():
+        schema = scan.schemas.get(channel.schema_id)
+        if channel.topic in wanted and schema is not None:
+            if not schema.data:
+                # Some recorders leave the definition out; that of a type known here will do.
+                text = definition(schema.name).encode()
+                schema = Schema(id=schema.id, name=schema.name, encoding="ros2msg", data=text)
+            decode = factory.decoder_for(channel.message_encoding, schema)
+            if decode is not None:
+                decoders[channel.id] = (channel.topic, decode)
+    return decoders
+
+
+def bag_files(path: Path) -> list[Path]:
+    """
+    Return the MCAP files of a bag in their order.
+
+    A folder without metadata.yaml (its recorder was killed) is taken as its .mcap files.
+
+    Raises
+    ------
+    BagError
+        Nothing there, another storage format, or a file that metadata.yaml names is missing.
+
+    """
+    if not path.exists():
+        raise BagError(f"there is no bag {path}")
+    if path.is_file():
+        if path.suffix == ".db3":
+            raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
+        return [path]
+    description = path / "metadata.yaml"
+    if description.is_file():
+        return _described_files(description)
+    files = sorted(path.glob("*.mcap"), key=_natural)
+    if files:
+        return files
+    if list(path.glob("*.db3")):
+        raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
+    raise BagError(f"{path} is a folder without metadata.yaml and without .mcap files: no bag")
+
+
+def _described_files(description):
+    path = description.parent
+    try:
+        info = yaml.safe_load(description.read_text(encoding="utf-8"))[
+            "rosbag2_bagfile_information"
+        ]
+        names = info["relative_file_paths"]
+        storage = info.get("storage_identifier", "mcap")
+        files = [path / str(name) for name in names]
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+        raise BagError(
+            f"{description} is not a description of a bag (rosbag2_bagfile_information with "
+            f"relative_file_paths); remove it to read the .mcap files of {path}"
+        ) from None
+    if storage != "mcap":
+        raise BagError(f"{path} is a bag in {storage}; {_convert(path)}")
+    if not files:
+        raise BagError(
+            f"{description} names no files; remove it to read the .mcap files of {path}"
+        )
+    for file in files:
+        if not file.is_file():
+            raise BagError(f"{description} names {file.name}, which is not in {path}")
+        if file.suffix != ".mcap":
+            raise BagError(f"{file} is compressed as a whole; decompress it first")
+    return files
+
+
+def _convert(path):
+    return f"convert it: ros2 bag convert -i {path} with storage_id mcap for the output"
+
+
+def _natural(file):
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]

@@ -1,0 +1,112 @@
+"""Write messages given as plain dicts to an MCAP file that any ROS 2 tool opens."""
+
+import json
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from mcap.writer import CompressionType
+from mcap_ros2.writer import Writer
+
+from peg_on_hole_ros.configuration import to_parameters
+from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration
+
+CONFIGURATION_METADATA = "peg_on_hole_configuration"
+
+
+class BagWriter:
+    """
+    A bag being written; use it in a `with` block.
+
+    The file has its name only when it is whole: it is written as NAME.part and renamed at the
+    end, and removed if the block raises.
+
+    Parameters
+    ----------
+    path : str or Path
+        To write; an existing file is replaced.
+    configuration : Configuration, optional
+        Stored as MCAP metadata `peg_on_hole_configuration`, every value as JSON.
+    metadata : dict of str to dict of str to str, optional
+        More metadata.
+
+    Raises
+    ------
+    PegOnHoleError
+        The file cannot be written there.
+
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        configuration: Configuration | None = None,
+        metadata: dict[str, dict[str, str]] | None = None,
+    ):
+        self.path = Path(path)
+        self._part = self.path.with_name(self.path.name + ".part")
+        self._metadata = dict(metadata or {})
+        if configuration is not None:
+            self._metadata[CONFIGURATION_METADATA] = configuration_metadata(configuration)
+        try:
+            self._stream = self._part.open("wb")
+        except OSError as error:
+            raise PegOnHoleError(f"cannot write {self.path}: {error.strerror}") from None
+        self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
+        self._schemas: dict = {}
+
+    def write(self, topic: str, ros_type: str, message: dict, t_ns: int) -> None:
+        """
+        Append one message, with its stamp as log time.
+
+        Parameters
+        ----------
+        topic : str
+            Absolute.
+        ros_type : str
+            As in `sensor_msgs/msg/JointState`.
+        message : dict
+            Fields by name, nested; a field left out has its default.
+        t_ns : int
+            Log and publish time [ns].
+
+        """
+        schema = self._schemas.get(ros_type)
+        if schema is None:
+            schema = self._writer.register_msgdef(ros_type, definition(ros_type))
+            self._schemas[ros_type] = schema
+        self._writer.write_message(topic, schema, message, log_time=t_ns, publish_time=t_ns)
+
+    def write_all(self, prefix: str, messages: Iterable[tuple[str, str, dict]], t_ns: int) -> None:
+        """Append (topic suffix, type, message) triples of one stamp."""
+        for suffix, ros_type, message in messages:
+            topic = suffix if suffix.startswith("/") else prefix + suffix
+            self.write(topic, ros_type, message, t_ns)
+
+    def add_metadata(self, name: str, values: dict[str, str]) -> None:
+        """Store metadata known only at the end; a name given twice keeps the later values."""
+        self._metadata[name] = values
+
+    def __enter__(self) -> "BagWriter":
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind, value, trace) -> None:
+        """Finish the file, or remove it if the block raised."""
+        if kind is None:
+            for name, values in self._metadata.items():
+                self._writer.add_metadata(name, values)
+            self._writer.finish()
+            self._stream.close()
+            self._part.replace(self.path)
+        else:
+            self._stream.close()
+            with suppress(OSError):
+                self._part.unlink()
+
+
+def configuration_metadata(configuration: Configuration) -> dict[str, str]:
+    """Return dotted name to value as JSON."""
+    return {name: json.dumps(value) for name, value in to_parameters(configuration).items()}

@@ -1,0 +1,176 @@
+"""Read and write ROS 2 parameters files: `peg_on_hole: ros__parameters:`."""
+
+import difflib
+import re
+from pathlib import Path
+
+import yaml
+
+from peg_on_hole_ros.configuration import BY_NAME, PARAMETERS, check
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.parameter_table import Parameter
+
+NODE = "peg_on_hole"
+_HEADS = ("/**", f"/{NODE}", NODE)
+_BODY = "ros__parameters"
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML as ROS 2 reads it: 1e-4 is a number (for YAML 1.1 it is a text)."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    letter: [pair for pair in pairs if pair[0] != "tag:yaml.org,2002:float"]
+    for letter, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(
+        r"[-+]?(\d+\.\d*|\.\d+|\d+(?=[eE]))([eE][-+]?\d+)?$|[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$"
+    ),
+    list("-+0123456789."),
+)
+
+
+def read_parameters(path: str | Path) -> dict[str, object]:
+    """
+    Return dotted name to value of a ROS 2 parameters file, each checked on its own.
+
+    A block for every node (`/**:`) is read first, then the node's own, as ROS 2 does.
+
+    Raises
+    ------
+    PegOnHoleError
+        No such file, no YAML, another node's file, unknown name, wrong type, out of range.
+
+    """
+    path = Path(path)
+    content = _load(path)
+    if not isinstance(content, dict) or not content:
+        raise PegOnHoleError(f"{path} holds no parameters; {_expected()}")
+    heads = [head for head in _HEADS if head in content]
+    if not heads:
+        found = ", ".join(str(key) for key in content)
+        raise PegOnHoleError(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
+    parameters: dict[str, object] = {}
+    for head in heads:
+        body = content[head]
+        if not isinstance(body, dict) or list(body) != [_BODY]:
+            found = ", ".join(map(str, body)) if isinstance(body, dict) else repr(body)
+            near = ""
+            if isinstance(body, dict) and difflib.get_close_matches(_BODY, map(str, body)):
+                near = " (two underscores)"
+            raise PegOnHoleError(
+                f"{path}: below {head} there is {found}, not {_BODY}{near}; {_expected()}"
+            )
+        _flatten(body[_BODY], "", parameters, path)
+    try:
+        check(parameters)
+    except PegOnHoleError as error:
+        raise PegOnHoleError(f"{path}: {error}") from None
+    return parameters
+
+
+def _load(path):
+    try:
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+    except FileNotFoundError:
+        raise PegOnHoleError(f"there is no configuration file {path}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise PegOnHoleError(f"cannot read the configuration {path}: {error}") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" at line {mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or error
+        raise PegOnHoleError(f"{path} is not YAML{where}: {problem}") from None
+
+
+def _expected():
+    return f"a ROS 2 parameters file begins with '{NODE}:' and below it '{_BODY}:'"
+
+
+def _flatten(tree, prefix, parameters, path):
+    if tree is None:
+        return
+    if not isinstance(tree, dict):
+        name = prefix.rstrip(".") or _BODY
+        raise PegOnHoleError(f"{path}: {name} = {tree!r} is a value, but it is a group of names")
+    for key, value in tree.items():
+        name = f"{prefix}{key}"
+        group = isinstance(value, dict) or any(row.startswith(f"{name}.") for row in BY_NAME)
+        if group and name not in BY_NAME:
+            _flatten(value, f"{name}.", parameters, path)
+        else:
+            parameters[name] = value
+
+
+def write_parameters(parameters: dict[str, object], heading: str = "") -> str:
+    """
+    Return a ROS 2 parameters file with every parameter, each with unit, default and effect.
+
+    Parameters
+    ----------
+    parameters : dict of str to value
+        What differs from the defaults; checked.
+    heading : str
+        Lines put above as a comment.
+
+    """
+    values = check(parameters)
+    lines = [f"# {line}".rstrip() for line in heading.splitlines()]
+    lines += [f"{NODE}:", f"  {_BODY}:"]
+    group = ""
+    # Parameters outside groups first: YAML has no way back out of the last group.
+    for row in sorted(PARAMETERS, key=lambda row: "." in row.name):
+        owner, _, name = row.name.rpartition(".")
+        if owner != group:
+            lines.append(f"    {owner}:")
+            group = owner
+        indent = "      " if owner else "    "
+        lines.append(f"{indent}# {_comment(row)}")
+        lines.append(f"{indent}{name}: {_yaml(values[row.name])}")
+    return "\n".join(lines) + "\n"
+
+
+def _comment(row: Parameter) -> str:
+    parts = [f"[{row.unit}]"] if row.unit else []
+    parts.append(row.effect + ";")
+    if row.choices:
+        parts.append(f"{' or '.join(row.choices)};")
+    elif row.low is not None:
+        parts.append(f"{row.low:g} to {row.high:g};")
+    parts.append(f"default {_yaml(row.default)}")
+    return " ".join(parts)
+
+
+def _yaml(value):
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(_yaml(item) for item in value) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        text = repr(value)
+        # Without the point YAML 1.1 readers take 1e-05 for a text.
+        return text.replace("e", ".0e") if "e" in text and "." not in text else text
+    if isinstance(value, str):
+        plain = re.fullmatch(r"[A-Za-z/][A-Za-z0-9_/]*", value)
+        known = yaml.safe_load(value) if plain else None
+        return value if plain and isinstance(known, str) else '"' + _escaped(value) + '"'
+    return str(value)
+
+
+def _escaped(text):
+    return text.replace("\\", "\\\\").replace('"', '\\"')
+
+
+DEFAULT_HEADING = """\
+All parameters of peg_on_hole with their defaults; the same file serves the node
+    ros2 run peg_on_hole_ros peg_on_hole --ros-args --params-file peg_on_hole.yaml
+and the command line
+    peg-on-hole replay BAG --config peg_on_hole.yaml
+Units are SI, angles are in radians. Doubles need their point: 1.0, not 1.
+Made by: python3 -m peg_on_hole_ros.edges.config_file > config/peg_on_hole.yaml"""
+
+
+if __name__ == "__main__":
+    print(write_parameters({}, DEFAULT_HEADING), end="")

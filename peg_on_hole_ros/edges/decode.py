@@ -1,0 +1,99 @@
+"""Wrench and joint-state messages, from ROS or from a bag, become samples or a named reason."""
+
+from math import isfinite
+from types import SimpleNamespace
+from typing import NamedTuple
+
+from peg_on_hole_ros.records import JointSample, WrenchSample
+
+WRENCH_TYPE = "geometry_msgs/msg/WrenchStamped"
+JOINTS_TYPE = "sensor_msgs/msg/JointState"
+
+# What a message of the wrong shape or type raises when its fields are read.
+_MISFITS = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
+
+
+class Malformed(NamedTuple):
+    """
+    A message that gives no sample.
+
+    Attributes
+    ----------
+    reason : str
+        `unreadable` (fields missing or of another type), `bad_stamp` (nanoseconds outside 0 to
+        1e9), `not_finite`, `length_mismatch` (names and positions), `repeated_name`.
+
+    """
+
+    reason: str
+
+
+def wrench_sample(message) -> WrenchSample | Malformed:
+    """
+    Read a geometry_msgs/WrenchStamped; never raises.
+
+    Parameters
+    ----------
+    message : rclpy message, message decoded from a bag, or dict
+        Fields by name.
+
+    """
+    try:
+        message = _by_attribute(message)
+        t_ns = _stamp(message)
+        force, torque = message.wrench.force, message.wrench.torque
+        numbers = (
+            *(float(force.x), float(force.y), float(force.z)),
+            *(float(torque.x), float(torque.y), float(torque.z)),
+        )
+    except _MISFITS:
+        return Malformed("unreadable")
+    if t_ns is None:
+        return Malformed("bad_stamp")
+    if not all(map(isfinite, numbers)):
+        return Malformed("not_finite")
+    return WrenchSample(t_ns, numbers[:3], numbers[3:])
+
+
+def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malformed:
+    """
+    Read a sensor_msgs/JointState; never raises. Velocity and effort are not looked at.
+
+    Parameters
+    ----------
+    message : rclpy message, message decoded from a bag, or dict
+        Fields by name.
+    needed : tuple of str
+        Joints whose positions have to be finite; empty: all. Others may hold anything, as a
+        driver that does not measure a joint puts NaN.
+
+    """
+    try:
+        message = _by_attribute(message)
+        t_ns = _stamp(message)
+        names = tuple(map(str, message.name))
+        position = tuple(map(float, message.position))
+    except _MISFITS:
+        return Malformed("unreadable")
+    if t_ns is None:
+        return Malformed("bad_stamp")
+    if len(names) != len(position):
+        return Malformed("length_mismatch")
+    if len(set(names)) != len(names):
+        return Malformed("repeated_name")
+    for name, value in zip(names, position):
+        if not isfinite(value) and (not needed or name in needed):
+            return Malformed("not_finite")
+    return JointSample(t_ns, names, position)
+
+
+def _stamp(message):
+    stamp = message.header.stamp
+    sec, nanosec = int(stamp.sec), int(stamp.nanosec)
+    return sec * 1_000_000_000 + nanosec if 0 <= nanosec < 1_000_000_000 else None
+
+
+def _by_attribute(message):
+    if isinstance(message, dict):
+        return SimpleNamespace(**{key: _by_attribute(value) for key, value in message.items()})
+    return message

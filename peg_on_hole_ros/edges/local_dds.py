@@ -1,0 +1,55 @@
+"""DDS that stays on this machine, in a domain of its own: for the demonstration and the tests."""
+
+import os
+import socket
+from pathlib import Path
+
+from peg_on_hole_ros.errors import PegOnHoleError
+
+PROFILE = Path(__file__).with_name("fastdds_local.xml")
+LAST_DOMAIN = 101  # above it, the ports of DDS run into the ephemeral ones of Linux
+
+
+def free_domain() -> int:
+    """
+    Return a domain id, 1 to 101, in which no participant of this machine is.
+
+    Raises
+    ------
+    PegOnHoleError
+        If all are taken.
+
+    """
+    first = os.getpid() % LAST_DOMAIN
+    for offset in range(LAST_DOMAIN):
+        domain = 1 + (first + offset) % LAST_DOMAIN
+        if _is_free(domain):
+            return domain
+    raise PegOnHoleError(f"all DDS domains 1 to {LAST_DOMAIN} are taken: end a ROS process first")
+
+
+def environment(domain: int) -> dict[str, str]:
+    """
+    Return the variables that keep ROS 2 with Fast DDS on this machine and in `domain`.
+
+    Shared memory is left out on purpose: a killed process leaves files behind that make the next
+    one fail. The profile has one name in Kilted and another in Jazzy.
+    """
+    return {
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(domain),
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+        "FASTDDS_DEFAULT_PROFILES_FILE": str(PROFILE),
+        "FASTRTPS_DEFAULT_PROFILES_FILE": str(PROFILE),
+        "ROS_PYTHON_CHECK_FIELDS": "1",
+    }
+
+
+def _is_free(domain):
+    port = 7400 + 250 * domain + 10  # unicast discovery of the domain's first participant
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("", port))
+        except OSError:
+            return False
+    return True

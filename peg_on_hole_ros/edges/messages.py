@@ -1,0 +1,163 @@
+"""Estimates become the messages of all output topics, the same for the node and for a replay."""
+
+import numpy as np
+
+from peg_on_hole_ros.edges.markers import marker_array
+from peg_on_hole_ros.edges.plain import HOLE_FRAME, floats, header, quaternion, xyz
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+BOOL = "std_msgs/msg/Bool"
+STRING = "std_msgs/msg/String"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
+MARKERS = "visualization_msgs/msg/MarkerArray"
+
+# Topic under the node's name, and its type.
+TOPICS = {
+    "state": JOINT_STATE,
+    "state_stddev": JOINT_STATE,
+    "contacts": JOINT_STATE,
+    "contacts_stddev": JOINT_STATE,
+    "monitor": JOINT_STATE,
+    "contact/k": WRENCH,
+    "contact/b1": WRENCH,
+    "contact/b2": WRENCH,
+    "pose": POSE,
+    "transition": BOOL,
+    "contact_mode": STRING,
+    "alarms": DIAGNOSTICS,
+    "markers": MARKERS,
+}
+LATCHED = ("transition", "contact_mode")
+
+# Three-point contact leaves three degrees of freedom, so the pose's covariance has rank 3, and
+# programs that invert it would fail. These standard deviations are added on its diagonal: far
+# below what any sensor of a cell resolves.
+POSITION_FLOOR = 1.0e-6  # [m]
+ROTATION_FLOOR = 1.0e-6  # [rad]
+_POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
+
+ALARM_PERIOD_NS = 100_000_000
+HARDWARE_ID = "peg_on_hole"
+
+Message = tuple[str, str, dict]
+
+
+class OutputStream:
+    """
+    Turns one estimate after the other into messages; remembers what is published on change.
+
+    All decisions depend on the estimates and their stamps alone, never on the clock, so a replay
+    gives bit for bit what the node gave.
+
+    Parameters
+    ----------
+    scene : Scene
+        For the sizes of peg and hole and the friction cones.
+    markers_rate : float
+        Most marker messages per second of stamp time [Hz]; 0: none.
+
+    """
+
+    def __init__(self, scene: Scene, markers_rate: float = 10.0):
+        self._scene = scene
+        self._markers_period_ns = round(1e9 / markers_rate) if markers_rate > 0 else None
+        self._markers_ns: int | None = None
+        self._alarms_ns: int | None = None
+        self._levels: tuple | None = None
+        self._mode: str | None = None
+        self._transition: bool | None = None
+
+    def messages(self, outputs: Outputs) -> list[Message]:
+        """Return (topic under the node's name, type, fields) of every message of one stamp."""
+        messages = [
+            *_state(outputs),
+            *_contacts(outputs),
+            ("monitor", JOINT_STATE, _monitor(outputs)),
+            *_contact_wrenches(outputs),
+            ("pose", POSE, _pose(outputs)),
+        ]
+        if outputs.transition != self._transition:
+            self._transition = outputs.transition
+            messages.append(("transition", BOOL, {"data": bool(outputs.transition)}))
+        if outputs.contact_mode != self._mode:
+            self._mode = outputs.contact_mode
+            messages.append(("contact_mode", STRING, {"data": outputs.contact_mode}))
+        levels = tuple((alarm.name, alarm.level) for alarm in outputs.alarms)
+        if levels != self._levels or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS):
+            self._levels, self._alarms_ns = levels, outputs.t_ns
+            messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, outputs.alarms)))
+        period = self._markers_period_ns
+        if period is not None and _due(outputs.t_ns, self._markers_ns, period):
+            self._markers_ns = outputs.t_ns
+            messages.append(("markers", MARKERS, marker_array(outputs, self._scene)))
+        return messages
+
+
+def _due(t_ns, last_ns, period_ns):
+    # Stamps may jump back: a bag played again, a simulator started again.
+    return last_ns is None or not last_ns <= t_ns < last_ns + period_ns
+
+
+def joint_state(t_ns: int, names, position=(), velocity=(), effort=(), frame=HOLE_FRAME) -> dict:
+    """Return sensor_msgs/JointState."""
+    return {
+        "header": header(t_ns, frame),
+        "name": list(names),
+        "position": floats(position),
+        "velocity": floats(velocity),
+        "effort": floats(effort),
+    }
+
+
+def _state(outputs):
+    t_ns, state = outputs.t_ns, outputs.state
+    # Rounding may leave a variance of zero a hair below it.
+    stddev = np.sqrt(np.maximum(np.diagonal(outputs.state_covariance), 0.0))
+    yield "state", JOINT_STATE, joint_state(t_ns, ANGLES, state[:3], state[3:])
+    yield "state_stddev", JOINT_STATE, joint_state(t_ns, ANGLES, stddev[:3], stddev[3:])
+
+
+def _contacts(outputs):
+    t_ns = outputs.t_ns
+    contacts = joint_state(t_ns, CONTACTS, outputs.closed, outputs.slip_speed, outputs.normal)
+    stddev = joint_state(t_ns, CONTACTS, (), outputs.slip_speed_stddev, outputs.normal_stddev)
+    yield "contacts", JOINT_STATE, contacts
+    yield "contacts_stddev", JOINT_STATE, stddev
+
+
+def _monitor(outputs):
+    return joint_state(outputs.t_ns, outputs.monitor, list(outputs.monitor.values()))
+
+
+def _contact_wrenches(outputs):
+    torque = np.cross(outputs.contact_point, outputs.contact_force)
+    for i, name in enumerate(CONTACTS):
+        wrench = {"force": xyz(outputs.contact_force[i]), "torque": xyz(torque[i])}
+        yield f"contact/{name.lower()}", WRENCH, {"header": header(outputs.t_ns), "wrench": wrench}
+
+
+def _pose(outputs):
+    pose = {"position": xyz(outputs.position), "orientation": quaternion(outputs.rotation)}
+    covariance = floats(outputs.pose_covariance + _POSE_FLOOR)
+    return {"header": header(outputs.t_ns), "pose": {"pose": pose, "covariance": covariance}}
+
+
+def alarm_array(t_ns: int, alarms: tuple[Alarm, ...]) -> dict:
+    """Return diagnostic_msgs/DiagnosticArray; numbers as texts that read back unchanged."""
+    return {
+        "header": header(t_ns),
+        "status": [
+            {
+                "level": int(alarm.level),
+                "name": alarm.name,
+                "message": alarm.message,
+                "hardware_id": HARDWARE_ID,
+                "values": [{"key": key, "value": repr(float(x))} for key, x in alarm.values],
+            }
+            for alarm in alarms
+        ],
+    }

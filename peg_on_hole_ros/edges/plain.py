@@ -1,0 +1,60 @@
+"""ROS messages as plain dicts of Python's own numbers: what a bag writer and rclpy both take."""
+
+import numpy as np
+
+HOLE_FRAME = "hole"
+
+
+def stamp(t_ns: int) -> dict:
+    """Return builtin_interfaces/Time of an integer time [ns]; floor, so negative times work."""
+    return {"sec": t_ns // 1_000_000_000, "nanosec": t_ns % 1_000_000_000}
+
+
+def header(t_ns: int, frame_id: str = HOLE_FRAME) -> dict:
+    """Return std_msgs/Header."""
+    return {"stamp": stamp(t_ns), "frame_id": frame_id}
+
+
+def floats(values) -> list[float]:
+    """
+    Return Python floats.
+
+    rclpy serialises an int, a bool or a numpy scalar in a float64 field as rubbish, silently.
+    """
+    return np.asarray(values, dtype=np.float64).ravel().tolist()
+
+
+def xyz(values) -> dict:
+    """Return geometry_msgs/Vector3 or Point of three numbers."""
+    x, y, z = floats(values)
+    return {"x": x, "y": y, "z": z}
+
+
+def quaternion(rotation) -> dict:
+    """
+    Return geometry_msgs/Quaternion of a rotation matrix, w >= 0.
+
+    Shepperd's method: the largest of the four components is taken from the diagonal, so nothing
+    is divided by a small number.
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (3, 3)
+
+    """
+    R = np.asarray(rotation, dtype=np.float64)
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    i = int(np.argmax([R[0, 0], R[1, 1], R[2, 2], trace]))
+    q = np.empty(4)
+    if i == 3:
+        q[3] = 1.0 + trace
+        q[:3] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    else:
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q[i] = 1.0 - trace + 2.0 * R[i, i]
+        q[j] = R[j, i] + R[i, j]
+        q[k] = R[k, i] + R[i, k]
+        q[3] = R[k, j] - R[j, k]
+    q *= np.copysign(1.0 / np.linalg.norm(q), q[3] if q[3] else 1.0)
+    x, y, z, w = q.tolist()
+    return {"x": x, "y": y, "z": z, "w": w}

@@ -1,0 +1,188 @@
+"""The table of all parameters: name, type, default, unit, range and effect of each."""
+
+from dataclasses import dataclass
+
+from peg_on_hole_ros.options import Configuration, NodeOptions
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """
+    One parameter as node and command line know it.
+
+    Attributes
+    ----------
+    name : str
+        Dotted, as in ROS 2.
+    type : str
+        ROS 2 type: `bool`, `integer`, `double`, `string`, `double[]` or `string[]`.
+    default : bool, int, float, str or tuple
+    unit : str
+        SI; empty for a bare number or a text.
+    low, high : float or None
+        Inclusive range of a number, or of each number of an array.
+    choices : tuple of str
+        Allowed texts; empty: any.
+    effect : str
+        One line: what it does, and what goes wrong with a bad value.
+    topic : bool
+        Whether the text has to be the name of a topic.
+
+    """
+
+    name: str
+    type: str
+    default: object
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+    effect: str
+    topic: bool = False
+
+
+_TYPES = {bool: "bool", int: "integer", float: "double", str: "string"}
+
+
+def _row(name, effect, unit="", low=None, high=None, choices=(), topic=False):
+    # The default is read from the record that the value ends in, so the two cannot differ.
+    owner = NodeOptions()
+    for part in name.split(".")[:-1]:
+        owner = getattr(Configuration(), part)
+    default = type(owner).__dataclass_fields__[name.rsplit(".", 1)[-1]].default
+    array = isinstance(default, tuple)
+    kind = _TYPES[type(default[0])] + "[]" if array else _TYPES[type(default)]
+    return Parameter(name, kind, default, unit, low, high, choices, effect, topic)
+
+
+def _scene(name, *rest):
+    return _row(f"scene.{name}", *rest)
+
+
+def _wrench(name, *rest, **more):
+    return _row(f"wrench.{name}", *rest, **more)
+
+
+def _joints(name, *rest, **more):
+    return _row(f"joints.{name}", *rest, **more)
+
+
+def _filter(name, *rest):
+    return _row(f"filter.{name}", *rest)
+
+
+def _monitor(name, *rest):
+    return _row(f"monitor.{name}", *rest)
+
+
+PARAMETERS: tuple[Parameter, ...] = (
+    _scene("hole_diameter", "D; D - d sets every lever: measure it", "m", 1e-4, 1.0),
+    _scene("peg_diameter", "d, below D; 2 um wrong already biases N_K", "m", 1e-4, 1.0),
+    _scene("peg_height", "H, sets mass centre and inertia unless given", "m", 1e-4, 10.0),
+    _scene("peg_mass", "m, with all that is rigid with the peg below the sensor", "kg", 1e-6, 1e4),
+    _scene("friction", "Coulomb coefficient f at all contacts", "", 0.0, 2.0),
+    _scene(
+        "mass_center_height",
+        "mass centre above the lower end face; 0: half the height",
+        "m",
+        0.0,
+        10.0,
+    ),
+    _scene(
+        "transverse_inertia", "Ie about the mass centre; 0: solid cylinder", "kg m^2", 0.0, 1e4
+    ),
+    _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder", "kg m^2", 0.0, 1e4),
+    _scene("gravity", "in hole axes; a hole need not be vertical", "m/s^2", -100.0, 100.0),
+    _scene("clearance_stddev", "of D - d; widens the bounds of the reactions", "m", 0.0, 0.01),
+    _wrench(
+        "acts_on",
+        "whose wrench the sensor reports; the wrong one flips every sign",
+        choices=("peg", "robot"),
+    ),
+    _wrench("sensor_xyz", "sensor origin in the peg frame; sets the levers", "m", -10.0, 10.0),
+    _wrench("sensor_rpy", "sensor axes in the peg frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
+    _wrench(
+        "force_stddev",
+        "noise of each force component; bounds of the reactions scale with it",
+        "N",
+        1e-6,
+        1e3,
+    ),
+    _wrench("torque_stddev", "noise of each torque component", "N m", 1e-7, 1e3),
+    _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
+    _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
+    _joints(
+        "source",
+        "the peg's own angles, or a robot's joints with a URDF",
+        choices=("peg", "robot"),
+    ),
+    _joints("names", "joints to read, in the order gamma, psi, phi, or those of the robot"),
+    _joints(
+        "position_stddev",
+        "noise of the orientation about each axis; too small: measurements are gated",
+        "rad",
+        1e-9,
+        1.0,
+    ),
+    _joints("urdf", "file of the robot's description; needed for source robot"),
+    _joints("tip_frame", "frame of the URDF that carries the peg; needed for source robot"),
+    _joints("peg_xyz", "peg frame in the tip frame", "m", -10.0, 10.0),
+    _joints("peg_rpy", "peg axes in the tip frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
+    _joints("hole_xyz", "hole frame in the robot's base frame", "m", -100.0, 100.0),
+    _joints("hole_rpy", "hole axes in the base frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
+    _filter(
+        "slip_velocity_scale",
+        "of regularised friction; 1e-3 destroys consistency, 1e-7 costs steps",
+        "m/s",
+        1e-7,
+        1e-2,
+    ),
+    _filter("max_step", "longest integration step; a longer interval is divided", "s", 1e-5, 1.0),
+    _filter("max_gap", "silence of the wrench that restarts the filter", "s", 1e-3, 100.0),
+    _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
+    _filter(
+        "free_acceleration_stddev",
+        "process noise while the three-point model does not hold",
+        "rad/s^2",
+        1e-3,
+        1e6,
+    ),
+    _filter(
+        "inflation_threshold",
+        "NIS (3 angles) above which the covariance of the rates is widened",
+        "",
+        1.0,
+        1e6,
+    ),
+    _filter(
+        "gate_threshold",
+        "NIS above which an angle measurement is not used, only counted",
+        "",
+        1.0,
+        1e9,
+    ),
+    _filter("gate_reset_count", "gated in a row that restart the filter", "", 1, 1_000_000),
+    _monitor("contact_force_threshold", "reaction above which a contact is closed", "N", 0.0, 1e6),
+    _monitor("mode_dwell", "time a new contact mode must last to be published", "s", 0.0, 10.0),
+    _monitor("transition_probability_on", "above it the transition is set", "", 0.5, 1.0),
+    _monitor("transition_probability_off", "below it the transition is cleared", "", 0.0, 1.0),
+    _monitor("jamming_warn", "risk that gives the alarm jamming, level WARN", "", 0.0, 1.0),
+    _monitor("jamming_error", "risk that gives the alarm jamming, level ERROR", "", 0.0, 1.0),
+    _monitor("alarm_hysteresis", "share of a limit to fall below to clear an alarm", "", 0.0, 1.0),
+    _monitor("max_normal", "of K, B1, B2: reactions above give overload", "N", 1e-3, 1e9),
+    _monitor(
+        "singular_band",
+        "relative distance to the singular set that counts as wedged",
+        "",
+        0.0,
+        1.0,
+    ),
+    _row("topics.wrench", "geometry_msgs/WrenchStamped to read", topic=True),
+    _row("topics.joint_states", "sensor_msgs/JointState to read", topic=True),
+    _row("autostart", "node: configure and activate itself at start"),
+    _row("record_arrivals", "node: MCAP file for messages in their order of arrival; empty: none"),
+    _row(
+        "qos_depth", "node: queue of each subscription; short queues lose messages", "", 1, 100_000
+    ),
+    _row("markers_rate", "most marker messages per second of stamp time", "Hz", 0.0, 1000.0),
+)

@@ -1,0 +1,84 @@
+"""Installs the package with pip or colcon; the extras are what pip adds where no ROS is."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+NAME = "peg_on_hole_ros"
+SHARE = f"share/{NAME}"
+
+# ROS 2 Kilted as wheels (x86_64, CPython 3.10 to 3.13), for machines without a native ROS.
+ROS = [
+    "ros-kilted-rclpy==9.1.2",
+    "ros-kilted-rmw-fastrtps-cpp==9.3.3",
+    "ros-kilted-std-msgs==5.5.1",
+    "ros-kilted-geometry-msgs==5.5.1",
+    "ros-kilted-sensor-msgs==5.5.1",
+    "ros-kilted-diagnostic-msgs==5.5.1",
+    "ros-kilted-visualization-msgs==5.5.1",
+    "ros-kilted-std-srvs==5.5.1",
+]
+
+# colcon's Python build calls `setup.py install`, which newer setuptools no longer has.
+COLCON = [
+    "colcon-core==0.21.3",
+    "colcon-ros==0.5.0",
+    "colcon-bash==0.5.0",
+    "colcon-output==0.2.15",
+    "colcon-test-result==0.3.8",
+    "setuptools<80",
+]
+
+CHECKS = [
+    "hypothesis>=6.100",
+    "import-linter>=2.1",
+    "mpmath>=1.3",
+    "pytest>=8",
+    "pytest-timeout>=2.3",
+    "pytest-xdist>=3.6",
+    "rosbags==0.11.9",
+    "ruff==0.17.5",
+    "sympy>=1.12",
+]
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={"": ["*.xml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (SHARE, ["package.xml"]),
+        (f"{SHARE}/config", sorted(glob("config/*.yaml"))),
+        (f"{SHARE}/launch", sorted(glob("launch/*.launch.py"))),
+    ],
+    python_requires=">=3.10",
+    install_requires=[
+        "filterpy>=1.4.5",
+        "mcap>=1.1",
+        "mcap-ros2-support>=0.5",
+        "numba>=0.58",
+        "numpy>=1.24",
+        "pyyaml>=6",
+        "scipy>=1.10",
+    ],
+    extras_require={
+        "ros": ROS,
+        "report": ["matplotlib>=3.7"],
+        "urdf": ["pin>=3.0"],
+        "dev": COLCON + CHECKS,
+    },
+    zip_safe=False,
+    author="peg_on_hole developers",
+    author_email="dev@example.org",
+    maintainer="peg_on_hole developers",
+    maintainer_email="dev@example.org",
+    description="Contact-state estimation for a cylindrical peg being set on a hole.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "peg-on-hole = peg_on_hole_ros.cli.main:main",
+            "peg_on_hole = peg_on_hole_ros.edges.node:main",
+        ],
+    },
+)

@@ -1,0 +1,298 @@
+"""Bags: order, damage, folders, missing topics; a bag written is a bag read."""
+
+import json
+from pathlib import Path
+
+import pytest
+from bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, IndexType
+from mcap.writer import Writer as McapWriter
+
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, BagWriter
+from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.errors import BagError, PegOnHoleError
+from peg_on_hole_ros.options import Configuration
+
+TEXT = "std_msgs/msg/String"
+BOTH = {"/wrench": WRENCH, "/joint_states": JOINTS}
+
+
+def raw_text(text):
+    data = text.encode() + b"\0"
+    return b"\0\1\0\0" + len(data).to_bytes(4, "little") + data
+
+
+def text_bag(path, times, chunk_size=200, schema=None, encoding="ros2msg", **options):
+    """Write std_msgs/String messages "0", "1", ... with these log times, in small chunks."""
+    with open(path, "wb") as stream:
+        writer = McapWriter(stream, chunk_size=chunk_size, **options)
+        writer.start(profile="ros2")
+        data = definition(TEXT).encode() if schema is None else schema
+        channel = writer.register_channel(
+            "/t", "cdr", writer.register_schema(TEXT, encoding, data)
+        )
+        for i, t_ns in enumerate(times):
+            writer.add_message(channel, t_ns, raw_text(str(i)), t_ns)
+        writer.finish()
+    return path
+
+
+def order(bag):
+    return [int(m.message.data) for m in bag.messages(["/t"])]
+
+
+@pytest.mark.parametrize("chunking", [True, False])
+@pytest.mark.parametrize(
+    "compression", [CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD]
+)
+def test_messages_come_by_log_time_and_ties_in_the_order_of_the_file(
+    tmp_path, chunking, compression
+):
+    times = [(i * 37) % 50 // 2 for i in range(200)]
+    path = text_bag(tmp_path / "a.mcap", times, use_chunking=chunking, compression=compression)
+    bag = Bag(path)
+    assert order(bag) == sorted(range(200), key=lambda i: times[i])
+    assert order(bag) == order(bag), "a bag can be read twice"
+    info = bag.topics["/t"]
+    assert (info.types, info.count, info.first_ns, info.last_ns) == ([TEXT], 200, 0, 24)
+    assert not bag.damage
+
+
+def test_memory_holds_only_chunks_that_overlap(tmp_path, monkeypatch):
+    path = text_bag(tmp_path / "a.mcap", range(2000))
+    bag = Bag(path)
+    assert len(bag._blocks) > 100
+    longest = 0
+    import peg_on_hole_ros.edges.bag_reader as module
+
+    class Heap:
+        heappop = staticmethod(module.heapq.heappop)
+
+        @staticmethod
+        def heappush(heap, item):
+            nonlocal longest
+            module_heappush(heap, item)
+            longest = max(longest, len(heap))
+
+    module_heappush = module.heapq.heappush
+    monkeypatch.setattr(module, "heapq", Heap)
+    assert order(bag) == list(range(2000))
+    # Two chunks of 200 bytes hold some ten messages each of 36 bytes and more.
+    assert longest < 20
+
+
+def test_definition_left_out_is_that_of_ros(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(5), schema=b"")
+    bag = Bag(path)
+    bag.require({"/t": TEXT})
+    assert order(bag) == [0, 1, 2, 3, 4]
+
+
+def test_cut_off_file_gives_every_whole_chunk_and_says_where(tmp_path):
+    whole = text_bag(tmp_path / "a.mcap", range(1000)).read_bytes()
+    counts = []
+    for size in (len(whole) // 4, len(whole) // 2, len(whole) - 1):
+        path = tmp_path / f"{size}.mcap"
+        path.write_bytes(whole[:size])
+        bag = Bag(path)
+        got = order(bag)
+        assert got == list(range(len(got)))
+        assert bag.damage == f"{path} is cut off at byte {size}"
+        counts.append(len(got))
+    assert 100 < counts[0] < counts[1] < counts[2] == 1000
+
+
+def test_flipped_byte_in_a_chunk_is_found_and_what_lies_before_is_kept(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(1000), compression=CompressionType.NONE)
+    data = bytearray(path.read_bytes())
+    at = data.index(raw_text("500")) + 8
+    data[at] ^= 1
+    path.write_bytes(data)
+    bag = Bag(path)
+    got = order(bag)
+    assert got == list(range(len(got))) and 480 < len(got) <= 500
+    assert "does not fit its checksum" in bag.damage and str(path) in bag.damage
+
+
+@pytest.mark.parametrize("compression", [CompressionType.LZ4, CompressionType.ZSTD])
+def test_damage_within_compressed_data_is_reported(tmp_path, compression):
+    path = text_bag(tmp_path / "a.mcap", range(1000), compression=compression, chunk_size=4000)
+    block = Bag(path)._blocks[2]
+    data = bytearray(path.read_bytes())
+    middle = block.start + block.length // 2
+    data[middle : middle + 64] = bytes(64)
+    path.write_bytes(data)
+    bag = Bag(path)
+    got = order(bag)
+    assert got == list(range(len(got))) and 0 < len(got) < 1000
+    assert bag.damage.startswith(f"{path} is damaged")
+
+
+def test_damage_outside_chunks_is_found_by_the_checksum_of_the_whole(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(50), use_chunking=False, enable_data_crcs=True)
+    assert not Bag(path).damage
+    data = bytearray(path.read_bytes())
+    data[data.index(raw_text("20")) + 8] ^= 1
+    path.write_bytes(data)
+    assert Bag(path).damage == f"{path} is damaged: the data section does not fit its checksum"
+
+
+def test_undecodable_payload_is_counted_not_read(tmp_path):
+    path = write_bag(tmp_path / "whole.mcap", count=2)
+    with open(path, "rb") as stream:
+        payloads = [m.data for _, c, m in make_reader(stream).iter_messages(["/wrench"])]
+    path = tmp_path / "a.mcap"
+    with open(path, "wb") as stream:
+        writer = McapWriter(stream)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(WRENCH, "ros2msg", definition(WRENCH).encode())
+        channel = writer.register_channel("/wrench", "cdr", schema)
+        for i, data in enumerate([payloads[0], payloads[0][:-1], b"", payloads[1]]):
+            writer.add_message(channel, i, data, i)
+        writer.finish()
+    bag = Bag(path)
+    assert [m.log_ns for m in bag.messages(["/wrench"])] == [0, 3]
+    assert bag.undecodable == {"/wrench": 2}
+
+
+def test_index_is_not_needed(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(100), index_types=IndexType.NONE)
+    assert order(Bag(path)) == list(range(100))
+
+
+def test_written_messages_come_back_with_the_configuration(tmp_path):
+    path = tmp_path / "out.mcap"
+    with BagWriter(path, Configuration(), {"origin": {"seed": "3"}}) as writer:
+        writer.write("/wrench", WRENCH, wrench(5 * MS, (1.5, -2.0, 3.0), (0.1, 0.2, 0.3)), 5 * MS)
+        writer.write_all(
+            "/peg_on_hole/",
+            [
+                ("state", JOINTS, joints(5 * MS)),
+                (
+                    "/diagnostics",
+                    "diagnostic_msgs/msg/DiagnosticArray",
+                    {"header": header(5 * MS)},
+                ),
+            ],
+            5 * MS,
+        )
+        writer.add_metadata("end", {"a": "b"})
+    assert [p.name for p in tmp_path.iterdir()] == ["out.mcap"]
+    bag = Bag(path)
+    assert set(bag.topics) == {"/wrench", "/peg_on_hole/state", "/diagnostics"}
+    (message,) = bag.messages(["/wrench"])
+    assert message.log_ns == 5 * MS
+    assert message.message.wrench.force.y == -2.0
+    assert message.message.header.frame_id == "sensor"
+    assert json.loads(bag.metadata[CONFIGURATION_METADATA]["scene.gravity"]) == [
+        0.0,
+        0.0,
+        -9.80665,
+    ]
+    assert bag.metadata["origin"] == {"seed": "3"} and bag.metadata["end"] == {"a": "b"}
+
+
+def test_failure_while_writing_leaves_no_file(tmp_path):
+    with pytest.raises(RuntimeError), BagWriter(tmp_path / "out.mcap"):
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_place_that_cannot_be_written(tmp_path):
+    with pytest.raises(PegOnHoleError, match="cannot write .*out.mcap: No such file"):
+        BagWriter(tmp_path / "none" / "out.mcap")
+
+
+def folder(tmp_path, description=None, files=("b_0.mcap", "b_1.mcap")):
+    path = tmp_path / "bag"
+    path.mkdir()
+    for i, name in enumerate(files):
+        write_bag(path / name, count=10, start=10**9 * (1 + i))
+    if description is not None:
+        (path / "metadata.yaml").write_text(description)
+    return path
+
+
+def described(*names, storage="mcap"):
+    return (
+        "rosbag2_bagfile_information:\n  version: 9\n"
+        f"  storage_identifier: {storage}\n  relative_file_paths: [{', '.join(names)}]\n"
+    )
+
+
+@pytest.mark.parametrize("description", [None, described("b_0.mcap", "b_1.mcap")])
+def test_folder_is_read_as_one_bag(tmp_path, description):
+    bag = Bag(folder(tmp_path, description))
+    bag.require(BOTH)
+    times = [m.log_ns for m in bag.messages(["/wrench"])]
+    assert len(times) == 20 and times == sorted(times)
+
+
+def test_files_of_a_folder_without_description_are_in_natural_order(tmp_path):
+    path = folder(tmp_path, None, ("b_10.mcap", "b_9.mcap"))
+    assert [scan.path.name for scan in Bag(path)._scans] == ["b_9.mcap", "b_10.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("description", "message"),
+    [
+        (described("b_2.mcap"), "{path}/metadata.yaml names b_2.mcap, which is not in {path}"),
+        (
+            described("b_0.db3", storage="sqlite3"),
+            "{path} is a bag in sqlite3; convert it: ros2 bag convert -i {path} with storage_id "
+            "mcap for the output",
+        ),
+        (
+            "a: 1",
+            "{path}/metadata.yaml is not a description of a bag (rosbag2_bagfile_information with "
+            "relative_file_paths); remove it to read the .mcap files of {path}",
+        ),
+        (
+            described(),
+            "{path}/metadata.yaml names no files; remove it to read the .mcap files of {path}",
+        ),
+    ],
+)
+def test_unusable_folders(tmp_path, description, message):
+    path = folder(tmp_path, description)
+    with pytest.raises(BagError) as caught:
+        Bag(path)
+    assert str(caught.value) == message.replace("{path}", str(path))
+
+
+def test_folder_that_is_no_bag(tmp_path):
+    with pytest.raises(BagError, match="without metadata.yaml and without .mcap files: no bag"):
+        Bag(tmp_path)
+    Path(tmp_path / "x.db3").write_bytes(b"SQLite")
+    with pytest.raises(BagError, match="is a bag in SQLite; convert it"):
+        Bag(tmp_path)
+    with pytest.raises(BagError, match="is a bag in SQLite; convert it"):
+        Bag(tmp_path / "x.db3")
+
+
+def test_requirements_are_refused_with_what_the_bag_has(tmp_path):
+    path = write_bag(tmp_path / "a.mcap", count=4, wrench_topic="/ft")
+    with pytest.raises(BagError) as caught:
+        Bag(path).require(BOTH)
+    assert str(caught.value) == (
+        f"{path} has no messages on /wrench (geometry_msgs/msg/WrenchStamped); it has: "
+        "/ft (geometry_msgs/msg/WrenchStamped, 4), /joint_states (sensor_msgs/msg/JointState, 2); "
+        "name the topics in the configuration (topics.wrench, topics.joint_states)"
+    )
+    with pytest.raises(BagError) as caught:
+        Bag(path).require({"/joint_states": WRENCH})
+    assert str(caught.value).startswith(
+        f"{path}: /joint_states is sensor_msgs/msg/JointState, not geometry_msgs/msg/WrenchStamped"
+    )
+    with BagWriter(tmp_path / "empty.mcap"):
+        pass
+    with pytest.raises(BagError, match=r"empty.mcap holds no messages$"):
+        Bag(tmp_path / "empty.mcap").require(BOTH)
+
+
+def test_other_encodings_are_refused_by_name(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(3), encoding="ros2idl")
+    with pytest.raises(BagError, match="/t is encoded as cdr, ros2idl; only messages of ROS 2"):
+        Bag(path).require({"/t": TEXT})

@@ -1,0 +1,135 @@
+"""ROS 2 parameters files: what is read, what is refused, what is written."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from peg_on_hole_ros.configuration import PARAMETERS, from_parameters, node_options
+from peg_on_hole_ros.edges.config_file import (
+    DEFAULT_HEADING,
+    read_parameters,
+    write_parameters,
+)
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration, NodeOptions
+
+COMMITTED = Path(__file__).parents[1] / "config" / "peg_on_hole.yaml"
+
+
+def written(tmp_path, text):
+    path = tmp_path / "c.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def body(*lines):
+    return "peg_on_hole:\n  ros__parameters:\n" + "".join(f"    {line}\n" for line in lines)
+
+
+def test_committed_file_is_what_the_table_gives():
+    expected = write_parameters({}, DEFAULT_HEADING)
+    assert COMMITTED.read_text(encoding="utf-8") == expected, (
+        "run: python3 -m peg_on_hole_ros.edges.config_file > config/peg_on_hole.yaml"
+    )
+
+
+def test_committed_file_gives_the_defaults_and_names_every_parameter():
+    parameters = read_parameters(COMMITTED)
+    assert set(parameters) == {row.name for row in PARAMETERS}
+    assert from_parameters(parameters) == Configuration()
+    assert node_options(parameters) == NodeOptions()
+
+
+def test_nested_flat_and_wildcard_names_are_read_and_the_node_wins(tmp_path):
+    path = written(
+        tmp_path,
+        "other_node:\n  ros__parameters: {rate: 3}\n"
+        "peg_on_hole:\n  ros__parameters:\n    scene.friction: 0.3\n    scene: {peg_mass: 2.5}\n"
+        "/**:\n  ros__parameters:\n    use_sim_time: true\n    scene: {friction: 0.9}\n",
+    )
+    assert read_parameters(path) == {
+        "use_sim_time": True,
+        "scene.friction": 0.3,
+        "scene.peg_mass": 2.5,
+    }
+
+
+@pytest.mark.parametrize("text", ["1e-4", "1.0e-4", "1E-4", "+.0001", "0.0001"])
+def test_numbers_are_read_as_ros_reads_them(tmp_path, text):
+    path = written(tmp_path, body(f"joints: {{position_stddev: {text}}}"))
+    assert read_parameters(path) == {"joints.position_stddev": 1e-4}
+
+
+def test_write_and_read_give_the_same_values_back(tmp_path):
+    given = {
+        "scene.friction": 1e-05,
+        "joints.names": ("a b", 'q"\\', "on", "12"),
+        "joints.urdf": "/tmp/x y.urdf",
+        "autostart": False,
+    }
+    given["joints.source"] = "robot"
+    given["joints.tip_frame"] = "null"
+    path = written(tmp_path, write_parameters(given, "what\nwhy"))
+    assert path.read_text().startswith("# what\n# why\npeg_on_hole:\n  ros__parameters:\n")
+    assert from_parameters(read_parameters(path)) == from_parameters(given)
+    # Any YAML 1.1 reader gives the same types.
+    plain = yaml.safe_load(path.read_text())["peg_on_hole"]["ros__parameters"]
+    assert plain["scene"]["friction"] == 1e-05
+    assert plain["joints"]["names"] == ["a b", 'q"\\', "on", "12"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "",
+            "{path} holds no parameters; a ROS 2 parameters file begins with 'peg_on_hole:' and "
+            "below it 'ros__parameters:'",
+        ),
+        (
+            "robot:\n  ros__parameters: {a: 1}\ncamera: {}\n",
+            "{path} has parameters for robot, camera, none for peg_on_hole; a ROS 2 parameters "
+            "file begins with 'peg_on_hole:' and below it 'ros__parameters:'",
+        ),
+        (
+            "peg_on_hole:\n  ros_parameters: {a: 1}\n",
+            "{path}: below peg_on_hole there is ros_parameters, not ros__parameters (two "
+            "underscores); a ROS 2 parameters file begins with 'peg_on_hole:' and below it "
+            "'ros__parameters:'",
+        ),
+        (
+            body("scene: {frction: 0.1}"),
+            "{path}: unknown parameter 'scene.frction'; the nearest are: scene.friction",
+        ),
+        (body("scene: 5"), "{path}: scene = 5 is a value, but it is a group of names"),
+        (
+            body("scene: {friction: 1}"),
+            "{path}: scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 does not "
+            "take an integer for a double)",
+        ),
+        (
+            body("scene: {friction: low}"),
+            "{path}: scene.friction = 'low' is a string, not a double; it is a double such as 0.2",
+        ),
+        (
+            body("scene: {friction: {a: 1}}"),
+            "{path}: scene.friction = {'a': 1} is a dict, not a double; it is a double such as "
+            "0.2",
+        ),
+        ("a: [1\n", "{path} is not YAML at line 2: expected ',' or ']', but got '<stream end>'"),
+    ],
+)
+def test_unusable_files_say_what_is_wrong(tmp_path, text, message):
+    path = written(tmp_path, text)
+    with pytest.raises(PegOnHoleError) as caught:
+        read_parameters(path)
+    assert str(caught.value) == message.replace("{path}", str(path))
+    assert caught.value.exit_code == 2
+
+
+def test_missing_and_unreadable_files(tmp_path):
+    with pytest.raises(PegOnHoleError, match="there is no configuration file .*none.yaml"):
+        read_parameters(tmp_path / "none.yaml")
+    with pytest.raises(PegOnHoleError, match="cannot read the configuration .*: .*directory"):
+        read_parameters(tmp_path)

@@ -1,0 +1,201 @@
+"""Messages of all output topics: contents against other constructions, and when they are sent."""
+
+import numpy as np
+import pytest
+from estimates import SCENE, estimate
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from scipy.spatial.transform import Rotation
+
+from peg_on_hole_ros.edges.messages import LATCHED, POSITION_FLOOR, TOPICS, OutputStream
+from peg_on_hole_ros.edges.plain import quaternion, stamp
+from peg_on_hole_ros.edges.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.records import Alarm
+
+
+def by_topic(messages):
+    return {suffix: message for suffix, _, message in messages}
+
+
+def first(**more):
+    return by_topic(OutputStream(SCENE).messages(estimate(**more)))
+
+
+def topics_of(stream, **more):
+    return {suffix for suffix, _, _ in stream.messages(estimate(**more))}
+
+
+def test_first_estimate_gives_every_topic_with_its_type():
+    messages = OutputStream(SCENE).messages(estimate())
+    assert {suffix: ros_type for suffix, ros_type, _ in messages} == TOPICS
+
+
+def test_stamp_and_frame_are_on_every_message_with_a_header():
+    for suffix, message in first(t_ns=12_000_000_034).items():
+        if suffix == "markers":
+            headers = [marker["header"] for marker in message["markers"]]
+        else:
+            headers = [message["header"]] if suffix not in LATCHED else []
+        for header in headers:
+            assert header == {"stamp": {"sec": 12, "nanosec": 34}, "frame_id": "hole"}
+
+
+def test_joint_states_hold_the_estimate():
+    outputs, messages = estimate(), first()
+    assert messages["state"]["name"] == ["gamma", "psi", "phi"]
+    assert messages["state"]["position"] == outputs.state[:3].tolist()
+    assert messages["state"]["velocity"] == outputs.state[3:].tolist()
+    stddev = messages["state_stddev"]
+    assert stddev["position"] == pytest.approx([1e-5, 2**0.5 * 1e-5, 3**0.5 * 1e-5], rel=1e-12)
+    assert messages["contacts"]["name"] == ["K", "B1", "B2"]
+    assert messages["contacts"]["effort"] == [20.0, 9.0, 11.0]
+    assert messages["contacts"]["velocity"] == [0.05, 0.04, 0.03]
+    assert messages["contacts"]["position"] == [1.0, 1.0, 1.0]
+    assert messages["contacts_stddev"]["effort"] == [0.5, 0.3, 0.4]
+    assert messages["monitor"]["name"] == ["transition_probability", "jamming_risk"]
+    assert messages["monitor"]["position"] == [0.25, 0.5]
+
+
+def test_contact_wrench_has_the_moment_about_the_hole_origin():
+    outputs, messages = estimate(), first()
+    for i, name in enumerate(("k", "b1", "b2")):
+        wrench = messages[f"contact/{name}"]["wrench"]
+        x, y, z = outputs.contact_point[i]
+        # r x F as a skew matrix, not by the cross product that the code uses
+        skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        force = list(wrench["force"].values())
+        assert force == outputs.contact_force[i].tolist()
+        torque = list(wrench["torque"].values())
+        np.testing.assert_allclose(torque, skew @ outputs.contact_force[i], rtol=0, atol=1e-15)
+
+
+def test_pose_covariance_can_be_inverted():
+    # 1e-8 in all places is of rank 1; a program that inverts it needs the floor.
+    covariance = np.array(first()["pose"]["pose"]["covariance"]).reshape(6, 6)
+    assert np.linalg.eigvalsh(covariance)[0] == pytest.approx(POSITION_FLOOR**2, rel=1e-3)
+
+
+@given(st.lists(st.floats(-4, 4), min_size=3, max_size=3))
+def test_quaternion_is_the_rotation(vector):
+    rotation = Rotation.from_rotvec(vector)
+    q = quaternion(rotation.as_matrix())
+    assert q["w"] >= 0
+    back = Rotation.from_quat([q["x"], q["y"], q["z"], q["w"]])
+    assert (back.inv() * rotation).magnitude() < 1e-14
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.8, 0)])
+def test_quaternion_of_half_a_turn(axis):
+    rotation = Rotation.from_rotvec(np.pi * np.array(axis))
+    q = quaternion(rotation.as_matrix())
+    back = Rotation.from_quat([q["x"], q["y"], q["z"], q["w"]])
+    assert (back.inv() * rotation).magnitude() < 1e-14
+
+
+def test_latched_topics_are_sent_on_change_only():
+    stream = OutputStream(SCENE)
+    assert {"transition", "contact_mode"} <= topics_of(stream)
+    assert not {"transition", "contact_mode"} & topics_of(stream, t_ns=1_501_000_000)
+    sent = topics_of(stream, t_ns=1_502_000_000, contact_mode="two_point", transition=True)
+    assert {"transition", "contact_mode"} <= sent
+    sent = topics_of(stream, t_ns=1_503_000_000, contact_mode="open", transition=True)
+    assert "contact_mode" in sent and "transition" not in sent
+
+
+def test_alarms_are_sent_at_10_hz_of_stamp_time_and_on_change_of_level():
+    stream = OutputStream(SCENE)
+    sent = [k for k in range(1000) if "alarms" in topics_of(stream, t_ns=k * 1_000_000)]
+    assert sent == list(range(0, 1000, 100))
+    alarm = (Alarm("jamming", 2, "wedged: turn the peg", (("risk", 0.97),)),)
+    messages = by_topic(stream.messages(estimate(t_ns=999_500_000, alarms=alarm)))
+    status = messages["alarms"]["status"][0]
+    assert (status["name"], status["level"]) == ("jamming", 2)
+    assert status["values"] == [{"key": "risk", "value": "0.97"}]
+    # Other numbers at the same level are no change.
+    calmer = (alarm[0]._replace(values=(("risk", 0.96),)),)
+    assert "alarms" not in topics_of(stream, t_ns=999_700_000, alarms=calmer)
+
+
+def test_markers_keep_their_rate_and_survive_time_jumping_back():
+    stream = OutputStream(SCENE, markers_rate=20.0)
+    sent = [k for k in range(200) if "markers" in topics_of(stream, t_ns=k * 1_000_000)]
+    assert sent == [0, 50, 100, 150]
+    assert "markers" in topics_of(stream, t_ns=10_000_000)
+    assert "markers" not in topics_of(OutputStream(SCENE, markers_rate=0.0))
+
+
+def test_friction_cone_opens_by_atan_f_about_the_normal():
+    outputs = estimate()
+    markers = first()["markers"]["markers"]
+    cones = [marker for marker in markers if marker["ns"] == "friction_cone"]
+    assert [cone["id"] for cone in cones] == [0, 1, 2]
+    for i, cone in enumerate(cones):
+        # The forces of the sample are along the normals.
+        axis = outputs.contact_force[i] / np.linalg.norm(outputs.contact_force[i])
+        points = np.array([list(point.values()) for point in cone["points"]])
+        rays = points[1::3] - points[0::3]
+        along = rays @ axis / np.linalg.norm(rays, axis=1)
+        np.testing.assert_allclose(along, np.cos(np.arctan(SCENE.friction)), rtol=1e-12)
+
+
+def test_marker_of_an_open_contact_is_deleted():
+    for marker in first(closed=np.array([True, False, True]))["markers"]["markers"]:
+        if marker["ns"] in ("contact_force", "friction_cone"):
+            assert marker["action"] == (2 if marker["id"] == 1 else 0)
+
+
+def test_two_point_pose_has_no_cones_and_does_not_fail():
+    outputs = estimate()
+    outputs = outputs._replace(state=np.array([0.05, 0, 0, 0, 0, 0.0]))
+    markers = by_topic(OutputStream(SCENE).messages(outputs))["markers"]["markers"]
+    assert {m["action"] for m in markers if m["ns"] == "friction_cone"} == {2}
+
+
+@pytest.mark.parametrize("suffix", TOPICS)
+def test_ros_serialises_every_message_without_loss(suffix):
+    # rclpy turns an int or numpy scalar in a float64 field into rubbish: only the way back shows.
+    message, ros_type = first()[suffix], TOPICS[suffix]
+    ros = to_ros(ros_type, message)
+    back = to_plain(deserialize_message(serialize_message(ros), message_class(ros_type)))
+    assert_contains(back, message)
+
+
+def assert_contains(full, part):
+    if isinstance(part, dict):
+        for name, value in part.items():
+            assert_contains(full[name], value)
+    elif isinstance(part, list):
+        assert len(full) == len(part)
+        for left, right in zip(full, part):
+            assert_contains(left, right)
+    elif isinstance(part, float):
+        assert type(part) is float
+        assert full in (part, float(np.float32(part)))  # colours are float32
+    else:
+        assert full == part and type(full) is type(part)
+
+
+def test_stamp_of_negative_time_is_floored():
+    assert stamp(-1) == {"sec": -1, "nanosec": 999_999_999}
+
+
+def test_every_number_is_finite_and_python_own():
+    def walk(value):
+        if isinstance(value, dict):
+            for item in value.values():
+                walk(item)
+        elif isinstance(value, list):
+            for item in value:
+                walk(item)
+        elif not isinstance(value, str):
+            assert type(value) in (int, float, bool) and np.isfinite(value)
+
+    for message in first().values():
+        walk(message)
+
+
+def test_unknown_field_is_an_error():
+    with pytest.raises(KeyError, match="data_"):
+        to_ros("std_msgs/msg/Bool", {"data_": True})
+    assert isinstance(to_plain(to_ros("std_msgs/msg/Bool", {"data": True})), dict)

@@ -1,0 +1,41 @@
+"""The package builds with colcon, and what it installs starts."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def install_space(tmp_path_factory):
+    base = tmp_path_factory.mktemp("colcon")
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        # A child of another wheel environment would load this one's libraries.
+        if name not in ("_ROS_WHEELS_BOOTSTRAP_COMPLETE", "LD_LIBRARY_PATH", "PYTHONPATH")
+    }
+    environment["AMENT_PREFIX_PATH"] = sys.prefix
+    environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{environment['PATH']}"
+    command = [
+        *(sys.executable, "-m", "colcon", "--log-base", base / "log", "build"),
+        *("--paths", ROOT, "--build-base", base / "build", "--install-base", base / "install"),
+    ]
+    build = subprocess.run(command, cwd=base, env=environment, capture_output=True, text=True)
+    assert build.returncode == 0, build.stdout + build.stderr
+    return base / "install" / "peg_on_hole_ros", environment
+
+
+def test_installs_what_ros_looks_for(install_space):
+    prefix, _ = install_space
+    share = prefix / "share"
+    assert (share / "ament_index/resource_index/packages/peg_on_hole_ros").is_file()
+    assert (share / "peg_on_hole_ros/package.xml").is_file()
+    assert (share / "peg_on_hole_ros/launch/peg_on_hole.launch.py").is_file()
+    for name in ("peg_on_hole", "peg-on-hole"):
+        assert os.access(prefix / "lib/peg_on_hole_ros" / name, os.X_OK)
+    assert list(prefix.rglob("edges/fastdds_local.xml"))
