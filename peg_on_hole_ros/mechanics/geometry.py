@@ -66,7 +66,13 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
     PegOnHoleError
         Where a tilt has no three-point contact.
 
-    Source: eq. (3) of the paper and docs/notation.md.
+    Notes
+    -----
+    What a rounded gamma can still tell of gamma - gamma0
+    limits the accuracy of a1 and b; give the difference itself to `contact_geometry_above` where
+    it is known better.
+
+    Source: docs/notation.md, G1 to G16; eq. (3) of the paper.
 
     """
     gamma0 = scene.gamma0
@@ -76,22 +82,67 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
     return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma))
 
 
-def closed_forms(d, D, H_c, gamma0, gamma):
+def contact_geometry_above(scene: Scene, excess) -> ContactGeometry:
+    """
+    Return the geometry of three-point contact at gamma0 + excess, accurate for the smallest excess.
+
+    Parameters
+    ----------
+    scene : Scene
+    excess : float or ndarray
+        e = gamma - gamma0 [rad], 0 < e < pi/2 - gamma0 (complex values pass unchecked).
+
+    Returns
+    -------
+    ContactGeometry
+        Every entry within 4 units in the last place times its condition number.
+
+    Raises
+    ------
+    PegOnHoleError
+        Where the excess is not positive, not finite, or reaches a level peg.
+
+    Source: docs/notation.md, G1 to G16; eqs. (3), (29).
+
+    """
+    gamma0 = scene.gamma0
+    if not np.iscomplexobj(excess):
+        excess = np.asarray(excess, float)[()]
+        good = (excess > 0) & (excess < np.pi / 2 - gamma0)
+        if not np.all(good):
+            bad = np.asarray(excess)[~np.asarray(good)].flat[0]
+            raise PegOnHoleError(
+                f"gamma - gamma0 = {bad:g} rad has no three-point contact: it must lie within 0 "
+                f"and {np.pi / 2 - gamma0:.9g} rad; below 0 the contact is two-point"
+            )
+    d, D, H_c = scene.peg_diameter, scene.hole_diameter, scene.mass_center_height
+    return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma0 + excess, excess))
+
+
+def closed_forms(d, D, H_c, gamma0, gamma, excess=None):
     """
     Return the fields of `ContactGeometry` after gamma0; unchecked, and compiled by the kernel.
+
+    `excess` is gamma - gamma0 where that is known better than by the difference.
 
     Notes
     -----
     d - D cos(gamma) vanishes at gamma0; written as a product of sines it keeps its digits there.
-    With it a1, and b = 2 sqrt(c a1 a2) / s, S1 = D/2 - 2 c a1/s, S2 = d/2 - 2 a1/s follow without
-    cancellation.
+    D - d is exact in floating point where it is small (Sterbenz), and b = 2 sqrt(c a1 a2)/s has no
+    difference. S1 is a sum of terms of one sign; where little is taken from D/2, that difference
+    has fewer roundings (S2 alike). What is left are differences with a real zero.
 
     """
+    above = gamma - gamma0 if excess is None else excess
     s, c = np.sin(gamma), np.cos(gamma)
-    a1 = D * np.sin((gamma + gamma0) / 2) * np.sin((gamma - gamma0) / 2) / s
-    a2 = ((D - d) + 2 * d * np.sin(gamma / 2) ** 2) / (2 * s)
-    S1 = D / 2 - 2 * c * a1 / s
-    S2 = d / 2 - 2 * a1 / s
+    half = np.sin(gamma / 2) ** 2
+    a1 = D * np.sin(gamma - above / 2) * np.sin(above / 2) / s
+    a2 = ((D - d) + 2 * d * half) / (2 * s)
+    taken = 2 * a1 / s
+    near = 1.0 * (taken.real < D / 8)
+    spread, tan2 = (D - d) * c / s**2, half / (1 - half)
+    S1 = near * (D / 2 - c * taken) + (1 - near) * (spread + D / 2 * tan2)
+    S2 = near * (d / 2 - taken) + (1 - near) * (spread - d / 2 * tan2)
     b = 2 * np.sqrt(c * a1 * a2) / s
     db = 2 * S1 * S2 / (s * b)
     h_c = -(H_c - a2) * s
@@ -117,13 +168,14 @@ def _check_tilt(gamma, gamma0):
 
 
 def contact_points(g: ContactGeometry, hole_diameter: float) -> np.ndarray:
-    """Return K, B1, B2 in (h, e, z) as rows, shape (3, 3) [m]."""
-    return np.array([[-hole_diameter / 2, 0, 0], [g.S1, -g.b, 0], [g.S1, g.b, 0]])
+    """Return K, B1, B2 in (h, e, z) as rows, shape (3, 3, ...) [m]."""
+    zero = 0 * g.s
+    return np.array([[zero - hole_diameter / 2, zero, zero], [g.S1, -g.b, zero], [g.S1, g.b, zero]])
 
 
 def normals(g: ContactGeometry) -> np.ndarray:
     """
-    Return the unit normals on the peg at K, B1, B2 in (h, e, z) as rows, shape (3, 3).
+    Return the unit normals on the peg at K, B1, B2 in (h, e, z) as rows, shape (3, 3, ...).
 
     At K along eta, square to the peg's side; at B1, B2 towards O, where the axes meet.
 
@@ -147,8 +199,8 @@ def velocity_jacobians(g: ContactGeometry, d: float, D: float) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (3, 3, 3)
-        [contact, component (h, e, z), rate] [m/rad].
+    ndarray, shape (3, 3, 3, ...)
+        [contact, component (h, e, z), rate, as gamma] [m/rad].
 
     Source: eqs. (10)-(21), corrected: symmetric at B1 and B2, gamma' = +dgamma/dt throughout.
 

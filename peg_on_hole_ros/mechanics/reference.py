@@ -50,20 +50,30 @@ class ContactSolution(NamedTuple):
 
 
 def wrench_axes(gamma, phi) -> np.ndarray:
-    """Return peg axes in (h, e, z), Ry(-gamma) Rz(phi), shape (3, 3)."""
+    """Return peg axes in (h, e, z), Ry(-gamma) Rz(phi), shape (3, 3, ...)."""
     s, c, sp, cp = np.sin(gamma), np.cos(gamma), np.sin(phi), np.cos(phi)
     return np.array([[c * cp, -c * sp, -s], [sp, cp, 0 * s], [s * cp, -s * sp, c]])
 
 
 def precession_axes(psi) -> np.ndarray:
-    """Return (h, e, z) in hole axes, Rz(psi), shape (3, 3)."""
+    """Return (h, e, z) in hole axes, Rz(psi), shape (3, 3, ...)."""
     s, c = np.sin(psi), np.cos(psi)
     return np.array([[c, -s, 0 * s], [s, c, 0 * s], [0 * s, 0 * s, 1 + 0 * s]])
 
 
 def peg_axes(q) -> np.ndarray:
-    """Return R_HP, peg axes in hole axes, Rz(psi) Ry(-gamma) Rz(phi), shape (3, 3)."""
-    return precession_axes(q[1]) @ wrench_axes(q[0], q[2])
+    """Return R_HP, peg axes in hole axes, Rz(psi) Ry(-gamma) Rz(phi), shape (3, 3, ...)."""
+    return product(precession_axes(q[1]), wrench_axes(q[0], q[2]))
+
+
+def product(a, b) -> np.ndarray:
+    """Return the matrix product over the first axes, with time along the last ones."""
+    a, b = np.asarray(a), np.asarray(b)
+    if a.ndim == 2 and b.ndim <= 2:
+        return a @ b
+    if b.ndim == a.ndim - 1:
+        return np.einsum("ij...,j...->i...", a, b)
+    return np.einsum("ij...,jk...->ik...", a, b)
 
 
 def slip_directions(jacobians, rates, slip_velocity_scale):
@@ -72,19 +82,19 @@ def slip_directions(jacobians, rates, slip_velocity_scale):
 
     Parameters
     ----------
-    jacobians : ndarray, shape (3, 3, 3)
-    rates : ndarray, shape (3,)
+    jacobians : ndarray, shape (3, 3, 3, ...)
+    rates : ndarray, shape (3, ...)
         [rad/s].
     slip_velocity_scale : float
         Speed at which friction reaches 71 % of f N [m/s]; 0 is Coulomb's law.
 
     Returns
     -------
-    u, v : ndarray, shape (3, 3)
+    u, v : ndarray, shape (3, 3, ...)
         Rows K, B1, B2 in (h, e, z); |u| < 1, and v [m/s].
 
     """
-    v = jacobians @ rates
+    v = jacobians @ rates if jacobians.ndim == 3 else np.einsum("icj...,j...->ic...", jacobians, rates)
     speed = np.sqrt(np.sum(v * v, axis=1) + slip_velocity_scale**2)
     # A contact at rest under Coulomb's law has no direction of slip.
     speed = np.where(speed == 0, 1, speed)
@@ -98,23 +108,27 @@ def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
     Parameters
     ----------
     scene : Scene
-    q, rates : array_like, shape (3,)
-        gamma, psi, phi [rad] and their rates [rad/s].
-    wrench_P : array_like, shape (6,)
+    q, rates : array_like, shape (3, ...)
+        gamma, psi, phi [rad] and their rates [rad/s]; further axes are states, such as times.
+    wrench_P : array_like, shape (6, ...)
         Applied force and moment about the mass centre, peg axes [N], [N m].
     slip_velocity_scale : float
         Of the regularised friction law [m/s].
 
     Returns
     -------
-    A : ndarray, shape (6, 6)
-    r : ndarray, shape (6,)
+    A : ndarray, shape (6, 6, ...)
+    r : ndarray, shape (6, ...)
         Rows: Lagrange's equations for gamma, psi, phi [N m]; force balance along h, e, z [N].
         Columns, and y: gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N].
 
     Source: eq. (28), corrected as in docs/errata.md.
 
     """
+    q, rates, wrench_P = np.asarray(q), np.asarray(rates), np.asarray(wrench_P)
+    if q.ndim > 1 or rates.ndim > 1 or wrench_P.ndim > 1:
+        rows = np.broadcast_arrays(*q, *rates, *wrench_P)
+        q, rates, wrench_P = np.stack(rows[:3]), np.stack(rows[3:6]), np.stack(rows[6:])
     gamma, psi, phi = q
     dgamma, dpsi, dphi = rates
     g = contact_geometry(scene, gamma)
@@ -122,12 +136,13 @@ def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
     m, Ie, Iz, f = scene.peg_mass, scene.transverse_inertia, scene.axial_inertia, scene.friction
 
     to_hez = wrench_axes(gamma, phi)
-    F, M = to_hez @ np.asarray(wrench_P)[:3], to_hez @ np.asarray(wrench_P)[3:]
-    F = F + m * precession_axes(psi).T @ np.asarray(scene.gravity)
+    F, M = product(to_hez, wrench_P[:3]), product(to_hez, wrench_P[3:])
+    gravity_hez = np.einsum("ij...,i->j...", precession_axes(psi), np.asarray(scene.gravity))
+    F = F + m * gravity_hez
 
     J = velocity_jacobians(g, scene.peg_diameter, scene.hole_diameter)
     n = normals(g)
-    u, _ = slip_directions(J, np.asarray(rates), slip_velocity_scale)
+    u, _ = slip_directions(J, rates, slip_velocity_scale)
     friction = -f * u
 
     zero = 0 * s
@@ -148,15 +163,14 @@ def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
             -Iz * s * dgamma * dpsi,
         ]
     )
-    eps, zeta = np.array([0, -1, 0]), np.array([-s, zero, c])
     applied = np.array(
         [
-            F[0] * g.dh_c + F[2] * g.dz_c + M @ eps,
+            F[0] * g.dh_c + F[2] * g.dz_c - M[1],
             F[1] * g.h_c + M[2],
-            M @ zeta,
+            -s * M[0] + c * M[2],
         ]
     )
-    friction_Q = np.array([J[i].T @ friction[i] for i in range(3)]).T
+    friction_Q = np.array([[(J[i, :, j] * friction[i]).sum(axis=0) for i in range(3)] for j in range(3)])
 
     acceleration_q = np.array([[g.dh_c, zero, zero], [zero, g.h_c, zero], [g.dz_c, zero, zero]])
     acceleration_0 = np.array(
@@ -166,9 +180,12 @@ def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
             g.ddz_c * dgamma**2,
         ]
     )
-    A = np.block([[mass, -friction_Q], [m * acceleration_q, -(n + friction).T]])
-    r = np.concatenate([applied - velocity_terms, F - m * acceleration_0])
-    return A, r
+    lagrange = np.concatenate([mass, -friction_Q], axis=1)
+    balance = np.concatenate([m * acceleration_q, -np.swapaxes(n + friction, 0, 1)], axis=1)
+    return (
+        np.concatenate([lagrange, balance]),
+        np.concatenate([applied - velocity_terms, F - m * acceleration_0]),
+    )
 
 
 def friction_cubic(scene: Scene, q, rates, slip_velocity_scale=0.0) -> np.ndarray:
