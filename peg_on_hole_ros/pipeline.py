@@ -58,9 +58,7 @@ class Pipeline:
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
-        self._filter = ContactFilter(
-            self.scene, configuration.filter, self._reduction.covariance
-        )
+        self._filter = ContactFilter(self.scene, configuration.filter, self._reduction.covariance)
         self._mode = ContactMode(configuration.monitor)
         self._flag = TransitionFlag(configuration.monitor)
         self._alarms = Alarms(configuration.monitor)
@@ -93,7 +91,7 @@ class Pipeline:
         return "filter and monitor restarted; they wait for a joint state"
 
     def tare(self) -> str:
-        """Take the mean of the last wrenches as that of a free-hanging peg; returns what it was."""
+        """Take the mean of the last wrenches as that of a free-hanging peg; return it as text."""
         if not self._recent or not self._started:
             return "nothing taken: no wrench and orientation have arrived yet"
         force = np.mean([sample.force for sample in self._recent], axis=0)
@@ -231,9 +229,7 @@ class Pipeline:
         }
         risk = determinant = None
         if three_point:
-            forecast = time_to_transition(
-                margin, x[3], spread**2, P[3, 3], P[0, 3]
-            )
+            forecast = time_to_transition(margin, x[3], spread**2, P[3, 3], P[0, 3])
             if forecast:
                 monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
             determinant = self._margin.determinant(x, P)

@@ -154,7 +154,9 @@ class Body:
         self.torque = np.cross(self.points - self.C, self.reaction)
 
     def center(self, q):
-        return mass_center(self.scene, q, self.C if hasattr(self, "C") else guess_center(self.scene, q))
+        return mass_center(
+            self.scene, q, self.C if hasattr(self, "C") else guess_center(self.scene, q)
+        )
 
     def center_jacobian(self, q):
         """Return dC/dq from the gaps' implicit function."""
@@ -196,7 +198,9 @@ def lagrange(body):
     M_dot = along(lambda t: mass_matrix(body.path(t)), body.scale)
     dT = np.array(
         [
-            along(lambda t, k=k: body.rates @ mass_matrix(body.q + t * np.eye(3)[k]) @ body.rates / 2)
+            along(
+                lambda t, k=k: body.rates @ mass_matrix(body.q + t * np.eye(3)[k]) @ body.rates / 2
+            )
             for k in range(3)
         ]
     )

@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
-from bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
 
+from bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.edges.message_definitions import definition

@@ -77,7 +77,6 @@ def test_energy_is_kept_for_a_second_without_friction():
     stiffness, rest = 30.0, 0.5
 
     def slope(t, x):
-        s, c = np.sin(x[0]), np.cos(x[0])
         sp, cp = np.sin(x[2]), np.cos(x[2])
         # eps = -e in peg axes is (-sin phi, -cos phi, 0).
         moment_P = -stiffness * (x[0] - rest) * np.array([-sp, -cp, 0])

@@ -223,9 +223,7 @@ def test_an_array_of_tilts_gives_what_each_tilt_gives():
     for k, gamma in enumerate(gammas[:, 0]):
         one = geometry.contact_geometry(scene, gamma)
         np.testing.assert_allclose([x[k, 0] for x in many[1:]], one[1:], rtol=1e-15)
-        np.testing.assert_array_equal(
-            J[..., k, 0], geometry.velocity_jacobians(one, 0.0499, 0.05)
-        )
+        np.testing.assert_array_equal(J[..., k, 0], geometry.velocity_jacobians(one, 0.0499, 0.05))
         np.testing.assert_array_equal(n[..., k, 0], geometry.normals(one))
         np.testing.assert_array_equal(points[..., k, 0], geometry.contact_points(one, 0.05))
 

@@ -1,5 +1,5 @@
 """
-Write peg_on_hole_ros/mechanics/generated.py: the six equations and their derivatives as scalar code.
+Write mechanics/generated.py: the six equations and their derivatives as scalar code.
 
 Run it from the root of the checkout; it needs sympy. A test holds its output against the committed
 file, and the compiled result against the numpy model, which is written by hand.
@@ -113,7 +113,8 @@ def motion_terms():
     velocity_terms = sp.Matrix(
         [
             m * (dh_c * ddh_c + dz_c * ddz_c) * dgamma**2
-            - coupling * dpsi**2 + Iz * s * dpsi * dphi,
+            - coupling * dpsi**2
+            + Iz * s * dpsi * dphi,
             2 * coupling * dgamma * dpsi - Iz * s * dgamma * dphi,
             -Iz * s * dgamma * dpsi,
             m * (ddh_c * dgamma**2 - h_c * dpsi**2),
@@ -121,9 +122,7 @@ def motion_terms():
             m * ddz_c * dgamma**2,
         ]
     )
-    wrench = sp.Matrix(
-        [Fh * dh_c + Fz * dz_c - Me, Fe * h_c + Mz, -s * Mh + c * Mz, Fh, Fe, Fz]
-    )
+    wrench = sp.Matrix([Fh * dh_c + Fz * dz_c - Me, Fe * h_c + Mz, -s * Mh + c * Mz, Fh, Fe, Fz])
     return inertia, wrench - velocity_terms
 
 

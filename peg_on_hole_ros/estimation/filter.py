@@ -195,9 +195,7 @@ class ContactFilter:
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""
         b = self._buffers
-        determinant = accelerate_with_derivatives(
-            self.scalars, self.x, self.u, b.work, b.y, b.dy
-        )
+        determinant = accelerate_with_derivatives(self.scalars, self.x, self.u, b.work, b.y, b.dy)
         if not (np.isfinite(determinant) and np.isfinite(b.dy).all()):
             return None
         covariance = np.empty((6, 6))
@@ -219,9 +217,7 @@ class ContactFilter:
     def contact_forces(self, normal) -> tuple[np.ndarray, np.ndarray]:
         """Return force on the peg [N] and place [m] of each contact (rows), hole axes."""
         force, point = np.empty((3, 3)), np.empty((3, 3))
-        contact_forces(
-            self.scalars, self._on_contacts(), normal, self._buffers.work, force, point
-        )
+        contact_forces(self.scalars, self._on_contacts(), normal, self._buffers.work, force, point)
         return force, point
 
     def contact_points(self) -> np.ndarray:

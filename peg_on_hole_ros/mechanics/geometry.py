@@ -84,7 +84,7 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
 
 def contact_geometry_above(scene: Scene, excess) -> ContactGeometry:
     """
-    Return the geometry of three-point contact at gamma0 + excess, accurate for the smallest excess.
+    Return the geometry of three-point contact at gamma0 + excess, exact for the smallest excess.
 
     Parameters
     ----------
@@ -170,7 +170,9 @@ def _check_tilt(gamma, gamma0):
 def contact_points(g: ContactGeometry, hole_diameter: float) -> np.ndarray:
     """Return K, B1, B2 in (h, e, z) as rows, shape (3, 3, ...) [m]."""
     zero = 0 * g.s
-    return np.array([[zero - hole_diameter / 2, zero, zero], [g.S1, -g.b, zero], [g.S1, g.b, zero]])
+    return np.array(
+        [[zero - hole_diameter / 2, zero, zero], [g.S1, -g.b, zero], [g.S1, g.b, zero]]
+    )
 
 
 def normals(g: ContactGeometry) -> np.ndarray:

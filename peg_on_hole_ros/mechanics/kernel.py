@@ -9,7 +9,7 @@ from numba import njit
 from peg_on_hole_ros.mechanics import generated, geometry
 from peg_on_hole_ros.mechanics.scene import Scene
 
-# error_model="numpy": below gamma0 the equations give NaN, which the step rejects, not an exception.
+# error_model="numpy": below gamma0 the equations give NaN, which the step rejects.
 compiled = njit(cache=True, error_model="numpy")
 closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
@@ -225,7 +225,7 @@ def accelerate_with_derivatives(p, x, u, work, y, dy):
     slopes = work[_SLOPES : _SLOPES + 24]
     derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, answer, slopes)
 
-    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    s, c = geo[0], geo[1]
     # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).
     _wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, work)
     for i in range(6):

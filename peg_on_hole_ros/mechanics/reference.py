@@ -1,4 +1,4 @@
-"""The six differential equations of the peg on three contacts, written to be read beside the paper."""
+"""The six differential equations of the peg on three contacts, to be read beside the paper."""
 
 from dataclasses import replace
 from enum import Enum
@@ -94,7 +94,11 @@ def slip_directions(jacobians, rates, slip_velocity_scale):
         Rows K, B1, B2 in (h, e, z); |u| < 1, and v [m/s].
 
     """
-    v = jacobians @ rates if jacobians.ndim == 3 else np.einsum("icj...,j...->ic...", jacobians, rates)
+    v = (
+        jacobians @ rates
+        if jacobians.ndim == 3
+        else np.einsum("icj...,j...->ic...", jacobians, rates)
+    )
     speed = np.sqrt(np.sum(v * v, axis=1) + slip_velocity_scale**2)
     # A contact at rest under Coulomb's law has no direction of slip.
     speed = np.where(speed == 0, 1, speed)
@@ -170,7 +174,9 @@ def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
             -s * M[0] + c * M[2],
         ]
     )
-    friction_Q = np.array([[(J[i, :, j] * friction[i]).sum(axis=0) for i in range(3)] for j in range(3)])
+    friction_Q = np.array(
+        [[(J[i, :, j] * friction[i]).sum(axis=0) for i in range(3)] for j in range(3)]
+    )
 
     acceleration_q = np.array([[g.dh_c, zero, zero], [zero, g.h_c, zero], [g.dz_c, zero, zero]])
     acceleration_0 = np.array(
@@ -220,7 +226,9 @@ def friction_cubic(scene: Scene, q, rates, slip_velocity_scale=0.0) -> np.ndarra
 
 def _reactions_matrix(scene, q, rates, slip_velocity_scale, friction):
     no_wrench = np.zeros(6)
-    A, _ = six_equations(replace(scene, friction=friction), q, rates, no_wrench, slip_velocity_scale)
+    A, _ = six_equations(
+        replace(scene, friction=friction), q, rates, no_wrench, slip_velocity_scale
+    )
     return A[3:, 3:] - A[3:, :3] @ np.linalg.solve(A[:3, :3], A[:3, 3:])
 
 
@@ -288,4 +296,6 @@ def solve_contact(scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale
         outcome = Outcome.CONTACT_OPEN
     else:
         outcome = Outcome.THREE_POINT
-    return ContactSolution(y[:3], y[3:], slip_speed, determinant, critical_friction(cubic), outcome)
+    return ContactSolution(
+        y[:3], y[3:], slip_speed, determinant, critical_friction(cubic), outcome
+    )

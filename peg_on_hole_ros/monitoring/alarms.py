@@ -1,6 +1,5 @@
 """Alarms for the cell, each with its numbers and what can be done."""
 
-
 from peg_on_hole_ros.monitoring.mode import normal_probability
 from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.records import CONTACTS, Alarm
