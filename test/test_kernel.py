@@ -1,0 +1,99 @@
+"""The compiled six equations against the numpy model that reads like the paper."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.mechanics import kernel
+from peg_on_hole_ros.mechanics.reference import friction_cubic, six_equations
+from peg_on_hole_ros.mechanics.scene import Scene
+
+ROOT = Path(__file__).parents[1]
+SCALE = 1e-5
+
+
+def random_case(rng):
+    D = 10 ** rng.uniform(-2.5, -0.5)
+    d = D * (1 - 10 ** rng.uniform(-4, -1.5))
+    scene = Scene(
+        hole_diameter=D,
+        peg_diameter=d,
+        peg_height=D * rng.uniform(0.8, 3),
+        peg_mass=rng.uniform(0.1, 3),
+        friction=rng.uniform(0, 0.6),
+        mass_center_height=D * rng.uniform(0.3, 1.5),
+        gravity=tuple(rng.normal(size=3) * 6),
+    )
+    tilt = scene.gamma0 + 10 ** rng.uniform(-3, 0) * (1.4 - scene.gamma0)
+    x = np.array([tilt, *rng.uniform(-3, 3, 2), *rng.normal(size=3)])
+    return scene, x, rng.normal(size=6) * [20, 20, 20, 1, 1, 1]
+
+
+def solve_reference(scene, xu):
+    A, r = six_equations(scene, xu[:3], xu[3:6], xu[6:], SCALE)
+    return np.linalg.solve(A, r)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_kernel_equals_the_reference_model(seed):
+    rng = np.random.default_rng(seed)
+    work, y, dy = kernel.workspace(), np.zeros(6), np.zeros((6, 12))
+    compared = 0
+    while compared < 100:
+        scene, x, u = random_case(rng)
+        expected_determinant = np.polyval(
+            friction_cubic(scene, x[:3], x[3:], SCALE)[::-1], scene.friction
+        )
+        # At the singular set both solutions are rounding times 1/determinant.
+        if abs(expected_determinant) < 1e-2:
+            continue
+        compared += 1
+        p = kernel.scene_scalars(scene, SCALE)
+        determinant = kernel.accelerate_with_derivatives(p, x, u, work, y, dy)
+        expected = solve_reference(scene, np.concatenate([x, u]))
+        # 1e-9 of the largest acceleration and of the largest reaction.
+        for part in (slice(0, 3), slice(3, 6)):
+            size = np.abs(expected[part]).max()
+            np.testing.assert_allclose(y[part], expected[part], rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(determinant, expected_determinant, rtol=1e-9)
+
+        slopes = np.empty((6, 12))
+        for i in range(12):
+            xu = np.concatenate([x, u]).astype(complex)
+            # No difference is formed, so the step may be as small as it likes.
+            xu[i] += 1e-30j
+            slopes[:, i] = solve_reference(scene, xu).imag / 1e-30
+        for part in (slice(0, 3), slice(3, 6)):
+            # Some slopes are zero in exact arithmetic: the floor is far below any other one.
+            size = np.abs(slopes[part]).max(axis=0) + 1e-2
+            assert (np.abs(dy[part] - slopes[part]) / size).max() < 1e-9
+
+
+def test_values_do_not_depend_on_whether_derivatives_are_asked_for():
+    rng = np.random.default_rng(11)
+    scene, x, u = random_case(rng)
+    p, work = kernel.scene_scalars(scene, SCALE), kernel.workspace()
+    y, with_slopes, dy = np.zeros(6), np.zeros(6), np.zeros((6, 12))
+    first = kernel.accelerate(p, x, u, work, y)
+    second = kernel.accelerate_with_derivatives(p, x, u, work, with_slopes, dy)
+    assert first == second
+    np.testing.assert_array_equal(y, with_slopes)
+
+
+def test_a_tilt_below_gamma0_is_nan_and_no_exception():
+    scene = Scene()
+    p = kernel.scene_scalars(scene, SCALE)
+    x = np.array([scene.gamma0 * 0.99, 0, 0, -0.1, 0, 0])
+    y = np.zeros(6)
+    kernel.accelerate(p, x, np.zeros(6), kernel.workspace(), y)
+    assert np.isnan(y).any()
+
+
+def test_generated_code_is_what_the_script_writes():
+    pytest.importorskip("sympy")
+    script = ROOT / "tools" / "generate_kernel.py"
+    done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
