@@ -16,6 +16,8 @@ from peg_on_hole_ros.simulation.stuck import rest_residual
 
 # The pyramid that stands for each friction cone lies up to 1 % inside it.
 REST_TOLERANCE = 1e-6
+# Reactions that fade are called contact above it [N].
+FREE_LOAD = 0.1
 
 _SHAPES = {
     "t": (),
@@ -33,6 +35,7 @@ _SHAPES = {
     "force": (3,),
     "moment": (3,),
     "mode": (),
+    "gap": (3,),
 }
 
 
@@ -50,6 +53,19 @@ def _pose(p, block, i, x):
     block["q"][i], block["rates"][i], block["acceleration"][i] = x[:, :3]
     block["centre"][i] = centre
     block["position"][i] = centre[0] - p[2] * rotation(x[0, :3])[:, 2]
+
+
+def _gaps(p, x):
+    """
+    Return how far a guided peg is off its three touching points, to first order, shape (3,) [m].
+
+    Far above the rim that underrates the distance at K only, which is positive there.
+
+    """
+    if x[0, 0] <= p[7]:
+        return np.zeros(3)
+    _, _, normals, _ = contacts(p, x[0, :3], np.zeros(3), 1.0)
+    return normals @ x[0, 3:]
 
 
 def joined(blocks: list[dict]) -> dict:
@@ -98,6 +114,7 @@ def guided_block(model: Model, t, guidance, load, mode, fade_time, begin) -> dic
     for i, ti in enumerate(t):
         x = guided_state(model.knots, model.coefficients, guidance, ti)
         _pose(p, block, i, x)
+        block["gap"][i] = _gaps(p, x)
         points, forces = np.zeros((3, 3)), np.zeros((3, 3))
         if load is not None and load[2] is None:
             u = min((ti - begin) / fade_time, 1.0)
@@ -108,6 +125,8 @@ def guided_block(model: Model, t, guidance, load, mode, fade_time, begin) -> dic
                 forces[k] = hole_axes(x[0, 1], normal[k] * direction[k])
             block["slip_speed"][i] = np.linalg.norm(velocity, axis=1)
             block["normal"][i], block["closed"][i] = normal, normal > 0
+            if normal.sum() < FREE_LOAD:
+                block["mode"][i] = "open"
         elif load is not None:
             normal = np.zeros(3)
             normal[[0, load[1]]] = evaluate(np.zeros(1), load[2][None], ti - begin)[0]

@@ -21,6 +21,8 @@ from peg_on_hole_ros.simulation.plan import Plan, holder_program
 
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 NEAR_TRANSITION = 2e-3
+# How far a guided peg may cut into the rim [m]: what a newton makes the holder give way.
+OVERLAP = 5e-5
 
 
 @dataclass(frozen=True)
@@ -180,13 +182,26 @@ def _free(run):
 
 
 def _guide(run, begin, samples, mode):
-    run.blocks.append(
-        guided_block(
-            run.model, samples, run.guidance, run.load, mode, run.plan.settle, begin
-        )
+    block = guided_block(
+        run.model, samples, run.guidance, run.load, mode, run.plan.settle, begin
     )
+    if mode != "two_point":
+        _check_clear(run, block)
+    run.blocks.append(block)
     if run.progress:
         run.progress(run.t / run.knots[-1])
+
+
+def _check_clear(run, block):
+    gaps = block["gap"]
+    if len(gaps) and gaps.min() < -OVERLAP:
+        i, k = np.unravel_index(np.argmin(gaps), gaps.shape)
+        name = run.plan.phases[run.phase_index(block["t"][i])].name
+        raise PegOnHoleError(
+            f"simulation.phases.{name}: the guided peg would cut {-gaps[i, k] * 1e3:.3g} mm into "
+            f"the hole at {'K B1 B2'.split()[k]}; lead it away along z first, with no offset along "
+            "h and e"
+        )
 
 
 def _contact(run):
@@ -299,6 +314,7 @@ def _truth(run):
     plan = run.plan
     block = joined(run.blocks)
     t = block.pop("t")
+    del block["gap"]
     keep = t >= plan.lead_in - 1e-9
     step = 1_000_000_000 // plan.wrench_rate
     first = int(round(plan.lead_in * plan.wrench_rate))
