@@ -14,7 +14,7 @@ from peg_on_hole_ros.simulation.guided import (
 from peg_on_hole_ros.simulation.holder import holder_wrench, mass_centre
 from peg_on_hole_ros.simulation.stuck import rest_residual
 
-# The pyramid that stands for each friction cone lies up to 1 % inside it.
+# Share of the load that may stay unbalanced: rounding.
 REST_TOLERANCE = 1e-6
 # Reactions that fade are called contact above it [N].
 FREE_LOAD = 0.1
@@ -138,9 +138,9 @@ def guided_block(model: Model, t, guidance, load, mode, fade_time, begin) -> dic
     return block
 
 
-def stuck_block(model: Model, t, state, limits) -> tuple[dict, str]:
+def stuck_block(model: Model, t, state, limits) -> tuple[dict, bool, str]:
     """
-    Return the samples of a wedged peg at rest while the holder loads it, and what ended them.
+    Return the samples of a wedged peg at rest under the holder, if it stays, and what ended them.
 
     The peg stays as long as forces inside the friction cones can balance the holder; which of
     them act is not determined, so they are not given.
@@ -151,7 +151,8 @@ def stuck_block(model: Model, t, state, limits) -> tuple[dict, str]:
     x[0, :3] = state[:3]
     still = np.zeros(6)
     still[:3] = state[:3]
-    force, moment, reason = [], [], "still carried the load when the program was over"
+    force, moment = [], []
+    stays, reason = True, "still carried the load when the program was over"
     for ti in t:
         F, M = holder_wrench(p, model.holder, evaluate(model.knots, model.coefficients, ti), still)
         if np.linalg.norm(F) > limits[0] or np.linalg.norm(M) > limits[1]:
@@ -161,9 +162,12 @@ def stuck_block(model: Model, t, state, limits) -> tuple[dict, str]:
             )
             break
         if rest_residual(p, state[:3], F, M) > REST_TOLERANCE:
-            reason = (
-                f"cannot stay under {np.linalg.norm(F):.1f} N, {np.linalg.norm(M):.2f} N m: "
-                "the simulation ends"
+            stays, reason = (
+                False,
+                (
+                    f"cannot stay under {np.linalg.norm(F):.1f} N, {np.linalg.norm(M):.2f} N m: "
+                    "the simulation ends"
+                ),
             )
             break
         force.append(F)
@@ -176,4 +180,4 @@ def stuck_block(model: Model, t, state, limits) -> tuple[dict, str]:
         block["force"][i], block["moment"][i] = force[i], moment[i]
         for k in range(3):
             block["contact_point"][i, k] = hole_axes(state[1], points[k])
-    return block, reason
+    return block, stays, reason

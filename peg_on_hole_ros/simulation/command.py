@@ -1,4 +1,4 @@
-"""What the holder is told to do: angles and offset as piecewise quintics, continuous to acceleration."""
+"""What the holder is told to do: angles and offset as quintics, smooth to the acceleration."""
 
 import numpy as np
 from numba import njit

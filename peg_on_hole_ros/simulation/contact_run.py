@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import Radau
 
-from peg_on_hole_ros.simulation.dynamics import contacts, determinant, motion
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.simulation.dynamics import determinant
 from peg_on_hole_ros.simulation.holder import contact_motion, state_rate, state_rate_jacobian
 
 # Where a motion is said to be at gamma0 [rad]: b is 0.07 mm there, B1 and B2 all but one.
@@ -98,15 +99,26 @@ def run_contact(
         return state_rate_jacobian(t, y, *model)
 
     solver = Radau(
-        rate, t0, np.asarray(state, float), t_end, max_step=MAX_STEP, rtol=rtol, atol=rtol / 100,
+        rate,
+        t0,
+        np.asarray(state, float),
+        t_end,
+        max_step=MAX_STEP,
+        rtol=rtol,
+        atol=rtol / 100,
         jac=jacobian,
     )
     taken, states, k, steps = [], [], 0, 0
     while solver.status == "running":
-        failure = solver.step()
+        solver.step()
         if solver.status == "failed":
-            # Seen only where the determinant falls through zero within a step.
-            return _run(taken, states, solver.t, solver.y, "wedged", steps, failure)
+            if determinant(model.p, solver.y[:3], solver.y[3:], model.scale) > 0.1:
+                raise PegOnHoleError(
+                    f"no step of the integrator meets rtol = {rtol:g} at {solver.t:.6f} s, gamma, "
+                    f"psi, phi = {solver.y[:3]} rad: loosen simulation.rtol, or slow the phase"
+                )
+            # The determinant falls through zero within the next step.
+            return _run(taken, states, solver.t, solver.y, "wedged", steps)
         steps += 1
         dense = solver.dense_output()
         stop = solver.t
@@ -128,7 +140,7 @@ def run_contact(
     return _run(taken, states, solver.t, solver.y, "end", steps)
 
 
-def _run(taken, states, t, state, ended_by, steps, _failure=None):
+def _run(taken, states, t, state, ended_by, steps):
     return ContactRun(
         np.array(taken), np.array(states).reshape(-1, 6), t, np.array(state), ended_by, steps
     )
@@ -181,6 +193,3 @@ def contact_samples(model: Model, t: np.ndarray, states: np.ndarray):
     y = np.array([contact_motion(*model, ti, x) for ti, x in zip(t, states, strict=True)])
     y = y.reshape(-1, 12)
     return y[:, :3], y[:, 3:6], y[:, 6:9], y[:, 9:12]
-
-
-__all__ = ["ContactRun", "Model", "contact_samples", "contacts", "motion", "run_contact"]

@@ -1,11 +1,11 @@
-"""The six equations of `mechanics.reference` as compiled scalars, for the integrator of the truth."""
+"""The six equations of `mechanics.reference` as compiled scalars, for the truth's integrator."""
 
 import numpy as np
 from numba import njit
 
 from peg_on_hole_ros.mechanics.scene import Scene
 
-# Closer to gamma0 than this [rad] an integrator's trial state is taken back to it; runs end before.
+# Closer to gamma0 than this [rad] a trial state of the integrator is taken back to it.
 TILT_FLOOR = 1e-10
 
 

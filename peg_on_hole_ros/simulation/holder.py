@@ -35,7 +35,9 @@ def holder_numbers(scene: Scene, attachment, stiffness, rotational_stiffness, da
 
     """
     damping = 2 * damping_ratio * np.sqrt(stiffness * scene.peg_mass)
-    rotational_damping = 2 * damping_ratio * np.sqrt(rotational_stiffness * scene.transverse_inertia)
+    rotational_damping = (
+        2 * damping_ratio * np.sqrt(rotational_stiffness * scene.transverse_inertia)
+    )
     lever = np.asarray(attachment, float) - [0.0, 0.0, scene.mass_center_height]
     return np.array([*lever, stiffness, damping, rotational_stiffness, rotational_damping])
 
@@ -157,8 +159,9 @@ def holder_wrench(p, holder, command, state):
     true[0, :3], true[1, :3] = state[:3], state[3:]
     C, C_command = mass_centre(p, true), mass_centre(p, command)
     R, R_command = rotation(state[:3]), rotation(command[0, :3])
-    w, w_command = angular_velocity(state[:3], state[3:]), angular_velocity(
-        command[0, :3], command[1, :3]
+    w, w_command = (
+        angular_velocity(state[:3], state[3:]),
+        angular_velocity(command[0, :3], command[1, :3]),
     )
     lever, lever_command = R @ holder[:3], R_command @ holder[:3]
     stretch = C_command[0] + lever_command - C[0] - lever

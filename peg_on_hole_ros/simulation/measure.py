@@ -1,4 +1,4 @@
-"""What the sensors say of a truth: wrench at the sensor and orientation, with noise from a seed."""
+"""What the sensors say of a truth: wrench and orientation, with noise from a seed."""
 
 from collections.abc import Iterator
 

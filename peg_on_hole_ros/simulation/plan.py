@@ -1,4 +1,4 @@
-"""What is to be simulated: scene, holder, sensors' rates and the phases, from a parameters file's tree."""
+"""What is to be simulated, from a tree of parameters: holder, rates of the sensors, phases."""
 
 import difflib
 from dataclasses import dataclass
@@ -149,7 +149,11 @@ def plan_from_tree(configuration: Configuration, tree: dict) -> Plan:
     for name in ("lead_in", "settle", "slip_velocity_scale", "rtol"):
         if name in tree:
             values[name] = _number(name, tree[name], f"simulation.{name}")
-    for name, low, high in (("seed", 0, 2**32 - 1), ("wrench_rate", 1, 10000), ("joint_rate", 1, 10000)):
+    for name, low, high in (
+        ("seed", 0, 2**32 - 1),
+        ("wrench_rate", 1, 10000),
+        ("joint_rate", 1, 10000),
+    ):
         if name in tree:
             value = tree[name]
             if type(value) is not int or not low <= value <= high:
@@ -160,12 +164,18 @@ def plan_from_tree(configuration: Configuration, tree: dict) -> Plan:
     holder = tree.get("holder", {})
     _known(holder, Holder.__dataclass_fields__, "simulation.holder")
     holder = Holder(**{k: _number(k, v, f"simulation.holder.{k}") for k, v in holder.items()})
-    start = _phase("start", {"kind": "free", "duration": 1.0, **tree.get("start", {})}, "simulation.start")
+    start = _phase(
+        "start", {"kind": "free", "duration": 1.0, **tree.get("start", {})}, "simulation.start"
+    )
     if start.angles is None:
-        raise PegOnHoleError("simulation.start.angles is missing: gamma, psi, phi at the begin [rad]")
+        raise PegOnHoleError(
+            "simulation.start.angles is missing: gamma, psi, phi at the begin [rad]"
+        )
     phases = tree.get("phases", {})
     if not isinstance(phases, dict) or not phases:
-        raise PegOnHoleError("simulation.phases is empty: it names at least one phase with its kind")
+        raise PegOnHoleError(
+            "simulation.phases is empty: it names at least one phase with its kind"
+        )
     phases = tuple(_phase(k, v, f"simulation.phases.{k}") for k, v in phases.items())
     plan = Plan(
         configuration, holder, start, phases, origin=str(tree.get("origin", "")).strip(), **values

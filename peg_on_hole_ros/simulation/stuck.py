@@ -7,7 +7,7 @@ from peg_on_hole_ros.simulation.dynamics import contacts
 from peg_on_hole_ros.simulation.guided import hole_axes
 from peg_on_hole_ros.simulation.holder import mass_centre
 
-# Edges of the pyramid inside each friction cone: it holds a force a little less than the cone does.
+# Edges of the pyramid inside each friction cone; it holds up to 1 % less than the cone.
 EDGES = 24
 
 
