@@ -1,11 +1,11 @@
 """Over real DDS: what the node published is, bit for bit, what its record of arrivals replays."""
 
 import pytest
-from dds_peer import Peer, node_process, stop
-from inputs import closing, joints, wrench
 from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import Trigger
 
+from dds_peer import Peer, node_process, stop
+from inputs import closing, joints, wrench
 from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC, ArrivalRecord, replay_arrivals
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
