@@ -47,7 +47,7 @@ class FilterOptions:
     acceleration_stddev: float = 50.0
     inflation_threshold: float = 14.0
     gate_threshold: float = 50.0
-    gate_reset_count: int = 25
+    gate_reset_count: int = 2
 
 
 @dataclass(frozen=True)

@@ -111,6 +111,7 @@ class ContactFilter:
         self.Z = np.zeros((12, 12))
         self.evaluations = 0
         self._refused = 0
+        self._since_correction = 0.0
         self._buffers = buffers()
         self._residual = np.zeros(3)
         self._S = np.zeros((3, 3))
@@ -139,6 +140,7 @@ class ContactFilter:
         """Predict over dt [s], under the contact equations if in_contact."""
         options = self.options
         self.evaluations = 0
+        self._since_correction += dt
         if in_contact:
             rate_noise = options.contact_rate_noise**2
             status, self.evaluations = kernel.predict_contact(
@@ -172,25 +174,21 @@ class ContactFilter:
         q = np.array(q, float)
         q[1:] += 2 * pi * np.round((self.x[1:3] - q[1:]) / (2 * pi))
         nis = kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
-        result = Correction.USED
-        if not nis <= options.gate_threshold and self._refused < options.gate_reset_count:
+        result, after = Correction.USED, nis
+        if not nis <= options.inflation_threshold:
+            kernel.widen_rates(self.Z, self._since_correction, nis / 3.0 - 1.0)
+            after = kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
+            result = Correction.INFLATED
+        if not after <= options.gate_threshold:
             self._refused += 1
-            return Correction.GATED, nis
-        if self._refused >= options.gate_reset_count:
+            if self._refused <= options.gate_reset_count:
+                return Correction.GATED, nis
             self.start(q, R)
             return Correction.RESET, nis
-        if nis > options.inflation_threshold:
-            self._widen_rates(nis)
-            kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
-            result = Correction.INFLATED
         self._refused = 0
+        self._since_correction = 0.0
         kernel.correct(self.x, self.u, self.Z, R, self._residual, self._S, self._buffers)
         return result, nis
-
-    def _widen_rates(self, nis):
-        factor = np.sqrt(nis / 3)
-        self.Z[3:6, :] *= factor
-        self.Z[:, 3:6] *= factor
 
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""

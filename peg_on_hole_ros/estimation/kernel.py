@@ -149,6 +149,25 @@ def innovation(x, Z, q, R, residual, S):
 
 
 @compiled
+def widen_rates(Z, dt, factor):
+    """
+    Widen as if the rates had been less well known since the last correction, dt [s] ago.
+
+    Adds factor times the rates' covariance, and what it would have carried into the angles: a gain
+    for the rates that overshoots, as scaling their rows and columns alone gives, is excluded.
+    """
+    for i in range(3):
+        for j in range(3):
+            added = factor * Z[3 + i, 3 + j]
+            Z[i, j] += dt * dt * added
+            Z[3 + i, j] += dt * added
+            Z[i, 3 + j] += dt * added
+    for i in range(3):
+        for j in range(3):
+            Z[3 + i, 3 + j] *= 1.0 + factor
+
+
+@compiled
 def correct(x, u, Z, R, residual, S, buffers):
     """
     Correct with an orientation, in Joseph's form on the joint covariance.

@@ -12,6 +12,10 @@ FAILED = 1
 RATE_TOLERANCE = 1e-11
 MAX_ITERATIONS = 12
 MAX_HALVINGS = 12
+# A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
+# some 0.5. Where friction leaves rigid motion more than one solution (Painleve), or none, Newton's
+# method otherwise finds the far one.
+CONTACT_ACCELERATION = 50.0
 
 
 @compiled
@@ -97,6 +101,10 @@ def implicit_euler(p, x, u, h, x1, y, dy, iteration, slopes, work):
                     iteration[i, j] = -h * (dy[i, 3 + j] + h * dy[i, j])
                 iteration[i, i] += 1.0
             if sqrt(trial) <= RATE_TOLERANCE + 1e-13 * size:
+                along = p.D * fabs(x1[3] - x[3])
+                around = 0.5 * fabs(p.D * (x1[4] - x[4]) + p.d * (x1[5] - x[5]))
+                if max(along, around) > CONTACT_ACCELERATION * h:
+                    return FAILED, evaluation + 1
                 for j in range(12):
                     if 3 <= j < 6:
                         s0, s1, s2 = 1.0 * (j == 3), 1.0 * (j == 4), 1.0 * (j == 5)
