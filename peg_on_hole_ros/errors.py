@@ -19,3 +19,12 @@ class BagError(PegOnHoleError):
     """A bag that cannot be read or lacks what the estimator needs."""
 
     exit_code = 3
+
+
+class BagDamaged(PegOnHoleError):
+    """A bag that is cut off or damaged: what could be read has been used and written."""
+
+    exit_code = 4
+
+    def __init__(self, damage: str):
+        super().__init__(f"{damage}; what lies before has been used")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.mechanics import geometry, reference
 from peg_on_hole_ros.mechanics.scene import Scene
 

@@ -3,10 +3,10 @@
 import mpmath
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import geometry
 from peg_on_hole_ros.mechanics.scene import Scene

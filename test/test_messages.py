@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from estimates import SCENE, estimate
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 from scipy.spatial.transform import Rotation
 
+from estimates import SCENE, estimate
 from peg_on_hole_ros.edges.messages import LATCHED, POSITION_FLOOR, TOPICS, OutputStream
 from peg_on_hole_ros.edges.plain import quaternion, stamp
 from peg_on_hole_ros.edges.ros_messages import message_class, to_plain, to_ros

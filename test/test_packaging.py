@@ -39,3 +39,22 @@ def test_installs_what_ros_looks_for(install_space):
     for name in ("peg_on_hole", "peg-on-hole"):
         assert os.access(prefix / "lib/peg_on_hole_ros" / name, os.X_OK)
     assert list(prefix.rglob("edges/fastdds_local.xml"))
+
+
+def installed(install_space, name, *arguments):
+    """Run an installed executable as `ros2 run` does, with the install space sourced."""
+    prefix, environment = install_space
+    environment = environment | {
+        "PYTHONPATH": str(next(prefix.glob("lib/python3*/site-packages")))
+    }
+    command = [prefix / "lib/peg_on_hole_ros" / name, *arguments]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+
+
+def test_installed_node_starts(install_space):
+    # It gets as far as its own check of the parameters, from the installed copy.
+    run = installed(install_space, "peg_on_hole", "--ros-args", "-p", "scene.friction:=3.0")
+    assert run.stderr.splitlines() == [
+        "peg_on_hole: error: scene.friction = 3 is not within 0 to 2; the default is 0.2"
+    ]
+    assert run.returncode == 2

@@ -1,1 +1,1 @@
-"""Where the package meets ROS, files and plots; nothing is estimated here."""
+"""Where the pure parts meet the world: ROS, bags, files, plots."""

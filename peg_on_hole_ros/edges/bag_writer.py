@@ -5,10 +5,11 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from mcap.writer import CompressionType
-from mcap_ros2.writer import Writer
+from mcap.writer import CompressionType, Writer
 
+from peg_on_hole_ros import __version__
 from peg_on_hole_ros.configuration import to_parameters
+from peg_on_hole_ros.edges.cdr import Encoder
 from peg_on_hole_ros.edges.message_definitions import definition
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
@@ -55,7 +56,9 @@ class BagWriter:
         except OSError as error:
             raise PegOnHoleError(f"cannot write {self.path}: {error.strerror}") from None
         self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
-        self._schemas: dict = {}
+        self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, tuple[int, Encoder]] = {}
 
     def write(self, topic: str, ros_type: str, message: dict, t_ns: int) -> None:
         """
@@ -73,11 +76,19 @@ class BagWriter:
             Log and publish time [ns].
 
         """
+        channel, encode = self._channels.get(topic) or self._channel(topic, ros_type)
+        self._writer.add_message(channel, t_ns, encode(message), t_ns)
+
+    def _channel(self, topic, ros_type):
         schema = self._schemas.get(ros_type)
         if schema is None:
-            schema = self._writer.register_msgdef(ros_type, definition(ros_type))
-            self._schemas[ros_type] = schema
-        self._writer.write_message(topic, schema, message, log_time=t_ns, publish_time=t_ns)
+            text = definition(ros_type).encode()
+            schema = self._schemas[ros_type] = self._writer.register_schema(
+                ros_type, "ros2msg", text
+            )
+        channel = self._writer.register_channel(topic, "cdr", schema)
+        self._channels[topic] = channel, Encoder(ros_type)
+        return self._channels[topic]
 
     def write_all(self, prefix: str, messages: Iterable[tuple[str, str, dict]], t_ns: int) -> None:
         """Append (topic suffix, type, message) triples of one stamp."""

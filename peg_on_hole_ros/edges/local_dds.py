@@ -2,6 +2,7 @@
 
 import os
 import socket
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -39,10 +40,17 @@ def environment(domain: int) -> dict[str, str]:
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "ROS_DOMAIN_ID": str(domain),
         "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-        "FASTDDS_DEFAULT_PROFILES_FILE": str(PROFILE),
-        "FASTRTPS_DEFAULT_PROFILES_FILE": str(PROFILE),
+        _profiles_variable(): str(PROFILE),
         "ROS_PYTHON_CHECK_FIELDS": "1",
     }
+
+
+def _profiles_variable():
+    try:
+        old = int(version("rclpy").split(".")[0]) < 9
+    except PackageNotFoundError:
+        old = False
+    return f"{'FASTRTPS' if old else 'FASTDDS'}_DEFAULT_PROFILES_FILE"
 
 
 def _is_free(domain):

@@ -141,13 +141,34 @@ def definition(ros_type: str) -> str:
         text = _DEFINITIONS[current]
         head = f"{'=' * 80}\nMSG: {current}\n" if parts else ""
         parts.append(head + text)
-        queue += [other for other in _contained(current, text) if other not in queue]
+        queue += [other for other in _contained(current) if other not in queue]
     return "\n".join(parts) + "\n"
 
 
-def _contained(name, text):
-    for line in text.splitlines():
-        kind = line.split()[0].split("[")[0]
-        if kind not in _PRIMITIVE:
-            # The header's package is written out even in its own package; others are not.
-            yield kind if "/" in kind else f"{name.split('/')[0]}/{kind}"
+def fields(name: str) -> list[tuple[str, str, str | None]]:
+    """
+    Return type, name and default of each field of a message, constants left out.
+
+    Parameters
+    ----------
+    name : str
+        As in `sensor_msgs/JointState`; types of messages are returned in the same form, arrays
+        with their brackets.
+
+    """
+    found = []
+    for line in _DEFINITIONS[name].splitlines():
+        kind, field, *default = line.split()
+        if "=" not in line:
+            base, bracket, length = kind.partition("[")
+            if base not in _PRIMITIVE and "/" not in base:
+                base = f"{name.split('/')[0]}/{base}"
+            found.append((base + bracket + length, field, default[0] if default else None))
+    return found
+
+
+def _contained(name):
+    for kind, _, _ in fields(name):
+        base = kind.split("[")[0]
+        if base not in _PRIMITIVE:
+            yield base

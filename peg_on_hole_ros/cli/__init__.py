@@ -1,0 +1,1 @@
+"""The command `peg-on-hole`: one module for each subcommand, imported when it runs."""

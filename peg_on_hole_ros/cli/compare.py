@@ -1,0 +1,218 @@
+"""`peg-on-hole compare`: differences between two outputs, stamp by stamp."""
+
+import json
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.cli.table import finite, table, to_json
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.estimates import QUANTITIES, estimates
+from peg_on_hole_ros.errors import BagDamaged, BagError
+
+_WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
+
+
+def run(arguments) -> int:
+    """Print a table of differences; exit code 4 if a bag was cut off or damaged."""
+    if arguments.bag:
+        result, damage = _two_replays(arguments.bag, arguments.a, arguments.b)
+    else:
+        a, b = _open(arguments.a), _open(arguments.b)
+        result, damage = compare(a, b), a.damage or b.damage
+    print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))
+    if damage:
+        raise BagDamaged(damage)
+    return 0
+
+
+def _open(path):
+    with Progress(f"reading {path}") as progress:
+        return Bag(path, progress)
+
+
+def _two_replays(path, config_a, config_b):
+    from peg_on_hole_ros.cli.replay import replay
+
+    # Both files are checked before the first long run.
+    settings = [load(config) for config in (config_a, config_b)]
+    bag = _open(path)
+    with tempfile.TemporaryDirectory(prefix="peg_on_hole_") as folder:
+        outputs = []
+        for name, (configuration, node) in zip("ab", settings):
+            out = Path(folder) / f"{name}.mcap"
+            replay(bag, configuration, node, out=out)
+            outputs.append(Bag(out))
+        return compare(*outputs), bag.damage
+
+
+def compare(a: Bag, b: Bag) -> dict:
+    """
+    Return the JSON of a comparison, over the stamps that both have.
+
+    Raises
+    ------
+    BagError
+        One is no output of this package, or they have no stamp in common.
+
+    """
+    pairs = _Pairs()
+    only_a, only_b = _align(estimates(a), estimates(b), pairs.add)
+    if not pairs.count:
+        raise BagError(f"{a.path} and {b.path} have no stamp in common")
+    return {
+        "stamps": {"common": pairs.count, "only_a": only_a, "only_b": only_b},
+        "identical": pairs.identical and not only_a and not only_b,
+        "quantities": pairs.quantities(),
+        "monitor": pairs.monitor(),
+        "contact_mode_agrees": pairs.modes / pairs.count,
+        "transition_agrees": pairs.transitions / pairs.count,
+        "configuration": _configuration_differences(a, b),
+    }
+
+
+def _align(a, b, add):
+    """Give pairs of equal stamps to `add`; return how many stamps only one side has."""
+    only_a = only_b = 0
+    x, y = next(a, None), next(b, None)
+    while x is not None and y is not None:
+        if x.t_ns == y.t_ns:
+            add(x, y)
+            x, y = next(a, None), next(b, None)
+        elif x.t_ns < y.t_ns:
+            only_a += 1
+            x = next(a, None)
+        else:
+            only_b += 1
+            y = next(b, None)
+    only_a += (x is not None) + sum(1 for _ in a)
+    only_b += (y is not None) + sum(1 for _ in b)
+    return only_a, only_b
+
+
+class _Pairs:
+    """Sums over pairs of estimates."""
+
+    def __init__(self):
+        size = len(QUANTITIES)
+        self.count = self.modes = self.transitions = 0
+        self.identical = True
+        self._greatest, self._squares = np.zeros(size), np.zeros(size)
+        self._sigma_greatest, self._sigma_squares = np.zeros(size), np.zeros(size)
+        self._sigma_counts = np.zeros(size, dtype=int)
+        self._monitor: dict[str, list] = {}
+
+    def add(self, a, b):
+        """Take one pair."""
+        difference = b.values - a.values
+        turns = np.round(difference / (2 * np.pi))
+        difference = np.where(_WRAPPED, difference - 2 * np.pi * turns, difference)
+        size = np.abs(difference)
+        self.count += 1
+        self._greatest = np.maximum(self._greatest, size)
+        self._squares += size**2
+        # Of the two predictions the smaller, so that a wide bound hides nothing.
+        sigma = np.minimum(a.stddev, b.stddev)
+        known = sigma > 0
+        relative = np.divide(size, sigma, out=np.zeros_like(size), where=known)
+        self._sigma_greatest = np.maximum(self._sigma_greatest, relative)
+        self._sigma_squares += relative**2
+        self._sigma_counts += known
+        self.modes += a.mode == b.mode
+        self.transitions += a.transition == b.transition
+        for name in a.monitor.keys() & b.monitor.keys():
+            entry = self._monitor.setdefault(name, [0, 0.0, 0.0])
+            size = abs(b.monitor[name] - a.monitor[name])
+            entry[0] += 1
+            entry[1] = max(entry[1], size)
+            entry[2] += size**2
+        self.identical &= (
+            np.array_equal(a.values, b.values)
+            and np.array_equal(a.stddev, b.stddev)
+            and (a.monitor, a.mode, a.transition) == (b.monitor, b.mode, b.transition)
+        )
+
+    def quantities(self):
+        """Return the differences of angles, rates, reactions and slip speeds."""
+        rows = []
+        for i, (name, unit, _) in enumerate(QUANTITIES):
+            known = int(self._sigma_counts[i])
+            rows.append(
+                {
+                    "name": name,
+                    "unit": unit,
+                    "max": finite(self._greatest[i]),
+                    "rms": finite(np.sqrt(self._squares[i] / self.count)),
+                    "max_in_stddev": finite(self._sigma_greatest[i]) if known else None,
+                    "rms_in_stddev": (
+                        finite(np.sqrt(self._sigma_squares[i] / known)) if known else None
+                    ),
+                }
+            )
+        return rows
+
+    def monitor(self):
+        """Return the differences of the monitor's scalars, where both have them."""
+        return [
+            {"name": name, "stamps": n, "max": finite(high), "rms": finite((total / n) ** 0.5)}
+            for name, (n, high, total) in sorted(self._monitor.items())
+        ]
+
+
+def _configuration_differences(a, b):
+    first, second = (bag.metadata.get(CONFIGURATION_METADATA, {}) for bag in (a, b))
+    if not first or not second:
+        return None
+    return {
+        name: [_value(first.get(name)), _value(second.get(name))]
+        for name in sorted(first.keys() | second.keys())
+        if first.get(name) != second.get(name)
+    }
+
+
+def _value(text):
+    return None if text is None else json.loads(text)
+
+
+def _text(result, a, b):
+    stamps = result["stamps"]
+    lines = [
+        f"A: {a}",
+        f"B: {b}",
+        f"stamps in common: {stamps['common']}; only in A: {stamps['only_a']}; "
+        f"only in B: {stamps['only_b']}",
+        f"bit for bit the same: {'yes' if result['identical'] else 'no'}",
+        "",
+        table(
+            ("difference B - A", "unit", "max", "RMS", "max/stddev", "RMS/stddev"),
+            [
+                (
+                    row["name"],
+                    row["unit"],
+                    *(_number(row[k]) for k in ("max", "rms", "max_in_stddev", "rms_in_stddev")),
+                )
+                for row in result["quantities"]
+            ]
+            + [
+                (row["name"], "", _number(row["max"]), _number(row["rms"]), "-", "-")
+                for row in result["monitor"]
+            ],
+            2,
+        ),
+        "",
+        f"contact mode agrees at {100 * result['contact_mode_agrees']:.2f} % of the stamps, "
+        f"transition at {100 * result['transition_agrees']:.2f} %",
+    ]
+    differences = result["configuration"]
+    if differences:
+        lines += ["", "configuration"]
+        lines += [f"  {name}: {x} -> {y}" for name, (x, y) in differences.items()]
+    return "\n".join(lines)
+
+
+def _number(value):
+    return "-" if value is None else f"{value:.3g}"

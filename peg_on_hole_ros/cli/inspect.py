@@ -1,0 +1,154 @@
+"""`peg-on-hole inspect`: what a bag holds, and what a replay would use of it."""
+
+from collections import Counter
+
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.settings import absolute, load
+from peg_on_hole_ros.cli.table import table, to_json
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.decode import (
+    JOINTS_TYPE,
+    WRENCH_TYPE,
+    Malformed,
+    joint_sample,
+    wrench_sample,
+)
+from peg_on_hole_ros.edges.stamps import StampStatistics
+from peg_on_hole_ros.errors import BagDamaged, BagError
+
+
+def run(arguments) -> int:
+    """Print a report; exit code 4 for a cut-off or damaged bag."""
+    configuration, _ = load(arguments.config)
+    with Progress("reading") as progress:
+        bag = Bag(arguments.bag, progress)
+    result = inspect(bag, configuration)
+    print(to_json(result) if arguments.json else _text(result))
+    if bag.damage:
+        raise BagDamaged(bag.damage)
+    return 0
+
+
+def inspect(bag: Bag, configuration) -> dict:
+    """Return the JSON of a report."""
+    wrench, joints = (
+        absolute(configuration.topics.wrench),
+        absolute(configuration.topics.joint_states),
+    )
+    result = {
+        "bag": str(bag.path),
+        "damage": bag.damage or None,
+        "messages": bag.count,
+        "topics": [_topic(bag.topics[name]) for name in sorted(bag.topics)],
+        "clock": {},
+        "replay": {"possible": False, "reason": None, "used": {}, "dropped": {}},
+    }
+    try:
+        bag.require({wrench: WRENCH_TYPE, joints: JOINTS_TYPE})
+    except BagError as error:
+        result["replay"]["reason"] = str(error)
+    readers = {}
+    if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
+        readers[wrench] = wrench_sample
+    if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
+        readers[joints] = lambda message: _needed_joints(message, configuration.joints.names)
+    statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap)
+    result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
+    replay = result["replay"]
+    replay["used"] = {topic: used[topic] for topic in sorted(readers)}
+    replay["dropped"] = {
+        f"{topic}: {reason}": count for (topic, reason), count in sorted(dropped.items())
+    }
+    if replay["reason"] is None:
+        empty = [topic for topic in sorted(readers) if not used[topic]]
+        replay["possible"] = not empty
+        if empty:
+            replay["reason"] = f"no message on {' and '.join(empty)} can be used"
+    return result
+
+
+def _needed_joints(message, names):
+    sample = joint_sample(message, names)
+    if isinstance(sample, Malformed) or set(names) <= set(sample.names):
+        return sample
+    return Malformed("missing_joint")
+
+
+def _read(bag, readers, max_gap):
+    statistics = {topic: StampStatistics(max_gap) for topic in readers}
+    used, dropped = Counter(), Counter()
+    with Progress("decoding") as progress:
+        total = sum(bag.topics[topic].count for topic in readers)
+        for count, (topic, log_ns, message) in enumerate(bag.messages(readers)):
+            sample = readers[topic](message)
+            if isinstance(sample, Malformed):
+                dropped[topic, sample.reason] += 1
+                continue
+            used[topic] += 1
+            statistics[topic].add(sample.t_ns, log_ns)
+            progress(count / total)
+    for topic, count in bag.undecodable.items():
+        dropped[topic, "undecodable"] = count
+    return statistics, used, dropped
+
+
+def _topic(info):
+    duration = (info.last_ns - info.first_ns) * 1e-9
+    return {
+        "name": info.name,
+        "type": " and ".join(name or "no type" for name in info.types),
+        "count": info.count,
+        "rate": (info.count - 1) / duration if duration > 0 else None,
+        "duration": duration,
+    }
+
+
+def _text(result):
+    rows = [
+        (
+            topic["name"],
+            topic["type"],
+            str(topic["count"]),
+            "-" if topic["rate"] is None else f"{topic['rate']:.1f}",
+            f"{topic['duration']:.3f}",
+        )
+        for topic in result["topics"]
+    ]
+    lines = [f"{result['bag']}: {result['messages']} messages"]
+    if result["damage"]:
+        lines.append(f"damage: {result['damage']}")
+    lines += ["", table(("topic", "type", "messages", "rate [Hz]", "duration [s]"), rows, 2)]
+    for topic, clock in result["clock"].items():
+        lines += ["", f"clock of {topic}"]
+        lines += [f"  {line}" for line in _clock(clock)]
+    replay = result["replay"]
+    if replay["possible"]:
+        lines += ["", "a replay would use"]
+    else:
+        lines += ["", f"a replay is not possible: {replay['reason']}", "it could use"]
+    lines += [f"  {topic}: {count} messages" for topic, count in replay["used"].items()]
+    lines += [f"  dropped, {reason}: {count}" for reason, count in replay["dropped"].items()]
+    if not any(replay["used"].values()):
+        lines.append("  nothing")
+    return "\n".join(lines)
+
+
+def _clock(clock):
+    if not clock["stamps"]:
+        return ["no stamps"]
+    gaps = clock["gaps"]
+    longest = f", the longest {gaps['longest']:.6g} s" if gaps["longest"] is not None else ""
+    lines = [
+        f"median period {clock['median_period'] * 1e3:.6g} ms" if clock["median_period"] else "",
+        f"gaps over {gaps['limit']:.3g} s: {gaps['count']}{longest}",
+        f"stamps that go backwards: {clock['backwards']}, repeated: {clock['repeated']}",
+    ]
+    offset = clock["log_minus_stamp"]
+    lines.append(
+        "log time minus stamp: "
+        f"{offset['least'] * 1e3:.6g} to {offset['greatest'] * 1e3:.6g} ms, "
+        f"mean {offset['mean'] * 1e3:.6g} ms"
+    )
+    if clock["trouble"]:
+        lines += [f"trouble: {text}" for text in clock["trouble"]]
+    return [line for line in lines if line]

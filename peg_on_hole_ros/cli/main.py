@@ -1,0 +1,181 @@
+"""
+Arguments of `peg-on-hole`; imports nothing heavy, a subcommand's module loads when it runs.
+
+Exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
+topics; 4 ended early on a cut-off or damaged bag, with what was read kept.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+
+from peg_on_hole_ros import __version__
+from peg_on_hole_ros.errors import PegOnHoleError
+
+# Values that may begin with a minus sign, which argparse would take for an option.
+_SIGNED = ("--state", "--wrench")
+
+_DESCRIPTION = """\
+Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
+points, transition to two-point contact and risk of jamming, from wrench and joint states."""
+
+_EPILOG = """\
+BAG is an .mcap file or a rosbag2 folder. CONFIG is a ROS 2 parameters file; without one the
+defaults of config/peg_on_hole.yaml hold.
+exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
+topics; 4 ended early on a cut-off or damaged bag, with what was read kept"""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code; an error is one line on stderr."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    parsed = _parsed(arguments)
+    try:
+        module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
+        code = module.run(parsed)
+        sys.stdout.flush()
+        return code
+    except PegOnHoleError as error:
+        print(f"peg-on-hole: error: {error}", file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:
+        # Whoever read the output has gone; Python must not complain again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        return 130
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all subcommands."""
+    top = argparse.ArgumentParser(
+        prog="peg-on-hole",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action="version", version=f"peg-on-hole {__version__}")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for add in (_replay, _simulate, _solve, _inspect, _compare, _node):
+        add(commands)
+    return top
+
+
+def _command(commands, name, text, example):
+    return commands.add_parser(
+        name,
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=f"example:\n{example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def _config(command, **more):
+    command.add_argument("--config", metavar="CONFIG", help="ROS 2 parameters file", **more)
+
+
+def _replay(commands):
+    command = _command(
+        commands,
+        "replay",
+        "run the estimator over a bag, as the node would have run",
+        "  peg-on-hole replay bags/working_cycle.mcap --out estimate.mcap --summary summary.json",
+    )
+    command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
+    _config(command)
+    command.add_argument("--out", metavar="OUT.mcap", help="write the node's topics")
+    command.add_argument("--report", metavar="REPORT.html", help="write a page with plots")
+    command.add_argument("--summary", metavar="SUMMARY.json", help="write the figures as JSON")
+
+
+def _simulate(commands):
+    command = _command(
+        commands,
+        "simulate",
+        "make a bag with known truth: a compliant holder sets the peg on the hole",
+        "  peg-on-hole simulate --config config/working_cycle.yaml --out working_cycle.mcap",
+    )
+    _config(command, required=True)
+    command.add_argument("--out", metavar="BAG.mcap", required=True, help="bag to write")
+
+
+def _solve(commands):
+    command = _command(
+        commands,
+        "solve",
+        "accelerations, reactions, slip speeds and critical friction at one state",
+        "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --wrench 0,0,-10,0,0.3,0 --json",
+    )
+    _config(command)
+    command.add_argument(
+        "--state",
+        required=True,
+        metavar="G,P,F,DG,DP,DF",
+        help="gamma, psi, phi [rad] and their rates [rad/s]",
+    )
+    command.add_argument(
+        "--wrench",
+        default="0,0,0,0,0,0",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+        help="on the peg at its mass centre, hole axes, without gravity [N], [N m]; default 0",
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _inspect(commands):
+    command = _command(
+        commands,
+        "inspect",
+        "topics, types, rates, gaps, clock trouble of a bag, and what a replay would use",
+        "  peg-on-hole inspect recording/",
+    )
+    command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
+    _config(command)
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _compare(commands):
+    command = _command(
+        commands,
+        "compare",
+        "differences between two outputs, or of one bag under two configurations",
+        "  peg-on-hole compare before.mcap after.mcap\n"
+        "  peg-on-hole compare low_friction.yaml high_friction.yaml --bag recording.mcap",
+    )
+    command.add_argument("a", metavar="A", help="output of replay or node; with --bag: CONFIG")
+    command.add_argument("b", metavar="B", help="the other")
+    command.add_argument("--bag", metavar="BAG", help="replay it with A and with B, compare that")
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _node(commands):
+    command = _command(
+        commands,
+        "node",
+        "start the ROS 2 node; the same as `ros2 run peg_on_hole_ros peg_on_hole`",
+        "  peg-on-hole node --ros-args --params-file config/peg_on_hole.yaml",
+    )
+    command.add_argument(
+        "arguments", nargs="*", metavar="...", help="given to ROS: --ros-args ..."
+    )
+
+
+def _parsed(arguments):
+    if arguments[:1] == ["node"] and not {"-h", "--help"} & set(arguments):
+        # All that follows is for ROS, options too.
+        return argparse.Namespace(command="node", arguments=arguments[1:])
+    return parser().parse_args(_joined(arguments))
+
+
+def _joined(arguments):
+    joined, rest = [], iter(arguments)
+    for word in rest:
+        value = next(rest, None) if word in _SIGNED else None
+        joined.append(word if value is None else f"{word}={value}")
+    return joined
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,41 @@
+"""A line of progress on a terminal; nothing of it when piped."""
+
+import sys
+import time
+
+_PERIOD = 0.2  # [s] between two updates
+
+
+class Progress:
+    """
+    Shows a share on stderr if that is a terminal; use it in a `with` block.
+
+    Parameters
+    ----------
+    text : str
+        What is done.
+
+    """
+
+    def __init__(self, text: str):
+        self._text = text
+        self._shown = sys.stderr.isatty()
+        self._last = 0.0
+
+    def __call__(self, share: float) -> None:
+        """Show a share of 0 to 1."""
+        now = time.monotonic()
+        if self._shown and now - self._last >= _PERIOD:
+            self._last = now
+            sys.stderr.write(f"\r{self._text} {100 * share:3.0f} %\x1b[K")
+            sys.stderr.flush()
+
+    def __enter__(self) -> "Progress":
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_) -> None:
+        """Remove the line."""
+        if self._shown and self._last:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

@@ -1,0 +1,77 @@
+"""`peg-on-hole solve`: the six equations at one state."""
+
+import numpy as np
+
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.cli.table import finite, table, to_json
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.reference import solve_contact
+from peg_on_hole_ros.records import ANGLES, CONTACTS
+
+
+def run(arguments) -> int:
+    """Print motion and reactions."""
+    configuration, _ = load(arguments.config)
+    state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s")
+    wrench = _six("--wrench", arguments.wrench, "N, N, N, N m, N m, N m")
+    result = solve(configuration.scene, state, wrench)
+    print(to_json(result) if arguments.json else _text(result))
+    return 0
+
+
+def solve(scene, state, wrench) -> dict:
+    """
+    Return the JSON of one solution.
+
+    Parameters
+    ----------
+    scene : Scene
+    state : list of 6 float
+        gamma, psi, phi [rad], their rates [rad/s].
+    wrench : list of 6 float
+        On the peg at its mass centre, hole axes, without gravity [N], [N m].
+
+    """
+    try:
+        s = solve_contact(scene, state[:3], state[3:], wrench[:3], wrench[3:])
+    except np.linalg.LinAlgError:
+        raise PegOnHoleError(
+            f"the six equations are singular at gamma = {state[0]:g} rad with friction "
+            f"{scene.friction:g}: rigid three-point motion has no solution there"
+        ) from None
+    return {
+        "acceleration": dict(zip(ANGLES, map(finite, s.acceleration))),
+        "normal": dict(zip(CONTACTS, map(finite, s.normal))),
+        "slip_speed": dict(zip(CONTACTS, map(finite, s.slip_speed))),
+        "critical_friction": None if s.critical_friction is None else finite(s.critical_friction),
+        "outcome": s.outcome.name.lower(),
+        "meaning": s.outcome.value,
+    }
+
+
+def _six(name, text, units):
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != 6 or not np.all(np.isfinite(values)):
+        raise PegOnHoleError(f"{name} = {text} is not six finite numbers ({units})")
+    return values
+
+
+def _text(result):
+    angles = table(
+        ("", *ANGLES),
+        [("acceleration [rad/s^2]", *(f"{result['acceleration'][a]:.6g}" for a in ANGLES))],
+    )
+    contacts = table(
+        ("", *CONTACTS),
+        [
+            ("normal [N]", *(f"{result['normal'][c]:.6g}" for c in CONTACTS)),
+            ("slip_speed [m/s]", *(f"{result['slip_speed'][c]:.6g}" for c in CONTACTS)),
+        ],
+    )
+    critical = result["critical_friction"]
+    critical = "none" if critical is None else f"{critical:.6g}"
+    outcome = f"{result['outcome']} ({result['meaning']})"
+    return f"{angles}\n\n{contacts}\n\ncritical friction: {critical}\noutcome: {outcome}"

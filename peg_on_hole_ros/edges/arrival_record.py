@@ -1,0 +1,133 @@
+"""The order in which messages reached the pipeline, as an MCAP file that replays bit for bit."""
+
+import struct
+from collections.abc import Iterable
+from pathlib import Path
+
+from mcap.writer import CompressionType, Writer
+
+from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, configuration_metadata
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.edges.message_stream import MessageStream
+from peg_on_hole_ros.edges.messages import STRING, Message
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration
+
+# Calls of ~/reset and ~/tare change the estimate, so they are part of what arrived.
+EVENT_TOPIC = "/peg_on_hole/events"
+# A killed node loses what is not in a complete chunk: small ones, about 0.1 s at 1.5 kHz.
+CHUNK_BYTES = 16 * 1024
+
+
+class ArrivalRecord:
+    """
+    A bag written message by message, in the order of the calls.
+
+    Log times are the wall clock made strictly increasing, so that a reader's order is the order
+    of arrival; the bytes are those that arrived.
+
+    Parameters
+    ----------
+    path : str or Path
+        An existing file is kept: the record then goes beside it, with a number in its name.
+    configuration : Configuration
+        Stored as metadata, as in a replay's output.
+    wrench_topic, joints_topic : str
+        Absolute names.
+
+    Attributes
+    ----------
+    path : Path
+        What is written.
+
+    Raises
+    ------
+    PegOnHoleError
+        The file cannot be written.
+
+    """
+
+    def __init__(
+        self, path: str | Path, configuration: Configuration, wrench_topic: str, joints_topic: str
+    ):
+        try:
+            self.path, self._stream = _new_file(Path(path).expanduser())
+        except OSError as error:
+            raise PegOnHoleError(
+                f"record_arrivals = {str(path)!r} cannot be written: {error.strerror}; "
+                "name a file in a folder that exists and may be written to"
+            ) from None
+        self._writer = Writer(
+            self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD
+        )
+        self._writer.start(profile="ros2", library="peg_on_hole_ros")
+        self._writer.add_metadata(CONFIGURATION_METADATA, configuration_metadata(configuration))
+        self._wrench = self._channel(wrench_topic, WRENCH_TYPE)
+        self._joints = self._channel(joints_topic, JOINTS_TYPE)
+        self._event = self._channel(EVENT_TOPIC, STRING)
+        self._last_ns = 0
+
+    def wrench(self, payload: bytes, now_ns: int) -> None:
+        """Append a serialised WrenchStamped that came in at a wall-clock time [ns]."""
+        self._append(self._wrench, payload, now_ns)
+
+    def joints(self, payload: bytes, now_ns: int) -> None:
+        """Append a serialised JointState."""
+        self._append(self._joints, payload, now_ns)
+
+    def event(self, name: str, now_ns: int) -> None:
+        """Append `reset` or `tare`."""
+        text = name.encode() + b"\0"
+        # CDR, little endian: four bytes of header, length with the final zero, text
+        self._append(self._event, b"\0\1\0\0" + struct.pack("<I", len(text)) + text, now_ns)
+
+    def close(self) -> None:
+        """Finish the file; nothing can be appended after it."""
+        if not self._stream.closed:
+            self._writer.finish()
+            self._stream.close()
+
+    def _channel(self, topic, ros_type):
+        schema = self._writer.register_schema(ros_type, "ros2msg", definition(ros_type).encode())
+        return self._writer.register_channel(topic, "cdr", schema)
+
+    def _append(self, channel, payload, now_ns):
+        self._last_ns = max(now_ns, self._last_ns + 1)
+        self._writer.add_message(
+            channel, log_time=self._last_ns, publish_time=self._last_ns, data=payload
+        )
+
+
+def _new_file(path):
+    for number in range(1_000_000):
+        candidate = path.with_name(f"{path.stem}_{number}{path.suffix}") if number else path
+        try:
+            return candidate, candidate.open("xb")
+        except FileExistsError:
+            continue
+    raise OSError(17, f"{path} and all its numbered names exist")
+
+
+def replay_arrivals(
+    arrivals: Iterable, stream: MessageStream, wrench_topic: str, joints_topic: str
+) -> Iterable[list[Message]]:
+    """
+    Yield what each arrival makes the stream publish.
+
+    Parameters
+    ----------
+    arrivals : iterable of BagMessage
+        In order of log time.
+    stream : MessageStream
+        New, made from the record's configuration.
+    wrench_topic, joints_topic : str
+
+    """
+    for topic, _, message in arrivals:
+        if topic == wrench_topic:
+            yield stream.on_wrench(message)
+        elif topic == joints_topic:
+            stream.on_joints(message)
+        elif topic == EVENT_TOPIC:
+            stream.on_event(message.data)

@@ -1,0 +1,112 @@
+"""Read estimates back from a bag of outputs, one row for each stamp."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.records import ANGLES, CONTACTS
+
+PREFIX = "/peg_on_hole/"
+JOINT_STATE = "sensor_msgs/msg/JointState"
+_STAMPED = {
+    "state": JOINT_STATE,
+    "state_stddev": JOINT_STATE,
+    "contacts": JOINT_STATE,
+    "contacts_stddev": JOINT_STATE,
+    "monitor": JOINT_STATE,
+}
+_LATCHED = {"transition": "std_msgs/msg/Bool", "contact_mode": "std_msgs/msg/String"}
+# Stamps whose parts a recorder may have mixed, or lost: none is waited for longer than this.
+_MOST_PENDING = 1000
+
+# Name, unit and whether it is an angle that wraps; the order of a row's values.
+QUANTITIES = (
+    *((name, "rad", name != "gamma") for name in ANGLES),
+    *((f"d{name}/dt", "rad/s", False) for name in ANGLES),
+    *((f"N_{name}", "N", False) for name in CONTACTS),
+    *((f"slip_{name}", "m/s", False) for name in CONTACTS),
+)
+
+
+class Estimate(NamedTuple):
+    """
+    One stamp of an output.
+
+    Attributes
+    ----------
+    t_ns : int
+        [ns]
+    values, stddev : ndarray, shape (12,)
+        In the order of QUANTITIES.
+    monitor : dict of str to float
+    mode : str
+        Contact mode that holds; empty before the first.
+    transition : bool or None
+
+    """
+
+    t_ns: int
+    values: np.ndarray
+    stddev: np.ndarray
+    monitor: dict[str, float]
+    mode: str
+    transition: bool | None
+
+
+def estimates(bag: Bag) -> Iterator[Estimate]:
+    """
+    Yield estimates in order of the bag, by the stamps of their messages.
+
+    A recorder may mix the topics of neighbouring stamps; stamps that lack a part are left out.
+
+    Raises
+    ------
+    BagError
+        The bag holds no output of this package.
+
+    """
+    try:
+        bag.require({PREFIX + name: ros_type for name, ros_type in _STAMPED.items()})
+    except BagError as error:
+        raise BagError(f"no output of replay or node: {error}") from None
+    pending: dict[int, dict] = {}
+    complete: list[tuple[int, dict]] = []
+    mode, transition = "", None
+    for topic, _, message in bag.messages([PREFIX + name for name in (*_STAMPED, *_LATCHED)]):
+        name = topic.removeprefix(PREFIX)
+        if name in _LATCHED:
+            mode, transition = _latched(name, message.data, mode, transition)
+            continue
+        t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        if t_ns not in pending:
+            # What is published on change follows its estimate, so an estimate waits for the next.
+            yield from (_estimate(*item, mode, transition) for item in complete)
+            complete.clear()
+            pending[t_ns] = {}
+            if len(pending) > _MOST_PENDING:
+                del pending[next(iter(pending))]
+        pending[t_ns][name] = message
+        if len(pending[t_ns]) == len(_STAMPED):
+            complete.append((t_ns, pending.pop(t_ns)))
+    yield from (_estimate(*item, mode, transition) for item in complete)
+
+
+def _latched(name, data, mode, transition):
+    return (data, transition) if name == "contact_mode" else (mode, data)
+
+
+def _estimate(t_ns, parts, mode, transition):
+    state, state_stddev = parts["state"], parts["state_stddev"]
+    contacts, contacts_stddev = parts["contacts"], parts["contacts_stddev"]
+    values = [*state.position, *state.velocity, *contacts.effort, *contacts.velocity]
+    stddev = [
+        *state_stddev.position,
+        *state_stddev.velocity,
+        *contacts_stddev.effort,
+        *contacts_stddev.velocity,
+    ]
+    monitor = dict(zip(parts["monitor"].name, parts["monitor"].position))
+    return Estimate(t_ns, np.array(values), np.array(stddev), monitor, mode, transition)

@@ -1,0 +1,96 @@
+"""From messages in their order of arrival to messages out: what the node runs and a replay too."""
+
+from collections import Counter
+
+from peg_on_hole_ros.edges.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.edges.messages import Message, OutputStream
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.pipeline import Pipeline
+
+
+class MessageStream:
+    """
+    Decoding, pipeline and output stream in a row; the same input gives the same output, bitwise.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    pipeline : Pipeline
+        Made from the same configuration.
+    markers_rate : float
+        Most marker messages per second of stamp time [Hz]; 0: none.
+
+    Attributes
+    ----------
+    pipeline : Pipeline
+    t_ns : int or None
+        Stamp of the latest estimate [ns].
+
+    """
+
+    def __init__(self, configuration: Configuration, pipeline, markers_rate: float = 10.0):
+        self.pipeline = pipeline
+        self.t_ns: int | None = None
+        self._outputs = OutputStream(configuration.scene, markers_rate)
+        joints = configuration.joints
+        self._joints_needed = joints.names
+        self._malformed: Counter[str] = Counter()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Every message by fate; those that could not be decoded by reason."""
+        return {**self.pipeline.counts, **self._malformed}
+
+    def on_wrench(self, message) -> list[Message]:
+        """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
+        sample = wrench_sample(message)
+        if isinstance(sample, Malformed):
+            self._malformed[f"wrench_dropped_malformed_{sample.reason}"] += 1
+            return []
+        outputs = self.pipeline.on_wrench(sample)
+        if outputs is None:
+            return []
+        self.t_ns = outputs.t_ns
+        return self._outputs.messages(outputs)
+
+    def on_joints(self, message) -> None:
+        """Take a sensor_msgs/JointState in any form."""
+        sample = joint_sample(message, self._joints_needed)
+        if isinstance(sample, Malformed):
+            self._malformed[f"joints_dropped_malformed_{sample.reason}"] += 1
+        else:
+            self.pipeline.on_joints(sample)
+
+    def unreadable(self, source: str) -> None:
+        """Count bytes that are no message, from `wrench` or `joints`."""
+        self._malformed[f"{source}_dropped_malformed_unreadable"] += 1
+
+    def on_event(self, name: str) -> str:
+        """
+        Carry out `reset` or `tare`; return in words what happened.
+
+        Raises
+        ------
+        KeyError
+            Any other name.
+
+        """
+        return {"reset": self.pipeline.reset, "tare": self.pipeline.tare}[name]()
+
+
+def message_stream(configuration: Configuration, markers_rate: float = 10.0) -> MessageStream:
+    """
+    Return a new stream, with the robot's kinematics where the configuration names a URDF.
+
+    Raises
+    ------
+    PegOnHoleError
+        A URDF that cannot be used.
+
+    """
+    orientation = None
+    if configuration.joints.source == "robot":
+        from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
+
+        orientation = orientation_source(configuration.joints)
+    return MessageStream(configuration, Pipeline(configuration, orientation), markers_rate)

@@ -1,0 +1,291 @@
+"""The ROS 2 node `peg_on_hole`: a lifecycle node around the message stream that a replay runs."""
+
+import signal
+import sys
+import time
+
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from peg_on_hole_ros.edges import node_parameters
+from peg_on_hole_ros.edges.arrival_record import ArrivalRecord
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
+from peg_on_hole_ros.edges.messages import DIAGNOSTICS, LATCHED, TOPICS
+from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
+from peg_on_hole_ros.edges.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.warm_up import warm
+from peg_on_hole_ros.errors import PegOnHoleError
+
+NAME = "peg_on_hole"
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class PegOnHoleNode(LifecycleNode):
+    """
+    Takes wrench and joint states, publishes everything that each wrench makes known.
+
+    Raises
+    ------
+    PegOnHoleError
+        Parameters that cannot be used, and a parameters file for another node's name.
+
+    """
+
+    def __init__(self):
+        super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        self._stream: MessageStream | None = None
+        self._record: ArrivalRecord | None = None
+        self._publishers_of: dict = {}
+        self._while_active: list = []
+        self._services_made: list = []
+        node_parameters.check_files(self.get_fully_qualified_name())
+        node_parameters.declare(self)
+        self.configuration, self.options = node_parameters.read(self)
+        self.add_on_set_parameters_callback(
+            lambda changed: node_parameters.refusal(self, self._stream is not None, changed)
+        )
+
+    def on_configure(self, state) -> TransitionCallbackReturn:
+        """Build the estimator from the parameters and have everything compiled."""
+        try:
+            self.configuration, self.options = node_parameters.read(self)
+            begun = time.perf_counter()
+            warm(self.configuration)
+            self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
+            self._stream = message_stream(self.configuration, self.options.markers_rate)
+            self._open_record()
+            self._make_publishers()
+        except Exception as error:
+            # rclpy drops exceptions of transitions without a word.
+            if isinstance(error, PegOnHoleError):
+                self.get_logger().error(str(error))
+            else:
+                self.get_logger().error(f"cannot configure: {error!r}")
+            self._release()
+            return FAILURE
+        return super().on_configure(state)
+
+    def on_activate(self, state) -> TransitionCallbackReturn:
+        """Begin to listen."""
+        self._diagnostics = Diagnostics()
+        self._reported_ns = time.monotonic_ns()
+        # Best effort matches publishers of both kinds.
+        qos = QoSProfile(depth=self.options.qos_depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+        topics = self.configuration.topics
+        self._while_active = [
+            self.create_subscription(
+                message_class(WRENCH_TYPE), topics.wrench, self._on_wrench, qos, raw=True
+            ),
+            self.create_subscription(
+                message_class(JOINTS_TYPE), topics.joint_states, self._on_joints, qos, raw=True
+            ),
+        ]
+        # The ROS clock may be a simulator's that stands still.
+        self._timer = self.create_timer(
+            1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self.get_logger().info(
+            f"active: listening to {self.resolve_topic_name(topics.wrench)} and "
+            f"{self.resolve_topic_name(topics.joint_states)}"
+        )
+        return super().on_activate(state)
+
+    def on_deactivate(self, state) -> TransitionCallbackReturn:
+        """Stop listening; the estimate is kept, a gap in the stamps restarts it."""
+        self._stop_listening()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state) -> TransitionCallbackReturn:
+        """Forget the estimate and finish the record."""
+        self._release()
+        return SUCCESS
+
+    def on_shutdown(self, state) -> TransitionCallbackReturn:
+        """Finish the record."""
+        self._release()
+        return SUCCESS
+
+    def close(self) -> None:
+        """Finish the record, whatever state the node is in."""
+        if self._record is not None:
+            self._record.close()
+            self._record = None
+
+    def _open_record(self):
+        if not self.options.record_arrivals:
+            return
+        topics = self.configuration.topics
+        self._record = ArrivalRecord(
+            self.options.record_arrivals,
+            self.configuration,
+            self.resolve_topic_name(topics.wrench),
+            self.resolve_topic_name(topics.joint_states),
+        )
+        self.get_logger().info(f"recording arrivals to {self._record.path}")
+
+    def _make_publishers(self):
+        depth = self.options.qos_depth
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        for suffix, ros_type in TOPICS.items():
+            qos = latched if suffix in LATCHED else QoSProfile(depth=depth)
+            self._publishers_of[suffix] = self.create_lifecycle_publisher(
+                message_class(ros_type), f"~/{suffix}", qos
+            )
+        self._publishers_of["/diagnostics"] = self.create_lifecycle_publisher(
+            message_class(DIAGNOSTICS), "/diagnostics", QoSProfile(depth=10)
+        )
+        self._services_made = [
+            self.create_service(Trigger, f"~/{name}", self._service(name))
+            for name in ("reset", "tare")
+        ]
+
+    def _stop_listening(self):
+        for subscription in self._while_active:
+            self.destroy_subscription(subscription)
+        if self._while_active:
+            self.destroy_timer(self._timer)
+        self._while_active = []
+
+    def _release(self):
+        self._stop_listening()
+        for service in self._services_made:
+            self.destroy_service(service)
+        for publisher in self._publishers_of.values():
+            self.destroy_lifecycle_publisher(publisher)
+        self._services_made, self._publishers_of = [], {}
+        self._stream = None
+        self.close()
+
+    def _on_wrench(self, payload):
+        begun = time.monotonic_ns()
+        self._keep(lambda record, now_ns: record.wrench(payload, now_ns))
+        message = self._deserialised("wrench", WRENCH_TYPE, payload)
+        messages = [] if message is None else self._stream.on_wrench(message)
+        for suffix, ros_type, fields in messages:
+            self._publishers_of[suffix].publish(to_ros(ros_type, fields))
+        if messages:
+            now_ns = self.get_clock().now().nanoseconds
+            self._diagnostics.aged(now_ns - self._stream.t_ns if now_ns else None)
+        self._diagnostics.received("wrench", time.monotonic_ns() - begun, bool(messages))
+
+    def _on_joints(self, payload):
+        begun = time.monotonic_ns()
+        self._keep(lambda record, now_ns: record.joints(payload, now_ns))
+        message = self._deserialised("joints", JOINTS_TYPE, payload)
+        if message is not None:
+            self._stream.on_joints(message)
+        self._diagnostics.received("joints", time.monotonic_ns() - begun)
+
+    def _deserialised(self, source, ros_type, payload):
+        try:
+            return deserialize_message(payload, message_class(ros_type))
+        except Exception:  # rmw's own error type, which has no public name
+            self._stream.unreadable(source)
+            return None
+
+    def _keep(self, append):
+        if self._record is None:
+            return
+        try:
+            append(self._record, time.time_ns())
+        except OSError as error:
+            path, self._record = self._record.path, None
+            self.get_logger().error(f"recording to {path} ended: {error.strerror}")
+
+    def _service(self, name):
+        def respond(_, response):
+            if not self._while_active:
+                response.success, response.message = False, "the node is not active"
+                return response
+            self._keep(lambda record, now_ns: record.event(name, now_ns))
+            response.success, response.message = True, self._stream.on_event(name)
+            self.get_logger().info(f"{name}: {response.message}")
+            return response
+
+        return respond
+
+    def _report(self):
+        now_ns = time.monotonic_ns()
+        elapsed_ns, self._reported_ns = max(1, now_ns - self._reported_ns), now_ns
+        stamp_ns = self.get_clock().now().nanoseconds
+        pipeline = self._stream.pipeline
+        fields, lines = self._diagnostics.report(
+            stamp_ns or self._stream.t_ns or 0, elapsed_ns, self._stream.counts, pipeline.health
+        )
+        for line in lines:
+            self.get_logger().warning(line)
+        if not stamp_ns:
+            self.get_logger().warning(
+                "use_sim_time is set, but no /clock has come: estimates go on by the stamps of "
+                "the messages, their latency is unknown"
+            )
+        self._publishers_of["/diagnostics"].publish(to_ros(DIAGNOSTICS, fields))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until it is stopped; return 0, or 2 where it cannot start."""
+    node = None
+    try:
+        _init(arguments)
+        node = PegOnHoleNode()
+        started = not node.options.autostart or (
+            node.trigger_configure() == SUCCESS and node.trigger_activate() == SUCCESS
+        )
+        if not started:
+            return 2
+        _spin(node)
+    except KeyboardInterrupt:
+        return 130  # while it was still being configured
+    except PegOnHoleError as error:
+        print(f"{NAME}: error: {error}", file=sys.stderr)
+        return error.exit_code
+    finally:
+        if node is not None:
+            node.close()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _spin(node):
+    """
+    Run callbacks until SIGINT or SIGTERM.
+
+    rclpy's own handlers shut ROS down in the middle of a callback, so that half of an estimate
+    would be published; and EventsExecutor.spin() ignores them.
+    """
+    stopping = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: stopping.append(number))
+    executor = _executor()
+    executor.add_node(node)
+    while rclpy.ok() and not stopping:
+        executor.spin_once(timeout_sec=0.1)
+    executor.remove_node(node)
+
+
+def _init(arguments):
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # Parameters that ROS 2 itself cannot read; its traceback would hide which.
+        text = str(error).removeprefix("failed to initialize rcl: ").split(", at ")[0]
+        raise PegOnHoleError(text) from None
+
+
+def _executor():
+    try:
+        from rclpy.experimental import EventsExecutor  # a third of the other's CPU time
+    except ImportError:
+        return SingleThreadedExecutor()  # Jazzy has no other for Python
+    return EventsExecutor()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

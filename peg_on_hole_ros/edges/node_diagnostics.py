@@ -1,0 +1,113 @@
+"""What /diagnostics says once a second: rates, latency, every message's fate, filter health."""
+
+import re
+from collections import Counter
+
+from peg_on_hole_ros.edges.messages import HARDWARE_ID
+from peg_on_hole_ros.edges.plain import header
+
+OK, WARN = 0, 1
+NAME = "peg_on_hole"
+
+# Among the names of counts: what is not used, and what is no event to speak of.
+_LOST = re.compile("_(dropped|gated)")
+_USUAL = re.compile("^(reset|tare|.*_used|joints_late|joints_reordered)$")
+
+
+class Diagnostics:
+    """
+    Gathers figures between two reports.
+
+    Unlike everything else that the node publishes these depend on the clock, so a replay has
+    none of them.
+    """
+
+    def __init__(self):
+        self._received: Counter[str] = Counter()
+        self._busy_ns = 0
+        self._longest_ns = 0
+        self._outputs = 0
+        self._age_ns: int | None = None
+        self._counts: dict[str, int] = {}
+
+    def received(self, source: str, busy_ns: int, outputs: bool = False) -> None:
+        """Note one message from `wrench` or `joints`, and how long its callback took [ns]."""
+        self._received[source] += 1
+        self._busy_ns += busy_ns
+        self._longest_ns = max(self._longest_ns, busy_ns)
+        self._outputs += outputs
+
+    def aged(self, age_ns: int | None) -> None:
+        """Note how old the latest estimate's stamp was when it was published; None: no clock."""
+        self._age_ns = age_ns
+
+    def report(
+        self, t_ns: int, elapsed_ns: int, counts: dict[str, int], health: dict[str, float]
+    ) -> tuple[dict, list[str]]:
+        """
+        Return the diagnostic_msgs/DiagnosticArray since the last report, and lines to log.
+
+        Parameters
+        ----------
+        t_ns : int
+            Stamp of the report [ns].
+        elapsed_ns : int
+            Since the last one, > 0 [ns].
+        counts : dict of str to int
+            Every message by fate since the start.
+        health : dict of str to float
+            Of the filter.
+
+        """
+        new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
+        new = {name: count for name, count in new.items() if count and not _USUAL.search(name)}
+        lost = {name: count for name, count in new.items() if _LOST.search(name)}
+        self._counts = dict(counts)
+        status = [
+            self._input(elapsed_ns, counts, lost),
+            self._timing(elapsed_ns),
+            _status("filter", OK, "running" if self._outputs else "no estimate", health),
+        ]
+        self._received.clear()
+        self._busy_ns = self._longest_ns = self._outputs = 0
+        self._age_ns = None
+        lines = [f"{name.replace('_', ' ')}: {count} times" for name, count in new.items()]
+        return {"header": header(t_ns), "status": status}, lines
+
+    def _input(self, elapsed_ns, counts, lost):
+        seconds = elapsed_ns * 1e-9
+        values = {f"{name}_rate": self._received[name] / seconds for name in ("wrench", "joints")}
+        silent = [name for name in ("wrench", "joints") if not self._received[name]]
+        if silent:
+            text = f"no messages of {' and '.join(silent)}: check topic names, QoS and domain"
+        elif lost:
+            text = f"not used: {', '.join(f'{count} {name}' for name, count in lost.items())}"
+        else:
+            text = "all messages used"
+        return _status("input", WARN if silent or lost else OK, text, values | counts)
+
+    def _timing(self, elapsed_ns):
+        received = sum(self._received.values())
+        load = self._busy_ns / elapsed_ns
+        values = {
+            "load": load,
+            "output_rate": self._outputs / (elapsed_ns * 1e-9),
+            "callback_max_s": self._longest_ns * 1e-9,
+        }
+        if received:
+            values["callback_mean_s"] = self._busy_ns * 1e-9 / received
+        if self._age_ns is not None:
+            values["stamp_age_s"] = self._age_ns * 1e-9
+        busy = load > 0.9
+        text = "too slow for this input rate: messages will be lost" if busy else "keeping up"
+        return _status("timing", WARN if busy else OK, text, values)
+
+
+def _status(name, level, message, values):
+    return {
+        "level": level,
+        "name": f"{NAME}: {name}",
+        "message": message,
+        "hardware_id": HARDWARE_ID,
+        "values": [{"key": key, "value": f"{value:.9g}"} for key, value in values.items()],
+    }

@@ -1,0 +1,36 @@
+"""Everything compiled and imported before the first message, so that none waits for it."""
+
+from dataclasses import replace
+
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.plain import header
+from peg_on_hole_ros.edges.ros_messages import to_ros
+from peg_on_hole_ros.options import Configuration, JointInput
+from peg_on_hole_ros.records import ANGLES
+
+
+def warm(configuration: Configuration) -> None:
+    """
+    Run a made-up closing motion through a stream of its own, so that all is compiled and imported.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        With the peg's own joints in place of a robot's, as no robot stands in contact here.
+
+    """
+    configuration = replace(configuration, joints=JointInput())
+    stream = message_stream(configuration)
+    scene = configuration.scene
+    zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+    # Slip in all directions, long enough for a contact mode to be declared, then to two points.
+    count = 200 + round(2e3 * configuration.monitor.mode_dwell)
+    for k in range(count):
+        t_ns = 1_000_000_000 + k * 1_000_000
+        gamma = scene.gamma0 * (1.5 - 0.6 * k / count)
+        position = {"name": list(ANGLES), "position": [gamma, 1e-3 * k, 2e-3 * k]}
+        wrench = {"header": header(t_ns), "wrench": {"force": zero, "torque": zero}}
+        stream.on_joints(to_ros(JOINTS_TYPE, {"header": header(t_ns), **position}))
+        for _, ros_type, fields in stream.on_wrench(to_ros(WRENCH_TYPE, wrench)):
+            to_ros(ros_type, fields)

@@ -1,0 +1,98 @@
+"""The other side of the node in tests over DDS: publishes its input and collects its output."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from contextlib import contextmanager
+
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages import DIAGNOSTICS, LATCHED, TOPICS
+from peg_on_hole_ros.edges.ros_messages import message_class
+
+PATIENCE = 60.0  # [s] until a wait fails; a cold compilation on a busy machine takes half of it
+
+
+@contextmanager
+def node_process(*arguments):
+    """Start the node with ROS arguments; end it by SIGINT, as a terminal does."""
+    command = [sys.executable, "-m", "peg_on_hole_ros.edges.node", "--ros-args", *arguments]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def stop(process) -> str:
+    """End the node by SIGINT, expect exit code 0, and return what it printed."""
+    process.send_signal(signal.SIGINT)
+    text, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, text
+    return text
+
+
+class Peer:
+    """Publishers of wrench and joint states, and subscriptions to all topics of the node."""
+
+    def __init__(self, node="peg_on_hole"):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node("peer", context=self.context)
+        self.executor = EventsExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.wrench = self.node.create_publisher(message_class(WRENCH_TYPE), "/wrench", 1000)
+        self.joints = self.node.create_publisher(message_class(JOINTS_TYPE), "/joint_states", 1000)
+        self.received = defaultdict(list)
+        self.subscriptions = {}
+        for suffix, ros_type in TOPICS.items():
+            qos = QoSProfile(depth=5000)
+            if suffix in LATCHED:
+                qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
+            self._subscribe(suffix, ros_type, f"/{node}/{suffix}", qos)
+        self._subscribe("/diagnostics", DIAGNOSTICS, "/diagnostics", QoSProfile(depth=100))
+
+    def _subscribe(self, key, ros_type, topic, qos):
+        self.subscriptions[key] = self.node.create_subscription(
+            message_class(ros_type), topic, self.received[key].append, qos, raw=True
+        )
+
+    def spin_until(self, done, what):
+        """Spin until a condition holds; fail by name if it does not in time."""
+        end = time.monotonic() + PATIENCE
+        while not done():
+            assert time.monotonic() < end, f"waited {PATIENCE:g} s in vain: {what}"
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def wait_for_matching(self):
+        publishers, subscriptions = (self.wrench, self.joints), self.subscriptions.values()
+        self.spin_until(
+            lambda: (
+                all(publisher.get_subscription_count() for publisher in publishers)
+                and all(subscription.get_publisher_count() for subscription in subscriptions)
+            ),
+            "the node to match every topic",
+        )
+
+    def call(self, service_type, name, request):
+        """Call a service of the node and return its answer."""
+        client = self.node.create_client(service_type, name)
+        self.spin_until(client.service_is_ready, f"service {name}")
+        future = client.call_async(request)
+        self.spin_until(future.done, f"answer of {name}")
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)

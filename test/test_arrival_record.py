@@ -1,0 +1,140 @@
+"""Over real DDS: what the node published is, bit for bit, what its record of arrivals replays."""
+
+import pytest
+from rclpy.serialization import deserialize_message, serialize_message
+from std_srvs.srv import Trigger
+
+from dds_peer import Peer, node_process, stop
+from inputs import closing, joints, wrench
+from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC, ArrivalRecord, replay_arrivals
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.messages import JOINT_STATE, TOPICS
+from peg_on_hole_ros.edges.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration
+
+pytestmark = pytest.mark.xdist_group("dds")
+
+NAN = float("nan")
+BURST = 20  # wrenches in flight, far below any queue
+
+
+def last_state_ns(peer):
+    payloads = peer.received["state"]
+    if not payloads:
+        return 0
+    stamp = deserialize_message(payloads[-1], message_class(JOINT_STATE)).header.stamp
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def play(peer, messages):
+    """Publish; wait after each burst for the estimate of its last wrench."""
+    wrenches = 0
+    for source, message in messages:
+        if source == "joints":
+            peer.joints.publish(to_ros(JOINTS_TYPE, message))
+            continue
+        peer.wrench.publish(to_ros(WRENCH_TYPE, message))
+        wrenches += 1
+        if wrenches % BURST == 0:
+            stamp = message["header"]["stamp"]
+            t_ns = stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
+            peer.spin_until(lambda t_ns=t_ns: last_state_ns(peer) >= t_ns, "estimate of a burst")
+
+
+def malformed(t_ns):
+    yield "joints", joints(t_ns) | {"name": ["gamma"]}
+    yield "joints", joints(t_ns, psi=NAN)
+    yield "wrench", wrench(t_ns, force=(NAN, 0.0, 0.0))
+    yield "wrench", wrench(9_000_000_000)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Run a node: stream, tare, malformed messages, more, reset, more."""
+    path = tmp_path_factory.mktemp("record") / "arrivals.mcap"
+    peer = Peer()
+    with node_process("-p", f"record_arrivals:={path}") as process:
+        peer.wait_for_matching()
+        # Joint state and wrench go by two topics: the estimate starts when one is there.
+        play(peer, [("joints", joints(9_999_000_000))])
+        first = [("wrench", wrench(9_999_000_000 + k * 1_000)) for k in range(500)]
+        for source, message in first:
+            play(peer, [(source, message)])
+            peer.executor.spin_once(timeout_sec=0.05)
+            if peer.received["state"]:
+                break
+        messages = list(closing(700))
+        play(peer, messages[:300])
+        tare = peer.call(Trigger, "/peg_on_hole/tare", Trigger.Request())
+        play(peer, malformed(10_190_000_000))
+        play(peer, messages[300:600])
+        reset = peer.call(Trigger, "/peg_on_hole/reset", Trigger.Request())
+        play(peer, [("joints", joints(10_399_500_000, 0.11, 0.08, 0.8))])
+        play(peer, messages[600:])
+        # The answer comes after all that was published before it.
+        peer.call(Trigger, "/peg_on_hole/reset", Trigger.Request())
+        print(stop(process))
+    expected = replayed(path)
+    for suffix, messages in expected.items():
+        received = peer.received[suffix]
+        peer.spin_until(lambda r=received, m=messages: len(r) >= len(m), f"all of ~/{suffix}")
+    peer.close()
+    assert tare.success and reset.success
+    return path, expected, peer.received
+
+
+def replayed(path):
+    """Return what the record makes the shared path publish, by topic."""
+    bag = Bag(path)
+    stream = message_stream(Configuration())
+    topics = ("/wrench", "/joint_states")
+    expected = {suffix: [] for suffix in TOPICS}
+    for messages in replay_arrivals(bag.messages((*topics, EVENT_TOPIC)), stream, *topics):
+        for suffix, ros_type, fields in messages:
+            expected[suffix].append(exact(ros_type, serialize_message(to_ros(ros_type, fields))))
+    return expected
+
+
+def test_record_replays_bit_for_bit(run):
+    _, expected, received = run
+    assert len(expected["state"]) > 600
+    for suffix, ros_type in TOPICS.items():
+        assert [exact(ros_type, payload) for payload in received[suffix]] == expected[suffix]
+
+
+def exact(ros_type, payload):
+    """Return all fields as text; repr keeps every bit. The bytes have garbage as padding."""
+    return repr(to_plain(deserialize_message(payload, message_class(ros_type))))
+
+
+def test_record_holds_every_arrival_in_order_and_the_configuration(run):
+    path, _, _ = run
+    bag = Bag(path)
+    arrivals = list(bag.messages(("/wrench", "/joint_states", EVENT_TOPIC)))
+    times = [arrival.log_ns for arrival in arrivals]
+    assert all(late > early for early, late in zip(times, times[1:]))
+    events = [arrival.message.data for arrival in arrivals if arrival.topic == EVENT_TOPIC]
+    assert events == ["tare", "reset", "reset"]
+    assert bag.metadata["peg_on_hole_configuration"]["scene.friction"] == "0.2"
+    assert bag.damage == ""
+
+
+def test_existing_record_is_kept(tmp_path):
+    path = tmp_path / "record.mcap"
+    path.write_bytes(b"precious")
+    record = ArrivalRecord(path, Configuration(), "/wrench", "/joint_states")
+    record.event("tare", 5)
+    record.event("reset", 5)
+    record.close()
+    assert path.read_bytes() == b"precious"
+    assert record.path.name == "record_1.mcap"
+    events = Bag(record.path).messages([EVENT_TOPIC])
+    assert [(event.log_ns, event.message.data) for event in events] == [(5, "tare"), (6, "reset")]
+
+
+def test_record_in_a_missing_folder_is_refused(tmp_path):
+    with pytest.raises(PegOnHoleError, match="record_arrivals = .* cannot be written: No such"):
+        ArrivalRecord(tmp_path / "no" / "x.mcap", Configuration(), "/wrench", "/joint_states")

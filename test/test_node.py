@@ -1,0 +1,279 @@
+"""The node over real DDS: lifecycle, parameters, services, diagnostics, sim time."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.serialization import deserialize_message
+from std_srvs.srv import Trigger
+
+from dds_peer import PATIENCE, Peer, node_process, stop
+from inputs import joints, wrench
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages import DIAGNOSTICS
+from peg_on_hole_ros.edges.node_parameters import check_files
+from peg_on_hole_ros.edges.ros_messages import message_class, to_ros
+from peg_on_hole_ros.parameter_table import PARAMETERS
+
+pytestmark = pytest.mark.xdist_group("dds")
+
+
+@pytest.fixture
+def peer():
+    made = Peer()
+    yield made
+    made.close()
+
+
+def send(peer, start_ns, count=40):
+    """Publish a stretch of input until estimates come of it."""
+    before = len(peer.received["state"])
+    peer.joints.publish(to_ros(JOINTS_TYPE, joints(start_ns)))
+    stamps = iter(range(start_ns, start_ns + 10_000_000_000, 1_000_000))
+
+    def answered():
+        peer.wrench.publish(to_ros(WRENCH_TYPE, wrench(next(stamps))))
+        return len(peer.received["state"]) >= before + count
+
+    peer.spin_until(answered, "estimates")
+
+
+def transition(peer, number):
+    request = ChangeState.Request(transition=Transition(id=number))
+    return peer.call(ChangeState, "/peg_on_hole/change_state", request).success
+
+
+def state(peer):
+    return peer.call(GetState, "/peg_on_hole/get_state", GetState.Request()).current_state.id
+
+
+def set_double(peer, name, value):
+    parameter = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
+    request = SetParameters.Request(parameters=[Parameter(name=name, value=parameter)])
+    return peer.call(SetParameters, "/peg_on_hole/set_parameters", request).results[0]
+
+
+def diagnostics(peer, accept, what):
+    """Wait for a report that fits; return it as {status name: (level, message, values)}."""
+    found = []
+
+    def arrived():
+        while peer.received["/diagnostics"]:
+            payload = peer.received["/diagnostics"].pop(0)
+            array = deserialize_message(payload, message_class(DIAGNOSTICS))
+            report = {
+                status.name.removeprefix("peg_on_hole: "): (
+                    status.level[0],
+                    status.message,
+                    {item.key: item.value for item in status.values},
+                )
+                for status in array.status
+            }
+            if accept(report):
+                found.append(report)
+        return found
+
+    peer.spin_until(arrived, what)
+    return found[0]
+
+
+def test_lifecycle_by_hand(peer):
+    with node_process("-p", "autostart:=false") as process:
+        assert state(peer) == State.PRIMARY_STATE_UNCONFIGURED
+        # Before it is configured, parameters may change; checked as at the start.
+        assert set_double(peer, "scene.friction", 0.3).successful
+        refused = set_double(peer, "scene.friction", 30.0)
+        assert not refused.successful
+        assert refused.reason.startswith("scene.friction = 30 is not within 0 to 2")
+
+        assert transition(peer, Transition.TRANSITION_CONFIGURE)
+        assert state(peer) == State.PRIMARY_STATE_INACTIVE
+        answer = peer.call(Trigger, "/peg_on_hole/tare", Trigger.Request())
+        assert (answer.success, answer.message) == (False, "the node is not active")
+        refused = set_double(peer, "scene.friction", 0.2)
+        assert not refused.successful
+        assert "deactivate and clean up the node first" in refused.reason
+
+        assert transition(peer, Transition.TRANSITION_ACTIVATE)
+        peer.wait_for_matching()
+        send(peer, 1_000_000_000)
+
+        assert transition(peer, Transition.TRANSITION_DEACTIVATE)
+        peer.spin_until(lambda: not peer.wrench.get_subscription_count(), "end of listening")
+        assert transition(peer, Transition.TRANSITION_CLEANUP)
+        assert state(peer) == State.PRIMARY_STATE_UNCONFIGURED
+        # A second life begins with earlier stamps and no memory of the first.
+        assert transition(peer, Transition.TRANSITION_CONFIGURE)
+        assert transition(peer, Transition.TRANSITION_ACTIVATE)
+        peer.wait_for_matching()
+        send(peer, 500_000_000)
+        assert "Traceback" not in stop(process)
+
+
+def test_diagnostics_count_what_is_discarded_and_why(peer):
+    with node_process() as process:
+        peer.wait_for_matching()
+        report = diagnostics(peer, lambda report: True, "first report")
+        level, text, _ = report["input"]
+        assert level == 1 and text.startswith("no messages of wrench and joints: check topic")
+        send(peer, 2_000_000_000)
+        peer.joints.publish(to_ros(JOINTS_TYPE, joints(2_100_000_000) | {"name": ["gamma"]}))
+        key = "joints_dropped_malformed_length_mismatch"
+        report = diagnostics(peer, lambda report: key in report["input"][2], "the malformed one")
+        assert report["input"][2][key] == "1"
+        report = diagnostics(peer, lambda report: True, "one more report")
+        assert report["input"][2][key] == "1"
+        assert "load" in report["timing"][2]
+        text = stop(process)
+        line = "joints dropped malformed length mismatch: 1 times"
+        assert text.count(line) == 1
+        assert "sim_time" not in text
+
+
+def test_sim_time_without_clock_is_said_and_estimates_go_on(peer):
+    with node_process("-p", "use_sim_time:=true") as process:
+        peer.wait_for_matching()
+        send(peer, 3_000_000_000)
+        diagnostics(peer, lambda report: "stamp_age_s" not in report["timing"][2], "a report")
+        assert "use_sim_time is set, but no /clock has come" in stop(process)
+
+
+def test_sigterm_ends_it_cleanly(peer):
+    with node_process() as process:
+        peer.wait_for_matching()
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0
+
+
+def test_all_parameters_of_the_table_are_declared(peer):
+    with node_process("-p", "autostart:=false"):
+        names = [row.name for row in PARAMETERS]
+        request = GetParameters.Request(names=names)
+        answer = peer.call(GetParameters, "/peg_on_hole/get_parameters", request)
+        kinds = {
+            "bool": ParameterType.PARAMETER_BOOL,
+            "integer": ParameterType.PARAMETER_INTEGER,
+            "double": ParameterType.PARAMETER_DOUBLE,
+            "string": ParameterType.PARAMETER_STRING,
+            "double[]": ParameterType.PARAMETER_DOUBLE_ARRAY,
+            "string[]": ParameterType.PARAMETER_STRING_ARRAY,
+        }
+        found = {name: value.type for name, value in zip(names, answer.values)}
+        assert found == {row.name: kinds[row.type] for row in PARAMETERS}
+
+
+def file(tmp_path, text):
+    path = tmp_path / "parameters.yaml"
+    path.write_text(text)
+    return path
+
+
+OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text", "message"),
+    [
+        (
+            ["-p", "scene.peg_diameter:=49.9"],
+            "",
+            "peg_on_hole: error: scene.peg_diameter = 49.9 m is not within 0.0001 to 1 m; "
+            "0.0499 m would be: the units look slipped by 1000",
+        ),
+        (
+            ["-p", "scene.peg_diameter:=0.06"],
+            "",
+            "peg_on_hole: error: peg_diameter = 0.06 m is not below hole_diameter = 0.05 m: "
+            "a peg rests on three points of a rim only if it is thinner than the hole; "
+            "check whether the two are exchanged",
+        ),
+        (
+            ["-p", "scene.frictoin:=0.2"],
+            "",
+            "peg_on_hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
+            "scene.friction",
+        ),
+        (
+            ["-p", "scene.friction:=1"],
+            "",
+            "peg_on_hole: error: scene.friction = 1 is an integer, not a double; write 1.0 "
+            "(ROS 2 does not take an integer for a double)",
+        ),
+        (
+            ["-p", "scene.gravity:=[0.0, 0, -9.8]"],
+            "",
+            "peg_on_hole: error: Couldn't parse parameter override rule: "
+            "'-p scene.gravity:=[0.0, 0, -9.8]'. Error: Sequence should be of same type. "
+            "Value type 'integer' do not belong at line_num 1",
+        ),
+        (
+            ["--params-file", "{file}", "-r", "__node:=left"],
+            OWN,
+            "peg_on_hole: error: {file} has parameters for /peg_on_hole, but this node is /left "
+            "and would run with its defaults: write '/left:' or '/**:' in the file",
+        ),
+        (
+            ["--params-file", "{file}", "-r", "__ns:=/cell"],
+            OWN,
+            "peg_on_hole: error: {file} has parameters for /peg_on_hole, but this node is "
+            "/cell/peg_on_hole and would run with its defaults: write '/cell/peg_on_hole:' or "
+            "'/**:' in the file",
+        ),
+    ],
+)
+def test_bad_parameters_end_with_one_line_and_code_2(arguments, text, message, tmp_path):
+    path = file(tmp_path, text)
+    arguments = [word.replace("{file}", str(path)) for word in arguments]
+    with node_process(*arguments) as process:
+        printed, _ = process.communicate(timeout=PATIENCE)
+    lines = [line for line in printed.splitlines() if not line.startswith("[ERROR]")]
+    assert lines == [message.replace("{file}", str(path))]
+    assert process.returncode == 2
+
+
+@pytest.mark.parametrize("name", ["/**", "/*", "/cell/*", "cell/peg_on_hole", "/**/peg_on_hole"])
+def test_parameters_file_may_use_wildcards(name, tmp_path):
+    path = file(tmp_path, OWN.replace("peg_on_hole:", f"{name}:", 1))
+    node = "/peg_on_hole" if name == "/*" else "/cell/peg_on_hole"
+    check_files(node, ["--ros-args", "--params-file", str(path)])
+
+
+def test_parameters_file_of_other_programs_is_no_matter(tmp_path):
+    path = file(tmp_path, "camera:\n  ros__parameters:\n    exposure: 0.1\n")
+    check_files("/peg_on_hole", ["--params-file", str(path)])
+
+
+def test_nothing_is_compiled_once_the_node_is_warm():
+    # In a process of its own: here other tests may have compiled already.
+    script = """
+from numba.core import event
+from inputs import closing
+from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.warm_up import warm
+from peg_on_hole_ros.options import Configuration
+
+warm(Configuration())
+stream = message_stream(Configuration())
+with event.install_recorder("numba:compile") as recorder:
+    for source, message in closing(1000):
+        (stream.on_joints if source == "joints" else stream.on_wrench)(message)
+assert stream.counts["wrench_used"] > 900
+assert not recorder.buffer, recorder.buffer
+"""
+    here = str(Path(__file__).parent)
+    path = os.pathsep.join([here, *filter(None, sys.path)])
+    run = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
+    assert run.returncode == 0, run.stderr
