@@ -97,9 +97,10 @@ def test_solution_is_that_of_a_free_body_with_two_gaps(share, rest, rates):
         W = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
         R_t = (np.eye(3) + np.sin(angle) * W + (1 - np.cos(angle)) * W @ W) @ R
         C_t = C + v * t
-        return oracle.complex_step(lambda x: gaps(scene, x, R_t)[0], C_t) @ v + turned(
-            C_t, R_t
-        ) @ omega
+        return (
+            oracle.complex_step(lambda x: gaps(scene, x, R_t)[0], C_t) @ v
+            + turned(C_t, R_t) @ omega
+        )
 
     inertia = R @ np.diag([scene.transverse_inertia] * 2 + [scene.axial_inertia]) @ R.T
     arms = pose.points @ Rz.T - C
@@ -232,6 +233,7 @@ def test_energy_is_kept_through_the_transition_without_friction():
     assert first.status == 1
     x = first.y[:, -1].copy()
     x[0] -= 2e-9
+
     def ends(t, y):
         return y[0] - 0.5 * scene.gamma0
 

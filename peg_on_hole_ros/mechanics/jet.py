@@ -1,4 +1,4 @@
-"""Values with exact first and second derivatives by two variables (truncated Taylor arithmetic)."""
+"""Values with exact first and second derivatives by two variables, truncated Taylor series."""
 
 from typing import NamedTuple
 

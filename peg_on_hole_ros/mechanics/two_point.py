@@ -119,9 +119,7 @@ def two_point_pose(scene: Scene, gamma: float, lateral: float = 0.0) -> TwoPoint
     B = [D / 2 * cb.v, D / 2 * sb.v, float((R * c * s * cb / rho - length * c).v)]
     n_K = np.array([ca.v, sa.v, ca.v * s.v / c.v])
     normals = np.array([n_K / np.linalg.norm(n_K), [-cb.v, -sb.v, 0.0]])
-    return TwoPointPose(
-        center, np.array([K, B]), normals, float(np.arcsin(sa.v)), float(length.v)
-    )
+    return TwoPointPose(center, np.array([K, B]), normals, float(np.arcsin(sa.v)), float(length.v))
 
 
 def _place_of_K(y, c, R, D):
@@ -156,8 +154,8 @@ def _check(scene, gamma, lateral):
         )
     if not np.isfinite(lateral) or abs(lateral) > np.pi / 4:
         raise PegOnHoleError(
-            f"lateral = {lateral:g} rad is not within -0.785 to 0.785 rad: B is close to the plane "
-            "of tilt; measure psi anew"
+            f"lateral = {lateral:g} rad is not within -0.785 to 0.785 rad: B is close to "
+            "the plane of tilt; measure psi anew"
         )
 
 
