@@ -37,7 +37,9 @@ class JointInput:
 class FilterOptions:
     """Numerics and trust of the extended Kalman filter."""
 
-    slip_velocity_scale: float = 5.0e-5
+    slip_velocity_scale: float = 2.0e-5
+    slip_widening: float = 0.5
+    creep_time: float = 0.05
     max_step: float = 0.02
     max_gap: float = 0.1
     late_tolerance: float = 0.004

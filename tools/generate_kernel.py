@@ -16,7 +16,8 @@ import sympy as sp
 
 TARGET = Path(__file__).parents[1] / "peg_on_hole_ros" / "mechanics" / "generated.py"
 
-m, Ie, Iz, f, d, D, scale = sp.symbols("m Ie Iz f d D scale", positive=True)
+m, Ie, Iz, f, d, D = sp.symbols("m Ie Iz f d D", positive=True)
+SCALES = sp.symbols("scale0:3", positive=True)
 s, c, a1, a2, S1, S2, b, db = sp.symbols("s c a1 a2 S1 S2 b db")
 h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = sp.symbols("h_c z_c dh_c dz_c ddh_c ddz_c")
 dgamma, dpsi, dphi = sp.symbols("dgamma dpsi dphi")
@@ -70,7 +71,7 @@ def contact_stage():
     for i, J in enumerate(JACOBIANS):
         v, u, w = column(f"v{i}"), column(f"u{i}"), sp.Symbol(f"w{i}")
         values += list(zip(v, J * RATES, strict=True))
-        values += [(w, 1 / sp.sqrt(v.dot(v) + scale**2))]
+        values += [(w, 1 / sp.sqrt(v.dot(v) + SCALES[i] ** 2))]
         values += list(zip(u, -f * w * v, strict=True))
         for j, by in enumerate(BY):
             dv = by_gamma_matrix(J) * RATES if by == "g" else J[:, j - 1]
@@ -176,17 +177,18 @@ Do not edit: change the script and run it again.
 from math import sqrt
 
 
-def equations(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, out):
+def equations(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, out):
     """Fill out[0:9] with G, out[9:18] with W (rows of 3: K, B1, B2), out[18:24] with r."""
 '''
 DERIVATIVES = '''
 
-def derivatives(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, y, out):
+def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     """Fill out[0:24], rows of 4: each residual by gamma, gamma', psi', phi' at given y."""
 '''
 UNPACK = (
     "    s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry\n"
     "    dgamma, dpsi, dphi = rates\n"
+    "    scale0, scale1, scale2 = scales\n"
     "    Fh, Fe, Fz, Mh, Me, Mz = wrench\n"
 )
 

@@ -45,7 +45,7 @@ def read_parameters(path: str | Path) -> dict[str, object]:
 
     """
     path = Path(path)
-    content = _load(path)
+    content = load_yaml(path)
     if not isinstance(content, dict) or not content:
         raise PegOnHoleError(f"{path} holds no parameters; {_expected()}")
     heads = [head for head in _HEADS if head in content]
@@ -71,7 +71,8 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     return parameters
 
 
-def _load(path):
+def load_yaml(path: Path) -> object:
+    """Return what a YAML file holds, its numbers as ROS 2 reads them; errors name the file."""
     try:
         return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except FileNotFoundError:

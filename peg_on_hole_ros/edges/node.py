@@ -57,7 +57,7 @@ class PegOnHoleNode(LifecycleNode):
         try:
             self.configuration, self.options = node_parameters.read(self)
             begun = time.perf_counter()
-            warm(self.configuration)
+            warm(self.configuration, to_ros)
             self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
             self._stream = message_stream(self.configuration, self.options.markers_rate)
             self._open_record()

@@ -1,16 +1,16 @@
 """Everything compiled and imported before the first message, so that none waits for it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_stream import message_stream
 from peg_on_hole_ros.edges.plain import header
-from peg_on_hole_ros.edges.ros_messages import to_ros
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.records import ANGLES
 
 
-def warm(configuration: Configuration) -> None:
+def warm(configuration: Configuration, convert: Callable = lambda _, fields: fields) -> None:
     """
     Run a made-up closing motion through a stream of its own, so that all is compiled and imported.
 
@@ -18,6 +18,9 @@ def warm(configuration: Configuration) -> None:
     ----------
     configuration : Configuration
         With the peg's own joints in place of a robot's, as no robot stands in contact here.
+    convert : callable
+        From (type, fields) to what the stream is given and what is made of its output: the node's
+        is to ROS messages.
 
     """
     configuration = replace(configuration, joints=JointInput())
@@ -31,6 +34,6 @@ def warm(configuration: Configuration) -> None:
         gamma = scene.gamma0 * (1.5 - 0.6 * k / count)
         position = {"name": list(ANGLES), "position": [gamma, 1e-3 * k, 2e-3 * k]}
         wrench = {"header": header(t_ns), "wrench": {"force": zero, "torque": zero}}
-        stream.on_joints(to_ros(JOINTS_TYPE, {"header": header(t_ns), **position}))
-        for _, ros_type, fields in stream.on_wrench(to_ros(WRENCH_TYPE, wrench)):
-            to_ros(ros_type, fields)
+        stream.on_joints(convert(JOINTS_TYPE, {"header": header(t_ns), **position}))
+        for _, ros_type, fields in stream.on_wrench(convert(WRENCH_TYPE, wrench)):
+            convert(ros_type, fields)

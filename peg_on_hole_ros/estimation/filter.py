@@ -48,12 +48,14 @@ class Buffers(NamedTuple):
     saved_Z: np.ndarray
     gain: np.ndarray
     joseph: np.ndarray
+    scales: np.ndarray
+    speeds: np.ndarray
     work: np.ndarray
 
 
 def buffers() -> Buffers:
     """Return scratch memory for one filter."""
-    shapes = [6, 6, (6, 12), (3, 3), (3, 12), (6, 12), 6, (12, 12), (12, 3), (12, 12)]
+    shapes = [6, 6, (6, 12), (3, 3), (3, 12), (6, 12), 6, (12, 12), (12, 3), (12, 12), 3, (3, 2)]
     return Buffers(*(np.zeros(shape) for shape in shapes), workspace())
 
 
@@ -103,8 +105,15 @@ class ContactFilter:
     """
 
     def __init__(self, scene: Scene, options: FilterOptions, wrench_noise):
-        self.scalars = scene_scalars(scene, options.slip_velocity_scale)
+        self.scalars = scene_scalars(scene)
         self.options = options
+        self.process = kernel.Process(
+            options.max_step,
+            options.contact_rate_noise**2,
+            options.slip_velocity_scale,
+            options.slip_widening,
+            options.creep_time,
+        )
         self.wrench_noise = np.array(wrench_noise, float)
         self.x = np.zeros(6)
         self.u = np.zeros(6)
@@ -129,6 +138,7 @@ class ContactFilter:
         rate_variance = self.options.initial_rate_stddev**2
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
+        self._buffers.scales[:] = self.options.slip_velocity_scale
         self._refused = 0
 
     def hold(self, u):
@@ -142,13 +152,12 @@ class ContactFilter:
         self.evaluations = 0
         self._since_correction += dt
         if in_contact:
-            rate_noise = options.contact_rate_noise**2
             status, self.evaluations = kernel.predict_contact(
-                self.scalars, self.x, self.u, self.Z, dt, options.max_step, rate_noise,
-                self._buffers,
-            )  # fmt: skip
+                self.scalars, self.process, self.x, self.u, self.Z, dt, self._buffers
+            )
             if status == CONVERGED:
                 return Prediction.CONTACT
+        self._buffers.scales[:] = options.slip_velocity_scale
         kernel.predict_free(self.x, self.Z, dt, options.free_rate_noise**2, self._buffers)
         return Prediction.FAILED if in_contact else Prediction.FREE
 
@@ -193,7 +202,9 @@ class ContactFilter:
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""
         b = self._buffers
-        determinant = accelerate_with_derivatives(self.scalars, self.x, self.u, b.work, b.y, b.dy)
+        determinant = accelerate_with_derivatives(
+            self.scalars, b.scales, self.x, self.u, b.work, b.y, b.dy
+        )
         if not (np.isfinite(determinant) and np.isfinite(b.dy).all()):
             return None
         covariance = np.empty((6, 6))
@@ -215,7 +226,10 @@ class ContactFilter:
     def contact_forces(self, normal) -> tuple[np.ndarray, np.ndarray]:
         """Return force on the peg [N] and place [m] of each contact (rows), hole axes."""
         force, point = np.empty((3, 3)), np.empty((3, 3))
-        contact_forces(self.scalars, self._on_contacts(), normal, self._buffers.work, force, point)
+        contact_forces(
+            self.scalars, self._buffers.scales, self._on_contacts(), normal, self._buffers.work,
+            force, point,
+        )  # fmt: skip
         return force, point
 
     def contact_points(self) -> np.ndarray:

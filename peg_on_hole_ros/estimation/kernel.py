@@ -1,9 +1,40 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import sqrt
+from math import fabs, sqrt
+from typing import NamedTuple
 
+from peg_on_hole_ros.estimation.reactions import creep_variance, friction_scales
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
 from peg_on_hole_ros.mechanics.kernel import compiled
+
+# A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
+# some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
+# more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
+CONTACT_ACCELERATION = 20.0
+SHORTEST_INTERVAL = 1e-3
+
+
+class Process(NamedTuple):
+    """
+    How far the contact dynamics are trusted.
+
+    Attributes
+    ----------
+    max_step : float
+        Longest integration step [s].
+    rate_density : float
+        Spectral density of the random walk added to each rate [rad^2/s^3].
+    slip_velocity_scale, slip_widening, creep_time : float
+        See `friction_scales` and `creep_variance` [m/s], [-], [s].
+
+    """
+
+    max_step: float
+    rate_density: float
+    slip_velocity_scale: float
+    slip_widening: float
+    creep_time: float
+
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
 # the same noise drives the motion and enters the reactions.
@@ -57,25 +88,33 @@ def _carry(Z, slopes, h, rate_noise, M):
 
 
 @compiled
-def predict_contact(p, x, u, Z, dt, max_step, rate_noise, buffers):
+def contact_speed_gain(p, x, x1):
+    """Return how much speed a contact gains between two states, along or around the rim [m/s]."""
+    along = p.D * fabs(x1[3] - x[3])
+    around = 0.5 * fabs(p.D * (x1[4] - x[4]) + p.d * (x1[5] - x[5]))
+    return max(along, around)
+
+
+@compiled
+def predict_contact(p, process, x, u, Z, dt, buffers):
     """
     Predict over dt under three-point contact; halve the step until Newton's method converges.
 
     Parameters
     ----------
     p : SceneScalars
+    process : Process
     x : ndarray, shape (6,)
         State, changed in place [rad], [rad/s].
     u : ndarray, shape (6,)
         Wrench held, peg axes about the mass centre [N], [N m].
     Z : ndarray, shape (12, 12)
         Joint covariance of state and wrench noise, changed in place.
-    dt, max_step : float
+    dt : float
         [s].
-    rate_noise : float
-        Spectral density of the random walk added to each rate [rad^2/s^3].
     buffers : Buffers
-        Scratch; on return y and dy hold accelerations and reactions at the end.
+        Scratch; on return y and dy hold accelerations and reactions at the end, and scales the
+        velocity scales of friction that they were taken with.
 
     Returns
     -------
@@ -88,22 +127,30 @@ def predict_contact(p, x, u, Z, dt, max_step, rate_noise, buffers):
     saved_x, saved_Z = buffers.saved_x, buffers.saved_Z
     saved_x[:] = x
     saved_Z[:] = Z
-    pieces = max(1, int(dt / max_step + 0.999999))
+    scales, speeds, smallest = buffers.scales, buffers.speeds, process.slip_velocity_scale
+    friction_scales(p, x, Z, smallest, process.slip_widening, speeds, scales)
+    creep = creep_variance(p, speeds, smallest, process.creep_time)
+    limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
+    pieces = max(1, int(dt / process.max_step + 0.999999))
     evaluations = 0
     for _ in range(8):
         h = dt / pieces
         status = CONVERGED
         for _ in range(pieces):
             status, count = implicit_euler(
-                p, x, u, h, buffers.x1, buffers.y, buffers.dy, buffers.iteration,
+                p, scales, x, u, h, buffers.x1, buffers.y, buffers.dy, buffers.iteration,
                 buffers.slopes, buffers.work,
             )  # fmt: skip
             evaluations += count
+            if status == CONVERGED and contact_speed_gain(p, saved_x, buffers.x1) > limit:
+                status = FAILED
             if status != CONVERGED:
                 break
-            _carry(Z, buffers.slopes, h, rate_noise, buffers.M)
+            _carry(Z, buffers.slopes, h, process.rate_density, buffers.M)
             x[:] = buffers.x1
         if status == CONVERGED:
+            for i in range(3):
+                Z[i, i] += creep * dt
             return CONVERGED, evaluations
         x[:] = saved_x
         Z[:] = saved_Z

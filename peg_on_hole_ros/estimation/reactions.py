@@ -1,6 +1,6 @@
 """Normal reactions and slip speeds at an estimate, with their covariance."""
 
-from math import cos, sin, sqrt
+from math import cos, exp, sin, sqrt
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, equations
 
@@ -98,13 +98,15 @@ def slip(p, x, Z, contact_speed):
 
 
 @compiled
-def contact_forces(p, x, normal, work, force, point):
+def contact_forces(p, scales, x, normal, work, force, point):
     """
     Fill force on the peg (normal and friction) and place of each contact, hole axes.
 
     Parameters
     ----------
     p : SceneScalars
+    scales : ndarray, shape (3,)
+        Velocity scales of friction [m/s].
     x : ndarray, shape (6,)
     normal : ndarray, shape (3,)
         N_K, N_B1, N_B2 [N].
@@ -117,7 +119,7 @@ def contact_forces(p, x, normal, work, force, point):
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     rates = (x[3], x[4], x[5])
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
     s, c = sin(x[1]), cos(x[1])
     for i in range(3):
         # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
@@ -130,3 +132,52 @@ def contact_forces(p, x, normal, work, force, point):
         point[i, 0] = c * r_h - s * r_e
         point[i, 1] = s * r_h + c * r_e
         point[i, 2] = 0.0
+
+
+@compiled
+def friction_scales(p, x, Z, slip_velocity_scale, widening, contact_speed, scales):
+    """
+    Fill the velocity scale of friction at each contact.
+
+    Where the slip may well be zero, the kink of dry friction lies inside the estimate's spread,
+    and a slope taken at the mean says nothing of it. The scale then grows by the slip's standard
+    deviation times `widening`; two standard deviations away from zero little of it is left, so
+    that friction keeps its size while the peg slides.
+
+    Parameters
+    ----------
+    p, x, Z
+        As for `slip`.
+    slip_velocity_scale : float
+        Smallest scale [m/s].
+    widening : float
+        Share of the slip's standard deviation; 0 keeps the smallest scale.
+    contact_speed : ndarray, shape (3, 2)
+        Filled by `slip`.
+    scales : ndarray, shape (3,)
+        Filled [m/s].
+
+    """
+    slip(p, x, Z, contact_speed)
+    for i in range(3):
+        variance = max(contact_speed[i, 1], 1e-30)
+        near = exp(-0.5 * contact_speed[i, 0] * contact_speed[i, 0] / variance)
+        scales[i] = sqrt(
+            slip_velocity_scale * slip_velocity_scale + widening * widening * variance * near
+        )
+
+
+@compiled
+def creep_variance(p, contact_speed, slip_velocity_scale, creep_time):
+    """
+    Return the growth of each angle's variance while no contact slides [rad^2/s].
+
+    Regularised friction lets a stuck peg creep at up to its velocity scale, and dry friction does
+    not: the difference is a slow error of the model, here white with the power of one that lasts
+    for creep_time [s].
+    """
+    fastest = max(contact_speed[0, 0], contact_speed[1, 0], contact_speed[2, 0])
+    scale2 = slip_velocity_scale * slip_velocity_scale
+    stuck = scale2 / (scale2 + fastest * fastest)
+    rate = 2.0 * slip_velocity_scale / p.D
+    return rate * rate * stuck * creep_time

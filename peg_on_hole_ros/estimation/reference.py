@@ -1,8 +1,9 @@
-"""The same filter by filterpy on the numpy model: slow, readable, and what the kernel answers to."""
+"""The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -20,8 +21,8 @@ def solve_with_slopes(scene: Scene, x, u, slip_velocity_scale):
     scene : Scene
     x, u : ndarray, shape (6,)
         State and wrench, peg axes.
-    slip_velocity_scale : float
-        [m/s].
+    slip_velocity_scale : float or ndarray, shape (3,)
+        Of friction, for all contacts or for each [m/s].
 
     Returns
     -------
@@ -92,20 +93,17 @@ class ReferenceFilter(ExtendedKalmanFilter):
     Parameters
     ----------
     scene : Scene
-    slip_velocity_scale : float
-        [m/s].
-    rate_noise : float
-        Random walk of each rate per root of a second [rad/s].
+    process : estimation.kernel.Process
     wrench_noise : ndarray, shape (6, 6)
 
     """
 
-    def __init__(self, scene, slip_velocity_scale, rate_noise, wrench_noise):
+    def __init__(self, scene, process, wrench_noise):
         super().__init__(dim_x=12, dim_z=3)
         self.scene = scene
-        self.slip_velocity_scale = slip_velocity_scale
-        self.rate_noise = rate_noise
+        self.process = process
         self.wrench_noise = wrench_noise
+        self.scales = np.full(3, process.slip_velocity_scale)
 
     def hold(self, u):
         """Hold a new wrench."""
@@ -115,15 +113,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_contact(self, dt):
         """Predict over dt [s] by filterpy's own covariance equation."""
-        x1, F = implicit_euler(
-            self.scene, self.x[STATE], self.x[WRENCH], dt, self.slip_velocity_scale
-        )
+        smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
+        speed, variance = self.slip()
+        near = np.exp(-(speed**2) / (2 * variance))
+        self.scales = np.sqrt(smallest**2 + widening**2 * variance * near)
+        x1, F = implicit_euler(self.scene, self.x[STATE], self.x[WRENCH], dt, self.scales)
         self._motion = x1
         self.F = np.vstack([F, np.hstack([np.zeros((6, 6)), np.eye(6)])])
         # A random walk of the rates; the implicit step moves the angle with the rate at its end.
         carried = np.zeros((12, 3))
         carried[:3], carried[RATES] = dt * np.eye(3), np.eye(3)
-        self.Q = self.rate_noise**2 * dt * carried @ carried.T
+        self.Q = self.process.rate_density * dt * carried @ carried.T
+        stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
+        creep = (2 * smallest / self.scene.hole_diameter) ** 2 * stuck
+        self.Q[range(3), range(3)] += creep * self.process.creep_time * dt
         self.predict()
 
     def predict_x(self, u=0):
@@ -135,11 +138,18 @@ class ReferenceFilter(ExtendedKalmanFilter):
         H = np.hstack([np.eye(3), np.zeros((3, 9))])
         self.update(q, lambda x: H, lambda x: H @ x, R=R)
 
+    def slip(self):
+        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
+        g = contact_geometry(self.scene, self.x[0])
+        J = velocity_jacobians(g, self.scene.peg_diameter, self.scene.hole_diameter)
+        v = J @ self.x[RATES]
+        speed = np.linalg.norm(v, axis=1)
+        along = np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / speed[:, None]
+        return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
+
     def reactions(self, acceleration_stddev):
-        """Return normal reactions [N] and their covariance, weighed with the accelerations' prior."""
-        y, dy = solve_with_slopes(
-            self.scene, self.x[STATE], self.x[WRENCH], self.slip_velocity_scale
-        )
+        """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
+        y, dy = solve_with_slopes(self.scene, self.x[STATE], self.x[WRENCH], self.scales)
         C = dy @ self.P @ dy.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         y = y - gain @ y[:3]

@@ -8,16 +8,17 @@ Do not edit: change the script and run it again.
 from math import sqrt
 
 
-def equations(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, out):
+def equations(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, out):
     """Fill out[0:9] with G, out[9:18] with W (rows of 3: K, B1, B2), out[18:24] with r."""
     s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry
     dgamma, dpsi, dphi = rates
+    scale0, scale1, scale2 = scales
     Fh, Fe, Fz, Mh, Me, Mz = wrench
     t0 = 2*a1*dgamma
     v0_h = t0
     v0_e = -1/2*D*dpsi - 1/2*d*dphi
     v0_z = -c*t0/s
-    w0 = 1/sqrt(scale**2 + v0_e**2 + v0_h**2 + v0_z**2)
+    w0 = 1/sqrt(scale0**2 + v0_e**2 + v0_h**2 + v0_z**2)
     t1 = f*w0
     t2 = 2*dgamma
     t3 = b*dphi
@@ -27,7 +28,7 @@ def equations(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, out):
     v1_h = a1*t2 + b*dpsi + c*t3
     v1_e = S1*dpsi + S2*dphi
     v1_z = S1*t2 + s*t3
-    w1 = 1/sqrt(scale**2 + v1_e**2 + v1_h**2 + v1_z**2)
+    w1 = 1/sqrt(scale1**2 + v1_e**2 + v1_h**2 + v1_z**2)
     t4 = f*w1
     t5 = b*dphi
     u1_h = -t4*v1_h
@@ -36,7 +37,7 @@ def equations(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, out):
     v2_h = 2*a1*dgamma - b*dpsi - c*t5
     v2_e = S1*dpsi + S2*dphi
     v2_z = 2*S1*dgamma - s*t5
-    w2 = 1/sqrt(scale**2 + v2_e**2 + v2_h**2 + v2_z**2)
+    w2 = 1/sqrt(scale2**2 + v2_e**2 + v2_h**2 + v2_z**2)
     t6 = f*w2
     u2_h = -t6*v2_h
     u2_e = -t6*v2_e
@@ -87,17 +88,18 @@ def equations(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, out):
     out[23] = Fz - ddz_c*t20
 
 
-def derivatives(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, y, out):
+def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     """Fill out[0:24], rows of 4: each residual by gamma, gamma', psi', phi' at given y."""
     s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry
     dgamma, dpsi, dphi = rates
+    scale0, scale1, scale2 = scales
     Fh, Fe, Fz, Mh, Me, Mz = wrench
     y0, y1, y2, y3, y4, y5 = y
     t0 = 2*a1*dgamma
     v0_h = t0
     v0_e = -1/2*D*dpsi - 1/2*d*dphi
     v0_z = -c*t0/s
-    w0 = 1/sqrt(scale**2 + v0_e**2 + v0_h**2 + v0_z**2)
+    w0 = 1/sqrt(scale0**2 + v0_e**2 + v0_h**2 + v0_z**2)
     t1 = f*w0
     t2 = 2*dgamma
     t3 = b*dphi
@@ -107,7 +109,7 @@ def derivatives(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, y, out):
     v1_h = a1*t2 + b*dpsi + c*t3
     v1_e = S1*dpsi + S2*dphi
     v1_z = S1*t2 + s*t3
-    w1 = 1/sqrt(scale**2 + v1_e**2 + v1_h**2 + v1_z**2)
+    w1 = 1/sqrt(scale1**2 + v1_e**2 + v1_h**2 + v1_z**2)
     t4 = f*w1
     t5 = b*dphi
     u1_h = -t4*v1_h
@@ -116,7 +118,7 @@ def derivatives(m, Ie, Iz, f, d, D, scale, geometry, rates, wrench, y, out):
     v2_h = 2*a1*dgamma - b*dpsi - c*t5
     v2_e = S1*dpsi + S2*dphi
     v2_z = 2*S1*dgamma - s*t5
-    w2 = 1/sqrt(scale**2 + v2_e**2 + v2_h**2 + v2_z**2)
+    w2 = 1/sqrt(scale2**2 + v2_e**2 + v2_h**2 + v2_z**2)
     t6 = f*w2
     u2_h = -t6*v2_h
     u2_e = -t6*v2_e

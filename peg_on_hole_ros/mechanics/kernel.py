@@ -33,11 +33,10 @@ class SceneScalars(NamedTuple):
     g_x: float
     g_y: float
     g_z: float
-    scale: float
 
 
-def scene_scalars(scene: Scene, slip_velocity_scale: float) -> SceneScalars:
-    """Return the scene for the kernel, with the velocity scale of friction [m/s]."""
+def scene_scalars(scene: Scene) -> SceneScalars:
+    """Return the scene for the kernel."""
     return SceneScalars(
         scene.peg_diameter,
         scene.hole_diameter,
@@ -48,7 +47,6 @@ def scene_scalars(scene: Scene, slip_velocity_scale: float) -> SceneScalars:
         scene.axial_inertia,
         scene.friction,
         *(float(component) for component in scene.gravity),
-        float(slip_velocity_scale),
     )
 
 
@@ -154,13 +152,15 @@ def _wrench_in_hez(p, geo, x, u, work):
 
 
 @compiled
-def accelerate(p, x, u, work, y):
+def accelerate(p, scales, x, u, work, y):
     """
     Solve the six equations at one state.
 
     Parameters
     ----------
     p : SceneScalars
+    scales : ndarray or tuple, shape (3,)
+        Velocity scales of friction at K, B1, B2 [m/s].
     x : ndarray, shape (6,)
         gamma, psi, phi [rad] and their rates [rad/s].
     u : ndarray, shape (6,)
@@ -181,7 +181,7 @@ def accelerate(p, x, u, work, y):
     F_h, F_e, F_z, M_h, M_e, M_z = applied
     wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
     rates = (x[3], x[4], x[5])
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
     for i in range(6):
         work[_RHS + i] = work[_R + i]
@@ -192,13 +192,13 @@ def accelerate(p, x, u, work, y):
 
 
 @compiled
-def accelerate_with_derivatives(p, x, u, work, y, dy):
+def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
     """
     Solve the six equations at one state, with exact derivatives.
 
     Parameters
     ----------
-    p, x, u, work, y
+    p, scales, x, u, work, y
         As for `accelerate`.
     dy : ndarray, shape (6, 12)
         Filled with dy/d(gamma, psi, phi, gamma', psi', phi') and dy/d(wrench in peg axes).
@@ -214,7 +214,7 @@ def accelerate_with_derivatives(p, x, u, work, y, dy):
     F_h, F_e, F_z, M_h, M_e, M_z = applied
     wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
     rates = (x[3], x[4], x[5])
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, work)
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
     for i in range(6):
         work[_RHS + i] = work[_R + i]
@@ -223,7 +223,7 @@ def accelerate_with_derivatives(p, x, u, work, y, dy):
         y[i] = work[_ANSWER + i]
     answer = (y[0], y[1], y[2], y[3], y[4], y[5])
     slopes = work[_SLOPES : _SLOPES + 24]
-    derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, p.scale, geo, rates, wrench, answer, slopes)
+    derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, answer, slopes)
 
     s, c = geo[0], geo[1]
     # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).

@@ -7,14 +7,14 @@ import numpy as np
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, accelerate, workspace
 
 # Slower than any motion a cell makes and faster than rounding: friction is then Coulomb's.
-_COULOMB_SCALE = 1e-9
+_COULOMB = (1e-9, 1e-9, 1e-9)
 
 
 class WedgingMargin:
     """The normalised determinant for the closing motion from an estimate."""
 
     def __init__(self, scalars: SceneScalars):
-        self._scalars = scalars._replace(scale=_COULOMB_SCALE)
+        self._scalars = scalars
         self._x = np.zeros(6)
         self._u = np.zeros(6)
         self._work = workspace()
@@ -40,7 +40,7 @@ class WedgingMargin:
             self._x[i] = x[i] if known else 0.0
         if self._x[3] == 0.0:
             self._x[3] = -2 * sqrt(P[3, 3]) - 1e-6
-        return accelerate(self._scalars, self._x, self._u, self._work, self._y)
+        return accelerate(self._scalars, _COULOMB, self._x, self._u, self._work, self._y)
 
 
 def jamming_risk(determinant: float) -> float:

@@ -1,0 +1,134 @@
+"""`peg-on-hole replay`: the estimator over a bag, as the node would have run."""
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.cli.table import finite, table, to_json
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configuration
+from peg_on_hole_ros.edges.summary import VERSION, Summary
+from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
+from peg_on_hole_ros.options import Configuration, NodeOptions
+
+PREFIX = "/peg_on_hole/"
+
+
+def run(arguments) -> int:
+    """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
+    configuration, node = load(arguments.config)
+    outputs = [path for path in (arguments.out, arguments.report, arguments.summary) if path]
+    _check_places(arguments.bag, outputs)
+    with Progress("reading") as progress:
+        bag = Bag(arguments.bag, progress)
+    if not arguments.config:
+        stored = stored_configuration(bag)
+        if stored is not None:
+            configuration = stored
+            print(f"configuration: that in {bag.path}", file=sys.stderr)
+    result = replay(bag, configuration, node, arguments.out, arguments.report)
+    if arguments.summary:
+        Path(arguments.summary).write_text(to_json(result) + "\n", encoding="utf-8")
+    print(_text(result))
+    if bag.damage:
+        raise BagDamaged(bag.damage)
+    return 0
+
+
+def replay(
+    bag: Bag,
+    configuration: Configuration,
+    node: NodeOptions,
+    out: str | Path | None = None,
+    report: str | Path | None = None,
+) -> dict:
+    """
+    Replay a bag and return the JSON of its summary.
+
+    Parameters
+    ----------
+    bag : Bag
+    configuration : Configuration
+    node : NodeOptions
+        For the rate of the markers.
+    out, report : path, optional
+        MCAP and HTML to write.
+
+    """
+    check_bag(bag, configuration)
+    summary = Summary()
+    sinks: list = [summary]
+    with ExitStack() as stack:
+        if out:
+            sinks.append(_Writer(stack.enter_context(BagWriter(out, configuration))))
+        progress = stack.enter_context(Progress("replaying"))
+        replayed = replay_bag(bag, configuration, node.markers_rate, sinks, {}, progress)
+    content = {
+        "version": VERSION,
+        "bag": str(bag.path),
+        "damage": bag.damage or None,
+        "messages": {
+            "read": replayed.read,
+            "used": replayed.used,
+            "dropped": replayed.dropped,
+            "events": replayed.events,
+        },
+        **summary.content(),
+    }
+    content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
+    return content
+
+
+class _Writer:
+    def __init__(self, writer: BagWriter):
+        self._writer = writer
+
+    def add(self, t_ns, messages):
+        self._writer.write_all(PREFIX, messages, t_ns)
+
+
+def _check_places(bag, outputs):
+    """Refuse a place that cannot be written before the work, not after it."""
+    for path in map(Path, outputs):
+        if not path.parent.is_dir():
+            raise PegOnHoleError(f"cannot write {path}: there is no folder {path.parent}")
+        if path.is_dir():
+            raise PegOnHoleError(f"cannot write {path}: it is a folder")
+        if path.exists() and Path(bag).exists() and path.samefile(bag):
+            raise PegOnHoleError(f"cannot write {path}: it is the bag that is read")
+    if len({Path(path).absolute() for path in outputs}) < len(outputs):
+        raise PegOnHoleError("--out, --report and --summary name one file twice")
+
+
+def _text(result):
+    messages = result["messages"]
+    transition = result["transition_time"]
+    lines = [
+        f"{result['bag']}: {messages['used']} of {messages['read']} messages used, "
+        f"{result['outputs']} outputs over {result['duration']:.3f} s, "
+        f"{result['realtime_factor']:.1f} times real time",
+    ]
+    lines += [f"  {reason}: {count}" for reason, count in messages["dropped"].items()]
+    lines += [f"  {event}: {count}" for event, count in messages["events"].items()]
+    shares = ", ".join(f"{mode} {share:.1%}" for mode, share in result["contact_mode"].items())
+    lines += [
+        f"contact mode: {shares}",
+        f"transition: {'none' if transition is None else f'after {transition:.3f} s'}",
+        "",
+        table(
+            ("", *result["max_normal"]),
+            [("largest reaction [N]", *(f"{n:.4g}" for n in result["max_normal"].values()))],
+        ),
+    ]
+    if result["alarms"]:
+        rows = [
+            (f"{alarm['time']:.3f}", alarm["name"], alarm["level"], alarm["message"])
+            for alarm in result["alarms"][:10]
+        ]
+        lines += ["", table(("time [s]", "alarm", "level", "message"), rows, 4)]
+        if result["alarm_changes"] > len(rows):
+            lines.append(f"... {result['alarm_changes'] - len(rows)} more changes of alarms")
+    return "\n".join(lines)

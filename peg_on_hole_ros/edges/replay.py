@@ -1,0 +1,173 @@
+"""Run a bag through the stream that the node runs, message by message in the bag's order."""
+
+import json
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import NamedTuple, Protocol
+
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.edges.bag_reader import Bag, BagMessage
+from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
+from peg_on_hole_ros.edges.messages import STRING, Message
+from peg_on_hole_ros.edges.warm_up import warm
+from peg_on_hole_ros.errors import BagError, PegOnHoleError
+from peg_on_hole_ros.options import Configuration
+
+
+class Sink(Protocol):
+    """Takes what a replay gives."""
+
+    def add(self, t_ns: int, messages: list[Message]) -> None:
+        """Take the messages of one stamp [ns]."""
+
+
+class Replayed(NamedTuple):
+    """
+    What became of the messages of a bag.
+
+    Attributes
+    ----------
+    read : int
+        Wrenches and joint states in the bag.
+    used : int
+        Those that the estimate rests on.
+    dropped : dict of str to int
+        All others by reason.
+    events : dict of str to int
+        What else was counted: late but used, restarts, gaps, ...
+    seconds : float
+        Of the wall clock, without compiling [s].
+
+    """
+
+    read: int
+    used: int
+    dropped: dict[str, int]
+    events: dict[str, int]
+    seconds: float
+
+
+def absolute(topic: str) -> str:
+    """Return the name that a bag has for a topic; one without a slash lies in the root."""
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
+def check_bag(bag: Bag, configuration: Configuration) -> dict[str, str]:
+    """Return the topics that a replay reads with their types, or raise BagError."""
+    topics = configuration.topics
+    needed = {absolute(topics.wrench): WRENCH_TYPE, absolute(topics.joint_states): JOINTS_TYPE}
+    bag.require(needed)
+    events = bag.topics.get(EVENT_TOPIC)
+    return needed | ({EVENT_TOPIC: STRING} if events and events.types == [STRING] else {})
+
+
+def stored_configuration(bag: Bag) -> Configuration | None:
+    """
+    Return the configuration that a bag carries, or None.
+
+    Raises
+    ------
+    PegOnHoleError
+        It is not one of this version.
+
+    """
+    stored = bag.metadata.get(CONFIGURATION_METADATA)
+    if stored is None:
+        return None
+    try:
+        return from_parameters({name: json.loads(value) for name, value in stored.items()})
+    except (PegOnHoleError, ValueError) as error:
+        raise PegOnHoleError(
+            f"the configuration in {bag.path} cannot be used ({error}); give one with --config"
+        ) from None
+
+
+def replay_bag(
+    bag: Bag,
+    configuration: Configuration,
+    markers_rate: float,
+    sinks: Iterable[Sink],
+    others: dict[str, Callable[[BagMessage], None]] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Replayed:
+    """
+    Replay a bag.
+
+    Parameters
+    ----------
+    bag : Bag
+    configuration : Configuration
+    markers_rate : float
+        [Hz] of stamp time.
+    sinks : iterable of Sink
+        Each is given all output, in order.
+    others : dict of str to callable, optional
+        Further topics, and what takes their messages.
+    progress : callable, optional
+        Called with the share that is done.
+
+    Raises
+    ------
+    BagError
+        A needed topic is missing or of another type, or no message could be used.
+
+    """
+    needed = check_bag(bag, configuration)
+    wrench_topic, joints_topic = list(needed)[:2]
+    others = {topic: take for topic, take in (others or {}).items() if topic in bag.topics}
+    total = sum(bag.topics[topic].count for topic in (*needed, *others))
+    sinks = list(sinks)
+    stream = message_stream(configuration, markers_rate)
+    warm(configuration)
+    stream = message_stream(configuration, markers_rate)
+    unreadable = Counter(bag.undecodable)
+    begun = time.perf_counter()
+    for count, item in enumerate(bag.messages([*needed, *others])):
+        if item.topic == wrench_topic:
+            messages = stream.on_wrench(item.message)
+            if messages:
+                for sink in sinks:
+                    sink.add(stream.t_ns, messages)
+        elif item.topic == joints_topic:
+            stream.on_joints(item.message)
+        elif item.topic == EVENT_TOPIC:
+            _event(stream, item.message.data)
+        else:
+            others[item.topic](item)
+        if progress and count % 256 == 0:
+            progress(count / total)
+    seconds = time.perf_counter() - begun
+    for topic, source in ((wrench_topic, "wrench"), (joints_topic, "joints")):
+        for _ in range(bag.undecodable[topic] - unreadable[topic]):
+            stream.unreadable(source)
+    read = {topic: bag.topics[topic].count for topic in (wrench_topic, joints_topic)}
+    result = _fates(stream.counts, read[wrench_topic], read[joints_topic], seconds)
+    if not stream.counts.get("wrench_used"):
+        reasons = ", ".join(f"{reason} {n}" for reason, n in result.dropped.items())
+        raise BagError(f"{bag.path}: no wrench of {read[wrench_topic]} could be used: {reasons}")
+    return result
+
+
+def _event(stream: MessageStream, name: str):
+    # A name that this version does not know changes nothing that it could repeat.
+    if name in ("reset", "tare"):
+        stream.on_event(name)
+
+
+def _fates(counts, wrenches, joints, seconds):
+    dropped, events = {}, {}
+    for name, count in sorted(counts.items()):
+        if not count or name in ("wrench_used", "joints_used"):
+            continue
+        fate = "_dropped_" in name or name == "joints_gated"
+        (dropped if fate else events)[name] = count
+    used = counts.get("wrench_used", 0) + counts.get("joints_used", 0)
+    # Joint states wait for the wrench of their stamp; at the end of a bag some wait for ever.
+    waiting = wrenches + joints - used - sum(dropped.values())
+    if waiting > 0:
+        dropped["joints_dropped_after_last_wrench"] = waiting
+    return Replayed(wrenches + joints, used, dropped, events, seconds)

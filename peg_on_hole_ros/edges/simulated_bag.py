@@ -1,0 +1,108 @@
+"""Write a simulated truth and its noisy samples as a bag."""
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, WRENCH, joint_state
+from peg_on_hole_ros.edges.plain import header, xyz
+from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
+from peg_on_hole_ros.simulation.measure import START_NS, measure
+from peg_on_hole_ros.simulation.truth import Truth
+
+SENSOR_FRAME = "sensor"
+SIMULATION_METADATA = "peg_on_hole_simulation"
+TRUTH_STATE, TRUTH_CONTACTS, TRUTH_MODE = "/truth/state", "/truth/contacts", "/truth/contact_mode"
+
+
+def write_bag(
+    path: str | Path,
+    truth: Truth,
+    seed: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """
+    Write wrench, joint states, truth, and what the bag is, to an MCAP file.
+
+    Of one stamp the joint states come first, then the wrench, then the truth. Where the reactions
+    are not determined /truth/contacts is silent.
+
+    Parameters
+    ----------
+    path : str or Path
+    truth : Truth
+    seed : int, optional
+        Of the noise; None is the plan's own.
+    progress : callable, optional
+        Told the share done, 0 to 1.
+
+    Raises
+    ------
+    PegOnHoleError
+        The file cannot be written.
+
+    """
+    plan = truth.plan
+    topics = plan.configuration.topics
+    metadata = {SIMULATION_METADATA: _metadata(truth, plan.seed if seed is None else seed)}
+    with BagWriter(path, plan.configuration, metadata) as bag:
+        rows, mode = iter(range(len(truth.t_ns))), None
+        for sample in measure(truth, seed):
+            t_ns = sample.t_ns
+            if isinstance(sample, JointSample):
+                message = joint_state(t_ns, sample.names, sample.position, frame="")
+                bag.write(_absolute(topics.joint_states), JOINT_STATE, message, t_ns)
+                continue
+            wrench = {"force": xyz(sample.force), "torque": xyz(sample.torque)}
+            message = {"header": header(t_ns, SENSOR_FRAME), "wrench": wrench}
+            bag.write(_absolute(topics.wrench), WRENCH, message, t_ns)
+            i = next(rows)
+            bag.write(TRUTH_STATE, JOINT_STATE, _state(truth, i, t_ns), t_ns)
+            if truth.known[i]:
+                bag.write(TRUTH_CONTACTS, JOINT_STATE, _contacts(truth, i, t_ns), t_ns)
+            if truth.mode[i] != mode:
+                mode = truth.mode[i]
+                bag.write(TRUTH_MODE, STRING, {"data": str(mode)}, t_ns)
+            if progress:
+                progress((i + 1) / len(truth.t_ns))
+
+
+def _absolute(topic):
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
+def _state(truth, i, t_ns):
+    q = truth.q[i].copy()
+    q[1:] = np.pi - (np.pi - q[1:]) % (2 * np.pi)
+    return joint_state(t_ns, ANGLES, q, truth.rates[i])
+
+
+def _contacts(truth, i, t_ns):
+    return joint_state(t_ns, CONTACTS, truth.closed[i], truth.slip_speed[i], truth.normal[i])
+
+
+def _metadata(truth, seed):
+    plan = truth.plan
+    settings, joints = plan.configuration.wrench, plan.configuration.joints
+    events = [{"stamp": START_NS + t_ns, "what": what} for t_ns, what in truth.events]
+    return {
+        "origin": plan.origin,
+        "ended_by": truth.ended_by,
+        "events": json.dumps(events),
+        "noise": (
+            f"white, seed {seed}: force {settings.force_stddev:g} N, torque "
+            f"{settings.torque_stddev:g} N m, orientation {joints.position_stddev:g} rad about "
+            f"each axis; wrench {plan.wrench_rate} Hz, joint states {plan.joint_rate} Hz"
+        ),
+        "holder": json.dumps(asdict(plan.holder)),
+        "start": json.dumps(asdict(plan.start)),
+        "phases": json.dumps([asdict(phase) for phase in plan.phases]),
+        "integrator": (
+            f"Radau IIA of order 5, rtol {plan.rtol:g}; friction regularised at "
+            f"{plan.slip_velocity_scale:g} m/s"
+        ),
+    }

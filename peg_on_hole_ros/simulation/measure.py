@@ -1,0 +1,139 @@
+"""What the sensors say of a truth: wrench and orientation, with noise from a seed."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.simulation.dynamics import angular_velocity, rotation
+from peg_on_hole_ros.simulation.truth import Truth
+
+# Stamp of the first sample: 2026-01-01T00:00:00Z, so that stamps are as long as real ones [ns].
+START_NS = 1_767_225_600 * 10**9
+
+
+def sensor_axes(rpy) -> np.ndarray:
+    """Return the sensor's axes in peg axes, Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3)."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def sensor_wrench(truth: Truth) -> np.ndarray:
+    """
+    Return force and torque at the sensor origin in sensor axes, without noise, shape (n, 6).
+
+    The payload between sensor and peg is a point mass that moves with the peg: the sensor reads
+    what it takes to carry and accelerate it on top. The sign is that of `wrench.acts_on`.
+
+    """
+    settings, scene = truth.plan.configuration.wrench, truth.plan.configuration.scene
+    R_PS = sensor_axes(settings.sensor_rpy)
+    sensor_P = np.asarray(settings.sensor_xyz) - [0, 0, scene.mass_center_height]
+    payload_P = sensor_P + R_PS @ settings.payload_com
+    out = np.empty((len(truth.t_ns), 6))
+    for i, q in enumerate(truth.q):
+        R_HP = rotation(q)
+        F, M = truth.force[i], truth.moment[i]
+        lever = R_HP @ sensor_P
+        torque = M - np.cross(lever, F)
+        if settings.payload_mass:
+            arm = R_HP @ payload_P
+            carried = settings.payload_mass * (
+                _point_acceleration(truth, i, arm) - np.asarray(scene.gravity)
+            )
+            F = F + carried
+            torque = torque + np.cross(arm - lever, carried)
+        R_SH = (R_HP @ R_PS).T
+        out[i, :3], out[i, 3:] = R_SH @ F, R_SH @ torque
+    return out if settings.acts_on == "peg" else -out
+
+
+def _point_acceleration(truth, i, arm):
+    """Return the acceleration of a point of the peg at `arm` from the mass centre, hole axes."""
+    q, rates, acc = truth.q[i], truth.rates[i], truth.acceleration[i]
+    w = angular_velocity(q, rates)
+    eps = np.array([np.sin(q[1]), -np.cos(q[1]), 0.0])
+    deps = rates[1] * np.array([np.cos(q[1]), np.sin(q[1]), 0.0])
+    zeta = rotation(q)[:, 2]
+    alpha = acc[0] * eps + rates[0] * deps + acc[2] * zeta + rates[2] * np.cross(w, zeta)
+    alpha = alpha + [0.0, 0.0, acc[1]]
+    return truth.centre[i, 2] + np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))
+
+
+def measured_angles(q: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """
+    Return gamma, psi, phi of orientations turned by small errors, exactly through R_HP.
+
+    Parameters
+    ----------
+    q : ndarray, shape (n, 3)
+        [rad]
+    error : ndarray, shape (n, 3)
+        Rotation vectors in peg axes [rad].
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+        psi and phi within (-pi, pi].
+
+    """
+    out = np.empty_like(q)
+    for i, (angles, w) in enumerate(zip(q, error, strict=True)):
+        R = rotation(angles) @ _exponential(w)
+        out[i, 0] = np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2])
+        out[i, 1] = np.arctan2(-R[1, 2], -R[0, 2])
+        out[i, 2] = np.arctan2(-R[2, 1], R[2, 0])
+    # arctan2 gives -pi for a negative zero.
+    out[:, 1:] = np.where(out[:, 1:] <= -np.pi, np.pi, out[:, 1:])
+    return out
+
+
+def _exponential(w):
+    angle = np.linalg.norm(w)
+    K = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    a = np.sinc(angle / np.pi)
+    b = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
+    return np.eye(3) + a * K + b * K @ K
+
+
+def measure(
+    truth: Truth, seed: int | None = None, start_ns: int = START_NS
+) -> Iterator[WrenchSample | JointSample]:
+    """
+    Yield the samples in the order of their stamps; of one stamp the joints come first.
+
+    Parameters
+    ----------
+    truth : Truth
+    seed : int, optional
+        Of the noise; None is the plan's own.
+    start_ns : int
+        Stamp of the first sample [ns].
+
+    Notes
+    -----
+    Wrench: white noise of force_stddev and torque_stddev on every component. Orientation: a
+    rotation of the peg by a vector of three independent components of position_stddev.
+
+    """
+    plan = truth.plan
+    settings, joints = plan.configuration.wrench, plan.configuration.joints
+    wrench_noise, joint_noise = np.random.default_rng(plan.seed if seed is None else seed).spawn(2)
+    n, every = len(truth.t_ns), plan.wrench_rate // plan.joint_rate
+    stddev = np.repeat([settings.force_stddev, settings.torque_stddev], 3)
+    wrench = sensor_wrench(truth) + wrench_noise.normal(size=(n, 6)) * stddev
+    q = truth.q[::every]
+    angles = measured_angles(q, joint_noise.normal(size=q.shape) * joints.position_stddev)
+    names = tuple(joints.names)
+    for i, t_ns in enumerate(truth.t_ns):
+        stamp = start_ns + int(t_ns)
+        if i % every == 0:
+            yield JointSample(stamp, names, tuple(angles[i // every].tolist()))
+        row = wrench[i].tolist()
+        yield WrenchSample(stamp, tuple(row[:3]), tuple(row[3:]))
