@@ -43,7 +43,7 @@ def test_motion_from_forces_and_forces_from_motion(frame):
 
 def test_every_set_of_six_is_solved_or_refused_with_a_reason():
     full = answer("auxiliary")
-    counts = {kind: 0 for kind in Solvability}
+    counts = dict.fromkeys(Solvability, 0)
     for unknown in itertools.combinations(full, 6):
         known = {name: value for name, value in full.items() if name not in unknown}
         found = solve_any(SCENE, Q, RATES, unknown, known)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.mechanics import geometry, printed, reference, small_tilt, velocities
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -39,7 +39,7 @@ def friction_work(one):
 
 
 def test_closing_speed():
-    """(10)-(12): the printed velocities are those of gamma' = -dgamma/dt; friction feeds energy."""
+    """(10)-(12): printed velocities are those of gamma' = -dgamma/dt; friction feeds energy."""
     tilting = alone(0)
     found = printed.planar_velocities(SCENE, GAMMA, PSI, 1.0)
     np.testing.assert_allclose(found, -tilting.velocity, atol=1e-10)
@@ -250,9 +250,7 @@ def test_momentum_rates():
     true = scene.peg_mass * dC[:2]
     D, H, m = scene.hole_diameter, scene.peg_height, scene.peg_mass
     c, s, p, y = np.cos(psi), np.sin(psi), -0.16, 0.5
-    stated = m * np.array(
-        [D / 2 * c * p**2 + H * s * p * y, D / 2 * s * p**2 - H * c * p * y]
-    )
+    stated = m * np.array([D / 2 * c * p**2 + H * s * p * y, D / 2 * s * p**2 - H * c * p * y])
     # Left out: h_c psi'^2, and gamma0 of the rest.
     np.testing.assert_allclose(stated, true, atol=0.25 * np.max(np.abs(true)))
     found = printed.momentum_rates(scene, psi, rates)
@@ -265,7 +263,7 @@ def test_momentum_rates():
 
 
 def exact_reactions(scene, excess, rates):
-    """Return N of imposed uniform motion under a couple, from the numeric body at gamma0 + excess."""
+    """Return N of imposed uniform motion under a couple, from the body at gamma0 + excess."""
     one = oracle.Body(scene, [scene.gamma0 + excess, 0, 0], rates, np.zeros(3), np.zeros(3))
     h = 0.02 * excess
     weights = {1: 45, 2: -9, 3: 1}
@@ -274,11 +272,14 @@ def exact_reactions(scene, excess, rates):
         for k, w in weights.items()
     ) / (60 * h)
     return np.linalg.solve(
-        one.reaction.T, scene.peg_mass * second @ one.rates - scene.peg_mass * np.array(scene.gravity)
+        one.reaction.T,
+        scene.peg_mass * second @ one.rates - scene.peg_mass * np.array(scene.gravity),
     )
 
 
-@pytest.mark.parametrize("rates", [(-0.16, 0, 0), (-0.16, 0, 2), (-0.16, 0.3, -1), (0.1, 0.2, 0.5)])
+@pytest.mark.parametrize(
+    "rates", [(-0.16, 0, 0), (-0.16, 0, 2), (-0.16, 0.3, -1), (0.1, 0.2, 0.5)]
+)
 def test_small_tilt_reactions(rates):
     """(37)-(39): with (N_B1 - N_B2) b kept and K's friction turned as it slides."""
     scene = Scene(peg_diameter=0.04999)
@@ -286,7 +287,7 @@ def test_small_tilt_reactions(rates):
         true = exact_reactions(scene, excess, np.array(rates))
         found = small_tilt.reactions(scene, excess, rates)
         # Leading order: gamma0 is 0.02.
-        assert found.K == pytest.approx(true[0], rel=0.03)
+        assert pytest.approx(true[0], rel=0.03) == found.K
         assert found.B_sum == pytest.approx(true[1] + true[2], rel=0.03)
         size = abs(true[1] - true[2])
         assert found.B_difference == pytest.approx(true[1] - true[2], abs=0.07 * size + 0.03)
@@ -319,7 +320,9 @@ def test_limit_at_gamma0_is_not_uniform():
     for excess in (1e-7, 1e-5):
         N = exact_reactions(scene, excess, np.array([-0.16, 0, 0]))
         assert N[0] / weight == pytest.approx(limit, rel=2 * inertia + 0.01)
-        assert small_tilt.reactions(scene, excess, [-0.16, 0, 0]).K == pytest.approx(N[0], rel=0.01)
+        assert (
+            pytest.approx(N[0], rel=0.01) == small_tilt.reactions(scene, excess, [-0.16, 0, 0]).K
+        )
 
 
 def test_the_critical_friction_of_pure_alignment():

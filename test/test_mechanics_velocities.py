@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import geometry, velocities
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -44,7 +44,11 @@ def test_vectors_in_a_frame_are_those_of_the_body(frame):
 
 
 def test_generalized_forces_are_the_virtual_work_of_the_forces():
-    force, moment, normal = np.array([1.0, -2, 3]), np.array([0.1, 0.2, -0.3]), np.array([5.0, 6, 7])
+    force, moment, normal = (
+        np.array([1.0, -2, 3]),
+        np.array([0.1, 0.2, -0.3]),
+        np.array([5.0, 6, 7]),
+    )
     body = oracle.Body(SCENE, Q, RATES, np.zeros(3), np.zeros(3))
     wrench_P = np.concatenate([body.R.T @ force, body.R.T @ moment])
     Q_i = velocities.generalized_forces(SCENE, Q, RATES, normal, wrench_P)
@@ -86,7 +90,9 @@ def test_arrays_over_time_give_what_each_time_gives():
             np.testing.assert_allclose(cosines[..., k], one, rtol=1e-13, atol=1e-16)
     many = velocities.generalized_forces(SCENE, q, rates, normal, wrench)
     for k in range(6):
-        one = velocities.generalized_forces(SCENE, q[:, k], rates[:, k], normal[:, k], wrench[:, k])
+        one = velocities.generalized_forces(
+            SCENE, q[:, k], rates[:, k], normal[:, k], wrench[:, k]
+        )
         for a, b in zip(many, one, strict=True):
             np.testing.assert_allclose(a[..., k], b, rtol=1e-12, atol=1e-15)
 

@@ -95,7 +95,10 @@ def lengths():
 def normals_and_velocities():
     """Derive normals as squares of the touching tangents, and velocities of material points."""
     # K: the rim's tangent is e, the peg's side contains zeta: the normal is eta.
-    yield "n_K is square to rim and side", sp.Matrix([ETA.dot(sp.Matrix([0, 1, 0])), ETA.dot(ZETA)])
+    yield (
+        "n_K is square to rim and side",
+        sp.Matrix([ETA.dot(sp.Matrix([0, 1, 0])), ETA.dot(ZETA)]),
+    )
     psi_rate, phi_rate, tilt_rate = sp.symbols("psi_rate phi_rate tilt_rate")
     omega = tilt_rate * EPS + sp.Matrix([0, 0, psi_rate]) + phi_rate * ZETA
     dC = sp.Matrix([by_gamma(CENTER[0]), 0, by_gamma(CENTER[2])]) * tilt_rate

@@ -126,9 +126,7 @@ def contact_velocities(scene: Scene, q, rates, frame="hole", motion=None) -> np.
 
     """
     q, rates = _states(q, rates)
-    J = velocity_jacobians(
-        contact_geometry(scene, q[0]), scene.peg_diameter, scene.hole_diameter
-    )
+    J = velocity_jacobians(contact_geometry(scene, q[0]), scene.peg_diameter, scene.hole_diameter)
     if motion is not None:
         if motion not in MOTIONS:
             raise PegOnHoleError(f"motion = {motion!r} is none of {', '.join(MOTIONS)}")
@@ -176,9 +174,7 @@ def friction_cosines(scene: Scene, q, rates, frame="hole", slip_velocity_scale=0
 
     """
     q, rates = _states(q, rates)
-    J = velocity_jacobians(
-        contact_geometry(scene, q[0]), scene.peg_diameter, scene.hole_diameter
-    )
+    J = velocity_jacobians(contact_geometry(scene, q[0]), scene.peg_diameter, scene.hole_diameter)
     u, _ = slip_directions(J, rates, slip_velocity_scale)
     return _to_frame(-u, frame, q)
 
@@ -210,7 +206,9 @@ def generalized_forces(
     to_hez = wrench_axes(q[0] + 0 * q[2], q[2] + 0 * q[0])
     wrench_P = np.asarray(wrench_P, float)
     F, M = product(to_hez, wrench_P[:3]), product(to_hez, wrench_P[3:])
-    weight = np.einsum("ij...,i->j...", precession_axes(q[1] + 0 * q[0]), np.asarray(scene.gravity))
+    weight = np.einsum(
+        "ij...,i->j...", precession_axes(q[1] + 0 * q[0]), np.asarray(scene.gravity)
+    )
     weight = scene.peg_mass * weight
 
     def of_force(force):
@@ -228,7 +226,7 @@ def generalized_forces(
 
 
 def overall_reaction(scene: Scene, normal) -> np.ndarray:
-    """Return R = N sqrt(1 + f^2), normal reaction and friction of a sliding contact [N]. Source: L7."""
+    """Return R = N sqrt(1 + f^2), reaction with friction of a sliding contact [N]. Source: L7."""
     return np.asarray(normal) * np.sqrt(1 + scene.friction**2)
 
 
