@@ -8,12 +8,12 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
 
-from bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.edges.message_definitions import definition
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
+from small_bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
 
 TEXT = "std_msgs/msg/String"
 BOTH = {"/wrench": WRENCH, "/joint_states": JOINTS}
@@ -290,6 +290,13 @@ def test_requirements_are_refused_with_what_the_bag_has(tmp_path):
         pass
     with pytest.raises(BagError, match=r"empty.mcap holds no messages$"):
         Bag(tmp_path / "empty.mcap").require(BOTH)
+
+
+def test_definition_that_is_none_is_a_bag_error(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(3), schema=b"this is { no definition")
+    bag = Bag(path)
+    with pytest.raises(BagError, match="the definition of std_msgs/msg/String on /t cannot be"):
+        list(bag.messages(["/t"]))
 
 
 def test_other_encodings_are_refused_by_name(tmp_path):

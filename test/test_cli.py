@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
+from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 from json_schema import check
+
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import BagWriter
@@ -492,9 +492,7 @@ def test_compare_gives_known_differences(tmp_path, capsys):
             for i in stamps:
                 t = i * MS
                 rows = {
-                    "state": joint_state(
-                        t, angles, [0.3, math.remainder(3.1 + shift, math.tau), 0.0], [0.0] * 3
-                    ),
+                    "state": joint_state(t, angles, [0.3, math.remainder(3.1 + shift, math.tau), 0.0], [0.0] * 3),
                     "state_stddev": joint_state(t, angles, [0.01] * 3, [1.0] * 3),
                     "contacts": joint_state(
                         t, contacts, [1] * 3, [0.1] * 3, [5 + i * shift, 5, 5]

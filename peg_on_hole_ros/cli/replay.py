@@ -65,7 +65,7 @@ def replay(
         if out:
             sinks.append(_Writer(stack.enter_context(BagWriter(out, configuration))))
         progress = stack.enter_context(Progress("replaying"))
-        replayed = replay_bag(bag, configuration, node.markers_rate, sinks, {}, progress)
+        replayed = replay_bag(bag, configuration, node.markers_rate, sinks, progress)
     content = {
         "version": VERSION,
         "bag": str(bag.path),

@@ -186,7 +186,14 @@ def _decoders(scan, wanted):
                 # Some recorders leave the definition out; that of a type known here will do.
                 text = definition(schema.name).encode()
                 schema = Schema(id=schema.id, name=schema.name, encoding="ros2msg", data=text)
-            decode = factory.decoder_for(channel.message_encoding, schema)
+            try:
+                decode = factory.decoder_for(channel.message_encoding, schema)
+            except Exception as error:
+                # The parser of definitions has a dozen exceptions with no base but this.
+                raise BagError(
+                    f"{scan.path}: the definition of {schema.name} on {channel.topic} cannot be "
+                    f"read: {error}"
+                ) from None
             if decode is not None:
                 decoders[channel.id] = (channel.topic, decode)
     return decoders

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bag_reader import Bag, BagMessage
+from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
@@ -91,7 +91,6 @@ def replay_bag(
     configuration: Configuration,
     markers_rate: float,
     sinks: Iterable[Sink],
-    others: dict[str, Callable[[BagMessage], None]] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Replayed:
     """
@@ -105,8 +104,6 @@ def replay_bag(
         [Hz] of stamp time.
     sinks : iterable of Sink
         Each is given all output, in order.
-    others : dict of str to callable, optional
-        Further topics, and what takes their messages.
     progress : callable, optional
         Called with the share that is done.
 
@@ -118,15 +115,14 @@ def replay_bag(
     """
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
-    others = {topic: take for topic, take in (others or {}).items() if topic in bag.topics}
-    total = sum(bag.topics[topic].count for topic in (*needed, *others))
+    total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
     stream = message_stream(configuration, markers_rate)
     warm(configuration)
     stream = message_stream(configuration, markers_rate)
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
-    for count, item in enumerate(bag.messages([*needed, *others])):
+    for count, item in enumerate(bag.messages(needed)):
         if item.topic == wrench_topic:
             messages = stream.on_wrench(item.message)
             if messages:
@@ -134,10 +130,8 @@ def replay_bag(
                     sink.add(stream.t_ns, messages)
         elif item.topic == joints_topic:
             stream.on_joints(item.message)
-        elif item.topic == EVENT_TOPIC:
-            _event(stream, item.message.data)
         else:
-            others[item.topic](item)
+            _event(stream, item.message.data)
         if progress and count % 256 == 0:
             progress(count / total)
     seconds = time.perf_counter() - begun
