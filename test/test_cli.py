@@ -8,15 +8,15 @@ import sys
 from pathlib import Path
 
 import pytest
-from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
-from json_schema import check
 
+from json_schema import check
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import BagWriter
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
+from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "docs" / "summary.schema.json").read_text(encoding="utf-8"))
@@ -261,7 +261,7 @@ def test_bag_of_which_nothing_can_be_used_is_exit_code_3(tmp_path, capsys):
 
 
 def test_cut_off_bag_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
-    whole = write_bag(tmp_path / "whole.mcap", count=30_000).read_bytes()
+    whole = write_bag(tmp_path / "whole.mcap", count=1000, chunk_bytes=20_000).read_bytes()
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[: len(whole) // 2])
     out, summary = tmp_path / "out.mcap", tmp_path / "s.json"
@@ -275,7 +275,7 @@ def test_cut_off_bag_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
     content = json.loads(summary.read_text())
     check(content, SCHEMA)
     assert content["damage"] == damage
-    assert 1000 < content["outputs"] < 29_000
+    assert 200 < content["outputs"] < 800
     assert Bag(out).topics["/peg_on_hole/state"].count == content["outputs"]
     fails(capsys, 4, f"{damage}; what lies before has been used", "inspect", path)
 
@@ -488,11 +488,12 @@ def test_compare_gives_known_differences(tmp_path, capsys):
     def output(name, shift, stamps, prefix="/peg_on_hole/"):
         path = tmp_path / name
         angles, contacts = ["gamma", "psi", "phi"], ["K", "B1", "B2"]
+        psi = math.remainder(3.1 + shift, math.tau)
         with BagWriter(path) as writer:
             for i in stamps:
                 t = i * MS
                 rows = {
-                    "state": joint_state(t, angles, [0.3, math.remainder(3.1 + shift, math.tau), 0.0], [0.0] * 3),
+                    "state": joint_state(t, angles, [0.3, psi, 0.0], [0.0] * 3),
                     "state_stddev": joint_state(t, angles, [0.01] * 3, [1.0] * 3),
                     "contacts": joint_state(
                         t, contacts, [1] * 3, [0.1] * 3, [5 + i * shift, 5, 5]
