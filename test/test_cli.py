@@ -408,6 +408,40 @@ def test_errors_and_coverage_are_those_between_output_and_truth(with_truth, tmp_
     assert "inside 95 % bounds" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (
+            ["tilt", "psi", "phi"],
+            "{path}: /truth/state has values for tilt, psi, phi, and truth needs gamma, psi, phi",
+        ),
+        (
+            ["gamma", "psi", "phi"],
+            "{path} has no messages on /truth/contacts (sensor_msgs/msg/JointState)",
+        ),
+    ],
+)
+def test_truth_that_cannot_be_used_is_said_and_the_replay_goes_on(
+    tmp_path, capsys, names, message
+):
+    path, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    with BagWriter(path) as writer:
+        for i in range(20):
+            t = 10**9 + i * MS
+            writer.write("/joint_states", JOINTS, joints(t), t)
+            writer.write("/wrench", WRENCH, wrench(t), t)
+            writer.write("/truth/state", JOINTS, joint_state(t, names, [0.3, 0.0, 0.0]), t)
+            if names[0] == "tilt":
+                writer.write("/truth/contacts", JOINTS, joint_state(t, []), t)
+                writer.write("/truth/contact_mode", STRING, {"data": "three_point"}, t)
+    assert main(["replay", str(path), "--summary", str(summary)]) == 0
+    error = capsys.readouterr().err
+    assert error.startswith(
+        "no comparison with the truth: " + message.replace("{path}", str(path))
+    )
+    assert "rmse" not in json.loads(summary.read_text())
+
+
 def test_report_stands_alone_and_holds_the_figures(with_truth, tmp_path):
     pytest.importorskip("matplotlib")
     path = tmp_path / "r.html"

@@ -13,7 +13,7 @@ from peg_on_hole_ros.edges.decode import (
     joint_sample,
     wrench_sample,
 )
-from peg_on_hole_ros.edges.replay import absolute
+from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.edges.stamps import StampStatistics
 from peg_on_hole_ros.errors import BagDamaged, BagError
 
@@ -45,7 +45,7 @@ def inspect(bag: Bag, configuration) -> dict:
         "replay": {"possible": False, "reason": None, "used": {}, "dropped": {}},
     }
     try:
-        bag.require({wrench: WRENCH_TYPE, joints: JOINTS_TYPE})
+        check_bag(bag, configuration)
     except BagError as error:
         result["replay"]["reason"] = str(error)
     readers = {}

@@ -15,7 +15,7 @@ from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configura
 from peg_on_hole_ros.edges.series import Series
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.edges.truth import Score, flag_lines, read_truth, score_table
-from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
+from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 PREFIX = "/peg_on_hole/"
@@ -65,7 +65,7 @@ def replay(
     """
     check_bag(bag, configuration)
     figures = _plotting() if report_path else None
-    truth = read_truth(bag)
+    truth = _truth(bag)
     summary, series = Summary(), Series() if report_path else None
     score = Score(truth) if truth else None
     sinks = [sink for sink in (summary, score, series) if sink is not None]
@@ -96,6 +96,15 @@ def replay(
             _page(content, score, picture, configuration), encoding="utf-8"
         )
     return content, score
+
+
+def _truth(bag):
+    try:
+        return read_truth(bag)
+    except BagError as error:
+        # Truth that cannot be used is no reason to refuse the estimate.
+        print(f"no comparison with the truth: {error}", file=sys.stderr)
+        return None
 
 
 def _plotting():

@@ -17,6 +17,8 @@ from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
+_REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"
+
 
 class Sink(Protocol):
     """Takes what a replay gives."""
@@ -60,7 +62,7 @@ def check_bag(bag: Bag, configuration: Configuration) -> dict[str, str]:
     """Return the topics that a replay reads with their types, or raise BagError."""
     topics = configuration.topics
     needed = {absolute(topics.wrench): WRENCH_TYPE, absolute(topics.joint_states): JOINTS_TYPE}
-    bag.require(needed)
+    bag.require(needed, _REMEDY)
     events = bag.topics.get(EVENT_TOPIC)
     return needed | ({EVENT_TOPIC: STRING} if events and events.types == [STRING] else {})
 
