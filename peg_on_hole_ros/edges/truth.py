@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, Message
+from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 STATE_TOPIC = "/truth/state"
@@ -71,7 +72,7 @@ def read_truth(bag: Bag) -> Truth | None:
     Raises
     ------
     BagError
-        Topics of truth with other types, or only some of them.
+        Topics of truth with other types or names, or only some of them.
 
     """
     if not any(topic in bag.topics for topic in TYPES):
@@ -86,13 +87,23 @@ def read_truth(bag: Bag) -> Truth | None:
         stamp = message.header.stamp
         t_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
         if topic == STATE_TOPIC:
-            by_name = dict(zip(message.name, message.position))
-            states[t_ns] = [by_name[name] for name in ANGLES]
+            states[t_ns] = _named(bag, topic, message.name, message.position, ANGLES)
         else:
-            by_name = dict(zip(message.name, message.effort))
-            normals[t_ns] = [by_name[name] for name in CONTACTS]
+            normals[t_ns] = _named(bag, topic, message.name, message.effort, CONTACTS)
     t_ns = sorted(states.keys() & normals.keys())
+    if not t_ns:
+        raise BagError(f"{bag.path}: {STATE_TOPIC} and {CONTACTS_TOPIC} have no stamp in common")
     return Truth(t_ns, [[*states[t], *normals[t]] for t in t_ns], *zip(*modes))
+
+
+def _named(bag, topic, names, values, wanted):
+    by_name = dict(zip(names, values))
+    if not by_name.keys() >= set(wanted):
+        raise BagError(
+            f"{bag.path}: {topic} has values for {', '.join(by_name) or 'nothing'}, and truth "
+            f"needs {', '.join(wanted)}"
+        )
+    return [by_name[name] for name in wanted]
 
 
 class Score:
