@@ -136,6 +136,24 @@ def test_truth_is_read_by_name(tmp_path):
     assert [found.mode_at(k * S) for k in range(-1, 3)] == ["", "open", "open", "three_point"]
 
 
+def test_where_truth_is_silent_on_reactions_only_angles_count(tmp_path):
+    path = tmp_path / "silent.mcap"
+    with BagWriter(path) as bag:
+        bag.write("/truth/contact_mode", STRING, {"data": "three_point"}, 0)
+        for k in range(4):
+            state = joint_state(k * S, ("gamma", "psi", "phi"), (1.0, 1.0, 1.0))
+            bag.write("/truth/state", JOINT_STATE, state, k * S)
+            if k != 2:
+                contacts = joint_state(k * S, ("K", "B1", "B2"), effort=(1.0, 1.0, 1.0))
+                bag.write("/truth/contacts", JOINT_STATE, contacts, k * S)
+    score = Score(read_truth(Bag(path)))
+    for k in range(0, 4 * S, S // 2):
+        score.row(k, 1.5 * ONES, ONES, "three_point", False)
+    # Stamps 0 to 3 s in halves; 1.5, 2 and 2.5 s have no reactions, beyond 3 s there is nothing.
+    assert score.count.tolist() == [7, 7, 7, 4, 4, 4]
+    assert list(score.rmse().values()) == [0.5] * 6
+
+
 def test_bag_without_truth_has_none(tmp_path):
     assert read_truth(Bag(write_bag(tmp_path / "plain.mcap"))) is None
 
