@@ -17,7 +17,7 @@ SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12))
 .PHONY: run test lint format setup clean
 
 run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
-	$(BIN)/python -m peg_on_hole_ros.edges.demo
+	$(BIN)/python -m peg_on_hole_ros.cli.demo
 
 test: lint  ## every check: style, import contract, tests
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)

@@ -1,6 +1,7 @@
 """Bags: order, damage, folders, missing topics; a bag written is a bag read."""
 
 import json
+import random
 from pathlib import Path
 
 import pytest
@@ -8,12 +9,12 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
 
-from bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.edges.message_definitions import definition
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
+from small_bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
 
 TEXT = "std_msgs/msg/String"
 BOTH = {"/wrench": WRENCH, "/joint_states": JOINTS}
@@ -137,6 +138,52 @@ def test_damage_outside_chunks_is_found_by_the_checksum_of_the_whole(tmp_path):
     data[data.index(raw_text("20")) + 8] ^= 1
     path.write_bytes(data)
     assert Bag(path).damage == f"{path} is damaged: the data section does not fit its checksum"
+
+
+def test_no_damage_whatever_raises_anything_but_a_bag_error(tmp_path):
+    whole = write_bag(tmp_path / "w.mcap", count=60, chunk_bytes=2000).read_bytes()
+    rng = random.Random(1)
+    path = tmp_path / "a.mcap"
+    found = 0
+    for _ in range(300):
+        data = bytearray(whole)
+        at = rng.randrange(len(data))
+        kind = rng.randrange(4)
+        if kind == 0:
+            data[at] ^= 1 << rng.randrange(8)
+        elif kind == 1:
+            data[at : at + rng.randrange(64)] = rng.randbytes(rng.randrange(64))
+        elif kind == 2:
+            del data[at:]
+        else:
+            # A record's head of rubbish: any opcode, any length.
+            data[at : at + 9] = bytes([rng.randrange(16)]) + rng.randbytes(8)
+        path.write_bytes(data)
+        try:
+            bag = Bag(path)
+            read = sum(1 for _ in bag.messages(BOTH))
+        except BagError:
+            found += 1
+            continue
+        assert read <= 90
+        found += bool(bag.damage)
+        assert bag.damage or read + sum(bag.undecodable.values()) == bag.count
+    # The rest lies where nothing checks and nothing is read from: indexes and statistics.
+    assert found > 200
+
+
+@pytest.mark.parametrize("field", [8, 16])
+def test_absurd_sizes_in_a_chunk_are_damage(tmp_path, field):
+    path = write_bag(tmp_path / "a.mcap", count=60, chunk_bytes=2000)
+    start = Bag(path)._blocks[2].start
+    data = bytearray(path.read_bytes())
+    # Of a chunk: start, end, uncompressed size, crc, compression ("zstd" with length), data size.
+    place = {8: start + 16, 16: start + 16 + 8 + 4 + 8}[field]
+    data[place : place + 8] = b"\xff" * 8
+    path.write_bytes(data)
+    bag = Bag(path)
+    assert bag.damage.startswith(f"{path} is damaged at byte {start - 9}: ")
+    assert 0 < bag.count < 90
 
 
 def test_undecodable_payload_is_counted_not_read(tmp_path):
@@ -275,11 +322,11 @@ def test_folder_that_is_no_bag(tmp_path):
 def test_requirements_are_refused_with_what_the_bag_has(tmp_path):
     path = write_bag(tmp_path / "a.mcap", count=4, wrench_topic="/ft")
     with pytest.raises(BagError) as caught:
-        Bag(path).require(BOTH)
+        Bag(path).require(BOTH, "look elsewhere")
     assert str(caught.value) == (
         f"{path} has no messages on /wrench (geometry_msgs/msg/WrenchStamped); it has: "
         "/ft (geometry_msgs/msg/WrenchStamped, 4), /joint_states (sensor_msgs/msg/JointState, 2); "
-        "name the topics in the configuration (topics.wrench, topics.joint_states)"
+        "look elsewhere"
     )
     with pytest.raises(BagError) as caught:
         Bag(path).require({"/joint_states": WRENCH})
@@ -290,6 +337,13 @@ def test_requirements_are_refused_with_what_the_bag_has(tmp_path):
         pass
     with pytest.raises(BagError, match=r"empty.mcap holds no messages$"):
         Bag(tmp_path / "empty.mcap").require(BOTH)
+
+
+def test_definition_that_is_none_is_a_bag_error(tmp_path):
+    path = text_bag(tmp_path / "a.mcap", range(3), schema=b"this is { no definition")
+    bag = Bag(path)
+    with pytest.raises(BagError, match="the definition of std_msgs/msg/String on /t cannot be"):
+        list(bag.messages(["/t"]))
 
 
 def test_other_encodings_are_refused_by_name(tmp_path):

@@ -55,6 +55,31 @@ def test_nested_flat_and_wildcard_names_are_read_and_the_node_wins(tmp_path):
     }
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "/peg_on_hole:\n  ros__parameters: {scene: {friction: 0.3}}\n",
+        "/cell/peg_on_hole:\n  ros__parameters: {scene: {friction: 0.3}}\n",
+        "cell:\n  peg_on_hole:\n    ros__parameters: {scene: {friction: 0.3}}\n"
+        "  driver:\n    ros__parameters: {rate: 3}\n",
+        "/**:\n  ros__parameters: {scene: {friction: 0.3}}\n",
+        "/*:\n  ros__parameters: {scene: {friction: 0.3}}\n",
+    ],
+)
+def test_namespaces_and_wildcards_are_found(tmp_path, text):
+    assert read_parameters(written(tmp_path, text)) == {"scene.friction": 0.3}
+
+
+def test_two_nodes_of_this_kind_in_one_file_are_not_mixed(tmp_path):
+    text = "/a/peg_on_hole:\n  ros__parameters: {}\nb:\n  peg_on_hole: {ros__parameters: {}}\n"
+    path = written(tmp_path, text)
+    with pytest.raises(PegOnHoleError) as caught:
+        read_parameters(path)
+    assert str(caught.value) == (
+        f"{path} has parameters for /a/peg_on_hole, b/peg_on_hole: keep those of one node"
+    )
+
+
 @pytest.mark.parametrize("text", ["1e-4", "1.0e-4", "1E-4", "+.0001", "0.0001"])
 def test_numbers_are_read_as_ros_reads_them(tmp_path, text):
     path = written(tmp_path, body(f"joints: {{position_stddev: {text}}}"))

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import absolute, load
+from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.decode import (
@@ -13,6 +13,7 @@ from peg_on_hole_ros.edges.decode import (
     joint_sample,
     wrench_sample,
 )
+from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.edges.stamps import StampStatistics
 from peg_on_hole_ros.errors import BagDamaged, BagError
 
@@ -44,7 +45,7 @@ def inspect(bag: Bag, configuration) -> dict:
         "replay": {"possible": False, "reason": None, "used": {}, "dropped": {}},
     }
     try:
-        bag.require({wrench: WRENCH_TYPE, joints: JOINTS_TYPE})
+        check_bag(bag, configuration)
     except BagError as error:
         result["replay"]["reason"] = str(error)
     readers = {}

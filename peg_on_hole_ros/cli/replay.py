@@ -7,14 +7,19 @@ from pathlib import Path
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
+from peg_on_hole_ros.configuration import BY_NAME, to_parameters
+from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import BagWriter
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configuration
+from peg_on_hole_ros.edges.series import Series
 from peg_on_hole_ros.edges.summary import VERSION, Summary
-from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
+from peg_on_hole_ros.edges.truth import Score, flag_lines, read_truth, score_table
+from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 PREFIX = "/peg_on_hole/"
+ALARM_HEAD = ("time [s]", "alarm", "level", "message")
 
 
 def run(arguments) -> int:
@@ -29,10 +34,10 @@ def run(arguments) -> int:
         if stored is not None:
             configuration = stored
             print(f"configuration: that in {bag.path}", file=sys.stderr)
-    result = replay(bag, configuration, node, arguments.out, arguments.report)
+    result, score = replay(bag, configuration, node, arguments.out, arguments.report)
     if arguments.summary:
         Path(arguments.summary).write_text(to_json(result) + "\n", encoding="utf-8")
-    print(_text(result))
+    print(_text(result, score))
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
@@ -43,10 +48,10 @@ def replay(
     configuration: Configuration,
     node: NodeOptions,
     out: str | Path | None = None,
-    report: str | Path | None = None,
-) -> dict:
+    report_path: str | Path | None = None,
+) -> tuple[dict, Score | None]:
     """
-    Replay a bag and return the JSON of its summary.
+    Replay a bag; return the JSON of its summary, and the comparison with the truth if it has any.
 
     Parameters
     ----------
@@ -54,18 +59,21 @@ def replay(
     configuration : Configuration
     node : NodeOptions
         For the rate of the markers.
-    out, report : path, optional
+    out, report_path : path, optional
         MCAP and HTML to write.
 
     """
     check_bag(bag, configuration)
-    summary = Summary()
-    sinks: list = [summary]
+    figures = _plotting() if report_path else None
+    truth = _truth(bag)
+    summary, series = Summary(), Series() if report_path else None
+    score = Score(truth) if truth else None
+    sinks = [sink for sink in (summary, score, series) if sink is not None]
     with ExitStack() as stack:
         if out:
             sinks.append(_Writer(stack.enter_context(BagWriter(out, configuration))))
         progress = stack.enter_context(Progress("replaying"))
-        replayed = replay_bag(bag, configuration, node.markers_rate, sinks, {}, progress)
+        replayed = replay_bag(bag, configuration, node.markers_rate, sinks, progress)
     content = {
         "version": VERSION,
         "bag": str(bag.path),
@@ -79,7 +87,81 @@ def replay(
         **summary.content(),
     }
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
-    return content
+    if score:
+        content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
+    if report_path:
+        gamma0 = configuration.scene.gamma0
+        picture = figures.png(figures.figure(series, bag.path.name, gamma0, truth))
+        Path(report_path).write_text(
+            _page(content, score, picture, configuration), encoding="utf-8"
+        )
+    return content, score
+
+
+def _truth(bag):
+    try:
+        return read_truth(bag)
+    except BagError as error:
+        # Truth that cannot be used is no reason to refuse the estimate.
+        print(f"no comparison with the truth: {error}", file=sys.stderr)
+        return None
+
+
+def _plotting():
+    try:
+        from peg_on_hole_ros.edges import plots
+    except ModuleNotFoundError as error:
+        if error.name != "matplotlib":
+            raise
+        raise PegOnHoleError(
+            "--report needs matplotlib: pip install 'peg_on_hole_ros[report]'"
+        ) from None
+    return plots
+
+
+def _page(content, score, png, configuration):
+    values = to_parameters(configuration)
+    parts = [
+        report.heading("Messages and outputs"),
+        report.table(("", ""), _figures(content)),
+        report.picture(
+            png, "angles, reactions with bounds, contact mode, flag and risk over time"
+        ),
+    ]
+    if score:
+        head, *rows = score_table(score)
+        parts += [report.heading("Against the truth"), report.table(head, rows)]
+        parts += [f"<p>{line}</p>" for line in flag_lines(score)]
+    if content["alarms"]:
+        rows = _alarm_rows(content["alarms"])
+        parts += [report.heading("Alarms"), report.table(ALARM_HEAD, rows)]
+    rows = [(name, str(value), BY_NAME[name].unit) for name, value in values.items()]
+    parts += [
+        report.heading("Configuration"),
+        report.table(("parameter", "value", "unit"), rows),
+    ]
+    return report.page(f"Replay of {content['bag']}", content["damage"] or "", parts)
+
+
+def _figures(content):
+    messages, transition = content["messages"], content["transition_time"]
+    yield "messages read", str(messages["read"])
+    yield "used", str(messages["used"])
+    for name, count in (messages["dropped"] | messages["events"]).items():
+        yield name, str(count)
+    yield "outputs", str(content["outputs"])
+    yield "duration [s]", f"{content['duration']:.3f}"
+    yield "times real time", f"{content['realtime_factor']:.1f}"
+    yield "transition [s]", "none" if transition is None else f"{transition:.3f}"
+    for name, normal in content["max_normal"].items():
+        yield f"largest N_{name} [N]", f"{normal:.4g}"
+
+
+def _alarm_rows(alarms):
+    return [
+        (f"{alarm['time']:.3f}", alarm["name"], alarm["level"], alarm["message"])
+        for alarm in alarms
+    ]
 
 
 class _Writer:
@@ -103,7 +185,7 @@ def _check_places(bag, outputs):
         raise PegOnHoleError("--out, --report and --summary name one file twice")
 
 
-def _text(result):
+def _text(result, score):
     messages = result["messages"]
     transition = result["transition_time"]
     lines = [
@@ -124,11 +206,11 @@ def _text(result):
         ),
     ]
     if result["alarms"]:
-        rows = [
-            (f"{alarm['time']:.3f}", alarm["name"], alarm["level"], alarm["message"])
-            for alarm in result["alarms"][:10]
-        ]
-        lines += ["", table(("time [s]", "alarm", "level", "message"), rows, 4)]
+        rows = _alarm_rows(result["alarms"][:10])
+        lines += ["", table(ALARM_HEAD, rows, 4)]
         if result["alarm_changes"] > len(rows):
             lines.append(f"... {result['alarm_changes'] - len(rows)} more changes of alarms")
+    if score:
+        head, *rows = score_table(score)
+        lines += ["", table(head, rows, 2), *flag_lines(score)]
     return "\n".join(lines)

@@ -13,8 +13,3 @@ def load(path: str | None) -> tuple[Configuration, NodeOptions]:
         return from_parameters(parameters), node_options(parameters)
     except PegOnHoleError as error:
         raise PegOnHoleError(f"{path}: {error}") from None
-
-
-def absolute(topic: str) -> str:
-    """Return the name that a bag has for a topic; one without a slash lies in the root."""
-    return topic if topic.startswith("/") else f"/{topic}"

@@ -89,7 +89,7 @@ class Bag:
         """Number of all messages that can be read."""
         return sum(info.count for info in self.topics.values())
 
-    def require(self, types: dict[str, str]) -> None:
+    def require(self, types: dict[str, str], remedy: str = "") -> None:
         """
         Raise BagError unless each topic is there, with messages, of its type.
 
@@ -97,8 +97,11 @@ class Bag:
         ----------
         types : dict of str to str
             Topic to ROS type, as in `geometry_msgs/msg/WrenchStamped`.
+        remedy : str
+            What to do where a topic is missing.
 
         """
+        remedy = f"; {remedy}" if remedy else ""
         cut = f"; {self.damage}" if self.damage else ""
         if not self.count:
             raise BagError(f"{self.path} holds no messages{cut}")
@@ -107,8 +110,7 @@ class Bag:
             if info is None or not info.count:
                 raise BagError(
                     f"{self.path} has no messages on {topic} ({ros_type}); it has: "
-                    f"{self.listing()}; name the topics in the configuration (topics.wrench, "
-                    f"topics.joint_states){cut}"
+                    f"{self.listing()}{remedy}{cut}"
                 )
             if info.types != [ros_type]:
                 found = " and ".join(name or "no type" for name in info.types)
@@ -186,7 +188,14 @@ def _decoders(scan, wanted):
                 # Some recorders leave the definition out; that of a type known here will do.
                 text = definition(schema.name).encode()
                 schema = Schema(id=schema.id, name=schema.name, encoding="ros2msg", data=text)
-            decode = factory.decoder_for(channel.message_encoding, schema)
+            try:
+                decode = factory.decoder_for(channel.message_encoding, schema)
+            except Exception as error:
+                # The parser of definitions has a dozen exceptions with no base but this.
+                raise BagError(
+                    f"{scan.path}: the definition of {schema.name} on {channel.topic} cannot be "
+                    f"read: {error}"
+                ) from None
             if decode is not None:
                 decoders[channel.id] = (channel.topic, decode)
     return decoders

@@ -32,6 +32,8 @@ class BagWriter:
         Stored as MCAP metadata `peg_on_hole_configuration`, every value as JSON.
     metadata : dict of str to dict of str to str, optional
         More metadata.
+    chunk_bytes : int
+        Of messages that are compressed together; what a cut-off file loses at most.
 
     Raises
     ------
@@ -45,6 +47,7 @@ class BagWriter:
         path: str | Path,
         configuration: Configuration | None = None,
         metadata: dict[str, dict[str, str]] | None = None,
+        chunk_bytes: int = 1 << 20,
     ):
         self.path = Path(path)
         self._part = self.path.with_name(self.path.name + ".part")
@@ -55,7 +58,9 @@ class BagWriter:
             self._stream = self._part.open("wb")
         except OSError as error:
             raise PegOnHoleError(f"cannot write {self.path}: {error.strerror}") from None
-        self._writer = Writer(self._stream, compression=CompressionType.ZSTD)
+        self._writer = Writer(
+            self._stream, chunk_size=chunk_bytes, compression=CompressionType.ZSTD
+        )
         self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, tuple[int, Encoder]] = {}

@@ -11,7 +11,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.parameter_table import Parameter
 
 NODE = "peg_on_hole"
-_HEADS = ("/**", f"/{NODE}", NODE)
+_EVERY_NODE = ("**", "*")
 _BODY = "ros__parameters"
 
 
@@ -48,20 +48,15 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     content = load_yaml(path)
     if not isinstance(content, dict) or not content:
         raise PegOnHoleError(f"{path} holds no parameters; {_expected()}")
-    heads = [head for head in _HEADS if head in content]
-    if not heads:
-        found = ", ".join(str(key) for key in content)
-        raise PegOnHoleError(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
     parameters: dict[str, object] = {}
-    for head in heads:
-        body = content[head]
+    for name, body in _ours(content, path):
         if not isinstance(body, dict) or list(body) != [_BODY]:
             found = ", ".join(map(str, body)) if isinstance(body, dict) else repr(body)
             near = ""
             if isinstance(body, dict) and difflib.get_close_matches(_BODY, map(str, body)):
                 near = " (two underscores)"
             raise PegOnHoleError(
-                f"{path}: below {head} there is {found}, not {_BODY}{near}; {_expected()}"
+                f"{path}: below {name} there is {found}, not {_BODY}{near}; {_expected()}"
             )
         _flatten(body[_BODY], "", parameters, path)
     try:
@@ -69,6 +64,32 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     except PegOnHoleError as error:
         raise PegOnHoleError(f"{path}: {error}") from None
     return parameters
+
+
+def _ours(content, path):
+    """Return (name, body) of the part for all nodes and of that for this one, in this order."""
+    parts = list(_parts(content, ""))
+    # A namespace, written as a name with slashes or as a group, is for ROS to tell apart.
+    own = [part for part in parts if part[0].rsplit("/", 1)[-1] == NODE]
+    every = [part for part in parts if part[0].strip("/") in _EVERY_NODE]
+    if len(own) > 1:
+        names = ", ".join(name for name, _ in own)
+        raise PegOnHoleError(f"{path} has parameters for {names}: keep those of one node")
+    if not own and not every:
+        found = ", ".join(str(key) for key in content)
+        raise PegOnHoleError(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
+    return every + own
+
+
+def _parts(tree, prefix):
+    for key, body in tree.items():
+        name = f"{prefix}{key}"
+        last = name.rsplit("/", 1)[-1]
+        inner = isinstance(body, dict) and _BODY not in body and last != NODE
+        if inner and name.strip("/") not in _EVERY_NODE:
+            yield from _parts(body, f"{name}/")
+        else:
+            yield name, body
 
 
 def load_yaml(path: Path) -> object:

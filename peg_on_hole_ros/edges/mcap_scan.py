@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Metadata, Schema
 from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
@@ -162,16 +161,14 @@ def _walk_file(stream, size, scan, index, topics, progress):
                 times = _scan_records(head + body, scan, topics)
                 if times:
                     run = _extend_run(scan.blocks, run, times, index, offset, len(head) + length)
+        except _Damage:
+            raise
         except CRCValidationError:
             raise _Damage(
                 f"damaged: the chunk at byte {offset} does not fit its checksum"
             ) from None
-        except (McapError, struct.error, ValueError, RuntimeError, MemoryError) as error:
-            raise _Damage(f"damaged at byte {offset}: {error}") from None
         except Exception as error:
-            # zstandard has an exception of its own that derives from Exception alone.
-            if isinstance(error, _Damage) or type(error).__name__ != "ZstdError":
-                raise
+            # Rubbish makes parsers and decompressors raise whatever their authors thought of.
             raise _Damage(f"damaged at byte {offset}: {error}") from None
 
 

@@ -134,9 +134,10 @@ def _monitor(outputs):
 
 
 def _contact_wrenches(outputs):
-    torque = np.cross(outputs.contact_point, outputs.contact_force)
-    for i, name in enumerate(CONTACTS):
-        wrench = {"force": xyz(outputs.contact_force[i]), "torque": xyz(torque[i])}
+    points, forces = outputs.contact_point.tolist(), outputs.contact_force.tolist()
+    for name, (x, y, z), (X, Y, Z) in zip(CONTACTS, points, forces):
+        torque = {"x": y * Z - z * Y, "y": z * X - x * Z, "z": x * Y - y * X}
+        wrench = {"force": {"x": X, "y": Y, "z": Z}, "torque": torque}
         yield f"contact/{name.lower()}", WRENCH, {"header": header(outputs.t_ns), "wrench": wrench}
 
 

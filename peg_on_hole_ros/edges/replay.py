@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bag_reader import Bag, BagMessage
+from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
@@ -16,6 +16,8 @@ from peg_on_hole_ros.edges.messages import STRING, Message
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
+
+_REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"
 
 
 class Sink(Protocol):
@@ -60,7 +62,7 @@ def check_bag(bag: Bag, configuration: Configuration) -> dict[str, str]:
     """Return the topics that a replay reads with their types, or raise BagError."""
     topics = configuration.topics
     needed = {absolute(topics.wrench): WRENCH_TYPE, absolute(topics.joint_states): JOINTS_TYPE}
-    bag.require(needed)
+    bag.require(needed, _REMEDY)
     events = bag.topics.get(EVENT_TOPIC)
     return needed | ({EVENT_TOPIC: STRING} if events and events.types == [STRING] else {})
 
@@ -91,7 +93,6 @@ def replay_bag(
     configuration: Configuration,
     markers_rate: float,
     sinks: Iterable[Sink],
-    others: dict[str, Callable[[BagMessage], None]] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Replayed:
     """
@@ -105,8 +106,6 @@ def replay_bag(
         [Hz] of stamp time.
     sinks : iterable of Sink
         Each is given all output, in order.
-    others : dict of str to callable, optional
-        Further topics, and what takes their messages.
     progress : callable, optional
         Called with the share that is done.
 
@@ -118,15 +117,14 @@ def replay_bag(
     """
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
-    others = {topic: take for topic, take in (others or {}).items() if topic in bag.topics}
-    total = sum(bag.topics[topic].count for topic in (*needed, *others))
+    total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
     stream = message_stream(configuration, markers_rate)
     warm(configuration)
     stream = message_stream(configuration, markers_rate)
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
-    for count, item in enumerate(bag.messages([*needed, *others])):
+    for count, item in enumerate(bag.messages(needed)):
         if item.topic == wrench_topic:
             messages = stream.on_wrench(item.message)
             if messages:
@@ -134,10 +132,8 @@ def replay_bag(
                     sink.add(stream.t_ns, messages)
         elif item.topic == joints_topic:
             stream.on_joints(item.message)
-        elif item.topic == EVENT_TOPIC:
-            _event(stream, item.message.data)
         else:
-            others[item.topic](item)
+            _event(stream, item.message.data)
         if progress and count % 256 == 0:
             progress(count / total)
     seconds = time.perf_counter() - begun

@@ -21,7 +21,7 @@ class StampStatistics:
     def __init__(self, max_gap: float):
         self._max_gap_ns = round(max_gap * 1e9)
         self._last: int | None = None
-        self._count = self._backwards = self._repeated = self._gaps = 0
+        self._count = self._backwards = self._repeated = self._gaps = self._zeros = 0
         self._longest: int | None = None
         self._periods: list[int] = []
         self._stride = 1
@@ -30,6 +30,7 @@ class StampStatistics:
     def add(self, t_ns: int, log_ns: int) -> None:
         """Count one message by its stamp and its log time [ns]."""
         self._count += 1
+        self._zeros += t_ns == 0
         offset = (log_ns - t_ns) * 1e-9
         self._least, self._greatest = min(self._least, offset), max(self._greatest, offset)
         self._sum += offset
@@ -95,6 +96,6 @@ class StampStatistics:
                 f"log time and stamp differ by {self._least:.3f} to {self._greatest:.3f} s: the "
                 "clocks of driver and recorder are not the same; only stamps are used"
             )
-        if self._sum and self._count and self._last == 0:
-            trouble.append("stamps are zero: the driver does not stamp its messages")
+        if self._zeros:
+            trouble.append(f"{self._zeros} stamps are zero: the driver does not set them")
         return trouble

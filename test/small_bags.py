@@ -26,9 +26,16 @@ def joints(t_ns, position=(0.3, 0.0, 0.0)):
     }
 
 
-def write_bag(path, count=200, wrench_topic="/wrench", joint_topic="/joint_states", start=10**9):
+def write_bag(
+    path,
+    count=200,
+    wrench_topic="/wrench",
+    joint_topic="/joint_states",
+    start=10**9,
+    chunk_bytes=1 << 20,
+):
     """Write `count` wrenches at 1 kHz and half as many joint states."""
-    with BagWriter(path) as bag:
+    with BagWriter(path, chunk_bytes=chunk_bytes) as bag:
         for i in range(count):
             t_ns = start + i * MS
             if wrench_topic:

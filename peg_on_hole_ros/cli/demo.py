@@ -1,0 +1,141 @@
+"""
+The demonstration behind `make run`: a bag is played into the real node over DDS.
+
+It stays on this machine, in a DDS domain of its own. What the node publishes is kept as MCAP,
+drawn as PNG and compared with the truth that the bag carries.
+"""
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.table import table
+from peg_on_hole_ros.configuration import to_parameters
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bag_writer import configuration_metadata
+from peg_on_hole_ros.edges.config_file import write_parameters
+from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.estimates import estimates
+from peg_on_hole_ros.edges.local_dds import environment, free_domain
+from peg_on_hole_ros.edges.replay import stored_configuration
+from peg_on_hole_ros.edges.series import Series
+from peg_on_hole_ros.edges.truth import Score, flag_lines, read_truth, score_table
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration
+
+BAG = "bags/working_cycle.mcap"
+ANGLES_AND_REACTIONS = [0, 1, 2, 6, 7, 8]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Play, compare, write; return the exit code."""
+    parser = argparse.ArgumentParser(prog="make run", description=__doc__)
+    parser.add_argument("bag", nargs="?", default=BAG, type=Path, help=f"default {BAG}")
+    parser.add_argument("--rate", type=float, default=1.0, help="pace; default 1, as recorded")
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder; default out")
+    parsed = parser.parse_args(arguments)
+    try:
+        if not 0.01 <= parsed.rate <= 10:
+            raise PegOnHoleError(f"--rate = {parsed.rate:g} is not within 0.01 to 10")
+        run(Path(parsed.bag), parsed.rate, parsed.out)
+    except PegOnHoleError as error:
+        print(f"make run: error: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def run(path: Path, rate: float, out: Path) -> None:
+    """
+    Play the bag into a node that this starts; write MCAP, PNG and the node's log; print a table.
+
+    Raises
+    ------
+    PegOnHoleError
+        A bag that cannot be used, a node that does not start.
+
+    """
+    bag = Bag(path)
+    configuration = stored_configuration(bag) or Configuration()
+    topics = configuration.topics
+    bag.require({topics.wrench: WRENCH_TYPE, topics.joint_states: JOINTS_TYPE})
+    out.mkdir(parents=True, exist_ok=True)
+    recorded = out / f"{path.stem}.mcap"
+    wrenches, seconds = _play(path, rate, out, recorded, configuration)
+    print(f"played {wrenches} wrenches in {seconds:.1f} s into the node over DDS")
+    _compare(bag, recorded, out / f"{path.stem}.png", configuration, wrenches)
+
+
+def _play(path, rate, out, recorded, configuration):
+    # Before rclpy is loaded: it reads these when it starts.
+    os.environ.update(environment(free_domain()))
+    from peg_on_hole_ros.edges.dds_player import Player
+
+    with tempfile.TemporaryDirectory() as folder, (out / "node.log").open("w") as log:
+        parameters = Path(folder) / "parameters.yaml"
+        parameters.write_text(write_parameters(to_parameters(configuration)), encoding="utf-8")
+        command = [sys.executable, "-m", "peg_on_hole_ros.edges.node"]
+        command += ["--ros-args", "--params-file", str(parameters)]
+        node = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT)
+        player = Player(configuration.topics.wrench, configuration.topics.joint_states, node)
+        try:
+            print("starting the node (its first start compiles the kernel)", flush=True)
+            player.wait_for_node()
+            print(f"playing {path} at {rate:g} times its pace", flush=True)
+            with Progress("playing") as progress:
+                played = player.play(path, rate, progress)
+            player.write(recorded, configuration_metadata(configuration))
+        except PegOnHoleError as error:
+            raise PegOnHoleError(f"{error}; its log is {log.name}") from None
+        finally:
+            player.close()
+            _stop(node)
+    return played
+
+
+def _stop(node):
+    if node.poll() is None:
+        node.send_signal(signal.SIGINT)
+        try:
+            node.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            node.kill()
+            node.wait()
+
+
+def _compare(bag, recorded, picture, configuration, wrenches):
+    from peg_on_hole_ros.edges.plots import figure, png  # matplotlib loads slowly
+
+    series, count = Series(), 0
+    truth = read_truth(bag)
+    score = Score(truth) if truth is not None else None
+    for estimate in estimates(Bag(recorded)):
+        count += 1
+        values = estimate.values[ANGLES_AND_REACTIONS]
+        stddev = estimate.stddev[ANGLES_AND_REACTIONS]
+        series.row(estimate.t_ns, values, stddev, estimate.monitor)
+        series.declared(estimate.t_ns, estimate.mode, estimate.transition)
+        if score is not None:
+            score.row(estimate.t_ns, values, stddev, estimate.mode, estimate.transition)
+    if not count:
+        raise PegOnHoleError(
+            f"the node published no estimate; its log is {picture.parent}/node.log"
+        )
+    print(f"received {count} whole estimates for {wrenches} wrenches")
+    if score is not None:
+        head, *rows = score_table(score)
+        print("\n" + table(head, rows, 2))
+        print("\n".join(["", *flag_lines(score)]))
+    title = f"{bag.path.name}, by the node over DDS"
+    picture.write_bytes(png(figure(series, title, configuration.scene.gamma0, truth)))
+    print(f"\nwrote {recorded} and {picture}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
