@@ -315,6 +315,26 @@ def test_summary_fits_its_schema_and_counts_every_message(replayed):
     assert summary["start_time"] == pytest.approx(1.001, abs=1e-9)
 
 
+def test_joint_states_behind_the_last_wrench_are_counted(tmp_path):
+    longer, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    with BagWriter(longer) as writer:
+        for i in range(20):
+            t_ns = 10**9 + i * MS
+            if i < 10:
+                writer.write("/wrench", WRENCH, wrench(t_ns), t_ns)
+            if i % 2 == 0:
+                writer.write("/joint_states", JOINTS, joints(t_ns), t_ns)
+    assert main(["replay", str(longer), "--summary", str(summary)]) == 0
+    messages = json.loads(summary.read_text())["messages"]
+    # Wrenches at 0 to 9 ms, the first without a joint state before it; joint states to 18 ms.
+    assert messages["read"] == 20
+    assert messages["dropped"] == {
+        "joints_dropped_after_last_wrench": 5,
+        "wrench_dropped_before_joints": 1,
+    }
+    assert messages["used"] == 14
+
+
 def test_replay_is_the_same_twice(bag, replayed, tmp_path, capsys):
     out, _ = replayed
     again = tmp_path / "again.mcap"
@@ -600,16 +620,18 @@ def test_compare_gives_known_differences(tmp_path, capsys):
         path = tmp_path / name
         angles, contacts = ["gamma", "psi", "phi"], ["K", "B1", "B2"]
         psi = math.remainder(3.1 + shift, math.tau)
+        # The wider of two bounds must not hide a difference.
+        wide = 7 if shift else 1
         with BagWriter(path) as writer:
             for i in stamps:
                 t = i * MS
                 rows = {
                     "state": joint_state(t, angles, [0.3, psi, 0.0], [0.0] * 3),
-                    "state_stddev": joint_state(t, angles, [0.01] * 3, [1.0] * 3),
+                    "state_stddev": joint_state(t, angles, [wide * 0.01] * 3, [1.0] * 3),
                     "contacts": joint_state(
                         t, contacts, [1] * 3, [0.1] * 3, [5 + i * shift, 5, 5]
                     ),
-                    "contacts_stddev": joint_state(t, contacts, (), [0.0] * 3, [0.5] * 3),
+                    "contacts_stddev": joint_state(t, contacts, (), [0.0] * 3, [wide * 0.5] * 3),
                     "monitor": joint_state(t, ["friction"], [0.2 + shift]),
                 }
                 for topic, message in rows.items():
