@@ -207,7 +207,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _monitor("max_normal", "of K, B1, B2: reactions above give overload", "N", 1e-3, 1e9),
     _monitor(
         "singular_band",
-        "relative distance to the singular set that counts as wedged",
+        "normalised determinant below which the reactions are declared undetermined",
         "",
         0.0,
         1.0,

@@ -1,7 +1,7 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
-from math import isfinite, pi, sqrt
+from math import hypot, isfinite, pi, sin, sqrt
 
 import numpy as np
 
@@ -66,8 +66,9 @@ class Pipeline:
         self._gamma0_stddev = gamma0_stddev(
             self.scene.gamma0, self.scene.hole_diameter, self.scene.clearance_stddev
         )
-        force_stddev = configuration.wrench.force_stddev
-        self._force_stddev = max(force_stddev, 1e-6)
+        noise = np.diagonal(self._reduction.covariance)
+        over_radius = 2 / self.scene.peg_diameter
+        self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
         self.counts: Counter[str] = Counter()
         self.health: dict[str, float] = {}
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
@@ -204,7 +205,9 @@ class Pipeline:
         spread = sqrt(P[0, 0] + self._gamma0_stddev**2)
         solution = kalman.reactions()
         force_P = kalman.u[:3] + scene.peg_mass * (peg_axes(x[:3]).T @ np.array(scene.gravity))
-        carried = float(np.linalg.norm(force_P))
+        # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
+        couple = 2 * float(np.linalg.norm(kalman.u[3:])) / scene.peg_diameter
+        carried = hypot(float(np.linalg.norm(force_P)), couple)
         mode = self._mode.update(
             Evidence(
                 t_ns * 1e-9,
@@ -227,6 +230,7 @@ class Pipeline:
             "three_point_validity": self._mode.validity,
             "friction": scene.friction,
         }
+        monitor["reactions_determined"] = 0.0
         risk = determinant = None
         if three_point:
             forecast = time_to_transition(margin, x[3], spread**2, P[3, 3], P[0, 3])
@@ -236,12 +240,17 @@ class Pipeline:
             risk = jamming_risk(determinant)
             monitor["jamming_risk"] = risk
             monitor["determinant"] = determinant
+            band = self.configuration.monitor.singular_band
+            clear = min(determinant, abs(solution.determinant)) > band
+            monitor["reactions_determined"] = 1.0 if clear else 0.0
             normal, normal_stddev = solution.normal, solution.normal_stddev
             force, point = kalman.contact_forces(normal)
         else:
-            # What three contacts carry is not determined by another contact: none in the air, and
-            # anything up to the carried force and more elsewhere.
-            wide = self._force_stddev if mode == "open" else carried + self._force_stddev
+            # Nothing is known of the reactions, but how large they can be: none in the air, and
+            # elsewhere what a rim of this tilt may wedge against what it carries.
+            wide = self._force_stddev
+            if mode != "open":
+                wide = (carried + wide) / sin(max(x[0], scene.gamma0))
             normal, normal_stddev = np.zeros(3), np.full(3, wide)
             force, point = np.zeros((3, 3)), kalman.contact_points()
         alarms = self._alarms.update(mode, risk, determinant, normal, normal_stddev)

@@ -8,13 +8,24 @@ from collections import defaultdict
 from contextlib import contextmanager
 
 import rclpy
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages import DIAGNOSTICS, LATCHED, TOPICS
 from peg_on_hole_ros.edges.ros_messages import message_class
 
+SERVICES = {
+    "reset": Trigger,
+    "tare": Trigger,
+    "set_parameters": SetParameters,
+    "get_parameters": GetParameters,
+    "change_state": ChangeState,
+    "get_state": GetState,
+}
 PATIENCE = 60.0  # [s] until a wait fails; a cold compilation on a busy machine takes half of it
 
 
@@ -52,6 +63,12 @@ class Peer:
         self.executor.add_node(self.node)
         self.wrench = self.node.create_publisher(message_class(WRENCH_TYPE), "/wrench", 1000)
         self.joints = self.node.create_publisher(message_class(JOINTS_TYPE), "/joint_states", 1000)
+        # A node answers only clients it knows, and it learns of all that is here in this order:
+        # once an answer to the last of them or any output has come, it knows them all.
+        self.clients = {
+            name: self.node.create_client(kind, f"/{node}/{name}")
+            for name, kind in SERVICES.items()
+        }
         self.received = defaultdict(list)
         self.subscriptions = {}
         for suffix, ros_type in TOPICS.items():
@@ -83,14 +100,30 @@ class Peer:
             "the node to match every topic",
         )
 
-    def call(self, service_type, name, request):
+    def call(self, name, request):
         """Call a service of the node and return its answer."""
-        client = self.node.create_client(service_type, name)
+        client = self.clients[name]
         self.spin_until(client.service_is_ready, f"service {name}")
         future = client.call_async(request)
         self.spin_until(future.done, f"answer of {name}")
-        self.node.destroy_client(client)
         return future.result()
+
+    def state(self):
+        """Return the node's lifecycle state; asks again, as the first answer may be lost."""
+        client = self.clients["get_state"]
+        self.spin_until(client.service_is_ready, "service get_state")
+        asked, answers = 0.0, []
+
+        def answered():
+            nonlocal asked
+            if time.monotonic() - asked > 1.0:
+                asked = time.monotonic()
+                future = client.call_async(GetState.Request())
+                future.add_done_callback(lambda future: answers.append(future.result()))
+            return answers
+
+        self.spin_until(answered, "answer of get_state")
+        return answers[0].current_state.id
 
     def close(self):
         self.executor.shutdown()

@@ -24,13 +24,8 @@ def rotation(q):
     return turn(2, q[1]) @ turn(1, -q[0]) @ turn(2, q[2])
 
 
-def contacts(scene, C, R):
-    """
-    Return the three gaps [m] and contact points of a body with mass centre C and axes R.
-
-    K: least distance of the rim circle from the peg's axis, less the peg's radius.
-    B1, B2: where the peg's edge circle crosses the plane of the rim, its distance from the rim.
-    """
+def contact_K(scene, C, R):
+    """Return the least distance of the rim circle from the peg's side [m], and where it is."""
     zeta = R[:, 2]
     D, radius = scene.hole_diameter, scene.peg_diameter / 2
     theta = np.arctan2(zeta[1].real, zeta[0].real)
@@ -46,9 +41,20 @@ def contacts(scene, C, R):
             break
     p = D / 2 * np.array([np.cos(theta), np.sin(theta), 0])
     r = p - C
-    gap_K = np.sqrt(r @ r - (r @ zeta) ** 2) - radius
-    gaps, points = [gap_K], [p]
+    return np.sqrt(r @ r - (r @ zeta) ** 2) - radius, p
 
+
+def contacts(scene, C, R):
+    """
+    Return the three gaps [m] and contact points of a body with mass centre C and axes R.
+
+    K as in `contact_K`; B1, B2: where the peg's edge circle crosses the plane of the rim, its
+    distance from the rim.
+    """
+    gap_K, K = contact_K(scene, C, R)
+    gaps, points = [gap_K], [K]
+    zeta = R[:, 2]
+    D, radius = scene.hole_diameter, scene.peg_diameter / 2
     end = C - scene.mass_center_height * zeta
     x, y = radius * R[:, 0], radius * R[:, 1]
     rise = np.sqrt(x[2] ** 2 + y[2] ** 2)

@@ -68,14 +68,14 @@ def run(tmp_path_factory):
                 break
         messages = list(closing(700))
         play(peer, messages[:300])
-        tare = peer.call(Trigger, "/peg_on_hole/tare", Trigger.Request())
+        tare = peer.call("tare", Trigger.Request())
         play(peer, malformed(10_190_000_000))
         play(peer, messages[300:600])
-        reset = peer.call(Trigger, "/peg_on_hole/reset", Trigger.Request())
+        reset = peer.call("reset", Trigger.Request())
         play(peer, [("joints", joints(10_399_500_000, 0.11, 0.08, 0.8))])
         play(peer, messages[600:])
         # The answer comes after all that was published before it.
-        peer.call(Trigger, "/peg_on_hole/reset", Trigger.Request())
+        peer.call("reset", Trigger.Request())
         print(stop(process))
     expected = replayed(path)
     for suffix, messages in expected.items():

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 import rigid_body_oracle as oracle
+
 from peg_on_hole_ros.mechanics import geometry, printed, reference, small_tilt, velocities
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -39,7 +39,7 @@ def friction_work(one):
 
 
 def test_closing_speed():
-    """(10)-(12): printed velocities are those of gamma' = -dgamma/dt; friction feeds energy."""
+    """(10)-(12): the printed velocities are for gamma' = -dgamma/dt; friction feeds energy."""
     tilting = alone(0)
     found = printed.planar_velocities(SCENE, GAMMA, PSI, 1.0)
     np.testing.assert_allclose(found, -tilting.velocity, atol=1e-10)
@@ -263,7 +263,7 @@ def test_momentum_rates():
 
 
 def exact_reactions(scene, excess, rates):
-    """Return N of imposed uniform motion under a couple, from the body at gamma0 + excess."""
+    """Return N of uniform motion under a couple at gamma0 + excess, from the numeric body."""
     one = oracle.Body(scene, [scene.gamma0 + excess, 0, 0], rates, np.zeros(3), np.zeros(3))
     h = 0.02 * excess
     weights = {1: 45, 2: -9, 3: 1}

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 import rigid_body_oracle as oracle
+
 from peg_on_hole_ros.mechanics import examples, reference
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -46,7 +46,7 @@ def test_imposed_alignment_over_an_array():
         np.testing.assert_allclose(many.couple[:, k], one.couple, rtol=1e-10, atol=1e-14)
 
 
-# What each reading of the print gives at gamma = 0.15, without and with slip; paper: 45, 35.
+# What each reading of the print gives at 0.15 rad, without and with slip; the paper has 45, 35.
 FIGURE_10 = {
     "corrected": (0.48, 2.04),
     "literal sign of gamma', f in (28.6)": (-6.79, 2.17),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.serialization import deserialize_message
@@ -47,17 +47,13 @@ def send(peer, start_ns, count=40):
 
 def transition(peer, number):
     request = ChangeState.Request(transition=Transition(id=number))
-    return peer.call(ChangeState, "/peg_on_hole/change_state", request).success
-
-
-def state(peer):
-    return peer.call(GetState, "/peg_on_hole/get_state", GetState.Request()).current_state.id
+    return peer.call("change_state", request).success
 
 
 def set_double(peer, name, value):
     parameter = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value)
     request = SetParameters.Request(parameters=[Parameter(name=name, value=parameter)])
-    return peer.call(SetParameters, "/peg_on_hole/set_parameters", request).results[0]
+    return peer.call("set_parameters", request).results[0]
 
 
 def diagnostics(peer, accept, what):
@@ -86,7 +82,7 @@ def diagnostics(peer, accept, what):
 
 def test_lifecycle_by_hand(peer):
     with node_process("-p", "autostart:=false") as process:
-        assert state(peer) == State.PRIMARY_STATE_UNCONFIGURED
+        assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
         # Before it is configured, parameters may change; checked as at the start.
         assert set_double(peer, "scene.friction", 0.3).successful
         refused = set_double(peer, "scene.friction", 30.0)
@@ -94,8 +90,8 @@ def test_lifecycle_by_hand(peer):
         assert refused.reason.startswith("scene.friction = 30 is not within 0 to 2")
 
         assert transition(peer, Transition.TRANSITION_CONFIGURE)
-        assert state(peer) == State.PRIMARY_STATE_INACTIVE
-        answer = peer.call(Trigger, "/peg_on_hole/tare", Trigger.Request())
+        assert peer.state() == State.PRIMARY_STATE_INACTIVE
+        answer = peer.call("tare", Trigger.Request())
         assert (answer.success, answer.message) == (False, "the node is not active")
         refused = set_double(peer, "scene.friction", 0.2)
         assert not refused.successful
@@ -108,7 +104,7 @@ def test_lifecycle_by_hand(peer):
         assert transition(peer, Transition.TRANSITION_DEACTIVATE)
         peer.spin_until(lambda: not peer.wrench.get_subscription_count(), "end of listening")
         assert transition(peer, Transition.TRANSITION_CLEANUP)
-        assert state(peer) == State.PRIMARY_STATE_UNCONFIGURED
+        assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
         # A second life begins with earlier stamps and no memory of the first.
         assert transition(peer, Transition.TRANSITION_CONFIGURE)
         assert transition(peer, Transition.TRANSITION_ACTIVATE)
@@ -155,9 +151,10 @@ def test_sigterm_ends_it_cleanly(peer):
 
 def test_all_parameters_of_the_table_are_declared(peer):
     with node_process("-p", "autostart:=false"):
+        assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
         names = [row.name for row in PARAMETERS]
         request = GetParameters.Request(names=names)
-        answer = peer.call(GetParameters, "/peg_on_hole/get_parameters", request)
+        answer = peer.call("get_parameters", request)
         kinds = {
             "bool": ParameterType.PARAMETER_BOOL,
             "integer": ParameterType.PARAMETER_INTEGER,

@@ -1,6 +1,5 @@
 """Plays a bag's input into a running node over DDS and keeps what the node publishes."""
 
-import struct
 import subprocess
 import time
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from mcap.writer import Writer
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from peg_on_hole_ros.edges.arrivals import stamp_ns
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_definitions import definition
 from peg_on_hole_ros.edges.messages import BOOL, DIAGNOSTICS, LATCHED, MARKERS, STRING, TOPICS
@@ -20,10 +20,11 @@ from peg_on_hole_ros.errors import PegOnHoleError
 
 PREFIX = "/peg_on_hole/"
 PATIENCE = 120.0  # [s] for the node to start, a cold compilation included
-SILENCE = 3.0  # [s] without an estimate after the last wrench, then the rest is lost
+SILENCE = 3.0  # [s] without an estimate while some are awaited, then these are lost
+# Most time of stamps that the node may be behind; its queues hold 200 messages by default.
+AHEAD_NS = 80_000_000
 DEPTH = 20_000
 _WITHOUT_HEADER = (BOOL, STRING, MARKERS)
-_STAMP = struct.Struct("<iI")
 
 
 class Player:
@@ -107,6 +108,9 @@ class Player:
         """
         Publish the bag's input at its own pace times `rate`, as it was serialised.
 
+        Where the node falls behind, this waits for it: a slow machine takes longer, and loses
+        nothing.
+
         Parameters
         ----------
         path : Path
@@ -130,8 +134,9 @@ class Player:
 
         """
         wrenches, last_ns = 0, 0
-        begun = time.monotonic()
+        begun = started = time.monotonic()
         for share, offset_ns, topic, payload in _recorded(path, list(self._inputs)):
+            begun += self._wait_for_estimates(last_ns - AHEAD_NS)
             self._spin_to(begun + offset_ns * 1e-9 / rate)
             self._inputs[topic].publish(payload)
             if topic == self._wrench_topic:
@@ -140,8 +145,9 @@ class Player:
                     self._check_node()
                     if progress:
                         progress(share)
-        seconds = time.monotonic() - begun
-        self._drain(last_ns)
+        self._wait_for_estimates(last_ns)
+        seconds = time.monotonic() - started
+        self._drain()
         return wrenches, seconds
 
     def close(self) -> None:
@@ -172,29 +178,29 @@ class Player:
                 return
             self._executor.spin_once(timeout_sec=left)
 
-    def _drain(self, last_ns):
-        end = time.monotonic() + SILENCE
-        seen = self._newest_ns
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.05)
+    def _wait_for_estimates(self, t_ns):
+        """Spin until there are estimates up to a stamp, or none comes; return how long [s]."""
+        begun = time.monotonic()
+        if self._newest_ns >= t_ns or not self._newest_ns:
+            return 0.0
+        end, seen = begun + SILENCE, self._newest_ns
+        while self._newest_ns < t_ns and time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
             if self._newest_ns != seen:
                 seen, end = self._newest_ns, time.monotonic() + SILENCE
-            if seen >= last_ns:
-                # The other topics of the last stamp are on their way.
-                end = min(end, time.monotonic() + 0.2)
-                last_ns = seen + 1
+        return time.monotonic() - begun
+
+    def _drain(self):
+        # The other topics of the last stamps are on their way; a second brings a last diagnosis.
+        end = time.monotonic() + 1.0
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.05)
 
     def _check_node(self):
         if self._process.poll() is not None:
             raise PegOnHoleError(
                 f"the node ended with code {self._process.returncode} while the bag was played"
             )
-
-
-def stamp_ns(payload: bytes) -> int:
-    """Return the stamp of a serialised message that begins with a header [ns]."""
-    sec, nanosec = _STAMP.unpack_from(payload, 4)
-    return sec * 1_000_000_000 + nanosec
 
 
 def _recorded(path, topics):

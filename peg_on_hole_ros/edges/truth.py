@@ -17,6 +17,8 @@ TYPES = {STATE_TOPIC: JOINT_STATE, CONTACTS_TOPIC: JOINT_STATE, MODE_TOPIC: STRI
 
 NAMES = (*ANGLES, *CONTACTS)
 BOUND = 1.959963984540054  # of a standard normal: 95 % lie within
+# A simulator is silent on reactions where its own model does not determine them.
+UNKNOWN = (float("nan"),) * 3
 THREE_POINT, TWO_POINT = "three_point", "two_point"
 
 
@@ -29,7 +31,8 @@ class Truth:
     t_ns : ndarray of int64, shape (n,)
         [ns], increasing.
     values : ndarray, shape (n, 6)
-        gamma, psi, phi [rad], unwrapped, and the normal reactions at K, B1, B2 [N].
+        gamma, psi, phi [rad], unwrapped, and the normal reactions at K, B1, B2 [N], NaN where they
+        are not known.
     mode_ns : ndarray of int64, shape (m,)
         When a contact mode begins [ns].
     modes : list of str, length m
@@ -90,10 +93,10 @@ def read_truth(bag: Bag) -> Truth | None:
             states[t_ns] = _named(bag, topic, message.name, message.position, ANGLES)
         else:
             normals[t_ns] = _named(bag, topic, message.name, message.effort, CONTACTS)
-    t_ns = sorted(states.keys() & normals.keys())
-    if not t_ns:
+    if not states.keys() & normals.keys():
         raise BagError(f"{bag.path}: {STATE_TOPIC} and {CONTACTS_TOPIC} have no stamp in common")
-    return Truth(t_ns, [[*states[t], *normals[t]] for t in t_ns], *zip(*modes))
+    t_ns = sorted(states)
+    return Truth(t_ns, [[*states[t], *normals.get(t, UNKNOWN)] for t in t_ns], *zip(*modes))
 
 
 def _named(bag, topic, names, values, wanted):
@@ -110,8 +113,8 @@ class Score:
     """
     Compares estimates with truth one stamp after the other; takes a replay's output as it comes.
 
-    Angles count wherever there is truth. Reactions count where truth is three-point contact and
-    the estimate declares it: elsewhere three reactions do not exist.
+    Angles count wherever there is truth. Reactions count where truth is three-point contact with
+    known reactions and the estimate declares it: elsewhere three reactions do not exist.
 
     Parameters
     ----------
@@ -167,7 +170,7 @@ class Score:
         error = values - truth
         error[:3] -= 2 * pi * np.round(error[:3] / (2 * pi))
         counted = np.ones(6, bool)
-        counted[3:] = true_mode == mode == THREE_POINT
+        counted[3:] = true_mode == mode == THREE_POINT and np.isfinite(truth[3:]).all()
         self.count += counted
         self._square += np.where(counted, error**2, 0.0)
         self._stddev += np.where(counted, stddev, 0.0)

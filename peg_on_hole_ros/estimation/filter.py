@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.reactions import contact_forces, fuse_reactions, slip
+from peg_on_hole_ros.estimation.reactions import contact_forces, fuse_reactions, slip, solve_around
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
@@ -50,12 +50,14 @@ class Buffers(NamedTuple):
     joseph: np.ndarray
     scales: np.ndarray
     speeds: np.ndarray
+    points: np.ndarray
     work: np.ndarray
 
 
 def buffers() -> Buffers:
     """Return scratch memory for one filter."""
-    shapes = [6, 6, (6, 12), (3, 3), (3, 12), (6, 12), 6, (12, 12), (12, 3), (12, 12), 3, (3, 2)]
+    shapes = [6, 6, (6, 12), (3, 3), (3, 12), (6, 12), 6, (12, 12), (12, 3), (12, 12)]
+    shapes += [3, (3, 2), (7, 6)]
     return Buffers(*(np.zeros(shape) for shape in shapes), workspace())
 
 
@@ -208,13 +210,17 @@ class ContactFilter:
         if not (np.isfinite(determinant) and np.isfinite(b.dy).all()):
             return None
         covariance = np.empty((6, 6))
-        fuse_reactions(self.Z, b.y, b.dy, self.options.acceleration_stddev, covariance, b.M)
+        solve_around(self.scalars, b.scales, self.x, self.u, self.Z, b.work, b.y, b.x1, b.points)
+        fuse_reactions(self.Z, b.points, b.dy, self.options.acceleration_stddev, covariance, b.M)
         variance = np.diagonal(covariance)[3:]
         if not np.isfinite(covariance).all():
             return None
         # Rounding can leave a variance a little below zero where the equations are near singular.
         return Reactions(
-            b.y[3:].copy(), np.sqrt(np.maximum(variance, 0.0)), covariance[3:, 3:], determinant
+            b.points[0, 3:].copy(),
+            np.sqrt(np.maximum(variance, 0.0)),
+            covariance[3:, 3:],
+            determinant,
         )
 
     def slip_speeds(self) -> tuple[np.ndarray, np.ndarray]:

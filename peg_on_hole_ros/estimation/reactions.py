@@ -2,11 +2,14 @@
 
 from math import cos, exp, sin, sqrt
 
-from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, equations
+from peg_on_hole_ros.mechanics.kernel import accelerate, closed_forms, compiled, equations
+
+# Three squared normal variables stay below it in 97 of 100 cases.
+SURPRISE_LIMIT = 9.0
 
 
 @compiled
-def fuse_reactions(Z, y, dy, acceleration_stddev, covariance, scratch):
+def fuse_reactions(Z, points, dy, acceleration_stddev, covariance, scratch):
     """
     Weigh the six equations' answer against how fast a held peg can accelerate.
 
@@ -18,12 +21,16 @@ def fuse_reactions(Z, y, dy, acceleration_stddev, covariance, scratch):
     ----------
     Z : ndarray, shape (12, 12)
         Joint covariance of state and wrench.
-    y, dy : ndarray, shape (6,), (6, 12)
-        Accelerations and reactions of the six equations, and derivatives; y is changed in place.
+    points : ndarray, shape (7, 6)
+        Accelerations and reactions of the six equations, changed in place: at the estimate, then
+        at the points of `solve_around`.
+    dy : ndarray, shape (6, 12)
+        Their derivatives at the estimate.
     acceleration_stddev : float
         Of each angle [rad/s^2].
     covariance : ndarray, shape (6, 6)
-        Filled with that of y after the update.
+        Filled with that of the first point after the update, and with what the other points show
+        to be beyond the derivatives.
     scratch : ndarray, shape (6, 12)
 
     """
@@ -41,19 +48,80 @@ def fuse_reactions(Z, y, dy, acceleration_stddev, covariance, scratch):
             covariance[i, j] = total
             covariance[j, i] = total
     variance = acceleration_stddev * acceleration_stddev
+    surprise = 0.0
     # One acceleration at a time: three scalar updates need no matrix inverse.
     for a in range(3):
         total = covariance[a, a] + variance
-        residual = -y[a]
         for i in range(6):
             scratch[i, 0] = covariance[i, a] / total
+        surprise += points[0, a] * points[0, a] / total
+        for n in range(7):
+            acceleration = points[n, a]
+            for i in range(6):
+                points[n, i] -= scratch[i, 0] * acceleration
         for i in range(6):
-            y[i] += scratch[i, 0] * residual
             for j in range(6):
                 scratch[i, 1 + j] = covariance[a, j]
         for i in range(6):
             for j in range(6):
                 covariance[i, j] -= scratch[i, 0] * scratch[i, 1 + j]
+    # A held peg cannot accelerate like that: the slip's direction is wrong, and with it all that
+    # follows from it. The covariance grows by as much as they are too large (Birge's ratio).
+    if surprise > SURPRISE_LIMIT:
+        for i in range(6):
+            for j in range(6):
+                covariance[i, j] *= surprise / SURPRISE_LIMIT
+    for n in range(3):
+        for i in range(6):
+            bend = 0.5 * (points[1 + 2 * n, i] + points[2 + 2 * n, i]) - points[0, i]
+            scratch[i, 0] = bend
+        for i in range(6):
+            for j in range(6):
+                covariance[i, j] += scratch[i, 0] * scratch[j, 0]
+
+
+@compiled
+def solve_around(p, scales, x, u, Z, work, y, moved, points):
+    """
+    Solve the six equations at the estimate's answer and around it, one rate's spread at a time.
+
+    Dry friction turns with the slip, and near stick or the singular set its turn within one
+    standard deviation is no longer a straight line: the points show by how much.
+
+    Parameters
+    ----------
+    p, scales, x, u, work
+        As for `kernel.accelerate`.
+    Z : ndarray, shape (12, 12)
+        Joint covariance of state and wrench.
+    y : ndarray, shape (6,)
+        The answer at the estimate.
+    moved : ndarray, shape (6,)
+        Scratch.
+    points : ndarray, shape (7, 6)
+        Filled: the answer, then those at plus and minus each column of the Cholesky factor of the
+        rates' covariance.
+
+    """
+    a = sqrt(max(Z[3, 3], 0.0))
+    over = 1.0 / a if a > 0.0 else 0.0
+    b0, b1 = Z[4, 3] * over, Z[5, 3] * over
+    c = sqrt(max(Z[4, 4] - b0 * b0, 0.0))
+    e = (Z[5, 4] - b1 * b0) / c if c > 0.0 else 0.0
+    f = sqrt(max(Z[5, 5] - b1 * b1 - e * e, 0.0))
+    points[0, :] = y
+    for i in range(3):
+        moved[i] = x[i]
+    for n in range(3):
+        d0 = a if n == 0 else 0.0
+        d1 = b0 if n == 0 else (c if n == 1 else 0.0)
+        d2 = b1 if n == 0 else (e if n == 1 else f)
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            moved[3] = x[3] + sign * d0
+            moved[4] = x[4] + sign * d1
+            moved[5] = x[5] + sign * d2
+            accelerate(p, scales, moved, u, work, points[1 + 2 * n + side])
 
 
 @compiled

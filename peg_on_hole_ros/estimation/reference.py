@@ -3,6 +3,7 @@
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -152,6 +153,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
         y, dy = solve_with_slopes(self.scene, self.x[STATE], self.x[WRENCH], self.scales)
         C = dy @ self.P @ dy.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
-        y = y - gain @ y[:3]
-        C = C - gain @ C[:3, :]
-        return y[3:], C[3:, 3:]
+        expected = C[:3, :3] + acceleration_stddev**2 * np.eye(3)
+        surprise = y[:3] @ np.linalg.solve(expected, y[:3])
+        C = (C - gain @ C[:3, :]) * max(1.0, surprise / SURPRISE_LIMIT)
+
+        def weighed(answer):
+            return answer - gain @ answer[:3]
+
+        for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
+            sides = []
+            for sign in (1, -1):
+                x = self.x[STATE].copy()
+                x[RATES] += sign * column
+                A, r = six_equations(self.scene, x[:3], x[RATES], self.x[WRENCH], self.scales)
+                sides.append(weighed(np.linalg.solve(A, r)))
+            bend = np.mean(sides, axis=0) - weighed(y)
+            C = C + np.outer(bend, bend)
+        return weighed(y)[3:], C[3:, 3:]

@@ -11,6 +11,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 
 # error_model="numpy": below gamma0 the equations give NaN, which the step rejects.
 compiled = njit(cache=True, error_model="numpy")
+# For the bodies of loops that shall become vector instructions.
+inlined = njit(cache=True, error_model="numpy", forceinline=True)
 closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
 derivatives = compiled(generated.derivatives)
@@ -52,7 +54,7 @@ def scene_scalars(scene: Scene) -> SceneScalars:
 
 def workspace() -> np.ndarray:
     """Return the scratch memory that every call of the kernel needs."""
-    return np.zeros(128)
+    return np.zeros(_COLUMNS + 6 * 12)
 
 
 # Places in the scratch memory, so that the hot path allocates nothing.
@@ -60,9 +62,9 @@ _G, _W, _R = 0, 9, 18
 _SLOPES = 24
 _INVERSE = 48
 _WEIGHTS = 57
-_RHS = 66
-_ANSWER = 72
-_ROTATION = 78
+_ROTATION = 66
+# Right sides of the derivatives, (6, 12) by rows, and then the derivatives.
+_COLUMNS = 75
 
 
 @compiled
@@ -104,30 +106,43 @@ def _eliminate(p, geo, work):
     return determinant / frictionless
 
 
-@compiled
-def _solve(p, geo, work):
-    """Solve the factored six equations for the right side at _RHS into _ANSWER."""
+@inlined
+def _factors(p, geo, work):
+    """Return what one solution of the factored six equations takes; divisions are done here."""
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
     inertia_psi = p.m * h_c * h_c + p.Ie * s * s
-    r_gamma, r_psi, r_phi = work[_RHS], work[_RHS + 1], work[_RHS + 2]
-    free_gamma = r_gamma / inertia_gamma
-    free_psi = (r_psi - c * r_phi) / inertia_psi
-    k0 = p.m * dh_c * free_gamma - work[_RHS + 3]
-    k1 = p.m * h_c * free_psi - work[_RHS + 4]
-    k2 = p.m * dz_c * free_gamma - work[_RHS + 5]
-    Q_gamma, Q_psi, Q_phi = r_gamma, r_psi, r_phi
-    for i in range(3):
-        row = _INVERSE + 3 * i
-        N = work[row] * k0 + work[row + 1] * k1 + work[row + 2] * k2
-        work[_ANSWER + 3 + i] = N
-        Q_gamma += work[_G + i] * N
-        Q_psi += work[_G + 3 + i] * N
-        Q_phi += work[_G + 6 + i] * N
-    psi = (Q_psi - c * Q_phi) / inertia_psi
-    work[_ANSWER] = Q_gamma / inertia_gamma
-    work[_ANSWER + 1] = psi
-    work[_ANSWER + 2] = Q_phi / p.Iz - c * psi
+    inverse = _nine(work, _INVERSE)
+    G = _nine(work, _G)
+    scalars = (1.0 / inertia_gamma, 1.0 / inertia_psi, 1.0 / p.Iz, c)
+    return scalars, (p.m * dh_c, p.m * h_c, p.m * dz_c), inverse, G
+
+
+@inlined
+def _nine(work, at):
+    return (
+        work[at], work[at + 1], work[at + 2], work[at + 3], work[at + 4], work[at + 5],
+        work[at + 6], work[at + 7], work[at + 8],
+    )  # fmt: skip
+
+
+@inlined
+def _solve(factors, r_gamma, r_psi, r_phi, r_h, r_e, r_z):
+    """Return the six equations' answer to one right side: 3 accelerations, 3 reactions."""
+    (over_gamma, over_psi, over_phi, c), (m_dh, m_h, m_dz), inverse, G = factors
+    free_gamma = r_gamma * over_gamma
+    free_psi = (r_psi - c * r_phi) * over_psi
+    k0 = m_dh * free_gamma - r_h
+    k1 = m_h * free_psi - r_e
+    k2 = m_dz * free_gamma - r_z
+    N_K = inverse[0] * k0 + inverse[1] * k1 + inverse[2] * k2
+    N_B1 = inverse[3] * k0 + inverse[4] * k1 + inverse[5] * k2
+    N_B2 = inverse[6] * k0 + inverse[7] * k1 + inverse[8] * k2
+    Q_gamma = r_gamma + G[0] * N_K + G[1] * N_B1 + G[2] * N_B2
+    Q_psi = r_psi + G[3] * N_K + G[4] * N_B1 + G[5] * N_B2
+    Q_phi = r_phi + G[6] * N_K + G[7] * N_B1 + G[8] * N_B2
+    psi = (Q_psi - c * Q_phi) * over_psi
+    return Q_gamma * over_gamma, psi, Q_phi * over_phi - c * psi, N_K, N_B1, N_B2
 
 
 @compiled
@@ -183,11 +198,11 @@ def accelerate(p, scales, x, u, work, y):
     rates = (x[3], x[4], x[5])
     equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
-    for i in range(6):
-        work[_RHS + i] = work[_R + i]
-    _solve(p, geo, work)
-    for i in range(6):
-        y[i] = work[_ANSWER + i]
+    r = _R
+    y[0], y[1], y[2], y[3], y[4], y[5] = _solve(
+        _factors(p, geo, work),
+        work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5],
+    )  # fmt: skip
     return determinant
 
 
@@ -216,63 +231,58 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
     rates = (x[3], x[4], x[5])
     equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
-    for i in range(6):
-        work[_RHS + i] = work[_R + i]
-    _solve(p, geo, work)
-    for i in range(6):
-        y[i] = work[_ANSWER + i]
-    answer = (y[0], y[1], y[2], y[3], y[4], y[5])
+    factors = _factors(p, geo, work)
+    r = _R
+    answer = _solve(
+        factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
+    )
+    y[0], y[1], y[2], y[3], y[4], y[5] = answer
     slopes = work[_SLOPES : _SLOPES + 24]
     derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, answer, slopes)
 
     s, c = geo[0], geo[1]
     # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).
-    _wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, work)
-    for i in range(6):
-        work[_RHS + i] -= slopes[4 * i]
-    _store(p, geo, work, dy, 0)
+    _wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, work, 0)
     # Only gravity depends on psi.
-    _wrench_column(geo, g_e, -g_h, 0.0, 0.0, 0.0, 0.0, work)
-    _store(p, geo, work, dy, 1)
+    _wrench_column(geo, g_e, -g_h, 0.0, 0.0, 0.0, 0.0, work, 1)
     # The wrench turns with phi about zeta = (-s, 0, c).
     _wrench_column(
         geo,
         -c * F_e, c * F_h + s * F_z, -s * F_e,
         -c * M_e, c * M_h + s * M_z, -s * M_e,
-        work,
+        work, 2,
     )  # fmt: skip
-    _store(p, geo, work, dy, 2)
-    for j in range(3):
-        for i in range(6):
-            work[_RHS + i] = -slopes[4 * i + 1 + j]
-        _store(p, geo, work, dy, 3 + j)
+    for i in range(6):
+        row = _COLUMNS + 12 * i
+        work[row] -= slopes[4 * i]
+        for j in range(3):
+            work[row + 3 + j] = -slopes[4 * i + 1 + j]
     for j in range(3):
         r_h, r_e, r_z = work[_ROTATION + j], work[_ROTATION + 3 + j], work[_ROTATION + 6 + j]
-        _wrench_column(geo, r_h, r_e, r_z, 0.0, 0.0, 0.0, work)
-        _store(p, geo, work, dy, 6 + j)
-        work[_RHS] = -r_e
-        work[_RHS + 1] = r_z
-        work[_RHS + 2] = c * r_z - s * r_h
-        for i in range(3, 6):
-            work[_RHS + i] = 0.0
-        _store(p, geo, work, dy, 9 + j)
+        _wrench_column(geo, r_h, r_e, r_z, 0.0, 0.0, 0.0, work, 6 + j)
+        _wrench_column(geo, 0.0, 0.0, 0.0, r_h, r_e, r_z, work, 9 + j)
+    for j in range(12):
+        at = _COLUMNS + j
+        (
+            work[at], work[at + 12], work[at + 24], work[at + 36], work[at + 48], work[at + 60],
+        ) = _solve(
+            factors,
+            work[at], work[at + 12], work[at + 24], work[at + 36], work[at + 48], work[at + 60],
+        )  # fmt: skip
+    for i in range(6):
+        for j in range(12):
+            dy[i, j] = work[_COLUMNS + 12 * i + j]
     return determinant
 
 
-@compiled
-def _wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, work):
-    """Put the six equations' right side for a wrench in (h, e, z) at _RHS."""
+@inlined
+def _wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, work, column):
+    """Put the six equations' right side for a wrench in (h, e, z) into a column."""
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
-    work[_RHS] = F_h * dh_c + F_z * dz_c - M_e
-    work[_RHS + 1] = F_e * h_c + M_z
-    work[_RHS + 2] = c * M_z - s * M_h
-    work[_RHS + 3] = F_h
-    work[_RHS + 4] = F_e
-    work[_RHS + 5] = F_z
-
-
-@compiled
-def _store(p, geo, work, dy, column):
-    _solve(p, geo, work)
-    for i in range(6):
-        dy[i, column] = work[_ANSWER + i]
+    at = _COLUMNS + column
+    work[at] = F_h * dh_c + F_z * dz_c - M_e
+    work[at + 12] = F_e * h_c + M_z
+    work[at + 24] = c * M_z - s * M_h
+    work[at + 36] = F_h
+    work[at + 48] = F_e
+    work[at + 60] = F_z

@@ -103,7 +103,7 @@ def gravity_moment(scene: Scene, gamma) -> float:
 
 
 class FrictionTerms(NamedTuple):
-    """Friction's part of a right side over f N / V: rows gamma, psi, phi; columns K, B1, B2."""
+    """Friction's part of a right side over f N/V: rows gamma, psi, phi; columns K, B1, B2."""
 
     moments: np.ndarray
     generalized: np.ndarray
@@ -114,7 +114,7 @@ def friction_terms(scene: Scene, gamma, rates) -> FrictionTerms:
     """
     Return friction's generalised forces over f N_i/V_i, in the three places they are printed.
 
-    `moments` are m_Ll, m_z, m_zeta, `generalized` (27), `equations` (28.1)-(28.3) [m^2/s].
+    `moments`: m_Ll, m_z, m_zeta; `generalized`: (27.1)-(27.3); `equations`: (28.1)-(28.3) [m^2/s].
     """
     g, (p, y, w) = contact_geometry(scene, gamma), rates
     D, d = scene.hole_diameter, scene.peg_diameter

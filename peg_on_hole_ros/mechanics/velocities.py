@@ -226,7 +226,7 @@ def generalized_forces(
 
 
 def overall_reaction(scene: Scene, normal) -> np.ndarray:
-    """Return R = N sqrt(1 + f^2), reaction with friction of a sliding contact [N]. Source: L7."""
+    """Return R = N sqrt(1 + f^2) of a sliding contact, with its friction [N]. Source: L7."""
     return np.asarray(normal) * np.sqrt(1 + scene.friction**2)
 
 

@@ -103,7 +103,7 @@ class Plan:
     lead_in: float = 0.0
     settle: float = 0.03
     slip_velocity_scale: float = 1e-5
-    rtol: float = 1e-9
+    rtol: float = 1e-8
 
 
 # name: (low, high, unit); what is not here is checked by its own rule.
@@ -235,6 +235,12 @@ def _check_together(plan):
         raise PegOnHoleError(
             "joints.source = robot is not simulated: the simulated joint states are the peg's own "
             "angles; set joints.source to peg"
+        )
+    duration = sum(phase.duration for phase in plan.phases)
+    if plan.lead_in >= duration:
+        raise PegOnHoleError(
+            f"simulation.lead_in = {plan.lead_in:g} s leaves nothing of the {duration:g} s that "
+            "the phases last"
         )
     before = plan.phases[0].kind
     for phase in plan.phases:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.simulation.blocks import joined
 from peg_on_hole_ros.simulation.plan import Plan
 from peg_on_hole_ros.simulation.run import run_phases
@@ -87,6 +88,11 @@ def integrate(plan: Plan, progress: Callable[[float], None] | None = None) -> Tr
     t = block.pop("t")
     del block["gap"]
     keep = t >= plan.lead_in - 1e-9
+    if not keep.any():
+        raise PegOnHoleError(
+            f"nothing is left to record: {run.events[-1][1]} when the lead-in of "
+            f"{plan.lead_in:g} s was over; begin with a pose and load that press all contacts"
+        )
     step = 1_000_000_000 // plan.wrench_rate
     first = int(round(plan.lead_in * plan.wrench_rate))
     ticks = np.round(t[keep] * plan.wrench_rate).astype(np.int64) - first

@@ -1,0 +1,23 @@
+"""`peg-on-hole simulate`: a bag with known truth."""
+
+from argparse import Namespace
+
+from peg_on_hole_ros.cli.progress import Progress
+
+from peg_on_hole_ros.edges.simulated_bag import write_bag
+from peg_on_hole_ros.edges.simulation_file import read_plan
+from peg_on_hole_ros.simulation.truth import integrate
+
+
+def run(arguments: Namespace) -> int:
+    """Integrate the truth, measure it, write the bag; say how it ended."""
+    plan = read_plan(arguments.config)
+    with Progress("simulating") as progress:
+        truth = integrate(plan, progress)
+    with Progress("writing") as progress:
+        write_bag(arguments.out, truth, progress=progress)
+    duration = (len(truth.t_ns) - 1) / plan.wrench_rate
+    print(f"{arguments.out}: {duration:.3f} s, seed {plan.seed}, ended by: {truth.ended_by}")
+    for t_ns, what in truth.events:
+        print(f"  {t_ns / 1e9:8.3f} s  {what}")
+    return 0

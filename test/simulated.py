@@ -1,0 +1,34 @@
+"""Truths that several tests look at, each integrated once a process."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from peg_on_hole_ros.edges.simulation_file import read_plan
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.simulation.plan import plan_from_tree
+from peg_on_hole_ros.simulation.truth import integrate
+
+ROOT = Path(__file__).parents[1]
+SAMPLES = ("closing_without_slip", "closing_with_slip", "working_cycle")
+
+
+@cache
+def plan(name):
+    return read_plan(ROOT / "config" / f"{name}.yaml")
+
+
+@cache
+def truth(name, **changes):
+    return integrate(replace(plan(name), **changes))
+
+
+def contact_plan(start, rates, offset, duration=0.05, configuration=None, phases=None, **more):
+    """A plan that begins on three contacts; `phases` replaces the single one."""
+    tree = {
+        "lead_in": 0.02,
+        "start": {"angles": start, "rates": rates, "offset": offset},
+        "phases": phases or {"move": {"kind": "contact", "duration": duration, "rates": rates}},
+        **more,
+    }
+    return plan_from_tree(configuration or Configuration(), tree)

@@ -1,0 +1,125 @@
+"""Plans: what a file may say, and what is told about mistakes."""
+
+import copy
+
+import pytest
+from simulated import ROOT, SAMPLES, plan
+
+from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.edges.simulation_file import read_plan
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Configuration, JointInput
+from peg_on_hole_ros.simulation.command import evaluate
+from peg_on_hole_ros.simulation.plan import holder_program, plan_from_tree
+
+TREE = {
+    "holder": {"stiffness": 2.0e4},
+    "start": {"angles": [0.3, 0.0, 0.0]},
+    "phases": {
+        "press": {"kind": "contact", "duration": 0.2, "rates": [0.0, 0.0, 1.0]},
+        "close": {"kind": "contact", "duration": 0.5, "rates": [-0.1, 0.0, 1.0]},
+        "go_on": {"kind": "contact", "duration": 0.5, "angles": [0.2, 0.5, 1.5]},
+    },
+}
+
+
+def changed(path, value):
+    tree = copy.deepcopy(TREE)
+    *groups, last = path.split("/")
+    place = tree
+    for group in groups:
+        place = place[group]
+    place[last] = value
+    return tree
+
+
+@pytest.mark.parametrize(
+    "path, value, message",
+    [
+        ("sead", 1, "unknown parameter 'simulation.sead'; the nearest are: seed"),
+        ("seed", 1.5, "simulation.seed = 1.5 is not an integer within 0 to 4294967295"),
+        ("holder/stifness", 1.0, "'simulation.holder.stifness'; the nearest are: stiffness"),
+        ("holder/stiffness", 1.0, "holder.stiffness = 1.0 N/m is not a number within 100 to 1e"),
+        ("holder", 3, "simulation.holder = 3 is a value, but it is a group of names"),
+        ("start", {}, "simulation.start.angles is missing"),
+        ("phases", {}, "simulation.phases is empty"),
+        ("phases/close/kind", "slide", "close.kind = 'slide' is not one of free, contact, lift_o"),
+        ("phases/close", {"kind": "contact"}, "simulation.phases.close.duration is missing"),
+        ("phases/close/duration", -1.0, "close.duration = -1.0 s is not a number within 0.001"),
+        ("phases/close/rates", [1.0], "close.rates = .* is not 3 numbers"),
+        ("phases/close/rates", [0.0, 0.0, 1e9], "close.rates.2. = 1000000000.0 rad/s is not a nu"),
+        ("phases/close/load", [5.0, 5.0], "close.load is for two_point; elsewhere the reactions"),
+        ("phases/press/kind", "two_point", "close: contact does not follow two_point"),
+        ("joint_rate", 300, "wrench_rate = 1000 Hz is not a multiple of joint_rate = 300 Hz"),
+        ("lead_in", 1.2, "lead_in = 1.2 s leaves nothing of the 1.2 s that the phases last"),
+        ("rtol", float("nan"), "simulation.rtol = nan is not a number within"),
+    ],
+)
+def test_mistakes_are_told(path, value, message):
+    with pytest.raises(PegOnHoleError, match=message):
+        plan_from_tree(Configuration(), changed(path, value))
+
+
+def test_two_point_does_not_follow_free():
+    tree = changed("phases/press/kind", "free")
+    tree["phases"]["close"]["kind"] = "two_point"
+    with pytest.raises(PegOnHoleError, match="close: two_point does not follow free"):
+        plan_from_tree(Configuration(), tree)
+
+
+def test_robot_joints_are_not_simulated():
+    configuration = Configuration(joints=JointInput(source="robot"))
+    with pytest.raises(PegOnHoleError, match="joints.source = robot is not simulated"):
+        plan_from_tree(configuration, TREE)
+
+
+def test_program_meets_the_phases_and_is_smooth():
+    knots, pieces = holder_program(plan_from_tree(Configuration(), TREE))
+    assert knots.tolist() == [0.0, 0.2, 0.7, 1.2]
+    # Without angles a phase goes on at the mean of the rates at its ends.
+    assert evaluate(knots, pieces, 0.7)[0, :3] == pytest.approx([0.275, 0.0, 0.6], abs=1e-12)
+    assert evaluate(knots, pieces, 1.2)[0, :3] == pytest.approx([0.2, 0.5, 1.5], abs=1e-12)
+    assert evaluate(knots, pieces, 1.2)[1, :3] == pytest.approx(0, abs=1e-12)
+    for knot in knots[1:-1]:
+        before, after = (evaluate(knots, pieces, knot + d) for d in (-1e-9, 1e-9))
+        # Jerk times 2 ns.
+        assert before == pytest.approx(after, abs=1e-6)
+
+
+def test_a_file_without_a_simulation_says_so(tmp_path):
+    path = tmp_path / "only_filter.yaml"
+    path.write_text("peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.3}\n")
+    with pytest.raises(PegOnHoleError, match="only_filter.yaml has no part 'simulation:' with"):
+        read_plan(path)
+
+
+def test_a_mistake_in_a_file_names_the_file(tmp_path):
+    text = (ROOT / "config" / "closing_with_slip.yaml").read_text()
+    path = tmp_path / "wrong.yaml"
+    path.write_text(text.replace("lead_in", "leadin"))
+    with pytest.raises(PegOnHoleError, match="wrong.yaml: unknown parameter 'simulation.leadin'"):
+        read_plan(path)
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_sample_files_state_the_papers_scene(name):
+    scene = plan(name).configuration.scene
+    assert (scene.hole_diameter, scene.peg_diameter, scene.peg_height) == (0.05, 0.0499, 0.07)
+    assert (scene.friction, scene.peg_mass) == (0.2, 0.5)
+    assert read_parameters(ROOT / "config" / f"{name}.yaml")["wrench.force_stddev"] == 0.2
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_ros_takes_the_sample_files(name):
+    rclpy = pytest.importorskip("rclpy")
+    context = rclpy.Context()
+    file = str(ROOT / "config" / f"{name}.yaml")
+    rclpy.init(args=["--ros-args", "--params-file", file], context=context)
+    try:
+        node = rclpy.create_node(
+            "peg_on_hole", context=context, automatically_declare_parameters_from_overrides=True
+        )
+        assert node.get_parameter("scene.peg_diameter").value == 0.0499
+        node.destroy_node()
+    finally:
+        rclpy.shutdown(context=context)
