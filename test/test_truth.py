@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from bags import write_bag
+from small_bags import write_bag
 from estimates import SCENE, estimate
 from peg_on_hole_ros.edges import series as series_module
 from peg_on_hole_ros.edges.bag_reader import Bag
