@@ -6,7 +6,6 @@ from math import pi
 import numpy as np
 import pytest
 
-from small_bags import write_bag
 from estimates import SCENE, estimate
 from peg_on_hole_ros.edges import series as series_module
 from peg_on_hole_ros.edges.bag_reader import Bag
@@ -16,6 +15,7 @@ from peg_on_hole_ros.edges.plots import figure, png
 from peg_on_hole_ros.edges.series import Series
 from peg_on_hole_ros.edges.truth import Score, Truth, flag_lines, read_truth, score_table
 from peg_on_hole_ros.errors import BagError
+from small_bags import write_bag
 
 S = 1_000_000_000
 ONES = np.ones(6)
