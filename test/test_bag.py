@@ -84,6 +84,16 @@ def test_memory_holds_only_chunks_that_overlap(tmp_path, monkeypatch):
     assert longest < 20
 
 
+def test_messages_outside_chunks_are_read_in_runs(tmp_path, monkeypatch):
+    path = text_bag(tmp_path / "a.mcap", range(500), use_chunking=False)
+    assert len(Bag(path)._blocks) == 1
+    monkeypatch.setattr("peg_on_hole_ros.edges.mcap_scan._GROUP_BYTES", 400)
+    bag = Bag(path)
+    # A message takes 40 bytes and a few: a run ends once it has passed 400.
+    assert 40 < len(bag._blocks) < 60
+    assert order(bag) == list(range(500))
+
+
 def test_definition_left_out_is_that_of_ros(tmp_path):
     path = text_bag(tmp_path / "a.mcap", range(5), schema=b"")
     bag = Bag(path)

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.cli.settings import check_places, load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
@@ -26,7 +26,7 @@ def run(arguments) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
     configuration, node = load(arguments.config)
     outputs = [path for path in (arguments.out, arguments.report, arguments.summary) if path]
-    _check_places(arguments.bag, outputs)
+    check_places(arguments.bag, outputs)
     with Progress("reading") as progress:
         bag = Bag(arguments.bag, progress)
     if not arguments.config:
@@ -170,19 +170,6 @@ class _Writer:
 
     def add(self, t_ns, messages):
         self._writer.write_all(PREFIX, messages, t_ns)
-
-
-def _check_places(bag, outputs):
-    """Refuse a place that cannot be written before the work, not after it."""
-    for path in map(Path, outputs):
-        if not path.parent.is_dir():
-            raise PegOnHoleError(f"cannot write {path}: there is no folder {path.parent}")
-        if path.is_dir():
-            raise PegOnHoleError(f"cannot write {path}: it is a folder")
-        if path.exists() and Path(bag).exists() and path.samefile(bag):
-            raise PegOnHoleError(f"cannot write {path}: it is the bag that is read")
-    if len({Path(path).absolute() for path in outputs}) < len(outputs):
-        raise PegOnHoleError("--out, --report and --summary name one file twice")
 
 
 def _text(result, score):

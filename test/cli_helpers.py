@@ -1,0 +1,39 @@
+"""What the tests of the command line share."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from peg_on_hole_ros.cli.main import main
+
+ROOT = Path(__file__).parents[1]
+SCHEMA = json.loads((ROOT / "docs" / "summary.schema.json").read_text(encoding="utf-8"))
+COMMANDS = ["replay", "simulate", "solve", "inspect", "compare", "node"]
+
+
+def command(*arguments, cwd=None):
+    """Run the real command in a process of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, "-m", "peg_on_hole_ros.cli.main", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=environment,
+        cwd=cwd,
+        timeout=120,
+        check=False,
+    )
+
+
+def fails(capsys, code, message, *arguments):
+    """Run in this process; the error is one line, exactly this one."""
+    assert main([str(a) for a in arguments]) == code
+    assert capsys.readouterr().err.splitlines()[-1] == f"peg-on-hole: error: {message}"
+
+
+def config(tmp_path, text, name="c.yaml"):
+    path = tmp_path / name
+    path.write_text("peg_on_hole:\n  ros__parameters:\n    " + text + "\n", encoding="utf-8")
+    return path

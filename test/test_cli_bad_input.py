@@ -1,0 +1,229 @@
+"""The command line refuses what it cannot use: exact messages, exit codes, no traceback."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from cli_helpers import COMMANDS, ROOT, SCHEMA, command, config, fails
+from json_schema import check
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bag_writer import BagWriter
+from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    return write_bag(tmp_path_factory.mktemp("bag") / "a.mcap", count=400)
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom peg_on_hole_ros.cli.main import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit as end:\n    assert end.code == 0\n"
+        "heavy = {'numpy', 'numba', 'scipy', 'rclpy', 'mcap', 'mcap_ros2', 'yaml', 'matplotlib'}\n"
+        "print('loaded:', sorted(heavy & set(sys.modules)))\n"
+    )
+    done = subprocess.run(
+        # -S would drop the environment's packages; -I the path to this checkout.
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=True,
+    )
+    assert done.stdout.splitlines()[-1] == "loaded: []"
+    assert all(f"    {name} " in done.stdout for name in COMMANDS)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_with_an_example(name, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([name, "--help"])
+    assert end.value.code == 0
+    text = capsys.readouterr().out
+    assert f"example:\n  peg-on-hole {name}" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "the following arguments are required: COMMAND"),
+        (["replay"], "the following arguments are required: BAG"),
+        (["solve"], "the following arguments are required: --state"),
+        (["solve", "--state"], "argument --state: expected one argument"),
+        (["dance"], "argument COMMAND: invalid choice: 'dance'"),
+    ],
+)
+def test_wrong_arguments_are_exit_code_2(arguments, message, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+    assert f"error: {message}" in capsys.readouterr().err
+
+
+def test_errors_are_one_line_and_never_a_traceback(tmp_path):
+    done = command("replay", tmp_path / "none.mcap")
+    assert done.returncode == 3
+    assert done.stderr == f"peg-on-hole: error: there is no bag {tmp_path}/none.mcap\n"
+    assert done.stdout == ""
+
+
+def test_nothing_of_the_progress_is_piped(bag):
+    done = command("inspect", bag)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "\r" not in done.stdout
+
+
+def test_reader_that_goes_away_is_no_error(bag):
+    done = subprocess.run(
+        f"{sys.executable} -m peg_on_hole_ros.cli.main inspect {bag} | true; "
+        'echo "${PIPESTATUS[0]}"',
+        shell=True,
+        executable="/bin/bash",
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=True,
+    )
+    assert (done.stdout, done.stderr) == ("0\n", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "scene: {hole_diamter: 0.05}",
+            "unknown parameter 'scene.hole_diamter'; the nearest are: scene.hole_diameter, "
+            "scene.peg_diameter",
+        ),
+        (
+            "scene: {peg_diameter: 0.051}",
+            "peg_diameter = 0.051 m is not below hole_diameter = 0.05 m: a peg rests on three "
+            "points of a rim only if it is thinner than the hole; check whether the two are "
+            "exchanged",
+        ),
+        (
+            "scene: {hole_diameter: 50.0, peg_diameter: 49.9, peg_height: 70.0}",
+            "scene.hole_diameter = 50 m is not within 0.0001 to 1 m; 0.05 m would be: the units "
+            "look slipped by 1000",
+        ),
+        (
+            "wrench: {sensor_xyz: [0.0, 0.0, 70.0]}",
+            "wrench.sensor_xyz[2] = 70 m is not within -10 to 10 m; 0.07 m would be: the units "
+            "look slipped by 1000",
+        ),
+        (
+            "scene: {friction: high}",
+            "scene.friction = 'high' is a string, not a double; it is a double such as 0.2",
+        ),
+    ],
+)
+@pytest.mark.parametrize("name", ["replay", "inspect", "solve"])
+def test_wrong_configurations_are_exit_code_2(tmp_path, bag, capsys, name, text, message):
+    path = config(tmp_path, text)
+    subject = ["--state", "0.2,0,0,0,0,1"] if name == "solve" else [bag]
+    fails(capsys, 2, f"{path}: {message}", name, *subject, "--config", path)
+
+
+def test_missing_configuration_is_exit_code_2(tmp_path):
+    done = command("solve", "--config", tmp_path / "c.yaml", "--state", "0.2,0,0,0,0,1")
+    assert done.returncode == 2
+    assert done.stderr == f"peg-on-hole: error: there is no configuration file {tmp_path}/c.yaml\n"
+
+
+@pytest.mark.parametrize("name", ["replay", "inspect"])
+def test_files_that_are_no_bags_are_exit_code_3(tmp_path, capsys, name):
+    path = tmp_path / "a.mcap"
+    fails(capsys, 3, f"there is no bag {path}", name, path)
+    path.write_bytes(b"")
+    fails(capsys, 3, f"{path} is empty (0 bytes)", name, path)
+    path.write_bytes(b"time,fx,fy\n0,1,2\n")
+    fails(capsys, 3, f"{path} is not an MCAP file: it begins with b'time,fx,'", name, path)
+    fails(
+        capsys,
+        3,
+        f"{tmp_path} is a folder without metadata.yaml and without .mcap files: no bag"
+        if not path.unlink()
+        else "",
+        name,
+        tmp_path,
+    )
+
+
+def test_bag_without_messages_is_exit_code_3(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    with BagWriter(path):
+        pass
+    fails(capsys, 3, f"{path} holds no messages", "replay", path)
+
+
+def test_bag_without_the_topics_is_exit_code_3_and_says_which_it_has(tmp_path, capsys):
+    path = write_bag(tmp_path / "a.mcap", count=4, wrench_topic="/ft")
+    fails(
+        capsys,
+        3,
+        f"{path} has no messages on /wrench (geometry_msgs/msg/WrenchStamped); it has: /ft "
+        "(geometry_msgs/msg/WrenchStamped, 4), /joint_states (sensor_msgs/msg/JointState, 2); "
+        "name the topics in the configuration (topics.wrench, topics.joint_states)",
+        "replay",
+        path,
+    )
+
+
+def test_topic_of_another_type_is_exit_code_3(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    with BagWriter(path) as writer:
+        writer.write("/wrench", JOINTS, joints(MS), MS)
+        writer.write("/joint_states", JOINTS, joints(MS), MS)
+    fails(
+        capsys,
+        3,
+        f"{path}: /wrench is sensor_msgs/msg/JointState, not geometry_msgs/msg/WrenchStamped; it "
+        "has: /joint_states (sensor_msgs/msg/JointState, 1), /wrench (sensor_msgs/msg/JointState, "
+        "1)",
+        "replay",
+        path,
+    )
+
+
+def test_bag_of_which_nothing_can_be_used_is_exit_code_3(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    with BagWriter(path) as writer:
+        writer.write("/wrench", WRENCH, wrench(MS, (float("nan"), 0.0, 0.0)), MS)
+        writer.write("/wrench", WRENCH, wrench(2 * MS), 2 * MS)
+        writer.write("/joint_states", JOINTS, joints(3 * MS), 3 * MS)
+    fails(
+        capsys,
+        3,
+        f"{path}: no wrench of 2 could be used: wrench_dropped_before_joints 1, "
+        "wrench_dropped_malformed_not_finite 1",
+        "replay",
+        path,
+        "--out",
+        tmp_path / "out.mcap",
+    )
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"], "no half-written output is left"
+
+
+def test_cut_off_bag_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
+    whole = write_bag(tmp_path / "whole.mcap", count=1000, chunk_bytes=20_000).read_bytes()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[: len(whole) // 2])
+    out, summary = tmp_path / "out.mcap", tmp_path / "s.json"
+    damage = f"{path} is cut off at byte {len(whole) // 2}"
+    fails(
+        capsys,
+        4,
+        f"{damage}; what lies before has been used",
+        *("replay", path, "--out", out, "--summary", summary),
+    )
+    content = json.loads(summary.read_text())
+    check(content, SCHEMA)
+    assert content["damage"] == damage
+    assert 200 < content["outputs"] < 800
+    assert Bag(out).topics["/peg_on_hole/state"].count == content["outputs"]
+    fails(capsys, 4, f"{damage}; what lies before has been used", "inspect", path)

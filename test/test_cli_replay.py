@@ -1,0 +1,232 @@
+"""`peg-on-hole replay`: outputs, summary, comparison with truth, report."""
+
+import base64
+import json
+import math
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from cli_helpers import SCHEMA, fails
+from json_schema import check
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.config_file import write_parameters
+from peg_on_hole_ros.edges.estimates import estimates
+from peg_on_hole_ros.edges.messages import STRING, joint_state
+from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    return write_bag(tmp_path_factory.mktemp("bag") / "a.mcap", count=400)
+
+
+@pytest.fixture(scope="module")
+def replayed(bag):
+    folder = bag.parent
+    out, summary = folder / "out.mcap", folder / "summary.json"
+    assert main(["replay", str(bag), "--out", str(out), "--summary", str(summary)]) == 0
+    return out, json.loads(summary.read_text(encoding="utf-8"))
+
+
+def test_replay_writes_the_topics_of_the_node_with_stamps_as_log_times(replayed):
+    out, summary = replayed
+    bag = Bag(out)
+    names = {"state", "state_stddev", "contacts", "contacts_stddev", "monitor", "pose", "alarms"}
+    names |= {"contact/k", "contact/b1", "contact/b2", "transition", "contact_mode", "markers"}
+    assert set(bag.topics) == {f"/peg_on_hole/{name}" for name in names}
+    assert bag.topics["/peg_on_hole/state"].count == summary["outputs"] == 399
+    for _, log_ns, message in bag.messages(["/peg_on_hole/state"]):
+        stamp = message.header.stamp
+        assert log_ns == stamp.sec * 10**9 + stamp.nanosec
+    stored = bag.metadata["peg_on_hole_configuration"]
+    assert stored["scene.hole_diameter"] == "0.05"
+
+
+def test_summary_fits_its_schema_and_counts_every_message(replayed):
+    _, summary = replayed
+    check(summary, SCHEMA)
+    messages = summary["messages"]
+    assert messages["read"] == 600
+    assert messages["dropped"] == {"wrench_dropped_before_joints": 1}
+    assert messages["used"] + sum(messages["dropped"].values()) == messages["read"]
+    assert summary["duration"] == pytest.approx(0.398, abs=1e-9)
+    # The first joint state lies behind the first wrench: that one has no estimate.
+    assert summary["start_time"] == pytest.approx(1.001, abs=1e-9)
+
+
+def test_joint_states_behind_the_last_wrench_are_counted(tmp_path):
+    longer, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    with BagWriter(longer) as writer:
+        for i in range(20):
+            t_ns = 10**9 + i * MS
+            if i < 10:
+                writer.write("/wrench", WRENCH, wrench(t_ns), t_ns)
+            if i % 2 == 0:
+                writer.write("/joint_states", JOINTS, joints(t_ns), t_ns)
+    assert main(["replay", str(longer), "--summary", str(summary)]) == 0
+    messages = json.loads(summary.read_text())["messages"]
+    # Wrenches at 0 to 9 ms, the first without a joint state before it; joint states to 18 ms.
+    assert messages["read"] == 20
+    assert messages["dropped"] == {
+        "joints_dropped_after_last_wrench": 5,
+        "wrench_dropped_before_joints": 1,
+    }
+    assert messages["used"] == 14
+
+
+def test_replay_is_the_same_twice(bag, replayed, tmp_path, capsys):
+    out, _ = replayed
+    again = tmp_path / "again.mcap"
+    assert main(["replay", str(bag), "--out", str(again)]) == 0
+    assert again.read_bytes() == out.read_bytes()
+    capsys.readouterr()
+    assert main(["compare", str(out), str(again), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["identical"] is True
+    assert result["stamps"] == {"common": 399, "only_a": 0, "only_b": 0}
+
+
+def test_places_that_cannot_be_written_are_refused_before_the_work(bag, tmp_path, capsys):
+    out = tmp_path / "none" / "out.mcap"
+    fails(
+        capsys,
+        2,
+        f"cannot write {out}: there is no folder {out.parent}",
+        *("replay", bag, "--out", out),
+    )
+    fails(capsys, 2, f"cannot write {tmp_path}: it is a folder", "replay", bag, "--out", tmp_path)
+    fails(
+        capsys, 2, f"cannot write {bag}: it is the file that is read", "replay", bag, "--out", bag
+    )
+    fails(
+        capsys,
+        2,
+        "--out, --report and --summary name one file twice",
+        *("replay", bag, "--out", tmp_path / "x", "--summary", tmp_path / "x"),
+    )
+
+
+def test_configuration_in_the_bag_is_used_unless_one_is_given(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    with BagWriter(path, from_parameters({"topics.wrench": "/ft"})) as writer:
+        for i in range(4):
+            t_ns = (i + 1) * MS
+            writer.write("/joint_states", JOINTS, joints(t_ns), t_ns)
+            writer.write("/ft", WRENCH, wrench(t_ns), t_ns)
+    assert main(["replay", str(path)]) == 0
+    assert capsys.readouterr().err == f"configuration: that in {path}\n"
+    given = tmp_path / "c.yaml"
+    given.write_text(write_parameters({}))
+    assert main(["replay", str(path), "--config", str(given)]) == 3
+    assert "has no messages on /wrench" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def with_truth(tmp_path_factory):
+    """Write a bag whose truth is 1 mrad and 0.5 N off a constant, so that errors are known."""
+    path = tmp_path_factory.mktemp("truth") / "a.mcap"
+    angles, contacts = ["gamma", "psi", "phi"], ["K", "B1", "B2"]
+    with BagWriter(path) as writer:
+        writer.write("/truth/contact_mode", STRING, {"data": "three_point"}, 10**9)
+        for i in range(300):
+            t = 10**9 + i * MS
+            writer.write("/joint_states", JOINTS, joints(t), t)
+            writer.write("/wrench", WRENCH, wrench(t), t)
+            state = joint_state(t, angles, [0.301, 0.0, 0.0], [0.0] * 3)
+            writer.write("/truth/state", JOINTS, state, t)
+            forces = joint_state(t, contacts, [1.0] * 3, [0.0] * 3, [1.0, 2.0, 3.0])
+            writer.write("/truth/contacts", JOINTS, forces, t)
+    return path
+
+
+def test_errors_and_coverage_are_those_between_output_and_truth(with_truth, tmp_path, capsys):
+    out, summary = tmp_path / "out.mcap", tmp_path / "s.json"
+    arguments = ["replay", str(with_truth), "--out", str(out), "--summary", str(summary)]
+    assert main(arguments) == 0
+    content = json.loads(summary.read_text())
+    check(content, SCHEMA)
+    rows = list(estimates(Bag(out)))
+    errors = {name: [] for name in ("gamma", "psi", "phi", "K", "B1", "B2")}
+    for row in rows:
+        three = row.mode == "three_point"
+        for i, (name, true) in enumerate(zip(errors, [0.301, 0.0, 0.0, 1.0, 2.0, 3.0])):
+            column = i if i < 3 else i + 3
+            if i < 3 or three:
+                error = row.values[column] - true
+                errors[name].append((error, abs(error) <= 1.959964 * row.stddev[column]))
+    assert len(errors["gamma"]) == 300 and 100 < len(errors["K"]) <= 300
+    for name, pairs in errors.items():
+        rmse = math.sqrt(sum(e * e for e, _ in pairs) / len(pairs))
+        # Summed in another order than there: rounding only.
+        assert content["rmse"][name] == pytest.approx(rmse, rel=1e-9)
+        coverage = sum(inside for _, inside in pairs) / len(pairs)
+        assert content["coverage95"][name] == pytest.approx(coverage, abs=1e-12)
+    assert "inside 95 % bounds" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (
+            ["tilt", "psi", "phi"],
+            "{path}: /truth/state has values for tilt, psi, phi, and truth needs gamma, psi, phi",
+        ),
+        (
+            ["gamma", "psi", "phi"],
+            "{path} has no messages on /truth/contacts (sensor_msgs/msg/JointState)",
+        ),
+    ],
+)
+def test_truth_that_cannot_be_used_is_said_and_the_replay_goes_on(
+    tmp_path, capsys, names, message
+):
+    path, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    with BagWriter(path) as writer:
+        for i in range(20):
+            t = 10**9 + i * MS
+            writer.write("/joint_states", JOINTS, joints(t), t)
+            writer.write("/wrench", WRENCH, wrench(t), t)
+            writer.write("/truth/state", JOINTS, joint_state(t, names, [0.3, 0.0, 0.0]), t)
+            if names[0] == "tilt":
+                writer.write("/truth/contacts", JOINTS, joint_state(t, []), t)
+                writer.write("/truth/contact_mode", STRING, {"data": "three_point"}, t)
+    assert main(["replay", str(path), "--summary", str(summary)]) == 0
+    error = capsys.readouterr().err
+    assert error.startswith(
+        "no comparison with the truth: " + message.replace("{path}", str(path))
+    )
+    assert "rmse" not in json.loads(summary.read_text())
+
+
+def test_report_stands_alone_and_holds_the_figures(with_truth, tmp_path):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "r.html"
+    assert main(["replay", str(with_truth), "--report", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "<h2>Against the truth</h2>" in text
+    assert '<td>scene.hole_diameter</td><td class="number">0.05</td><td>m</td>' in text
+    (png,) = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
+    assert base64.b64decode(png).startswith(b"\x89PNG\r\n")
+    assert not re.search(r"""(src|href)=["'](?!data:)|@import|url\(""", text)
+    parser = HTMLParser()
+    parser.feed(text)
+    parser.close()
+    for tag in ("table", "tr", "td", "th", "h2", "p", "body", "html"):
+        assert len(re.findall(f"<{tag}[ >]", text)) == text.count(f"</{tag}>"), tag
+
+
+def test_report_of_a_damaged_bag_says_so(with_truth, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    data = with_truth.read_bytes()
+    path, report = tmp_path / "<b>.mcap", tmp_path / "r.html"
+    # The summary section alone is cut off: all messages are there, and still it is no whole bag.
+    path.write_bytes(data[:-20])
+    assert main(["replay", str(path), "--report", str(report)]) == 4
+    text = report.read_text(encoding="utf-8")
+    assert '<p class="damage">' in text and "cut off at byte" in text
+    assert "&lt;b&gt;.mcap" in text and "<b>.mcap" not in text
