@@ -9,7 +9,13 @@ from peg_on_hole_ros.edges.simulation_file import read_plan
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.simulation.command import evaluate
-from peg_on_hole_ros.simulation.plan import holder_program, plan_from_tree
+from peg_on_hole_ros.simulation.plan import (
+    _TOP,
+    Holder,
+    Phase,
+    holder_program,
+    plan_from_tree,
+)
 from simulated import ROOT, SAMPLES, plan
 
 TREE = {
@@ -123,3 +129,10 @@ def test_ros_takes_the_sample_files(name):
         node.destroy_node()
     finally:
         rclpy.shutdown(context=context)
+
+
+def test_every_key_is_documented():
+    text = (ROOT / "docs" / "simulation.md").read_text()
+    keys = {*_TOP, *Phase.__dataclass_fields__} - {"name", "holder", "phases"}
+    keys |= {f"holder.{name}" for name in Holder.__dataclass_fields__}
+    assert [key for key in sorted(keys) if f"`{key}`" not in text] == []

@@ -89,6 +89,34 @@ def test_contacts_touch_and_do_not_move_along_their_normals():
         assert np.array(points).real == pytest.approx(result.contact_point[i], abs=1e-9)
 
 
+@pytest.mark.parametrize("mode", ["three_point", "two_point"])
+def test_friction_opposes_slip_with_f_n(mode):
+    result = truth("working_cycle")
+    scene, h = result.plan.configuration.scene, 1e-3
+    sliding = (result.mode == mode) & (result.slip_speed.max(axis=1) > 0.04)
+    rows = [
+        i
+        for i in np.flatnonzero(sliding)[20:-20:150]
+        if (result.closed[i - 2 : i + 3] == result.closed[i]).all()
+    ]
+    assert len(rows) > 3
+    weights = np.array([1, -8, 0, 8, -1]) / (12 * h)
+    for i in rows:
+        R = np.array([rotation(q) for q in result.q[i - 2 : i + 3]])
+        for k in np.flatnonzero(result.closed[i]):
+            # The same material point of the peg before and after, by differences of the pose.
+            place = R[2].T @ (result.contact_point[i, k] - result.position[i])
+            v = weights @ (result.position[i - 2 : i + 3] + R @ place)
+            slip = np.linalg.norm(v)
+            assert slip == pytest.approx(result.slip_speed[i, k], rel=1e-6)
+            force, N = result.contact_force[i, k], result.normal[i, k]
+            # At 4000 times the regularising speed friction lacks 3e-8 of f N.
+            assert force @ v / slip == pytest.approx(-scene.friction * N, rel=1e-5)
+            assert np.linalg.norm(force) == pytest.approx(
+                N * np.hypot(1, scene.friction), rel=1e-5
+            )
+
+
 def test_another_integrator_finds_the_same_motion():
     start, rates, offset = [0.2, 0.5, 0.3], [-0.16, 0.4, 1.5], [-2e-4, 1e-4, -1e-3]
     result = integrate(contact_plan(start, rates, offset))
