@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from simulated import ROOT, SAMPLES, truth
 
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.simulated_bag import write_bag
 from peg_on_hole_ros.simulation.measure import START_NS, measure
+from simulated import ROOT, SAMPLES, truth
 
 pytestmark = pytest.mark.xdist_group("simulation")
 
@@ -42,12 +42,21 @@ def written(tmp_path_factory):
     return write
 
 
+def simulated_part(metadata):
+    """Leave out the estimator's own settings: they may be tuned without a new simulation."""
+    kept = ("scene.", "wrench.", "joints.", "topics.")
+    return {
+        record: {k: v for k, v in values.items() if "." not in k or k.startswith(kept)}
+        for record, values in metadata.items()
+    }
+
+
 @pytest.mark.parametrize("name", SAMPLES)
 def test_committed_bag_comes_out_of_its_configuration(name, written):
     committed = ROOT / "bags" / f"{name}.mcap"
     assert committed.stat().st_size <= 5_000_000
     again, before = Bag(written(name)), Bag(committed)
-    assert again.metadata == before.metadata
+    assert simulated_part(again.metadata) == simulated_part(before.metadata)
     count = 0
     for new, old in zip(rows(again), rows(before), strict=True):
         assert new[:3] == old[:3]

@@ -5,8 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigid_body_oracle import rotation
-from simulated import contact_plan, truth
 
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.records import JointSample, WrenchSample
@@ -18,6 +16,8 @@ from peg_on_hole_ros.simulation.measure import (
     sensor_wrench,
 )
 from peg_on_hole_ros.simulation.truth import integrate
+from rigid_body_oracle import rotation
+from simulated import contact_plan, truth
 
 pytestmark = pytest.mark.xdist_group("simulation")
 

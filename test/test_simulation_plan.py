@@ -3,7 +3,6 @@
 import copy
 
 import pytest
-from simulated import ROOT, SAMPLES, plan
 
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.edges.simulation_file import read_plan
@@ -11,6 +10,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.simulation.command import evaluate
 from peg_on_hole_ros.simulation.plan import holder_program, plan_from_tree
+from simulated import ROOT, SAMPLES, plan
 
 TREE = {
     "holder": {"stiffness": 2.0e4},

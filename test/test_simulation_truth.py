@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigid_body_oracle import contacts as oracle_contacts
 from scipy.integrate import solve_ivp
-from simulated import SAMPLES, contact_plan, plan, truth
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import reference
@@ -16,6 +14,8 @@ from peg_on_hole_ros.simulation.holder import holder_numbers, state_rate
 from peg_on_hole_ros.simulation.measure import sensor_wrench
 from peg_on_hole_ros.simulation.plan import holder_program
 from peg_on_hole_ros.simulation.truth import integrate
+from rigid_body_oracle import contacts as oracle_contacts
+from simulated import SAMPLES, contact_plan, plan, truth
 
 pytestmark = pytest.mark.xdist_group("simulation")
 

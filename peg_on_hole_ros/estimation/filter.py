@@ -7,13 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.reactions import contact_forces, fuse_reactions, slip, solve_around
+from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.reactions import contact_forces, react, slip_speeds
 from peg_on_hole_ros.estimation.step import CONVERGED
-from peg_on_hole_ros.mechanics.kernel import (
-    accelerate_with_derivatives,
-    scene_scalars,
-    workspace,
-)
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
@@ -33,32 +30,6 @@ class Prediction(Enum):
     CONTACT = "three-point contact dynamics"
     FREE = "constant rates: no contact model is in force"
     FAILED = "constant rates: the contact equations gave no step, as at the singular set"
-
-
-class Buffers(NamedTuple):
-    """Scratch memory of the compiled filter; see the functions that use it."""
-
-    x1: np.ndarray
-    y: np.ndarray
-    dy: np.ndarray
-    iteration: np.ndarray
-    slopes: np.ndarray
-    M: np.ndarray
-    saved_x: np.ndarray
-    saved_Z: np.ndarray
-    gain: np.ndarray
-    joseph: np.ndarray
-    scales: np.ndarray
-    speeds: np.ndarray
-    points: np.ndarray
-    work: np.ndarray
-
-
-def buffers() -> Buffers:
-    """Return scratch memory for one filter."""
-    shapes = [6, 6, (6, 12), (3, 3), (3, 12), (6, 12), 6, (12, 12), (12, 3), (12, 12)]
-    shapes += [3, (3, 2), (7, 6)]
-    return Buffers(*(np.zeros(shape) for shape in shapes), workspace())
 
 
 class Reactions(NamedTuple):
@@ -116,21 +87,26 @@ class ContactFilter:
             options.slip_widening,
             options.creep_time,
         )
-        self.wrench_noise = np.array(wrench_noise, float)
-        self.x = np.zeros(6)
-        self.u = np.zeros(6)
-        self.Z = np.zeros((12, 12))
+        self._memory = np.zeros(SIZE)
+        self._dy = np.zeros((6, 12))
+        self._slopes = np.zeros((3, 12))
+        self.x, self.u = part(self._memory, "X"), part(self._memory, "U")
+        self.Z = part(self._memory, "Z", (12, 12))
+        self._P = self.Z[:6, :6]
+        self.wrench_noise = part(self._memory, "NOISE", (6, 6))
+        self._scales = part(self._memory, "SCALES")
+        self._R = part(self._memory, "R", (3, 3))
+        part(self._memory, "SCENE")[:] = self.scalars
+        part(self._memory, "PROCESS")[:] = self.process
+        self.wrench_noise[:] = wrench_noise
         self.evaluations = 0
         self._refused = 0
         self._since_correction = 0.0
-        self._buffers = buffers()
-        self._residual = np.zeros(3)
-        self._S = np.zeros((3, 3))
 
     @property
     def P(self) -> np.ndarray:
         """Covariance of the state, a view, shape (6, 6)."""
-        return self.Z[:6, :6]
+        return self._P
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
@@ -140,13 +116,13 @@ class ContactFilter:
         rate_variance = self.options.initial_rate_stddev**2
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
-        self._buffers.scales[:] = self.options.slip_velocity_scale
+        self._scales[:] = self.options.slip_velocity_scale
         self._refused = 0
 
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""
         self.u[:] = u
-        kernel.hold_wrench(self.Z, self.wrench_noise)
+        kernel.hold_wrench(self._memory)
 
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""
@@ -155,12 +131,12 @@ class ContactFilter:
         self._since_correction += dt
         if in_contact:
             status, self.evaluations = kernel.predict_contact(
-                self.scalars, self.process, self.x, self.u, self.Z, dt, self._buffers
+                self._memory, self._dy, self._slopes, dt
             )
             if status == CONVERGED:
                 return Prediction.CONTACT
-        self._buffers.scales[:] = options.slip_velocity_scale
-        kernel.predict_free(self.x, self.Z, dt, options.free_rate_noise**2, self._buffers)
+        self._scales[:] = options.slip_velocity_scale
+        kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         return Prediction.FAILED if in_contact else Prediction.FREE
 
     def correct(self, q, R) -> tuple[Correction, float]:
@@ -184,11 +160,12 @@ class ContactFilter:
         options = self.options
         q = np.array(q, float)
         q[1:] += 2 * pi * np.round((self.x[1:3] - q[1:]) / (2 * pi))
-        nis = kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
+        self._R[:] = R
+        nis = kernel.innovation(self._memory, q)
         result, after = Correction.USED, nis
         if not nis <= options.inflation_threshold:
-            kernel.widen_rates(self.Z, self._since_correction, nis / 3.0 - 1.0)
-            after = kernel.innovation(self.x, self.Z, q, R, self._residual, self._S)
+            kernel.widen_rates(self._memory, self._since_correction, nis / 3.0 - 1.0)
+            after = kernel.innovation(self._memory, q)
             result = Correction.INFLATED
         if not after <= options.gate_threshold:
             self._refused += 1
@@ -198,55 +175,35 @@ class ContactFilter:
             return Correction.RESET, nis
         self._refused = 0
         self._since_correction = 0.0
-        kernel.correct(self.x, self.u, self.Z, R, self._residual, self._S, self._buffers)
+        kernel.correct(self._memory)
         return result, nis
 
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""
-        b = self._buffers
-        determinant = accelerate_with_derivatives(
-            self.scalars, b.scales, self.x, self.u, b.work, b.y, b.dy
-        )
-        if not (np.isfinite(determinant) and np.isfinite(b.dy).all()):
+        determinant = react(self._memory, self._dy, self.options.acceleration_stddev)
+        if determinant != determinant:
             return None
-        covariance = np.empty((6, 6))
-        solve_around(self.scalars, b.scales, self.x, self.u, self.Z, b.work, b.y, b.x1, b.points)
-        fuse_reactions(self.Z, b.points, b.dy, self.options.acceleration_stddev, covariance, b.M)
-        variance = np.diagonal(covariance)[3:]
-        if not np.isfinite(covariance).all():
-            return None
+        covariance = part(self._memory, "REACTIONS", (6, 6))[3:, 3:].copy()
         # Rounding can leave a variance a little below zero where the equations are near singular.
         return Reactions(
-            b.points[0, 3:].copy(),
-            np.sqrt(np.maximum(variance, 0.0)),
-            covariance[3:, 3:],
+            part(self._memory, "Y")[3:].copy(),
+            np.sqrt(np.maximum(np.diagonal(covariance), 0.0)),
+            covariance,
             determinant,
         )
 
     def slip_speeds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return speed and standard deviation at K, B1, B2 [m/s]; at gamma0 below it."""
-        speeds = np.empty((3, 2))
-        slip(self.scalars, self._on_contacts(), self.Z, speeds)
+        slip_speeds(self._memory)
+        speeds = part(self._memory, "SPEEDS", (3, 2))
         return speeds[:, 0].copy(), np.sqrt(np.maximum(speeds[:, 1], 0.0))
 
     def contact_forces(self, normal) -> tuple[np.ndarray, np.ndarray]:
         """Return force on the peg [N] and place [m] of each contact (rows), hole axes."""
         force, point = np.empty((3, 3)), np.empty((3, 3))
-        contact_forces(
-            self.scalars, self._buffers.scales, self._on_contacts(), normal, self._buffers.work,
-            force, point,
-        )  # fmt: skip
+        contact_forces(self._memory, normal, force, point)
         return force, point
 
     def contact_points(self) -> np.ndarray:
         """Return the places of K, B1, B2 (rows), hole frame [m]."""
         return self.contact_forces(np.zeros(3))[1]
-
-    def _on_contacts(self) -> np.ndarray:
-        """Return the state with the tilt kept where the closed forms of the geometry exist."""
-        low = self.scalars.gamma0 * (1 + 1e-9)
-        if low <= self.x[0] <= 1.5:
-            return self.x
-        x = self.x.copy()
-        x[0] = min(max(x[0], low), 1.5)
-        return x

@@ -3,9 +3,30 @@
 from math import fabs, sqrt
 from typing import NamedTuple
 
+from peg_on_hole_ros.estimation.memory import (
+    GAIN,
+    JOSEPH,
+    NOISE,
+    PROCESS,
+    RESIDUAL,
+    ROWS,
+    SAVED,
+    SCALES,
+    WORK,
+    X1,
+    R,
+    S,
+    U,
+    X,
+    Y,
+    Z,
+    row_of,
+    scene_of,
+    times_Z,
+)
 from peg_on_hole_ros.estimation.reactions import creep_variance, friction_scales
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
@@ -37,54 +58,63 @@ class Process(NamedTuple):
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
-# the same noise drives the motion and enters the reactions.
+# the same noise drives the motion and enters the reactions. Functions take the memory m of
+# `memory`; its covariances are symmetric to the last bit.
 
 
 @compiled
-def hold_wrench(Z, noise):
+def hold_wrench(m):
     """Start on a new wrench: its noise is independent of the state's error so far."""
     for i in range(6):
         for j in range(6):
-            Z[i, 6 + j] = 0.0
-            Z[6 + i, j] = 0.0
-            Z[6 + i, 6 + j] = noise[i, j]
+            m[Z + 12 * i + 6 + j] = 0.0
+            m[Z + 12 * (6 + i) + j] = 0.0
+            m[Z + 12 * (6 + i) + 6 + j] = m[NOISE + 6 * i + j]
 
 
 @compiled
-def _carry(Z, slopes, h, rate_noise, M):
-    """Carry the joint covariance through one step, given d(rates)/d(state, wrench)."""
+def _carry(m, slopes, h, rate_noise):
+    """
+    Carry the joint covariance through one step, given G = d(rates)/d(state, wrench).
+
+    The angles move by h times the rates at the end, and the wrench stays: with W = G Z and
+    B = G Z G.T all of F Z F.T is made of Z, W and B.
+    """
     for i in range(3):
+        row = row_of(slopes, i)
         for j in range(12):
+            m[ROWS + 12 * i + j] = times_Z(row, m, j)
+    for i in range(3):
+        for j in range(i + 1):
             total = 0.0
             for k in range(12):
-                total += slopes[i, k] * Z[k, j]
-            M[3 + i, j] = total
+                total += m[ROWS + 12 * i + k] * slopes[j, k]
+            if i == j:
+                total += rate_noise * h
+            # Noise too: the implicit step moves the angle with the rate at its end.
+            corner = Z + 12 * i + j
+            m[corner + 39] = total
+            m[corner] += h * (m[ROWS + 12 * i + j] + m[ROWS + 12 * j + i] + h * total)
+            m[Z + 12 * i + 3 + j] = m[ROWS + 12 * j + i] + h * total
+            m[Z + 12 * j + 3 + i] = m[ROWS + 12 * i + j] + h * total
     for i in range(3):
-        for j in range(12):
-            M[i, j] = Z[i, j] + h * M[3 + i, j]
-    for i in range(6):
-        for j in range(3):
-            total = 0.0
-            for k in range(12):
-                total += M[i, k] * slopes[j, k]
-            Z[i, 3 + j] = total
-    for i in range(6):
-        for j in range(3):
-            Z[i, j] = M[i, j] + h * Z[i, 3 + j]
-        for j in range(6):
-            Z[i, 6 + j] = M[i, 6 + j]
-            Z[6 + j, i] = M[i, 6 + j]
+        for j in range(6, 12):
+            m[Z + 12 * i + j] += h * m[ROWS + 12 * i + j]
+            m[Z + 36 + 12 * i + j] = m[ROWS + 12 * i + j]
+    _mirror(m)
+
+
+@inlined
+def _mirror(m):
+    """Copy what is on the other side of the diagonal of Z, from where `_carry` has written."""
     for i in range(3):
-        Z[3 + i, 3 + i] += rate_noise * h
-        # The implicit step moves the angle with the rate at its end, noise included.
-        Z[i, 3 + i] += rate_noise * h * h
-        Z[3 + i, i] += rate_noise * h * h
-        Z[i, i] += rate_noise * h * h * h
-    for i in range(6):
         for j in range(i):
-            mean = 0.5 * (Z[i, j] + Z[j, i])
-            Z[i, j] = mean
-            Z[j, i] = mean
+            m[Z + 12 * j + i] = m[Z + 12 * i + j]
+            m[Z + 39 + 12 * j + i] = m[Z + 39 + 12 * i + j]
+        for j in range(3, 12):
+            m[Z + 12 * j + i] = m[Z + 12 * i + j]
+        for j in range(6, 12):
+            m[Z + 12 * j + 3 + i] = m[Z + 12 * (3 + i) + j]
 
 
 @compiled
@@ -96,25 +126,21 @@ def contact_speed_gain(p, x, x1):
 
 
 @compiled
-def predict_contact(p, process, x, u, Z, dt, buffers):
+def predict_contact(m, dy, slopes, dt):
     """
     Predict over dt under three-point contact; halve the step until Newton's method converges.
 
     Parameters
     ----------
-    p : SceneScalars
-    process : Process
-    x : ndarray, shape (6,)
-        State, changed in place [rad], [rad/s].
-    u : ndarray, shape (6,)
-        Wrench held, peg axes about the mass centre [N], [N m].
-    Z : ndarray, shape (12, 12)
-        Joint covariance of state and wrench noise, changed in place.
+    m : ndarray
+        Memory: state and joint covariance are changed; on return accelerations and reactions at
+        the end are at Y, and the velocity scales of friction that they were taken with at SCALES.
+    dy : ndarray, shape (6, 12)
+        Filled with the derivatives of Y.
+    slopes : ndarray, shape (3, 12)
+        Scratch.
     dt : float
         [s].
-    buffers : Buffers
-        Scratch; on return y and dy hold accelerations and reactions at the end, and scales the
-        velocity scales of friction that they were taken with.
 
     Returns
     -------
@@ -124,12 +150,16 @@ def predict_contact(p, process, x, u, Z, dt, buffers):
         Of the six equations.
 
     """
-    saved_x, saved_Z = buffers.saved_x, buffers.saved_Z
-    saved_x[:] = x
-    saved_Z[:] = Z
-    scales, speeds, smallest = buffers.scales, buffers.speeds, process.slip_velocity_scale
-    friction_scales(p, x, Z, smallest, process.slip_widening, speeds, scales)
-    creep = creep_variance(p, speeds, smallest, process.creep_time)
+    p = scene_of(m)
+    q = PROCESS
+    process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4])
+    x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
+    scales, work = m[SCALES : SCALES + 3], m[WORK:]
+    for i in range(156):
+        m[SAVED + i] = m[X + i]
+    smallest = process.slip_velocity_scale
+    friction_scales(p, m, smallest, process.slip_widening)
+    creep = creep_variance(p, m, smallest, process.creep_time)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))
     evaluations = 0
@@ -137,66 +167,58 @@ def predict_contact(p, process, x, u, Z, dt, buffers):
         h = dt / pieces
         status = CONVERGED
         for _ in range(pieces):
-            status, count = implicit_euler(
-                p, scales, x, u, h, buffers.x1, buffers.y, buffers.dy, buffers.iteration,
-                buffers.slopes, buffers.work,
-            )  # fmt: skip
+            status, count = implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work)
             evaluations += count
-            if status == CONVERGED and contact_speed_gain(p, saved_x, buffers.x1) > limit:
+            if status == CONVERGED and contact_speed_gain(p, m[SAVED : SAVED + 6], x1) > limit:
                 status = FAILED
             if status != CONVERGED:
                 break
-            _carry(Z, buffers.slopes, h, process.rate_density, buffers.M)
-            x[:] = buffers.x1
+            _carry(m, slopes, h, process.rate_density)
+            for i in range(6):
+                m[X + i] = m[X1 + i]
         if status == CONVERGED:
             for i in range(3):
-                Z[i, i] += creep * dt
+                m[Z + 13 * i] += creep * dt
             return CONVERGED, evaluations
-        x[:] = saved_x
-        Z[:] = saved_Z
+        for i in range(156):
+            m[X + i] = m[SAVED + i]
         pieces *= 2
     return FAILED, evaluations
 
 
 @compiled
-def predict_free(x, Z, dt, rate_noise, buffers):
+def predict_free(m, slopes, dt, rate_noise):
     """Predict over dt at constant rates: no contact model, and the wrench drives nothing."""
-    slopes = buffers.slopes
     for i in range(3):
         for j in range(12):
             slopes[i, j] = 0.0
         slopes[i, 3 + i] = 1.0
-    for i in range(3):
-        x[i] += dt * x[3 + i]
-    _carry(Z, slopes, dt, rate_noise, buffers.M)
+        m[X + i] += dt * m[X + 3 + i]
+    _carry(m, slopes, dt, rate_noise)
 
 
 @compiled
-def innovation(x, Z, q, R, residual, S):
+def innovation(m, q):
     """
-    Fill residual and lower Cholesky factor S of the innovation covariance.
+    Fill residual and lower Cholesky factor of the innovation covariance; R is in the memory.
 
     Returns the normalised innovation squared (3 degrees of freedom).
     """
     for i in range(3):
-        residual[i] = q[i] - x[i]
-    for i in range(3):
+        m[RESIDUAL + i] = q[i] - m[X + i]
         for j in range(i + 1):
-            total = Z[i, j] + R[i, j]
+            total = m[Z + 12 * i + j] + m[R + 3 * i + j]
             for k in range(j):
-                total -= S[i, k] * S[j, k]
-            if i == j:
-                S[i, i] = sqrt(total)
-            else:
-                S[i, j] = total / S[j, j]
-    w0 = residual[0] / S[0, 0]
-    w1 = (residual[1] - S[1, 0] * w0) / S[1, 1]
-    w2 = (residual[2] - S[2, 0] * w0 - S[2, 1] * w1) / S[2, 2]
+                total -= m[S + 3 * i + k] * m[S + 3 * j + k]
+            m[S + 3 * i + j] = sqrt(total) if i == j else total / m[S + 4 * j]
+    w0 = m[RESIDUAL] / m[S]
+    w1 = (m[RESIDUAL + 1] - m[S + 3] * w0) / m[S + 4]
+    w2 = (m[RESIDUAL + 2] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
     return w0 * w0 + w1 * w1 + w2 * w2
 
 
 @compiled
-def widen_rates(Z, dt, factor):
+def widen_rates(m, dt, factor):
     """
     Widen as if the rates had been less well known since the last correction, dt [s] ago.
 
@@ -205,57 +227,53 @@ def widen_rates(Z, dt, factor):
     """
     for i in range(3):
         for j in range(3):
-            added = factor * Z[3 + i, 3 + j]
-            Z[i, j] += dt * dt * added
-            Z[3 + i, j] += dt * added
-            Z[i, 3 + j] += dt * added
+            added = factor * m[Z + 39 + 12 * i + j]
+            m[Z + 12 * i + j] += dt * dt * added
+            m[Z + 36 + 12 * i + j] += dt * added
+            m[Z + 3 + 12 * i + j] += dt * added
     for i in range(3):
         for j in range(3):
-            Z[3 + i, 3 + j] *= 1.0 + factor
+            m[Z + 39 + 12 * i + j] *= 1.0 + factor
 
 
 @compiled
-def correct(x, u, Z, R, residual, S, buffers):
+def correct(m):
     """
     Correct with an orientation, in Joseph's form on the joint covariance.
 
-    Parameters
-    ----------
-    x, u, Z
-        State, held wrench and their joint covariance, changed in place: an orientation also tells
-        something of the noise in the wrench that led to it.
-    R : ndarray, shape (3, 3)
-        Covariance of the measured angles [rad^2].
-    residual, S
-        From `innovation`.
-    buffers : Buffers
-
+    State, held wrench and joint covariance are changed: an orientation also tells something of
+    the noise in the wrench that led to it. Residual, Cholesky factor and R are those that
+    `innovation` left in the memory.
     """
-    gain, M = buffers.gain, buffers.joseph
+    l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
+    o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
+    e0, e1, e2 = m[RESIDUAL], m[RESIDUAL + 1], m[RESIDUAL + 2]
     for i in range(12):
-        g0 = Z[i, 0] / S[0, 0]
-        g1 = (Z[i, 1] - S[1, 0] * g0) / S[1, 1]
-        g2 = (Z[i, 2] - S[2, 0] * g0 - S[2, 1] * g1) / S[2, 2]
-        g2 = g2 / S[2, 2]
-        g1 = (g1 - S[2, 1] * g2) / S[1, 1]
-        g0 = (g0 - S[1, 0] * g1 - S[2, 0] * g2) / S[0, 0]
-        gain[i, 0], gain[i, 1], gain[i, 2] = g0, g1, g2
-    for i in range(6):
-        x[i] += gain[i, 0] * residual[0] + gain[i, 1] * residual[1] + gain[i, 2] * residual[2]
-    for i in range(6):
-        k = 6 + i
-        u[i] += gain[k, 0] * residual[0] + gain[k, 1] * residual[1] + gain[k, 2] * residual[2]
+        g0 = m[Z + i] * o0
+        g1 = (m[Z + 12 + i] - l10 * g0) * o1
+        g2 = (m[Z + 24 + i] - l20 * g0 - l21 * g1) * o2 * o2
+        g1 = (g1 - l21 * g2) * o1
+        g0 = (g0 - l10 * g1 - l20 * g2) * o0
+        m[GAIN + i], m[GAIN + 12 + i], m[GAIN + 24 + i] = g0, g1, g2
+    # The wrench follows the state in the memory.
     for i in range(12):
+        m[X + i] += m[GAIN + i] * e0 + m[GAIN + 12 + i] * e1 + m[GAIN + 24 + i] * e2
+    for i in range(12):
+        g0, g1, g2 = m[GAIN + i], m[GAIN + 12 + i], m[GAIN + 24 + i]
         for j in range(12):
-            M[i, j] = Z[i, j] - (
-                gain[i, 0] * Z[0, j] + gain[i, 1] * Z[1, j] + gain[i, 2] * Z[2, j]
+            m[JOSEPH + 12 * i + j] = m[Z + 12 * i + j] - (
+                g0 * m[Z + j] + g1 * m[Z + 12 + j] + g2 * m[Z + 24 + j]
             )
     for i in range(12):
-        k0 = gain[i, 0] * R[0, 0] + gain[i, 1] * R[1, 0] + gain[i, 2] * R[2, 0]
-        k1 = gain[i, 0] * R[0, 1] + gain[i, 1] * R[1, 1] + gain[i, 2] * R[2, 1]
-        k2 = gain[i, 0] * R[0, 2] + gain[i, 1] * R[1, 2] + gain[i, 2] * R[2, 2]
-        for j in range(i + 1):
-            total = M[i, j] + k0 * gain[j, 0] + k1 * gain[j, 1] + k2 * gain[j, 2]
-            total -= M[i, 0] * gain[j, 0] + M[i, 1] * gain[j, 1] + M[i, 2] * gain[j, 2]
-            Z[i, j] = total
-            Z[j, i] = total
+        g0, g1, g2 = m[GAIN + i], m[GAIN + 12 + i], m[GAIN + 24 + i]
+        at = JOSEPH + 12 * i
+        k0 = g0 * m[R] + g1 * m[R + 3] + g2 * m[R + 6] - m[at]
+        k1 = g0 * m[R + 1] + g1 * m[R + 4] + g2 * m[R + 7] - m[at + 1]
+        k2 = g0 * m[R + 2] + g1 * m[R + 5] + g2 * m[R + 8] - m[at + 2]
+        for j in range(12):
+            m[Z + 12 * i + j] = m[at + j] + (
+                k0 * m[GAIN + j] + k1 * m[GAIN + 12 + j] + k2 * m[GAIN + 24 + j]
+            )
+    for i in range(12):
+        for j in range(i):
+            m[Z + 12 * j + i] = m[Z + 12 * i + j]

@@ -1,15 +1,37 @@
 """Normal reactions and slip speeds at an estimate, with their covariance."""
 
-from math import cos, exp, sin, sqrt
+from math import cos, exp, isfinite, nan, sin, sqrt
 
-from peg_on_hole_ros.mechanics.kernel import accelerate, closed_forms, compiled, equations
+from peg_on_hole_ros.estimation.memory import (
+    BENDS,
+    REACTIONS,
+    ROWS,
+    SCALES,
+    SPEEDS,
+    WORK,
+    U,
+    X,
+    Y,
+    Z,
+    row_of,
+    scene_of,
+    times_Z,
+)
+from peg_on_hole_ros.mechanics.kernel import (
+    accelerate_at,
+    accelerate_with_derivatives,
+    closed_forms,
+    compiled,
+    equations,
+    pose_of,
+)
 
 # Three squared normal variables stay below it in 97 of 100 cases.
 SURPRISE_LIMIT = 9.0
 
 
 @compiled
-def fuse_reactions(Z, points, dy, acceleration_stddev, covariance, scratch):
+def fuse_reactions(m, dy, acceleration_stddev):
     """
     Weigh the six equations' answer against how fast a held peg can accelerate.
 
@@ -19,126 +41,111 @@ def fuse_reactions(Z, points, dy, acceleration_stddev, covariance, scratch):
 
     Parameters
     ----------
-    Z : ndarray, shape (12, 12)
-        Joint covariance of state and wrench.
-    points : ndarray, shape (7, 6)
-        Accelerations and reactions of the six equations, changed in place: at the estimate, then
-        at the points of `solve_around`.
+    m : ndarray
+        Memory: Y, accelerations and reactions of the six equations, is changed, and so are the
+        BENDS of `bend_around`; the covariance of Y, and what the bends show to be beyond the
+        derivatives, is filled in at REACTIONS.
     dy : ndarray, shape (6, 12)
-        Their derivatives at the estimate.
+        Derivatives of Y by state and wrench.
     acceleration_stddev : float
         Of each angle [rad/s^2].
-    covariance : ndarray, shape (6, 6)
-        Filled with that of the first point after the update, and with what the other points show
-        to be beyond the derivatives.
-    scratch : ndarray, shape (6, 12)
 
     """
     for i in range(6):
+        row = row_of(dy, i)
         for j in range(12):
-            total = 0.0
-            for k in range(12):
-                total += dy[i, k] * Z[k, j]
-            scratch[i, j] = total
+            m[ROWS + 12 * i + j] = times_Z(row, m, j)
     for i in range(6):
         for j in range(i + 1):
             total = 0.0
             for k in range(12):
-                total += scratch[i, k] * dy[j, k]
-            covariance[i, j] = total
-            covariance[j, i] = total
+                total += m[ROWS + 12 * i + k] * dy[j, k]
+            m[REACTIONS + 6 * i + j] = total
+            m[REACTIONS + 6 * j + i] = total
     variance = acceleration_stddev * acceleration_stddev
     surprise = 0.0
     # One acceleration at a time: three scalar updates need no matrix inverse.
     for a in range(3):
-        total = covariance[a, a] + variance
+        at = REACTIONS + 6 * a
+        column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
+        over = 1.0 / (column[a] + variance)
+        acceleration = m[Y + a]
+        surprise += acceleration * acceleration * over
+        b0, b1, b2 = m[BENDS + a], m[BENDS + 6 + a], m[BENDS + 12 + a]
         for i in range(6):
-            scratch[i, 0] = covariance[i, a] / total
-        surprise += points[0, a] * points[0, a] / total
-        for n in range(7):
-            acceleration = points[n, a]
-            for i in range(6):
-                points[n, i] -= scratch[i, 0] * acceleration
-        for i in range(6):
-            for j in range(6):
-                scratch[i, 1 + j] = covariance[a, j]
-        for i in range(6):
-            for j in range(6):
-                covariance[i, j] -= scratch[i, 0] * scratch[i, 1 + j]
+            weight = column[i] * over
+            m[Y + i] -= weight * acceleration
+            m[BENDS + i] -= weight * b0
+            m[BENDS + 6 + i] -= weight * b1
+            m[BENDS + 12 + i] -= weight * b2
+            for j in range(i + 1):
+                value = m[REACTIONS + 6 * i + j] - weight * column[j]
+                m[REACTIONS + 6 * i + j] = value
+                m[REACTIONS + 6 * j + i] = value
     # A held peg cannot accelerate like that: the slip's direction is wrong, and with it all that
     # follows from it. The covariance grows by as much as they are too large (Birge's ratio).
-    if surprise > SURPRISE_LIMIT:
-        for i in range(6):
-            for j in range(6):
-                covariance[i, j] *= surprise / SURPRISE_LIMIT
-    for n in range(3):
-        for i in range(6):
-            bend = 0.5 * (points[1 + 2 * n, i] + points[2 + 2 * n, i]) - points[0, i]
-            scratch[i, 0] = bend
-        for i in range(6):
-            for j in range(6):
-                covariance[i, j] += scratch[i, 0] * scratch[j, 0]
+    growth = max(1.0, surprise / SURPRISE_LIMIT)
+    for i in range(6):
+        b0, b1, b2 = m[BENDS + i], m[BENDS + 6 + i], m[BENDS + 12 + i]
+        for j in range(6):
+            m[REACTIONS + 6 * i + j] = growth * m[REACTIONS + 6 * i + j] + (
+                b0 * m[BENDS + j] + b1 * m[BENDS + 6 + j] + b2 * m[BENDS + 12 + j]
+            )
 
 
 @compiled
-def solve_around(p, scales, x, u, Z, work, y, moved, points):
+def bend_around(p, m):
     """
-    Solve the six equations at the estimate's answer and around it, one rate's spread at a time.
+    Fill BENDS: how far the answer's change with the rates is from a straight line.
 
     Dry friction turns with the slip, and near stick or the singular set its turn within one
-    standard deviation is no longer a straight line: the points show by how much.
-
-    Parameters
-    ----------
-    p, scales, x, u, work
-        As for `kernel.accelerate`.
-    Z : ndarray, shape (12, 12)
-        Joint covariance of state and wrench.
-    y : ndarray, shape (6,)
-        The answer at the estimate.
-    moved : ndarray, shape (6,)
-        Scratch.
-    points : ndarray, shape (7, 6)
-        Filled: the answer, then those at plus and minus each column of the Cholesky factor of the
-        rates' covariance.
-
-    """
-    a = sqrt(max(Z[3, 3], 0.0))
-    over = 1.0 / a if a > 0.0 else 0.0
-    b0, b1 = Z[4, 3] * over, Z[5, 3] * over
-    c = sqrt(max(Z[4, 4] - b0 * b0, 0.0))
-    e = (Z[5, 4] - b1 * b0) / c if c > 0.0 else 0.0
-    f = sqrt(max(Z[5, 5] - b1 * b1 - e * e, 0.0))
-    points[0, :] = y
-    for i in range(3):
-        moved[i] = x[i]
-    for n in range(3):
-        d0 = a if n == 0 else 0.0
-        d1 = b0 if n == 0 else (c if n == 1 else 0.0)
-        d2 = b1 if n == 0 else (e if n == 1 else f)
-        for side in range(2):
-            sign = 1.0 - 2.0 * side
-            moved[3] = x[3] + sign * d0
-            moved[4] = x[4] + sign * d1
-            moved[5] = x[5] + sign * d2
-            accelerate(p, scales, moved, u, work, points[1 + 2 * n + side])
-
-
-@compiled
-def slip(p, x, Z, contact_speed):
-    """
-    Fill speed and variance of the peg's material points at K, B1, B2.
+    standard deviation is no longer a straight line. The six equations are solved at plus and
+    minus each column of the Cholesky factor of the rates' covariance; what the mean of a pair has
+    beyond the answer at the estimate is one row.
 
     Parameters
     ----------
     p : SceneScalars
-    x : ndarray, shape (6,)
-    Z : ndarray, shape (12, 12)
-    contact_speed : ndarray, shape (3, 2)
-        Filled with speed [m/s] and variance [m^2/s^2].
+    m : ndarray
+        Memory, with the answer at the estimate at Y.
 
     """
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    x, u, scales, work = m[X : X + 6], m[U : U + 6], m[SCALES : SCALES + 3], m[WORK:]
+    a = sqrt(max(m[Z + 39], 0.0))
+    over = 1.0 / a if a > 0.0 else 0.0
+    b0, b1 = m[Z + 40] * over, m[Z + 41] * over
+    c = sqrt(max(m[Z + 52] - b0 * b0, 0.0))
+    e = (m[Z + 53] - b1 * b0) / c if c > 0.0 else 0.0
+    f = sqrt(max(m[Z + 65] - b1 * b1 - e * e, 0.0))
+    pose = pose_of(p, x, u, work)
+    for n in range(3):
+        d0 = a if n == 0 else 0.0
+        d1 = b0 if n == 0 else (c if n == 1 else 0.0)
+        d2 = b1 if n == 0 else (e if n == 1 else f)
+        _, ahead = accelerate_at(p, scales, pose, (x[3] + d0, x[4] + d1, x[5] + d2), work)
+        _, behind = accelerate_at(p, scales, pose, (x[3] - d0, x[4] - d1, x[5] - d2), work)
+        for i in range(6):
+            m[BENDS + 6 * n + i] = 0.5 * (ahead[i] + behind[i]) - m[Y + i]
+
+
+@compiled
+def slip(p, m, gamma):
+    """
+    Fill SPEEDS with speed and variance of the peg's material points at K, B1, B2.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    m : ndarray
+        Memory, of which rates and their covariance are used [m/s], [m^2/s^2].
+    gamma : float
+        Tilt at which the contacts are taken [rad].
+
+    """
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
+    dgamma, dpsi, dphi = m[X + 3], m[X + 4], m[X + 5]
+    z33, z44, z55 = m[Z + 39], m[Z + 52], m[Z + 65]
+    z34, z35, z45 = m[Z + 40], m[Z + 41], m[Z + 53]
     s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
     for i in range(3):
         if i == 0:
@@ -150,45 +157,87 @@ def slip(p, x, Z, contact_speed):
             h0, h1, h2 = 2.0 * a1, side, side * c
             e1, e2 = S1, S2
             z0, z2 = 2.0 * S1, side * s
-        v_h = h0 * x[3] + h1 * x[4] + h2 * x[5]
-        v_e = e1 * x[4] + e2 * x[5]
-        v_z = z0 * x[3] + z2 * x[5]
+        v_h = h0 * dgamma + h1 * dpsi + h2 * dphi
+        v_e = e1 * dpsi + e2 * dphi
+        v_z = z0 * dgamma + z2 * dphi
         speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
         # The rates' covariance through the velocity; the tilt's part is below it by |rate| * 1e-2.
         over = 1.0 / (speed + 1e-300)
         d0 = (v_h * h0 + v_z * z0) * over
         d1 = (v_h * h1 + v_e * e1) * over
         d2 = (v_h * h2 + v_e * e2 + v_z * z2) * over
-        variance = d0 * d0 * Z[3, 3] + d1 * d1 * Z[4, 4] + d2 * d2 * Z[5, 5]
-        variance += 2.0 * (d0 * d1 * Z[3, 4] + d0 * d2 * Z[3, 5] + d1 * d2 * Z[4, 5])
-        contact_speed[i, 0] = speed
-        contact_speed[i, 1] = variance
+        variance = d0 * d0 * z33 + d1 * d1 * z44 + d2 * d2 * z55
+        variance += 2.0 * (d0 * d1 * z34 + d0 * d2 * z35 + d1 * d2 * z45)
+        m[SPEEDS + 2 * i] = speed
+        m[SPEEDS + 2 * i + 1] = variance
 
 
 @compiled
-def contact_forces(p, scales, x, normal, work, force, point):
+def react(m, dy, acceleration_stddev):
+    """
+    Fill Y with the reactions of three-point contact at the estimate, and REACTIONS.
+
+    Parameters
+    ----------
+    m, dy, acceleration_stddev
+        As for `fuse_reactions`; dy is filled.
+
+    Returns
+    -------
+    float
+        Determinant over its frictionless value; NaN where the equations have no finite answer.
+
+    """
+    x, u, y = m[X : X + 6], m[U : U + 6], m[Y : Y + 6]
+    scales, work = m[SCALES : SCALES + 3], m[WORK:]
+    p = scene_of(m)
+    determinant = accelerate_with_derivatives(p, scales, x, u, work, y, dy)
+    bend_around(p, m)
+    fuse_reactions(m, dy, acceleration_stddev)
+    # A sum is finite only if all of its terms are.
+    total = determinant
+    for i in range(6):
+        total += y[i]
+        for j in range(6):
+            total += m[REACTIONS + 6 * i + j]
+    return determinant if isfinite(total) else nan
+
+
+@compiled
+def tilt_on_contacts(p, gamma):
+    """Return the tilt, kept where the closed forms of the geometry exist [rad]."""
+    return min(max(gamma, p.gamma0 * (1.0 + 1e-9)), 1.5)
+
+
+@compiled
+def slip_speeds(m):
+    """Fill SPEEDS at the estimate; below gamma0, with the contacts at gamma0."""
+    p = scene_of(m)
+    slip(p, m, tilt_on_contacts(p, m[X]))
+
+
+@compiled
+def contact_forces(m, normal, force, point):
     """
     Fill force on the peg (normal and friction) and place of each contact, hole axes.
 
     Parameters
     ----------
-    p : SceneScalars
-    scales : ndarray, shape (3,)
-        Velocity scales of friction [m/s].
-    x : ndarray, shape (6,)
+    m : ndarray
+        Memory.
     normal : ndarray, shape (3,)
         N_K, N_B1, N_B2 [N].
-    work : ndarray
-        From `kernel.workspace`.
     force, point : ndarray, shape (3, 3)
-        Rows K, B1, B2 [N], [m].
+        Filled: rows K, B1, B2 [N], [m].
 
     """
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    p = scene_of(m)
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, tilt_on_contacts(p, m[X]))
     wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    rates = (x[3], x[4], x[5])
+    rates = (m[X + 3], m[X + 4], m[X + 5])
+    scales, work = m[SCALES : SCALES + 3], m[WORK:]
     equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
-    s, c = sin(x[1]), cos(x[1])
+    s, c = sin(m[X + 1]), cos(m[X + 1])
     for i in range(3):
         # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
         f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
@@ -203,9 +252,9 @@ def contact_forces(p, scales, x, normal, work, force, point):
 
 
 @compiled
-def friction_scales(p, x, Z, slip_velocity_scale, widening, contact_speed, scales):
+def friction_scales(p, m, slip_velocity_scale, widening):
     """
-    Fill the velocity scale of friction at each contact.
+    Fill SCALES with the velocity scale of friction at each contact.
 
     Where the slip may well be zero, the kink of dry friction lies inside the estimate's spread,
     and a slope taken at the mean says nothing of it. The scale then grows by the slip's standard
@@ -214,29 +263,25 @@ def friction_scales(p, x, Z, slip_velocity_scale, widening, contact_speed, scale
 
     Parameters
     ----------
-    p, x, Z
-        As for `slip`.
+    p, m
+        As for `slip`, which fills SPEEDS here.
     slip_velocity_scale : float
         Smallest scale [m/s].
     widening : float
         Share of the slip's standard deviation; 0 keeps the smallest scale.
-    contact_speed : ndarray, shape (3, 2)
-        Filled by `slip`.
-    scales : ndarray, shape (3,)
-        Filled [m/s].
 
     """
-    slip(p, x, Z, contact_speed)
+    slip(p, m, m[X])
     for i in range(3):
-        variance = max(contact_speed[i, 1], 1e-30)
-        near = exp(-0.5 * contact_speed[i, 0] * contact_speed[i, 0] / variance)
-        scales[i] = sqrt(
+        speed, variance = m[SPEEDS + 2 * i], max(m[SPEEDS + 2 * i + 1], 1e-30)
+        near = exp(-0.5 * speed * speed / variance)
+        m[SCALES + i] = sqrt(
             slip_velocity_scale * slip_velocity_scale + widening * widening * variance * near
         )
 
 
 @compiled
-def creep_variance(p, contact_speed, slip_velocity_scale, creep_time):
+def creep_variance(p, m, slip_velocity_scale, creep_time):
     """
     Return the growth of each angle's variance while no contact slides [rad^2/s].
 
@@ -244,7 +289,7 @@ def creep_variance(p, contact_speed, slip_velocity_scale, creep_time):
     not: the difference is a slow error of the model, here white with the power of one that lasts
     for creep_time [s].
     """
-    fastest = max(contact_speed[0, 0], contact_speed[1, 0], contact_speed[2, 0])
+    fastest = max(m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4])
     scale2 = slip_velocity_scale * slip_velocity_scale
     stuck = scale2 / (scale2 + fastest * fastest)
     rate = 2.0 * slip_velocity_scale / p.D

@@ -2,7 +2,7 @@
 
 from math import fabs, sqrt
 
-from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, compiled
+from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, compiled, inlined
 
 CONVERGED = 0
 FAILED = 1
@@ -14,28 +14,33 @@ MAX_ITERATIONS = 12
 MAX_HALVINGS = 12
 
 
-@compiled
-def solve3(a, r0, r1, r2):
-    """Solve a 3x3 system by cofactors; the iteration matrices here are well conditioned."""
-    c0 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
-    c1 = a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
-    c2 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0]
-    over = 1.0 / (a[0, 0] * c0 + a[0, 1] * c1 + a[0, 2] * c2)
-    d01 = a[0, 2] * a[2, 1] - a[0, 1] * a[2, 2]
-    d02 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]
-    d11 = a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0]
-    d12 = a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2]
-    d21 = a[0, 1] * a[2, 0] - a[0, 0] * a[2, 1]
-    d22 = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
+@inlined
+def _entry(h, dy, i, j):
+    return -h * (dy[i, 3 + j] + h * dy[i, j])
+
+
+@inlined
+def _inverse(h, dy):
+    """Return the inverse of the iteration matrix, by rows: 3x3, well conditioned, by cofactors."""
+    a00, a01, a02 = 1.0 + _entry(h, dy, 0, 0), _entry(h, dy, 0, 1), _entry(h, dy, 0, 2)
+    a10, a11, a12 = _entry(h, dy, 1, 0), 1.0 + _entry(h, dy, 1, 1), _entry(h, dy, 1, 2)
+    a20, a21, a22 = _entry(h, dy, 2, 0), _entry(h, dy, 2, 1), 1.0 + _entry(h, dy, 2, 2)
+    c0, c1, c2 = a11 * a22 - a12 * a21, a12 * a20 - a10 * a22, a10 * a21 - a11 * a20
+    over = 1.0 / (a00 * c0 + a01 * c1 + a02 * c2)
     return (
-        (c0 * r0 + d01 * r1 + d02 * r2) * over,
-        (c1 * r0 + d11 * r1 + d12 * r2) * over,
-        (c2 * r0 + d21 * r1 + d22 * r2) * over,
+        (over * c0, over * (a02 * a21 - a01 * a22), over * (a01 * a12 - a02 * a11)),
+        (over * c1, over * (a00 * a22 - a02 * a20), over * (a02 * a10 - a00 * a12)),
+        (over * c2, over * (a01 * a20 - a00 * a21), over * (a00 * a11 - a01 * a10)),
     )
 
 
+@inlined
+def _times(row, r0, r1, r2):
+    return row[0] * r0 + row[1] * r1 + row[2] * r2
+
+
 @compiled
-def implicit_euler(p, scales, x, u, h, x1, y, dy, iteration, slopes, work):
+def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
     """
     Advance the state by one implicit Euler step under a wrench held in peg axes.
 
@@ -57,8 +62,6 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, iteration, slopes, work):
         Filled with the state at the end.
     y, dy : ndarray, shape (6,), (6, 12)
         Filled with accelerations and reactions at the end, and their derivatives.
-    iteration : ndarray, shape (3, 3)
-        Scratch: the iteration matrix.
     slopes : ndarray, shape (3, 12)
         Filled with the derivatives of the rates at the end by the state at the start and by u.
     work : ndarray
@@ -94,22 +97,25 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, iteration, slopes, work):
         if merit < 0.0 and trial != trial:
             return FAILED, evaluation + 1
         if merit < 0.0 or trial < merit or trial <= RATE_TOLERANCE * RATE_TOLERANCE:
-            for i in range(3):
-                for j in range(3):
-                    iteration[i, j] = -h * (dy[i, 3 + j] + h * dy[i, j])
-                iteration[i, i] += 1.0
+            row0, row1, row2 = _inverse(h, dy)
             if sqrt(trial) <= RATE_TOLERANCE + 1e-13 * size:
                 for j in range(12):
-                    if 3 <= j < 6:
-                        s0, s1, s2 = 1.0 * (j == 3), 1.0 * (j == 4), 1.0 * (j == 5)
-                    else:
-                        s0, s1, s2 = h * dy[0, j], h * dy[1, j], h * dy[2, j]
-                    g0, g1, g2 = solve3(iteration, s0, s1, s2)
-                    slopes[0, j], slopes[1, j], slopes[2, j] = g0, g1, g2
+                    d0, d1, d2 = h * dy[0, j], h * dy[1, j], h * dy[2, j]
+                    slopes[0, j] = _times(row0, d0, d1, d2)
+                    slopes[1, j] = _times(row1, d0, d1, d2)
+                    slopes[2, j] = _times(row2, d0, d1, d2)
+                for j in range(3):
+                    slopes[0, 3 + j], slopes[1, 3 + j], slopes[2, 3 + j] = (
+                        row0[j],
+                        row1[j],
+                        row2[j],
+                    )
                 return CONVERGED, evaluation + 1
             merit = trial
             v0, v1, v2 = x1[3], x1[4], x1[5]
-            d0, d1, d2 = solve3(iteration, -r0, -r1, -r2)
+            d0 = -_times(row0, r0, r1, r2)
+            d1 = -_times(row1, r0, r1, r2)
+            d2 = -_times(row2, r0, r1, r2)
             fraction = 1.0
             halvings = 0
         else:

@@ -1,0 +1,76 @@
+"""Where the numbers of one filter lie: one flat array that all of its compiled code works in."""
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, inlined, workspace
+
+# One array, because an array handed to compiled code costs as much as 50 multiplications and a
+# named tuple of them ten times that, and because loops over fixed places in one array become
+# vector instructions: the compiler sees that they do not overlap.
+_SIZES = {
+    "SCENE": len(SceneScalars._fields),
+    "PROCESS": 5,  # see kernel.Process
+    "X": 6,  # state
+    "U": 6,  # wrench that is held
+    "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows
+    "NOISE": 36,  # covariance of a new wrench, (6, 6)
+    "SCALES": 3,  # velocity scales of friction
+    "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
+    "X1": 6,  # state at the end of a step
+    "Y": 6,  # accelerations and reactions
+    "SAVED": 156,  # X, U and Z before a prediction
+    "ROWS": 72,  # (6, 12)
+    "GAIN": 36,  # of a correction, transposed, (3, 12)
+    "JOSEPH": 144,
+    "RESIDUAL": 3,
+    "S": 9,  # lower Cholesky factor of the innovation's covariance, (3, 3)
+    "R": 9,  # covariance of the measured angles, (3, 3)
+    "REACTIONS": 36,  # covariance of Y, (6, 6)
+    "BENDS": 18,  # what Y's change by each rate's spread has beyond a straight line, (3, 6)
+    "WORK": len(workspace()),
+}
+
+
+def _places():
+    at = np.cumsum([0, *_SIZES.values()])
+    return {name: int(place) for name, place in zip(_SIZES, at)}, int(at[-1])
+
+
+_AT, SIZE = _places()
+SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
+NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
+SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
+RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
+REACTIONS, BENDS, WORK = (_AT[name] for name in ("REACTIONS", "BENDS", "WORK"))
+
+
+def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:
+    """Return a view of one part of the memory by its name, in a shape."""
+    view = memory[_AT[name] : _AT[name] + _SIZES[name]]
+    return view if shape is None else view.reshape(shape)
+
+
+@compiled
+def scene_of(m):
+    """Return the scene that the memory holds."""
+    return SceneScalars(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10])
+
+
+@inlined
+def row_of(a, i):
+    """Return a row of 12 as scalars, for use in a loop over columns."""
+    return (
+        a[i, 0], a[i, 1], a[i, 2], a[i, 3], a[i, 4], a[i, 5],
+        a[i, 6], a[i, 7], a[i, 8], a[i, 9], a[i, 10], a[i, 11],
+    )  # fmt: skip
+
+
+@inlined
+def times_Z(row, m, j):
+    """Return one entry of a row times Z; in a loop over j, four or eight at a time."""
+    z = Z + j
+    return (
+        row[0] * m[z] + row[1] * m[z + 12] + row[2] * m[z + 24] + row[3] * m[z + 36]
+        + row[4] * m[z + 48] + row[5] * m[z + 60] + row[6] * m[z + 72] + row[7] * m[z + 84]
+        + row[8] * m[z + 96] + row[9] * m[z + 108] + row[10] * m[z + 120] + row[11] * m[z + 132]
+    )  # fmt: skip
