@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import reference
 from peg_on_hole_ros.mechanics.free_body import free_body, wrench_of

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.mechanics import geometry, printed, reference, small_tilt, velocities
 from peg_on_hole_ros.mechanics.scene import Scene
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.mechanics import examples, reference
 from peg_on_hole_ros.mechanics.scene import Scene
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-import rigid_body_oracle as oracle
 from scipy.integrate import solve_ivp
 
+import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import geometry, reference, small_tilt, two_point
 from peg_on_hole_ros.mechanics.scene import Scene
