@@ -49,7 +49,8 @@ def scene() -> str:
     <body name="peg" pos="0 0 1">
       <freejoint/>
       <inertial pos="0 0 0" mass="{MASS}" diaginertia="{Ie} {Ie} {Iz}"/>
-      <geom name="peg" type="cylinder" size="{d / 2} {H / 2}" contype="2" conaffinity="1" {contact}/>
+      <geom name="peg" type="cylinder" size="{d / 2} {H / 2}" contype="2" conaffinity="1"
+            {contact}/>
     </body>
   </worldbody>
 </mujoco>"""
@@ -73,14 +74,12 @@ def three_point_center(gamma, psi):
     return np.array([h * np.cos(psi), h * np.sin(psi), z])
 
 
-def angles(R, w):
-    """Return gamma, psi, phi and their rates from axes and angular velocity (world)."""
+def angles(R):
+    """Return gamma, psi, phi of the peg's axes in the world."""
     zeta = R[:, 2]
     gamma, psi = np.arccos(zeta[2]), np.arctan2(-zeta[1], -zeta[0])
     flat = rotation(gamma, psi, 0.0).T @ R
-    e = np.array([-np.sin(psi), np.cos(psi), 0])
-    rates = np.linalg.solve(np.column_stack([-e, [0, 0, 1], zeta]), w)
-    return np.array([gamma, psi, np.arctan2(flat[1, 0], flat[0, 0])]), rates
+    return np.array([gamma, psi, np.arctan2(flat[1, 0], flat[0, 0])])
 
 
 def contact_forces(model, data, peg, psi):
@@ -126,14 +125,11 @@ def main():
     turn_damp = 2 * DAMPING_RATIO * np.sqrt(TURNING_STIFFNESS * np.max(inertia_P))
     rows = []
     for _ in range(round(args.seconds / (STEP * WINDOW))):
-        start = momentum(data, inertia_P)
+        start, before = momentum(data, inertia_P), angles(axes_of(data))
         applied, forces, normals = np.zeros(6), np.zeros((3, 3)), np.zeros((3, 3))
-        for step in range(WINDOW):
+        for _ in range(WINDOW):
             now = target + rate * data.time
-            R = data.qpos[3:7].copy()
-            axes = np.zeros(9)
-            mujoco.mju_quat2Mat(axes, R)
-            axes = axes.reshape(3, 3)
+            axes = axes_of(data)
             wanted = rotation(*now)
             h = np.array([np.cos(now[1]), np.sin(now[1]), 0])
             # Smoothly pressed in the first 50 ms.
@@ -156,9 +152,10 @@ def main():
             total, normal = contact_forces(model, data, peg, now[1])
             forces, normals = forces + total / WINDOW, normals + normal / WINDOW
             applied += np.concatenate([force, moment]) / WINDOW
-            if step == WINDOW // 2:
-                q, rates = angles(axes, w)
         end = momentum(data, inertia_P)
+        after = angles(axes_of(data))
+        turned = (after - before + np.pi) % (2 * np.pi) - np.pi
+        q, rates = before + turned / 2, turned / (WINDOW * STEP)
         change = (end - start) / (WINDOW * STEP)
         N = np.linalg.norm(normals, axis=1)
         rows.append(np.concatenate([[data.time], q, rates, applied, change, N, forces.ravel()]))
@@ -175,11 +172,16 @@ def main():
           f"mean N {N[100:].mean(axis=0).round(2)}")  # fmt: skip
 
 
-def momentum(data, inertia_P):
-    """Return momentum and angular momentum about the mass centre (world), shape (6,)."""
+def axes_of(data):
+    """Return the peg's axes in the world."""
     axes = np.zeros(9)
     mujoco.mju_quat2Mat(axes, data.qpos[3:7])
-    axes = axes.reshape(3, 3)
+    return axes.reshape(3, 3)
+
+
+def momentum(data, inertia_P):
+    """Return momentum and angular momentum about the mass centre (world), shape (6,)."""
+    axes = axes_of(data)
     return np.concatenate([MASS * data.qvel[:3], axes @ (inertia_P * data.qvel[3:6])])
 
 

@@ -20,9 +20,7 @@ class Ending(Enum):
     """Why a trajectory ended; the values are advice."""
 
     TIME = "the time was over"
-    CONTACT_OPEN = (
-        "a reaction became negative: that contact opens, see unilateral.solve_unilateral"
-    )
+    CONTACT_OPEN = "a reaction became negative: that contact opens, see `solve_unilateral`"
     WEDGED = "the reactions' matrix became singular: rigid motion ends here"
     LEVEL = "the peg lies down: no three-point contact at a right angle"
     FREE = "K reached the peg's upper end: the peg is free in the hole"
@@ -42,8 +40,8 @@ class Trajectory(NamedTuple):
     normal : ndarray, shape (3, n)
         N_K, N_B1, N_B2 [N]; in two-point contact N_B stands half in each.
     lateral_force : ndarray, shape (n,)
-        Force along e at O that keeps the two-point pose symmetric [N]; zero in three-point contact,
-        where N_B1 - N_B2 is that force.
+        Force along e at O that keeps the two-point pose symmetric [N]; zero in three-point
+        contact, where N_B1 - N_B2 is that force.
     two_point : ndarray of bool, shape (n,)
     transition : float or None
         Time at which gamma passed gamma0 last [s].
