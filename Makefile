@@ -48,10 +48,10 @@ $(STAMP): setup.py
 	        "ROS 2 and colcon (README)" >&2; \
 	    exit 1; \
 	fi; \
-	echo "setting up $(VENV) with $$($$found --version)"; \
+	echo "setting up $(VENV) with $$($$found --version): takes a minute or two"; \
 	rm -rf $(VENV); \
 	$$found -m venv $(VENV); \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[$(EXTRAS)]"; \
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable ".[$(EXTRAS)]"; \
 	touch $@
 
 clean:

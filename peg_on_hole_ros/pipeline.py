@@ -241,7 +241,9 @@ class Pipeline:
             monitor["jamming_risk"] = risk
             monitor["determinant"] = determinant
             band = self.configuration.monitor.singular_band
-            clear = min(determinant, abs(solution.determinant)) > band
+            # Beside the singular set: a spread as large as the load says nothing of the load.
+            spread_known = solution.normal_stddev.max() <= 0.5 * solution.normal.sum()
+            clear = spread_known and min(determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
             normal, normal_stddev = solution.normal, solution.normal_stddev
             force, point = kalman.contact_forces(normal)

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.mechanics import geometry, reference, small_tilt, two_point
+from peg_on_hole_ros.mechanics import examples, geometry, reference, small_tilt, two_point
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE = Scene(mass_center_height=0.033, axial_inertia=3e-4, gravity=(1.0, 2.0, -9.0))
@@ -174,27 +174,18 @@ def test_pose_is_smooth_through_gamma0():
 def test_limits_from_both_sides():
     """Closing without slip: K slides one way above gamma0, the other way below, not at gamma0."""
     # Imposed by a couple: force balance alone, as fast motion has its own inertia.
-    s0, f, m = np.sin(PAPER.gamma0), PAPER.friction, PAPER.peg_mass
+    s0, f = np.sin(PAPER.gamma0), PAPER.friction
     c0, weight = np.cos(PAPER.gamma0), PAPER.peg_mass * 9.80665
     slow = -1e-4
     above = small_tilt.reactions(PAPER, 1e-9, [slow, 0, 0]).K / weight
     assert above == pytest.approx(1 / (s0 * (1 + f**2)), rel=1e-3) == pytest.approx(15.2, abs=0.05)
-    pose = two_point.two_point_pose(PAPER, PAPER.gamma0 - 1e-9)
-    arms = pose.points - [x.v for x in pose.center]
-    v = np.array([x.g[0] for x in pose.center]) * slow + np.cross([0, -slow, 0], arms)
-    reaction = pose.normals - f * v / np.linalg.norm(v, axis=1)[:, None]
-    below, _ = np.linalg.solve(reaction[:, [0, 2]].T, [0, m * 9.80665]) / weight
+    below = examples.imposed_two_point(PAPER, PAPER.gamma0 - 1e-9, [slow, 0, 0])[0] / weight
     assert below == pytest.approx(1 / (s0 * (1 - f**2) + 2 * f * c0), rel=1e-3)
     assert below == pytest.approx(2.17, abs=0.01)
     # With slip K slides sideways and the limits meet.
     rates = np.array([slow, 0, 1.0])
     above = small_tilt.reactions(PAPER, 1e-9, rates).K / weight
-    zeta = np.array([-s0, 0, c0])
-    v = np.array([x.g[0] for x in pose.center]) * slow
-    v = v + np.cross(np.array([0, -slow, 0]) + zeta, arms)
-    reaction = pose.normals - f * v / np.linalg.norm(v, axis=1)[:, None]
-    columns = np.column_stack([reaction.T, [0, -1, 0]])
-    below = np.linalg.solve(columns, [0, 0, m * 9.80665])[0] / weight
+    below = examples.imposed_two_point(PAPER, PAPER.gamma0 - 1e-9, rates)[0] / weight
     assert above == pytest.approx(below, rel=1e-2)
 
 
@@ -246,6 +237,24 @@ def test_energy_is_kept_through_the_transition_without_friction():
     after = energy(second.y[:, -1], (h.v, z.v), (h.g[0], z.g[0]))
     # 2e-9 rad were stepped over by hand, and rates taken across unchanged.
     assert after == pytest.approx(before, rel=1e-7)
+
+
+def test_imposed_motion_is_the_free_one_under_the_couple_that_it_needs():
+    rates = np.array([-0.16, 0.3, 2.0])
+    gamma = 0.9 * PAPER.gamma0
+    N_K, N_B, lateral = examples.imposed_two_point(PAPER, gamma, rates)
+    columns, q4 = [], [gamma, 0, 0, 0]
+    base = two_point.solve_two_point(PAPER, q4, [*rates, 0], np.zeros(6), held=True)
+    for k in range(3):
+        wrench = np.append(np.zeros(3), np.eye(3)[k])
+        one = two_point.solve_two_point(PAPER, q4, [*rates, 0], wrench, held=True)
+        columns.append(one.acceleration[:3] - base.acceleration[:3])
+    couple = np.linalg.solve(np.array(columns).T, -base.acceleration[:3])
+    found = two_point.solve_two_point(
+        PAPER, q4, [*rates, 0], np.append(np.zeros(3), couple), held=True
+    )
+    np.testing.assert_allclose(found.normal, [N_K, N_B], rtol=1e-8)
+    assert found.lateral_force == pytest.approx(lateral, rel=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,9 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
     for k in range(count):
         t_ns = 1_000_000_000 + k * 1_000_000
         gamma = scene.gamma0 * (1.5 - 0.6 * k / count)
+        if k % 8 == 0:
+            # Now and then a surprise, which has code of its own.
+            gamma += 6 * configuration.joints.position_stddev
         position = {"name": list(ANGLES), "position": [gamma, 1e-3 * k, 2e-3 * k]}
         wrench = {"header": header(t_ns), "wrench": {"force": zero, "torque": zero}}
         stream.on_joints(convert(JOINTS_TYPE, {"header": header(t_ns), **position}))

@@ -8,6 +8,7 @@ from peg_on_hole_ros.mechanics import printed
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations, slip_directions
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.two_point import two_point_pose
 
 
 class Imposed(NamedTuple):
@@ -53,6 +54,42 @@ def imposed(scene: Scene, gamma, rates, slip_velocity_scale=0.0) -> Imposed:
     balance, right = np.moveaxis(A[3:, 3:], (0, 1), (-2, -1)), np.moveaxis(r[3:], 0, -1)
     N = np.moveaxis(np.linalg.solve(balance, right[..., None])[..., 0], -1, 0)
     return Imposed(N, np.einsum("ij...,j...->i...", A[:3, 3:], N) - r[:3])
+
+
+def imposed_two_point(scene: Scene, gamma: float, rates) -> np.ndarray:
+    """
+    Return N_K, N_B and the lateral force [N] for constant rates below gamma0, no applied force.
+
+    Parameters
+    ----------
+    scene : Scene
+    gamma : float
+        [rad], up to gamma0; psi = 0, held symmetric.
+    rates : array_like, shape (3,)
+        [rad/s].
+
+    Returns
+    -------
+    ndarray, shape (3,)
+
+    Source: 2.6.2, for the other side of the transition.
+
+    """
+    dgamma, dpsi, dphi = rates
+    pose = two_point_pose(scene, gamma)
+    h, _, z = pose.center
+    C = np.array([h.v, 0.0, z.v])
+    slope, bend = np.array([h.g[0], 0, z.g[0]]), np.array([h.h[0, 0], 0, z.h[0, 0]])
+    s, c = np.sin(gamma), np.cos(gamma)
+    omega = np.array([-s * dphi, -dgamma, dpsi + c * dphi])
+    turn = np.cross([0, 0, dpsi], C)
+    v = slope * dgamma + turn + np.cross(omega, pose.points - C)
+    speed = np.linalg.norm(v, axis=1)
+    u = v / np.where(speed == 0, 1, speed)[:, None]
+    acceleration = bend * dgamma**2 + 2 * dgamma * np.cross([0, 0, dpsi], slope)
+    acceleration = acceleration + np.cross([0, 0, dpsi], turn)
+    columns = np.column_stack([*(pose.normals - scene.friction * u), [0, 1, 0]])
+    return np.linalg.solve(columns, scene.peg_mass * (acceleration - np.asarray(scene.gravity)))
 
 
 # How (28.4)-(28.6) may be read: friction follows the rates that the print names (`literal`) or

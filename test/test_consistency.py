@@ -1,0 +1,46 @@
+"""The covariance is a promise: errors over noise seeds that no tuning has seen."""
+
+import numpy as np
+import pytest
+from consistency import score
+from simulated import SAMPLES, truth
+
+SEEDS = range(7000, 7003)
+
+
+@pytest.fixture(scope="module", params=SAMPLES)
+def scored(request):
+    return request.param, *score(truth(request.param), SEEDS)
+
+
+def test_errors_keep_to_what_is_stated(scored):
+    name, found, finite = scored
+    assert finite
+    steady = found["steady"]
+    assert steady["samples"] > 100 * len(SEEDS)
+    reactions = slice(6, 9)
+    assert (steady["ratio"][reactions] <= 1.3).all(), steady["ratio"]
+    assert (steady["relative"] <= 0.05).all(), steady["relative"]
+    # 95 % bounds; errors are correlated over some 10 ms, so that a few thousand samples count as
+    # a few hundred, with a standard deviation of 1 to 2 %.
+    assert (steady["coverage95"] >= 0.90).all(), steady["coverage95"]
+    assert (steady["coverage95"][reactions] <= 0.99).all(), steady["coverage95"]
+
+
+def test_angles_are_better_than_they_are_measured(scored):
+    name, found, _ = scored
+    result = truth(name)
+    stddev = result.plan.configuration.joints.position_stddev
+    rms = found["steady"]["rms"][:3]
+    assert rms[0] < stddev
+    # psi and phi alone are measured to stddev / sin(gamma).
+    sine = np.sin(result.q[result.mode == "three_point", 0])
+    assert (rms[1:] < stddev * np.sqrt((1 / sine**2).mean())).all()
+
+
+def test_nothing_diverges_where_nothing_is_promised(scored):
+    _, found, _ = scored
+    for kind in ("reversal", "singular"):
+        if kind in found:
+            assert (found[kind]["rms"][0] < 1e-3).all()
+            assert (found[kind]["rms"][1:3] < 0.02).all()
