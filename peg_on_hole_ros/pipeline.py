@@ -1,14 +1,12 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
-from math import hypot, isfinite, pi, sin, sqrt
+from math import fsum, hypot, isfinite, sin, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.estimation.pose import peg_pose
-from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.monitoring.alarms import Alarms
 from peg_on_hole_ros.monitoring.jamming import WedgingMargin, jamming_risk
 from peg_on_hole_ros.monitoring.mode import ContactMode, Evidence
@@ -80,6 +78,7 @@ class Pipeline:
         self._started = False
         self._waiting.clear()
         self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
+        self._mean_nis: float | None = None
         self._recent.clear()
         self._mode.restart()
         self._flag.restart()
@@ -97,7 +96,7 @@ class Pipeline:
             return "nothing taken: no wrench and orientation have arrived yet"
         force = np.mean([sample.force for sample in self._recent], axis=0)
         torque = np.mean([sample.torque for sample in self._recent], axis=0)
-        taken = self._reduction.take_tare(force, torque, peg_axes(self._filter.x[:3]))
+        taken = self._reduction.take_tare(force, torque, self._filter.x[:3])
         self.counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         return (
@@ -150,6 +149,7 @@ class Pipeline:
         result, nis = self._filter.correct(q, R)
         if isfinite(nis):
             self._nis.append(nis)
+            self._mean_nis = fsum(self._nis) / len(self._nis)
         self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.INFLATED:
             self.counts["rates_widened"] += 1
@@ -175,8 +175,7 @@ class Pipeline:
             self.counts["wrench_dropped_late"] += 1
             return None
         self._recent.append(sample)
-        R_HP = peg_axes(self._filter.x[:3])
-        self._filter.hold(self._reduction.on_peg(sample.force, sample.torque, R_HP))
+        self._filter.hold(self._reduction.on_peg(sample.force, sample.torque, self._filter.x[:3]))
         while self._waiting and self._waiting[0].t_ns <= sample.t_ns:
             measurement = self._waiting.popleft()
             self._advance(measurement.t_ns)
@@ -200,43 +199,47 @@ class Pipeline:
 
     def _outputs(self, t_ns: int) -> Outputs:
         scene, kalman = self.scene, self._filter
-        x, P = kalman.x, kalman.P
-        margin = x[0] - scene.gamma0
-        spread = sqrt(P[0, 0] + self._gamma0_stddev**2)
+        # Plain floats: arithmetic on numpy's scalars costs several times as much.
+        gamma, _, _, closing, _, _ = kalman.x.tolist()
+        gamma_variance, covariance, rate_variance = kalman.tilt_covariance()
+        margin = gamma - scene.gamma0
+        variance = gamma_variance + self._gamma0_stddev**2
         solution = kalman.reactions()
-        force_P = kalman.u[:3] + scene.peg_mass * (peg_axes(x[:3]).T @ np.array(scene.gravity))
+        force, couple = kalman.rim_load()
         # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
-        couple = 2 * float(np.linalg.norm(kalman.u[3:])) / scene.peg_diameter
-        carried = hypot(float(np.linalg.norm(force_P)), couple)
+        carried = hypot(force, 2 * couple / scene.peg_diameter)
         mode = self._mode.update(
             Evidence(
                 t_ns * 1e-9,
                 carried,
                 self._force_stddev,
                 margin,
-                spread,
+                sqrt(variance),
                 None if solution is None else solution.normal,
                 None if solution is None else solution.normal_stddev,
-                float(np.mean(self._nis)) if self._nis else 3.0,
+                3.0 if self._mean_nis is None else self._mean_nis,
             )
         )
         three_point = mode == "three_point" and solution is not None
         probability = transition_probability(
-            x[0], sqrt(P[0, 0]), scene.gamma0, self._gamma0_stddev
+            gamma, sqrt(gamma_variance), scene.gamma0, self._gamma0_stddev
         )
         flag = self._flag.update(probability, touching=mode in ("three_point", "two_point"))
         monitor = {
             "transition_probability": probability,
             "three_point_validity": self._mode.validity,
             "friction": scene.friction,
+            "reactions_determined": 0.0,
         }
-        monitor["reactions_determined"] = 0.0
         risk = determinant = None
+        # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
+        # and otherwise what a rim of this tilt may wedge against what it carries.
+        wide = self._force_stddev
         if three_point:
-            forecast = time_to_transition(margin, x[3], spread**2, P[3, 3], P[0, 3])
+            forecast = time_to_transition(margin, closing, variance, rate_variance, covariance)
             if forecast:
                 monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
-            determinant = self._margin.determinant(x, P)
+            determinant = self._margin.determinant(kalman.x, kalman.P)
             risk = jamming_risk(determinant)
             monitor["jamming_risk"] = risk
             monitor["determinant"] = determinant
@@ -245,27 +248,15 @@ class Pipeline:
             spread_known = solution.normal_stddev.max() <= 0.5 * solution.normal.sum()
             clear = spread_known and min(determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
-            normal, normal_stddev = solution.normal, solution.normal_stddev
-            force, point = kalman.contact_forces(normal)
-        else:
-            # Nothing is known of the reactions, but how large they can be: none in the air, and
-            # elsewhere what a rim of this tilt may wedge against what it carries.
-            wide = self._force_stddev
-            if mode != "open":
-                wide = (carried + wide) / sin(max(x[0], scene.gamma0))
-            normal, normal_stddev = np.zeros(3), np.full(3, wide)
-            force, point = np.zeros((3, 3)), kalman.contact_points()
-        alarms = self._alarms.update(mode, risk, determinant, normal, normal_stddev)
-        slip_speed, slip_stddev = kalman.slip_speeds()
-        position, rotation, pose_covariance = peg_pose(scene, x[:3], P[:3, :3], not three_point)
-        state = x.copy()
-        state[1:3] -= 2 * pi * np.ceil((state[1:3] - pi) / (2 * pi))
-        closed = normal > 0 if three_point else np.zeros(3, bool)
+        elif mode != "open":
+            wide = (carried + wide) / sin(max(gamma, scene.gamma0))
+        estimate = kalman.describe(three_point, wide)
+        normal, stddev = estimate.normal.tolist(), estimate.normal_stddev.tolist()
+        alarms = self._alarms.update(mode, risk, determinant, normal, stddev)
         self.health = {
-            "nis_mean": float(np.mean(self._nis)) if self._nis else 0.0,
+            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
             "evaluations": float(kalman.evaluations),
         }
         return Outputs(
-            t_ns, state, P.copy(), normal, normal_stddev, slip_speed, slip_stddev, closed, force,
-            point, position, rotation, pose_covariance, monitor, mode, flag, alarms,
-        )  # fmt: skip
+            t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
+        )

@@ -1,14 +1,15 @@
 """The contact filter: state, covariance and the wrench that is held, over compiled steps."""
 
 from enum import Enum
-from math import pi
+from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.memory import SIZE, part
-from peg_on_hole_ros.estimation.reactions import contact_forces, react, slip_speeds
+from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -38,18 +39,15 @@ class Reactions(NamedTuple):
 
     Attributes
     ----------
-    normal, normal_stddev : ndarray, shape (3,)
+    normal, normal_stddev : tuple of 3 float
         N_K, N_B1, N_B2 [N].
-    covariance : ndarray, shape (3, 3)
-        [N^2].
     determinant : float
         Of the six equations over its frictionless value.
 
     """
 
-    normal: np.ndarray
-    normal_stddev: np.ndarray
-    covariance: np.ndarray
+    normal: tuple[float, float, float]
+    normal_stddev: tuple[float, float, float]
     determinant: float
 
 
@@ -99,6 +97,9 @@ class ContactFilter:
         part(self._memory, "SCENE")[:] = self.scalars
         part(self._memory, "PROCESS")[:] = self.process
         self.wrench_noise[:] = wrench_noise
+        self._normal = part(self._memory, "Y")[3:]
+        self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
+        self._peg_height = scene.peg_height
         self.evaluations = 0
         self._refused = 0
         self._since_correction = 0.0
@@ -107,6 +108,11 @@ class ContactFilter:
     def P(self) -> np.ndarray:
         """Covariance of the state, a view, shape (6, 6)."""
         return self._P
+
+    def tilt_covariance(self) -> tuple[float, float, float]:
+        """Return the variance of gamma, its covariance with gamma', and the variance of gamma'."""
+        Z = self.Z
+        return Z.item(0), Z.item(3), Z.item(39)
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
@@ -183,27 +189,14 @@ class ContactFilter:
         determinant = react(self._memory, self._dy, self.options.acceleration_stddev)
         if determinant != determinant:
             return None
-        covariance = part(self._memory, "REACTIONS", (6, 6))[3:, 3:].copy()
         # Rounding can leave a variance a little below zero where the equations are near singular.
-        return Reactions(
-            part(self._memory, "Y")[3:].copy(),
-            np.sqrt(np.maximum(np.diagonal(covariance), 0.0)),
-            covariance,
-            determinant,
-        )
+        stddev = tuple(sqrt(max(variance, 0.0)) for variance in self._normal_variance.tolist())
+        return Reactions(tuple(self._normal.tolist()), stddev, determinant)
 
-    def slip_speeds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return speed and standard deviation at K, B1, B2 [m/s]; at gamma0 below it."""
-        slip_speeds(self._memory)
-        speeds = part(self._memory, "SPEEDS", (3, 2))
-        return speeds[:, 0].copy(), np.sqrt(np.maximum(speeds[:, 1], 0.0))
+    def rim_load(self) -> tuple[float, float]:
+        """Return the sizes of the force [N] and the couple [N m] that the rim carries."""
+        return rim_load(self._memory)
 
-    def contact_forces(self, normal) -> tuple[np.ndarray, np.ndarray]:
-        """Return force on the peg [N] and place [m] of each contact (rows), hole axes."""
-        force, point = np.empty((3, 3)), np.empty((3, 3))
-        contact_forces(self._memory, normal, force, point)
-        return force, point
-
-    def contact_points(self) -> np.ndarray:
-        """Return the places of K, B1, B2 (rows), hole frame [m]."""
-        return self.contact_forces(np.zeros(3))[1]
+    def describe(self, on_contacts: bool, wide: float) -> Description:
+        """Return the estimate with the last reactions if on_contacts, and else without any."""
+        return description(self._memory, self._peg_height, on_contacts, wide)

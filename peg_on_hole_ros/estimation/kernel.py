@@ -21,12 +21,11 @@ from peg_on_hole_ros.estimation.memory import (
     Y,
     Z,
     row_of,
-    scene_of,
     times_Z,
 )
 from peg_on_hole_ros.estimation.reactions import creep_variance, friction_scales
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
-from peg_on_hole_ros.mechanics.kernel import compiled, inlined
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
 
 # A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion

@@ -4,6 +4,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
+from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import JointInput, WrenchInput
 from peg_on_hole_ros.records import AngleMeasurement, JointSample
@@ -63,7 +64,7 @@ class WrenchReduction:
         self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity)
 
-    def on_peg(self, force, torque, R_HP) -> np.ndarray:
+    def on_peg(self, force, torque, q) -> np.ndarray:
         """
         Return the wrench on the peg about its mass centre, peg axes, shape (6,).
 
@@ -71,8 +72,8 @@ class WrenchReduction:
         ----------
         force, torque : sequence of 3 float
             As received, sensor axes [N], [N m].
-        R_HP : ndarray, shape (3, 3)
-            Peg axes in hole axes; matters only where there is a payload.
+        q : ndarray, shape (3,)
+            gamma, psi, phi [rad]; they matter only where there is a payload.
 
         """
         measured = np.array([*force, *torque])
@@ -80,12 +81,12 @@ class WrenchReduction:
         measured -= self.tare
         wrench = self.matrix @ measured
         if self._payload_mass:
-            weight_P = self._payload_mass * (R_HP.T @ self._gravity_H)
+            weight_P = self._payload_mass * (peg_axes(q).T @ self._gravity_H)
             wrench[:3] += weight_P
             wrench[3:] += self._payload_arm @ weight_P
         return wrench
 
-    def take_tare(self, force, torque, R_HP) -> np.ndarray:
+    def take_tare(self, force, torque, q) -> np.ndarray:
         """
         Take a wrench as that of a peg which hangs free, and return the new tare, shape (6,).
 
@@ -93,7 +94,7 @@ class WrenchReduction:
         would have the peg fall.
         """
         measured = self.sign * np.array([*force, *torque])
-        gravity_P = R_HP.T @ self._gravity_H
+        gravity_P = peg_axes(q).T @ self._gravity_H
         hanging = np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
         if self._payload_mass:
             weight_P = self._payload_mass * gravity_P

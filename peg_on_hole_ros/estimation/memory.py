@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, inlined, workspace
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 
 # One array, because an array handed to compiled code costs as much as 50 multiplications and a
 # named tuple of them ten times that, and because loops over fixed places in one array become
@@ -48,12 +48,6 @@ def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:
     """Return a view of one part of the memory by its name, in a shape."""
     view = memory[_AT[name] : _AT[name] + _SIZES[name]]
     return view if shape is None else view.reshape(shape)
-
-
-@compiled
-def scene_of(m):
-    """Return the scene that the memory holds."""
-    return SceneScalars(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10])
 
 
 @inlined

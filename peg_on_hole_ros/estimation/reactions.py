@@ -14,7 +14,6 @@ from peg_on_hole_ros.estimation.memory import (
     Y,
     Z,
     row_of,
-    scene_of,
     times_Z,
 )
 from peg_on_hole_ros.mechanics.kernel import (
@@ -24,6 +23,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     compiled,
     equations,
     pose_of,
+    scene_of,
 )
 
 # Three squared normal variables stay below it in 97 of 100 cases.
@@ -210,29 +210,25 @@ def tilt_on_contacts(p, gamma):
 
 
 @compiled
-def slip_speeds(m):
-    """Fill SPEEDS at the estimate; below gamma0, with the contacts at gamma0."""
-    p = scene_of(m)
-    slip(p, m, tilt_on_contacts(p, m[X]))
-
-
-@compiled
-def contact_forces(m, normal, force, point):
+def contact_forces(p, m, gamma, out, normal, force, point):
     """
-    Fill force on the peg (normal and friction) and place of each contact, hole axes.
+    Fill in force on the peg (normal and friction) and place of each contact, hole axes.
 
     Parameters
     ----------
+    p : SceneScalars
     m : ndarray
-        Memory.
-    normal : ndarray, shape (3,)
-        N_K, N_B1, N_B2 [N].
-    force, point : ndarray, shape (3, 3)
-        Filled: rows K, B1, B2 [N], [m].
+        Memory, of which psi and the rates are used.
+    gamma : float
+        Tilt at which the contacts are taken [rad].
+    out : ndarray
+        Read and filled at three places.
+    normal, force, point : int
+        Places of N_K, N_B1, N_B2 (3) [N], which are given; of the forces (3, 3) [N] and of the
+        points (3, 3) [m], rows K, B1, B2.
 
     """
-    p = scene_of(m)
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, tilt_on_contacts(p, m[X]))
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     rates = (m[X + 3], m[X + 4], m[X + 5])
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
@@ -241,14 +237,32 @@ def contact_forces(m, normal, force, point):
     for i in range(3):
         # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
         f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
-        force[i, 0] = normal[i] * (c * f_h - s * f_e)
-        force[i, 1] = normal[i] * (s * f_h + c * f_e)
-        force[i, 2] = normal[i] * f_z
+        N, at = out[normal + i], force + 3 * i
+        out[at], out[at + 1], out[at + 2] = (
+            N * (c * f_h - s * f_e),
+            N * (s * f_h + c * f_e),
+            N * f_z,
+        )
         r_h = -0.5 * p.D if i == 0 else geo[4]
         r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
-        point[i, 0] = c * r_h - s * r_e
-        point[i, 1] = s * r_h + c * r_e
-        point[i, 2] = 0.0
+        at = point + 3 * i
+        out[at], out[at + 1], out[at + 2] = c * r_h - s * r_e, s * r_h + c * r_e, 0.0
+
+
+@compiled
+def rim_load(m):
+    """Return the sizes of the force [N] and of the couple [N m] that a rim has to carry."""
+    p = scene_of(m)
+    s, c = sin(m[X]), cos(m[X])
+    spsi, cpsi, sphi, cphi = sin(m[X + 1]), cos(m[X + 1]), sin(m[X + 2]), cos(m[X + 2])
+    g_h, g_e = cpsi * p.g_x + spsi * p.g_y, cpsi * p.g_y - spsi * p.g_x
+    # Gravity in peg axes: across the tilt, along eps, along the axis.
+    across = c * g_h + s * p.g_z
+    F_x = m[U] + p.m * (cphi * across + sphi * g_e)
+    F_y = m[U + 1] + p.m * (cphi * g_e - sphi * across)
+    F_z = m[U + 2] + p.m * (c * p.g_z - s * g_h)
+    couple = m[U + 3] * m[U + 3] + m[U + 4] * m[U + 4] + m[U + 5] * m[U + 5]
+    return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)
 
 
 @compiled

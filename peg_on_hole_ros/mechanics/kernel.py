@@ -52,6 +52,13 @@ def scene_scalars(scene: Scene) -> SceneScalars:
     )
 
 
+@compiled
+def scene_of(values):
+    """Return the scene whose fields are the first entries of an array."""
+    v = values
+    return SceneScalars(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10])
+
+
 def workspace() -> np.ndarray:
     """Return the scratch memory that every call of the kernel needs."""
     return np.zeros(_COLUMNS + 6 * 12)
@@ -237,6 +244,15 @@ def accelerate(p, scales, x, u, work, y):
     determinant, answer = accelerate_at(p, scales, pose_of(p, x, u, work), rates, work)
     y[0], y[1], y[2], y[3], y[4], y[5] = answer
     return determinant
+
+
+@compiled
+def determinant_at(p, scales, gamma, rates, work):
+    """Return the determinant over its frictionless value, as of `accelerate`; no wrench enters."""
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
+    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, nothing, work)
+    return _eliminate(p, geo, work)
 
 
 @compiled

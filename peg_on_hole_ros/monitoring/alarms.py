@@ -6,6 +6,28 @@ from peg_on_hole_ros.records import CONTACTS, Alarm
 
 OK, WARN, ERROR = 0, 1, 2
 
+# What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
+JAMMING = (
+    "no wedging ahead",
+    "friction nears the value at which the peg wedges: add slip, or close more slowly",
+    "the peg is wedged, or is about to: reverse, or turn the peg about its axis",
+)
+CONTACT_LOSS = (
+    ("no contact is being lost",) * 3,
+    tuple(f"contact {c} opens: press the peg on, or tilt it less" for c in CONTACTS),
+    tuple(f"contact {c} is open: the peg no longer rests on three points" for c in CONTACTS),
+)
+OVERLOAD = (
+    ("every contact is within its allowed load",) * 3,
+    tuple(f"contact {c} nears its allowed load: reduce the force" for c in CONTACTS),
+    tuple(
+        f"contact {c} is over its allowed load: reverse, and reduce the force" for c in CONTACTS
+    ),
+)
+_OPEN_NAMES = tuple(f"open_probability_{c}" for c in CONTACTS)
+_NORMAL_NAMES = tuple(f"normal_{c}" for c in CONTACTS)
+_LIMIT_NAMES = tuple(f"max_normal_{c}" for c in CONTACTS)
+
 
 class Level:
     """A level that rises at its thresholds and falls only a hysteresis below them."""
@@ -30,6 +52,7 @@ class Alarms:
 
     def __init__(self, options: MonitorOptions):
         self.options = options
+        self._limits = tuple(zip(_LIMIT_NAMES, map(float, options.max_normal)))
         self.restart()
 
     def restart(self):
@@ -56,34 +79,22 @@ class Alarms:
         in_contact = mode == "three_point"
         level = self._jamming.update(risk if risk is not None else 0.0)
         values = () if risk is None else (("jamming_risk", risk), ("determinant", determinant))
-        text = (
-            "no wedging ahead",
-            "friction nears the value at which the peg wedges: add slip, or close more slowly",
-            "the peg is wedged, or is about to: reverse, or turn the peg about its axis",
-        )[level]
-        jamming = Alarm("jamming", level, text, tuple(values))
+        jamming = Alarm("jamming", level, JAMMING[level], values)
+        if not in_contact:
+            level = self._loss.update(0.0)
+            loss = Alarm("contact_loss", level, CONTACT_LOSS[level][0], ())
+            level = self._overload.update(0.0)
+            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
 
         lost = [normal_probability(-n / max(s, 1e-9)) for n, s in zip(normal, normal_stddev)]
-        worst = max(range(3), key=lambda i: lost[i])
-        level = self._loss.update(lost[worst] if in_contact else 0.0)
-        text = (
-            "no contact is being lost",
-            f"contact {CONTACTS[worst]} opens: press the peg on, or tilt it less",
-            f"contact {CONTACTS[worst]} is open: the peg no longer rests on three points",
-        )[level]
-        values = tuple((f"open_probability_{c}", p) for c, p in zip(CONTACTS, lost))
-        loss = Alarm("contact_loss", level, text, values if in_contact else ())
+        highest = max(lost)
+        level = self._loss.update(highest)
+        text = CONTACT_LOSS[level][lost.index(highest)]
+        loss = Alarm("contact_loss", level, text, tuple(zip(_OPEN_NAMES, lost)))
 
-        limits = self.options.max_normal
-        load = [n / limit for n, limit in zip(normal, limits)]
-        worst = max(range(3), key=lambda i: load[i])
-        level = self._overload.update(load[worst] if in_contact else 0.0)
-        text = (
-            "every contact is within its allowed load",
-            f"contact {CONTACTS[worst]} nears its allowed load: reduce the force",
-            f"contact {CONTACTS[worst]} is over its allowed load: reverse, and reduce the force",
-        )[level]
-        values = tuple((f"normal_{c}", float(n)) for c, n in zip(CONTACTS, normal))
-        limit_values = tuple((f"max_normal_{c}", float(x)) for c, x in zip(CONTACTS, limits))
-        overload = Alarm("overload", level, text, values + limit_values if in_contact else ())
-        return jamming, loss, overload
+        load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
+        highest = max(load)
+        level = self._overload.update(highest)
+        text = OVERLOAD[level][load.index(highest)]
+        values = (*zip(_NORMAL_NAMES, normal), *self._limits)
+        return jamming, loss, Alarm("overload", level, text, values)

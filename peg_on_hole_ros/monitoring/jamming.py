@@ -1,10 +1,16 @@
 """How near the peg is to wedging: the distance to the singular set of the six equations."""
 
-from math import sqrt
+from math import fabs, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, accelerate, workspace
+from peg_on_hole_ros.mechanics.kernel import (
+    SceneScalars,
+    compiled,
+    determinant_at,
+    scene_of,
+    workspace,
+)
 
 # Slower than any motion a cell makes and faster than rounding: friction is then Coulomb's.
 _COULOMB = (1e-9, 1e-9, 1e-9)
@@ -14,11 +20,8 @@ class WedgingMargin:
     """The normalised determinant for the closing motion from an estimate."""
 
     def __init__(self, scalars: SceneScalars):
-        self._scalars = scalars
-        self._x = np.zeros(6)
-        self._u = np.zeros(6)
+        self._scene = np.array(scalars)
         self._work = workspace()
-        self._y = np.zeros(6)
 
     def determinant(self, x, P) -> float:
         """
@@ -34,13 +37,21 @@ class WedgingMargin:
         P : ndarray, shape (6, 6)
 
         """
-        self._x[:3] = x[:3]
-        for i in range(3, 6):
-            known = abs(x[i]) > 2 * sqrt(P[i, i])
-            self._x[i] = x[i] if known else 0.0
-        if self._x[3] == 0.0:
-            self._x[3] = -2 * sqrt(P[3, 3]) - 1e-6
-        return accelerate(self._scalars, _COULOMB, self._x, self._u, self._work, self._y)
+        return _closing_determinant(self._scene, x, P, self._work)
+
+
+@compiled
+def _known(rate, variance):
+    return rate if fabs(rate) > 2.0 * sqrt(variance) else 0.0
+
+
+@compiled
+def _closing_determinant(scene, x, P, work):
+    dgamma = _known(x[3], P[3, 3])
+    if dgamma == 0.0:
+        dgamma = -2.0 * sqrt(P[3, 3]) - 1e-6
+    rates = (dgamma, _known(x[4], P[4, 4]), _known(x[5], P[5, 5]))
+    return determinant_at(scene_of(scene), _COULOMB, x[0], rates, work)
 
 
 def jamming_risk(determinant: float) -> float:
