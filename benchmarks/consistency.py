@@ -1,5 +1,5 @@
 """
-How well the estimate keeps its promises: errors against the covariance it states, over noise seeds.
+How well the estimate keeps its promises: errors against stated covariance over noise seeds.
 
     python benchmarks/consistency.py [--seeds 20] [--csv FILE] [SCENE ...]
 
@@ -29,6 +29,11 @@ CLASSES = ("steady", "reversal", "singular")
 SLOW_SLIP = 2e-3
 WINDOW_NS = 25_000_000
 # The estimate starts from one orientation and no rates; what it says meanwhile is counted too.
+TITLES = ("rms", "mean sd", "ratio", "95 %", "rel")
+COLUMNS = (
+    "scene", "class", "quantity", "samples", "rms", "mean_stddev", "ratio", "coverage95",
+    "relative",
+)  # fmt: skip
 QUANTITIES = (*ANGLES, *(f"{name}_rate" for name in ANGLES), *(f"N_{name}" for name in CONTACTS))
 
 
@@ -143,20 +148,19 @@ def main(arguments=None):
         print(f"{scene}: {options.seeds} seeds, outputs {'finite' if finite else 'NOT FINITE'}")
         for kind, figure in found.items():
             print(f"  {kind}, {figure['samples'] / options.seeds:.0f} samples a seed")
-            print(f"    {'':10} {'rms':>10} {'mean sd':>10} {'ratio':>6} {'95 %':>6} {'rel':>7}")
+            print("    {:10} {:>10} {:>10} {:>6} {:>6} {:>7}".format("", *TITLES))
             for i, name in enumerate(QUANTITIES):
                 relative = figure["relative"][i - 6] if i >= 6 else float("nan")
                 shown = f"{100 * relative:6.2f}%" if i >= 6 else ""
                 values = [figure[k][i] for k in ("rms", "mean_stddev", "ratio", "coverage95")]
-                print("    {:10} {:10.3g} {:10.3g} {:6.2f} {:6.3f} {}".format(name, *values, shown))
+                numbers = "{:10.3g} {:10.3g} {:6.2f} {:6.3f}".format(*values)
+                print(f"    {name:10} {numbers} {shown}")
                 rows.append([scene, kind, name, figure["samples"], *values, relative])
             sys.stdout.flush()
     if options.csv:
         with options.csv.open("w", newline="") as file:
             writer = csv.writer(file)
-            writer.writerow(
-                "scene class quantity samples rms mean_stddev ratio coverage95 relative".split()
-            )
+            writer.writerow(COLUMNS)
             writer.writerows(rows)
 
 

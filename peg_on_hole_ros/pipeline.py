@@ -245,7 +245,7 @@ class Pipeline:
             monitor["determinant"] = determinant
             band = self.configuration.monitor.singular_band
             # Beside the singular set: a spread as large as the load says nothing of the load.
-            spread_known = solution.normal_stddev.max() <= 0.5 * solution.normal.sum()
+            spread_known = max(solution.normal_stddev) <= 0.5 * sum(solution.normal)
             clear = spread_known and min(determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
         elif mode != "open":
