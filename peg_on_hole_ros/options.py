@@ -63,6 +63,8 @@ class MonitorOptions:
     jamming_warn: float = 0.7
     jamming_error: float = 0.95
     alarm_hysteresis: float = 0.1
+    alarm_dwell: float = 0.01
+    alarm_hold: float = 0.2
     max_normal: tuple[float, float, float] = (500.0, 500.0, 500.0)
     singular_band: float = 0.05
 

@@ -204,6 +204,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     _monitor("jamming_warn", "risk that gives the alarm jamming, level WARN", "", 0.0, 1.0),
     _monitor("jamming_error", "risk that gives the alarm jamming, level ERROR", "", 0.0, 1.0),
     _monitor("alarm_hysteresis", "share of a limit to fall below to clear an alarm", "", 0.0, 1.0),
+    _monitor("alarm_dwell", "time a limit must be passed to raise an alarm", "s", 0.0, 10.0),
+    _monitor("alarm_hold", "time without cause to clear an alarm by one level", "s", 0.0, 60.0),
     _monitor("max_normal", "of K, B1, B2: reactions above give overload", "N", 1e-3, 1e9),
     _monitor(
         "singular_band",

@@ -232,6 +232,12 @@ class Pipeline:
             "reactions_determined": 0.0,
         }
         risk = determinant = None
+        if solution is not None and mode in ("three_point", "unknown"):
+            # A wedged peg may fit no mode; what wedges it is its tilt and the direction of motion.
+            determinant = self._margin.determinant(kalman.x, kalman.P)
+            risk = jamming_risk(determinant)
+            monitor["jamming_risk"] = risk
+            monitor["determinant"] = determinant
         # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
         # and otherwise what a rim of this tilt may wedge against what it carries.
         wide = self._force_stddev
@@ -239,10 +245,6 @@ class Pipeline:
             forecast = time_to_transition(margin, closing, variance, rate_variance, covariance)
             if forecast:
                 monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
-            determinant = self._margin.determinant(kalman.x, kalman.P)
-            risk = jamming_risk(determinant)
-            monitor["jamming_risk"] = risk
-            monitor["determinant"] = determinant
             band = self.configuration.monitor.singular_band
             # Beside the singular set: a spread as large as the load says nothing of the load.
             spread_known = max(solution.normal_stddev) <= 0.5 * sum(solution.normal)
@@ -252,7 +254,7 @@ class Pipeline:
             wide = (carried + wide) / sin(max(gamma, scene.gamma0))
         estimate = kalman.describe(three_point, wide)
         normal, stddev = estimate.normal.tolist(), estimate.normal_stddev.tolist()
-        alarms = self._alarms.update(mode, risk, determinant, normal, stddev)
+        alarms = self._alarms.update(t_ns * 1e-9, mode, risk, determinant, normal, stddev)
         self.health = {
             "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
             "evaluations": float(kalman.evaluations),

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from consistency import score
 
+from consistency import score
 from simulated import SAMPLES, truth
 
 SEEDS = range(7000, 7003)

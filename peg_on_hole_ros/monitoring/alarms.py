@@ -30,20 +30,37 @@ _LIMIT_NAMES = tuple(f"max_normal_{c}" for c in CONTACTS)
 
 
 class Level:
-    """A level that rises at its thresholds and falls only a hysteresis below them."""
+    """
+    A level with hysteresis in value and in time.
 
-    def __init__(self, warn: float, error: float, hysteresis: float):
+    It rises once a value has been at its threshold for `dwell`, and falls by one once the value
+    has been a hysteresis below the threshold for `hold`: one bad sample neither raises nor clears.
+    """
+
+    def __init__(self, warn: float, error: float, options: MonitorOptions):
         self.thresholds = (warn, error)
-        self.hysteresis = hysteresis
+        self.hysteresis = options.alarm_hysteresis
+        self.dwell, self.hold = options.alarm_dwell, options.alarm_hold
         self.level = OK
+        self._above: list[float | None] = [None, None]
+        self._below: float | None = None
 
-    def update(self, value: float) -> int:
-        """Take a value and return the level."""
-        for level, threshold in ((WARN, self.thresholds[0]), (ERROR, self.thresholds[1])):
-            if value >= threshold:
-                self.level = max(self.level, level)
-            elif value < threshold - self.hysteresis and self.level >= level:
-                self.level = level - 1
+    def update(self, t: float, value: float) -> int:
+        """Take a value at a time [s] and return the level."""
+        for i, threshold in enumerate(self.thresholds):
+            if value < threshold:
+                self._above[i] = None
+            elif self._above[i] is None:
+                self._above[i] = t
+            if self._above[i] is not None and t - self._above[i] >= self.dwell:
+                self.level = max(self.level, i + 1)
+        if self.level == OK or value >= self.thresholds[self.level - 1] - self.hysteresis:
+            self._below = None
+        elif self._below is None:
+            self._below = t
+        elif t - self._below >= self.hold:
+            self.level -= 1
+            self._below = t
         return self.level
 
 
@@ -58,16 +75,18 @@ class Alarms:
     def restart(self):
         """Clear every alarm."""
         o = self.options
-        self._jamming = Level(o.jamming_warn, o.jamming_error, o.alarm_hysteresis)
-        self._loss = Level(0.5, 0.99, o.alarm_hysteresis)
-        self._overload = Level(0.8, 1.0, o.alarm_hysteresis)
+        self._jamming = Level(o.jamming_warn, o.jamming_error, o)
+        self._loss = Level(0.5, 0.99, o)
+        self._overload = Level(0.8, 1.0, o)
 
-    def update(self, mode, risk, determinant, normal, normal_stddev) -> tuple[Alarm, ...]:
+    def update(self, t, mode, risk, determinant, normal, normal_stddev) -> tuple[Alarm, ...]:
         """
         Return the three alarms.
 
         Parameters
         ----------
+        t : float
+            [s].
         mode : str
             Contact mode.
         risk, determinant : float or None
@@ -77,24 +96,24 @@ class Alarms:
 
         """
         in_contact = mode == "three_point"
-        level = self._jamming.update(risk if risk is not None else 0.0)
+        level = self._jamming.update(t, risk if risk is not None else 0.0)
         values = () if risk is None else (("jamming_risk", risk), ("determinant", determinant))
         jamming = Alarm("jamming", level, JAMMING[level], values)
         if not in_contact:
-            level = self._loss.update(0.0)
+            level = self._loss.update(t, 0.0)
             loss = Alarm("contact_loss", level, CONTACT_LOSS[level][0], ())
-            level = self._overload.update(0.0)
+            level = self._overload.update(t, 0.0)
             return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
 
         lost = [normal_probability(-n / max(s, 1e-9)) for n, s in zip(normal, normal_stddev)]
         highest = max(lost)
-        level = self._loss.update(highest)
+        level = self._loss.update(t, highest)
         text = CONTACT_LOSS[level][lost.index(highest)]
         loss = Alarm("contact_loss", level, text, tuple(zip(_OPEN_NAMES, lost)))
 
         load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
         highest = max(load)
-        level = self._overload.update(highest)
+        level = self._overload.update(t, highest)
         text = OVERLOAD[level][load.index(highest)]
         values = (*zip(_NORMAL_NAMES, normal), *self._limits)
         return jamming, loss, Alarm("overload", level, text, values)

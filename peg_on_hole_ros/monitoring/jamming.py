@@ -27,7 +27,7 @@ class WedgingMargin:
         """
         Return the determinant over its frictionless value for dry friction.
 
-        A rate within two of its standard deviations of zero has no direction that could be
+        A rate within three of its standard deviations of zero has no direction that could be
         trusted: psi' and phi' then count as none, and gamma' as closing, the direction in which a
         held or jammed peg is pushed.
 
@@ -42,14 +42,14 @@ class WedgingMargin:
 
 @compiled
 def _known(rate, variance):
-    return rate if fabs(rate) > 2.0 * sqrt(variance) else 0.0
+    return rate if fabs(rate) > 3.0 * sqrt(variance) else 0.0
 
 
 @compiled
 def _closing_determinant(scene, x, P, work):
     dgamma = _known(x[3], P[3, 3])
     if dgamma == 0.0:
-        dgamma = -2.0 * sqrt(P[3, 3]) - 1e-6
+        dgamma = -3.0 * sqrt(P[3, 3]) - 1e-6
     rates = (dgamma, _known(x[4], P[4, 4]), _known(x[5], P[5, 5]))
     return determinant_at(scene_of(scene), _COULOMB, x[0], rates, work)
 
