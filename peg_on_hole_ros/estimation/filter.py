@@ -1,7 +1,7 @@
 """The contact filter: state, covariance and the wrench that is held, over compiled steps."""
 
 from enum import Enum
-from math import pi, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -70,8 +70,8 @@ class ContactFilter:
         Joint covariance of x and of the wrench that is held.
     u : ndarray, shape (6,)
         The wrench that is held, peg axes, about the mass centre [N], [N m].
-    evaluations : int
-        Of the six equations in the last prediction.
+    evaluations, pieces : int
+        Of the last prediction: how often the six equations were solved, and in how many steps.
 
     """
 
@@ -100,7 +100,7 @@ class ContactFilter:
         self._normal = part(self._memory, "Y")[3:]
         self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
         self._peg_height = scene.peg_height
-        self.evaluations = 0
+        self.evaluations = self.pieces = 0
         self._refused = 0
         self._since_correction = 0.0
 
@@ -133,10 +133,10 @@ class ContactFilter:
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""
         options = self.options
-        self.evaluations = 0
+        self.evaluations = self.pieces = 0
         self._since_correction += dt
         if in_contact:
-            status, self.evaluations = kernel.predict_contact(
+            status, self.evaluations, self.pieces = kernel.predict_contact(
                 self._memory, self._dy, self._slopes, dt
             )
             if status == CONVERGED:
@@ -164,8 +164,6 @@ class ContactFilter:
 
         """
         options = self.options
-        q = np.array(q, float)
-        q[1:] += 2 * pi * np.round((self.x[1:3] - q[1:]) / (2 * pi))
         self._R[:] = R
         nis = kernel.innovation(self._memory, q)
         result, after = Correction.USED, nis

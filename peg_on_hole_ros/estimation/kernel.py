@@ -1,6 +1,6 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import fabs, sqrt
+from math import fabs, floor, pi, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.memory import (
@@ -147,6 +147,8 @@ def predict_contact(m, dy, slopes, dt):
         CONVERGED, or FAILED with state and covariance untouched.
     evaluations : int
         Of the six equations.
+    pieces : int
+        Steps of equal length that it took.
 
     """
     p = scene_of(m)
@@ -178,11 +180,11 @@ def predict_contact(m, dy, slopes, dt):
         if status == CONVERGED:
             for i in range(3):
                 m[Z + 13 * i] += creep * dt
-            return CONVERGED, evaluations
+            return CONVERGED, evaluations, pieces
         for i in range(156):
             m[X + i] = m[SAVED + i]
         pieces *= 2
-    return FAILED, evaluations
+    return FAILED, evaluations, pieces
 
 
 @compiled
@@ -201,10 +203,13 @@ def innovation(m, q):
     """
     Fill residual and lower Cholesky factor of the innovation covariance; R is in the memory.
 
-    Returns the normalised innovation squared (3 degrees of freedom).
+    The measured psi and phi may be off by turns. Returns the normalised innovation squared
+    (3 degrees of freedom).
     """
     for i in range(3):
-        m[RESIDUAL + i] = q[i] - m[X + i]
+        residual = q[i] - m[X + i]
+        turns = 0.0 if i == 0 else floor(residual / (2.0 * pi) + 0.5)
+        m[RESIDUAL + i] = residual - 2.0 * pi * turns
         for j in range(i + 1):
             total = m[Z + 12 * i + j] + m[R + 3 * i + j]
             for k in range(j):

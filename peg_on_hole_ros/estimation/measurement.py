@@ -1,6 +1,6 @@
 """From samples as received to measurements: the wrench on the peg, and its orientation."""
 
-from math import cos, pi, sin
+from math import cos, isfinite, pi, sin
 
 import numpy as np
 
@@ -155,9 +155,11 @@ class PegJoints:
             self._index = [known[name] for name in self.names] if complete else None
         if self._index is None:
             return "missing_joint"
-        q = np.array([sample.position[i] for i in self._index], float)
-        if not np.all(np.isfinite(q)):
+        position = sample.position
+        gamma, psi, phi = (position[i] for i in self._index)
+        if not (isfinite(gamma) and isfinite(psi) and isfinite(phi)):
             return "not_finite"
-        if not abs(q[0]) < pi:
+        if not abs(gamma) < pi:
             return "out_of_range"
-        return AngleMeasurement(sample.t_ns, q, angle_covariance(q[0], self.stddev))
+        covariance = angle_covariance(gamma, self.stddev)
+        return AngleMeasurement(sample.t_ns, np.array([gamma, psi, phi], float), covariance)

@@ -87,6 +87,14 @@ def implicit_euler(scene: Scene, x, u, h, slip_velocity_scale):
     return np.concatenate([x[:3] + h * v, v]), np.vstack([by_angles, by_rates])
 
 
+def _random_walk(density, h):
+    """Return the covariance that a random walk of the rates adds in an implicit step."""
+    # The implicit step moves the angle with the rate at its end.
+    carried = np.zeros((12, 3))
+    carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
+    return density * h * carried @ carried.T
+
+
 class ReferenceFilter(ExtendedKalmanFilter):
     """
     The contact filter with the held wrench as six more states, which restart with each wrench.
@@ -112,22 +120,30 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.P[WRENCH, :] = self.P[:, WRENCH] = 0
         self.P[WRENCH, WRENCH] = self.wrench_noise
 
-    def predict_contact(self, dt):
-        """Predict over dt [s] by filterpy's own covariance equation."""
+    def predict_contact(self, dt, pieces=1):
+        """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
         speed, variance = self.slip()
-        near = np.exp(-(speed**2) / (2 * variance))
+        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
         self.scales = np.sqrt(smallest**2 + widening**2 * variance * near)
-        x1, F = implicit_euler(self.scene, self.x[STATE], self.x[WRENCH], dt, self.scales)
-        self._motion = x1
-        self.F = np.vstack([F, np.hstack([np.zeros((6, 6)), np.eye(6)])])
-        # A random walk of the rates; the implicit step moves the angle with the rate at its end.
-        carried = np.zeros((12, 3))
-        carried[:3], carried[RATES] = dt * np.eye(3), np.eye(3)
-        self.Q = self.process.rate_density * dt * carried @ carried.T
+        h = dt / pieces
+        for _ in range(pieces):
+            x1, F = implicit_euler(self.scene, self.x[STATE], self.x[WRENCH], h, self.scales)
+            self._motion = x1
+            self.F = np.vstack([F, np.hstack([np.zeros((6, 6)), np.eye(6)])])
+            self.Q = _random_walk(self.process.rate_density, h)
+            self.predict()
         stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
         creep = (2 * smallest / self.scene.hole_diameter) ** 2 * stuck
-        self.Q[range(3), range(3)] += creep * self.process.creep_time * dt
+        self.P[range(3), range(3)] += creep * self.process.creep_time * dt
+
+    def predict_free(self, dt, rate_noise):
+        """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
+        self.scales = np.full(3, self.process.slip_velocity_scale)
+        self.F = np.eye(12)
+        self.F[range(3), range(3, 6)] = dt
+        self._motion = (self.F @ self.x)[STATE]
+        self.Q = _random_walk(rate_noise**2, dt)
         self.predict()
 
     def predict_x(self, u=0):
@@ -145,7 +161,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         J = velocity_jacobians(g, self.scene.peg_diameter, self.scene.hole_diameter)
         v = J @ self.x[RATES]
         speed = np.linalg.norm(v, axis=1)
-        along = np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / speed[:, None]
+        # At rest no direction is along the slip: no variance then.
+        along = (
+            np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / np.maximum(speed, 1e-300)[:, None]
+        )
         return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
     def reactions(self, acceleration_stddev):

@@ -1,0 +1,161 @@
+"""The compiled filter and filterpy's on the numpy model, step by step over one bag."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.estimation.reference import STATE, ReferenceFilter
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import JointSample
+
+
+class Step(NamedTuple):
+    """
+    One wrench of a bag, reduced, and the orientation of the same stamp.
+
+    Attributes
+    ----------
+    dt : float
+        Since the wrench before [s].
+    u : ndarray, shape (6,)
+        Wrench on the peg about its mass centre, peg axes [N], [N m].
+    q : ndarray, shape (3,), or None
+        gamma, psi, phi [rad].
+    R : ndarray, shape (3, 3), or None
+        Covariance of q [rad^2].
+
+    """
+
+    dt: float
+    u: np.ndarray
+    q: np.ndarray | None
+    R: np.ndarray | None
+
+
+class Difference(NamedTuple):
+    """
+    What separates the two filters after one step; all without unit.
+
+    Attributes
+    ----------
+    mean : float
+        Largest difference in the state, whitened by the reference's covariance.
+    covariance : float
+        Largest entry of L^-1 (P - P_ref) L^-T, P_ref = L L^T.
+    reactions : float
+        Largest difference of a reaction over its standard deviation.
+    reactions_covariance : float
+        Largest relative difference of a reaction's standard deviation.
+    seconds, reference_seconds : float
+        What the step took.
+    prediction : Prediction
+
+    """
+
+    mean: float
+    covariance: float
+    reactions: float
+    reactions_covariance: float
+    seconds: float
+    reference_seconds: float
+    prediction: Prediction
+
+
+def bag_samples(path: str | Path, configuration: Configuration):
+    """Yield the joint and wrench samples of a bag."""
+    topics = configuration.topics
+    for item in Bag(path).messages([topics.wrench, topics.joint_states]):
+        decode = wrench_sample if item.topic == topics.wrench else joint_sample
+        yield decode(item.message)
+
+
+def bag_steps(path: str | Path, configuration: Configuration) -> list[Step]:
+    """Return the steps of a bag whose joint states carry the stamps of wrenches."""
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    orientation = PegJoints(configuration.joints)
+    waiting, steps, last = None, [], None
+    for sample in bag_samples(path, configuration):
+        if isinstance(sample, JointSample):
+            waiting = orientation(sample)
+            continue
+        q = R = None
+        if waiting is not None and waiting.t_ns == sample.t_ns:
+            q, R = waiting.q, waiting.covariance
+        u = reduction.on_peg(sample.force, sample.torque, q)
+        steps.append(Step((sample.t_ns - (last or sample.t_ns)) * 1e-9, u, q, R))
+        last = sample.t_ns
+    return steps
+
+
+def unguarded(configuration: Configuration) -> Configuration:
+    """Return the configuration without gate and widening, which are no part of the comparison."""
+    options = replace(configuration.filter, inflation_threshold=inf, gate_threshold=inf)
+    return replace(configuration, filter=options)
+
+
+def filters(configuration: Configuration, first: Step) -> tuple[ContactFilter, ReferenceFilter]:
+    """Return both filters, started alike."""
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    kalman = ContactFilter(configuration.scene, configuration.filter, reduction.covariance)
+    kalman.start(first.q, first.R)
+    reference = ReferenceFilter(configuration.scene, kalman.process, reduction.covariance)
+    reference.x, reference.P = np.concatenate([kalman.x, kalman.u]), kalman.Z.copy()
+    return kalman, reference
+
+
+def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Difference]:
+    """Yield the difference of the two filters after each step but the first."""
+    configuration = unguarded(configuration)
+    kalman, reference = filters(configuration, steps[0])
+    spread = configuration.filter.acceleration_stddev
+    for step in steps[1:]:
+        begun = perf_counter()
+        kalman.hold(step.u)
+        prediction = kalman.predict(step.dt, in_contact=True)
+        if step.q is not None:
+            kalman.correct(step.q, step.R)
+        found = kalman.reactions()
+        between = perf_counter()
+        reference.hold(step.u)
+        if prediction is Prediction.CONTACT:
+            reference.predict_contact(step.dt, kalman.pieces)
+        else:
+            reference.predict_free(step.dt, configuration.filter.free_rate_noise)
+        if step.q is not None:
+            reference.correct(step.q, step.R)
+        normal, covariance = reference.reactions(spread)
+        ended = perf_counter()
+        yield Difference(
+            *state_difference(kalman, reference),
+            *reactions_difference(found, normal, covariance),
+            between - begun,
+            ended - between,
+            prediction,
+        )
+
+
+def state_difference(kalman: ContactFilter, reference: ReferenceFilter) -> tuple[float, float]:
+    """Return `mean` and `covariance` of a Difference."""
+    P = reference.P[STATE, STATE]
+    L = np.linalg.cholesky(P)
+    mean = np.linalg.solve(L, kalman.x - reference.x[STATE])
+    covariance = np.linalg.solve(L, np.linalg.solve(L, kalman.P - P).T)
+    return float(np.abs(mean).max()), float(np.abs(covariance).max())
+
+
+def reactions_difference(found, normal, covariance) -> tuple[float, float]:
+    """Return `reactions` and `reactions_covariance` of a Difference."""
+    stddev = np.sqrt(np.diagonal(covariance))
+    return (
+        float(np.abs((np.array(found.normal) - normal) / stddev).max()),
+        float(np.abs(np.array(found.normal_stddev) / stddev - 1).max()),
+    )

@@ -1,0 +1,247 @@
+"""The contact filter by itself: derivatives, orders, covariance, failures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.measurement import angle_covariance
+from peg_on_hole_ros.estimation.memory import part
+from peg_on_hole_ros.estimation.reactions import react
+from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
+from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import FilterOptions
+
+SCENE = Scene()
+P = scene_scalars(SCENE)
+# Friction without its memory of the covariance, so that a prediction is a function of the state.
+PLAIN = FilterOptions(slip_widening=0.0, creep_time=0.0)
+WRENCH_NOISE = np.diag([0.2**2] * 3 + [0.005**2] * 3)
+
+
+def balanced(x):
+    """Return a wrench that presses the peg on all contacts at x, with accelerations below 1."""
+    u, y, work = np.zeros(6), np.zeros(6), workspace()
+    target = np.array([0.1, -0.2, 0.3, 25.0, 15.0, 12.0])
+    A = np.empty((6, 6))
+    for j in range(6):
+        unit = np.zeros(6)
+        accelerate(P, np.full(3, 2e-5), x, unit, work, y)
+        nothing = y.copy()
+        unit[j] = 1.0
+        accelerate(P, np.full(3, 2e-5), x, unit, work, y)
+        A[:, j] = y - nothing
+    u[:] = np.linalg.solve(A, target - nothing)
+    return u
+
+
+def sliding(options=PLAIN, x=(0.15, 0.3, -0.4, -0.16, 0.4, 2.0), noise=WRENCH_NOISE):
+    """A filter under way: all contacts slide, all carry load."""
+    kalman = ContactFilter(SCENE, options, noise)
+    x = np.array(x)
+    kalman.start(x[:3], angle_covariance(x[0], 1e-4))
+    kalman.x[3:] = x[3:]
+    kalman.Z[3:6, 3:6] = np.diag([1e-3, 2e-3, 3e-3]) ** 2
+    kalman.hold(balanced(x))
+    return kalman
+
+
+def one_step(x, u, h, scales):
+    x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, 12)), np.zeros((3, 12))
+    status, _ = implicit_euler(P, scales, x, u, h, x1, y, dy, slopes, workspace())
+    return status, x1, slopes
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_slopes_of_a_step_are_those_of_its_differences(seed):
+    rng = np.random.default_rng(seed)
+    x = np.array([rng.uniform(0.08, 0.3), *rng.uniform(-3, 3, 2), *rng.normal(size=3)])
+    u, scales, h = balanced(x), np.array([1e-3, 3e-3, 2e-3]), 1e-3
+    _, _, slopes = one_step(x, u, h, scales)
+    for j in range(12):
+        # Slips change by some 0.1 m/s per unit of the rates: far within the friction's scale.
+        small = 1e-5
+        ends = []
+        for sign in (1, -1):
+            moved = np.concatenate([x, u])
+            moved[j] += sign * small
+            status, x1, _ = one_step(moved[:6], moved[6:], h, scales)
+            assert status == CONVERGED
+            ends.append(x1)
+        difference = (ends[0] - ends[1])[3:] / (2 * small)
+        # Newton's residual of 1e-11 over the step of 1e-5, and as much again for curvature.
+        size = max(1.0, np.abs(slopes).max())
+        np.testing.assert_allclose(slopes[:, j], difference, rtol=0, atol=5e-6 * size)
+
+
+def test_covariance_is_carried_by_the_slopes_of_the_step():
+    kalman = sliding()
+    rng = np.random.default_rng(1)
+    scale = np.array([1e-4] * 3 + [1e-2] * 3 + [0.2] * 3 + [5e-3] * 3)
+    root = rng.normal(size=(12, 12)) * scale[:, None]
+    kalman.Z[:] = root @ root.T
+    before, h = kalman.Z.copy(), 2e-3
+    _, _, G = one_step(kalman.x.copy(), kalman.u, h, np.full(3, PLAIN.slip_velocity_scale))
+    F, noise = np.eye(12), np.zeros((12, 3))
+    F[3:6], F[:3] = G, np.eye(12)[:3] + h * G
+    noise[3:6], noise[:3] = np.eye(3), h * np.eye(3)
+    expected = F @ before @ F.T + PLAIN.contact_rate_noise**2 * h * noise @ noise.T
+    assert kalman.predict(h, True) is Prediction.CONTACT
+    stddev = np.sqrt(np.diagonal(expected))
+    # Sums of a dozen products, whose rounding the correlation may enlarge.
+    np.testing.assert_allclose(
+        kalman.Z / np.outer(stddev, stddev), expected / np.outer(stddev, stddev), atol=1e-12
+    )
+    np.testing.assert_array_equal(kalman.Z, kalman.Z.T)
+
+
+def test_correction_is_the_textbooks():
+    kalman = sliding()
+    for _ in range(5):
+        kalman.predict(1e-3, True)
+    Z, xu = kalman.Z.copy(), np.concatenate([kalman.x, kalman.u])
+    R = angle_covariance(kalman.x[0], 1e-4)
+    q = kalman.x[:3] + [5e-5, -3e-4, 4e-4]
+    kalman.correct(q, R)
+    gain = Z[:, :3] @ np.linalg.inv(Z[:3, :3] + R)
+    stddev = np.sqrt(np.diagonal(Z))
+    # The innovation's covariance has a condition number of some 1e3 (psi and phi at a small tilt).
+    expected = xu + gain @ (q - xu[:3])
+    error = (np.concatenate([kalman.x, kalman.u]) - expected) / stddev
+    assert np.abs(error).max() < 1e-11
+    error = (kalman.Z - (Z - gain @ Z[:3])) / np.outer(stddev, stddev)
+    assert np.abs(error).max() < 1e-11
+    np.testing.assert_array_equal(kalman.Z, kalman.Z.T)
+
+
+def test_an_angle_off_by_turns_corrects_alike():
+    ends = []
+    for turns in ([0, 0, 0], [0, 2 * np.pi, -6 * np.pi]):
+        kalman = sliding()
+        kalman.predict(1e-3, True)
+        kalman.correct(kalman.x[:3] + [1e-5, 1e-4, -1e-4] + turns, angle_covariance(0.15, 1e-4))
+        ends.append(kalman.x.copy())
+    # A turn is known to 1e-15 rad; the gain for the rates is below 100 1/s.
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-12)
+
+
+def test_covariance_stays_symmetric_and_positive_over_a_run():
+    kalman = sliding(FilterOptions())
+    rng = np.random.default_rng(5)
+    R = angle_covariance(0.15, 1e-4)
+    u = kalman.u.copy()
+    for k in range(3000):
+        kalman.hold(u + rng.normal(size=6) * np.sqrt(np.diagonal(WRENCH_NOISE)))
+        kalman.predict(1e-3, True)
+        # Measurements where the filter is: the motion turns round, slips pass zero.
+        if k % 2 == 0:
+            q = [0.15 + 0.02 * np.cos(8e-3 * k), 0.3 * np.sin(6e-3 * k), 0.8 * np.cos(5e-3 * k)]
+            kalman.correct(q + np.linalg.cholesky(R) @ rng.normal(size=3), R)
+        np.testing.assert_array_equal(kalman.Z, kalman.Z.T)
+        stddev = np.sqrt(np.diagonal(kalman.P))
+        assert np.linalg.eigvalsh(kalman.P / np.outer(stddev, stddev))[0] > 1e-9
+
+
+def test_longer_steps_converge_at_first_order():
+    ends = []
+    pieces = (2, 4, 8, 16, 2048)
+    for count in pieces:
+        kalman = sliding(replace(PLAIN, max_step=0.02 / count))
+        assert kalman.predict(0.02, True) is Prediction.CONTACT
+        assert kalman.pieces == count
+        ends.append(kalman.x.copy())
+    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    # The reference of 2048 pieces has an error of its own, 1/128 of the last one's.
+    np.testing.assert_allclose(orders, 1.0, atol=0.15)
+
+
+def test_pieces_of_one_prediction_are_as_many_predictions():
+    whole, many = sliding(replace(PLAIN, max_step=1e-3)), sliding()
+    whole.predict(0.02, True)
+    for _ in range(20):
+        many.predict(0.001, True)
+    assert whole.pieces == 20
+    # 0.02 / 20 and 0.001 differ by rounding.
+    np.testing.assert_allclose(whole.x, many.x, rtol=1e-12)
+    stddev = np.sqrt(np.diagonal(many.Z))
+    np.testing.assert_allclose(
+        whole.Z / np.outer(stddev, stddev), many.Z / np.outer(stddev, stddev), atol=1e-10
+    )
+
+
+def test_a_failed_prediction_leaves_state_and_covariance():
+    # Closing on gamma0 from so near that every piece of the step, down to 1/128, ends below it.
+    x = (SCENE.gamma0 + 1e-6, 0.3, -0.4, -0.16, 0.4, 2.0)
+    kalman = sliding(x=(SCENE.gamma0 + 1e-3, *x[1:]))
+    kalman.x[0] = x[0]
+    memory = part(kalman._memory, "X"), part(kalman._memory, "U"), part(kalman._memory, "Z")
+    before = [view.copy() for view in memory]
+    status, evaluations, pieces = kernel.predict_contact(
+        kalman._memory, kalman._dy, kalman._slopes, 0.02
+    )
+    assert status == FAILED and evaluations > 0 and pieces > 1
+    for view, kept in zip(memory, before):
+        np.testing.assert_array_equal(view, kept)
+
+
+def test_below_gamma0_a_prediction_says_that_it_failed_and_stays_finite():
+    kalman = sliding(x=(SCENE.gamma0 + 1e-3, 0.3, -0.4, -0.16, 0.4, 2.0))
+    kalman.x[0] = SCENE.gamma0 * 0.99
+    before = kalman.x.copy()
+    assert kalman.predict(1e-3, True) is Prediction.FAILED
+    # At constant rates, then.
+    np.testing.assert_allclose(kalman.x[:3], before[:3] + 1e-3 * before[3:], rtol=1e-15)
+    np.testing.assert_array_equal(kalman.x[3:], before[3:])
+    assert np.isfinite(kalman.Z).all()
+    assert kalman.reactions() is None
+    estimate = kalman.describe(False, 30.0)
+    assert all(np.isfinite(values).all() for values in estimate)
+
+
+def test_wrench_noise_drives_the_state_and_enters_the_reactions():
+    """What is stated of the reactions is their spread over noise that acts in both ways."""
+    # Near stick, where friction answers to what the same noise does to the slip.
+    options = replace(
+        PLAIN, acceleration_stddev=1e6, contact_rate_noise=1e-9, slip_velocity_scale=1e-3
+    )
+    # So little noise that all is straight lines in it.
+    noise = np.diag([2e-3**2] * 3 + [5e-5**2] * 3)
+    kalman = sliding(options, (0.15, 0.3, -0.4, -0.01, 0.01, 0.03), noise)
+    spread = np.array([1e-8, 1e-7, 1e-7, 1e-6, 2e-6, 3e-6])
+    kalman.Z[:6, :6] = np.diag(spread**2)
+    x, u, Z = kalman.x.copy(), kalman.u.copy(), kalman.Z.copy()
+    kalman.predict(1e-3, True)
+    cross = kalman.Z[:6, 6:].copy()
+    kalman.reactions()
+    stated = part(kalman._memory, "REACTIONS", (6, 6))[3:, 3:].copy()
+    kalman.Z[:6, 6:] = kalman.Z[6:, :6] = 0.0
+    kalman.reactions()
+    without = part(kalman._memory, "REACTIONS", (6, 6))[3:, 3:].copy()
+
+    rng = np.random.default_rng(3)
+    count = 20_000
+    found, ends = np.empty((count, 3)), np.empty((count, 6))
+    errors = rng.normal(size=(count, 6)) * np.sqrt(np.diagonal(noise))
+    for k in range(count):
+        # The true motion, from a true state and a true wrench; what is known of it is x and u.
+        kalman.Z[:] = Z
+        kalman.x[:] = x + rng.normal(size=6) * spread
+        kalman.u[:] = u + errors[k]
+        kalman.predict(1e-3, True)
+        react(kalman._memory, kalman._dy, 1e6)
+        found[k], ends[k] = kalman._normal, kalman.x
+    sample = np.cov(found.T)
+    stddev = np.sqrt(np.diagonal(sample))
+    # A sampled covariance is known to sqrt(2 / 20000) = 1 %.
+    error = np.abs(stated - sample) / np.outer(stddev, stddev)
+    assert error.max() < 0.04
+    assert (np.abs(without - sample) / np.outer(stddev, stddev)).max() > 0.1
+    joint = np.cov(ends.T, errors.T)
+    size = np.sqrt(np.diagonal(joint))
+    error = np.abs(joint[:6, 6:] - cross) / np.outer(size[:6], size[6:])
+    assert error.max() < 0.04
+    assert (np.abs(cross) / np.outer(size[:6], size[6:])).max() > 0.1
