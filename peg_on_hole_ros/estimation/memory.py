@@ -26,7 +26,8 @@ _SIZES = {
     "S": 9,  # lower Cholesky factor of the innovation's covariance, (3, 3)
     "R": 9,  # covariance of the measured angles, (3, 3)
     "REACTIONS": 36,  # covariance of Y, (6, 6)
-    "BENDS": 18,  # what Y's change by each rate's spread has beyond a straight line, (3, 6)
+    "POINTS": 42,  # answers at the estimate, then ahead of and behind it in each rate, (7, 6)
+    "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
     "WORK": len(workspace()),
 }
 
@@ -41,7 +42,9 @@ SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", 
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
-REACTIONS, BENDS, WORK = (_AT[name] for name in ("REACTIONS", "BENDS", "WORK"))
+REACTIONS, POINTS, SURPRISE, WORK = (
+    _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WORK")
+)
 
 
 def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:

@@ -3,11 +3,12 @@
 from math import cos, exp, isfinite, nan, sin, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
-    BENDS,
+    POINTS,
     REACTIONS,
     ROWS,
     SCALES,
     SPEEDS,
+    SURPRISE,
     WORK,
     U,
     X,
@@ -33,20 +34,23 @@ SURPRISE_LIMIT = 9.0
 @compiled
 def fuse_reactions(m, dy, acceleration_stddev):
     """
-    Weigh the six equations' answer against how fast a held peg can accelerate.
+    Weigh the six equations' answers against how fast a held peg can accelerate.
 
     Near the singular set the equations trade huge accelerations for huge reactions; force balance
     with a bounded acceleration does not. As a Bayesian update with accelerations of zero mean and
     a stated standard deviation the two are one formula, without a switch.
 
+    Where the answer at the estimate has accelerations that a held peg cannot have, the slip's
+    direction is wrong, and with it all that follows. The answers around it are then weighed by how
+    well theirs fit; what still does not fit widens the covariance (Birge's ratio).
+
     Parameters
     ----------
     m : ndarray
-        Memory: Y, accelerations and reactions of the six equations, is changed, and so are the
-        BENDS of `bend_around`; the covariance of Y, and what the bends show to be beyond the
-        derivatives, is filled in at REACTIONS.
+        Memory: the answers of `solve_around` at POINTS are changed; the mean is filled in at Y,
+        and its covariance at REACTIONS.
     dy : ndarray, shape (6, 12)
-        Derivatives of Y by state and wrench.
+        Derivatives of the answer at the estimate by state and wrench.
     acceleration_stddev : float
         Of each angle [rad/s^2].
 
@@ -63,45 +67,74 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
     variance = acceleration_stddev * acceleration_stddev
-    surprise = 0.0
+    for n in range(7):
+        m[SURPRISE + n] = 0.0
     # One acceleration at a time: three scalar updates need no matrix inverse.
     for a in range(3):
         at = REACTIONS + 6 * a
         column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
         over = 1.0 / (column[a] + variance)
-        acceleration = m[Y + a]
-        surprise += acceleration * acceleration * over
-        b0, b1, b2 = m[BENDS + a], m[BENDS + 6 + a], m[BENDS + 12 + a]
+        for n in range(7):
+            acceleration = m[POINTS + 6 * n + a]
+            m[SURPRISE + n] += acceleration * acceleration * over
+            for i in range(6):
+                m[POINTS + 6 * n + i] -= column[i] * over * acceleration
         for i in range(6):
             weight = column[i] * over
-            m[Y + i] -= weight * acceleration
-            m[BENDS + i] -= weight * b0
-            m[BENDS + 6 + i] -= weight * b1
-            m[BENDS + 12 + i] -= weight * b2
             for j in range(i + 1):
                 value = m[REACTIONS + 6 * i + j] - weight * column[j]
                 m[REACTIONS + 6 * i + j] = value
                 m[REACTIONS + 6 * j + i] = value
-    # A held peg cannot accelerate like that: the slip's direction is wrong, and with it all that
-    # follows from it. The covariance grows by as much as they are too large (Birge's ratio).
-    growth = max(1.0, surprise / SURPRISE_LIMIT)
+    least = m[SURPRISE]
     for i in range(6):
-        b0, b1, b2 = m[BENDS + i], m[BENDS + 6 + i], m[BENDS + 12 + i]
-        for j in range(6):
-            m[REACTIONS + 6 * i + j] = growth * m[REACTIONS + 6 * i + j] + (
-                b0 * m[BENDS + j] + b1 * m[BENDS + 6 + j] + b2 * m[BENDS + 12 + j]
-            )
+        m[Y + i] = m[POINTS + i]
+    if least > SURPRISE_LIMIT:
+        least = _weigh_points(m)
+    growth = max(1.0, least / SURPRISE_LIMIT)
+    for i in range(36):
+        m[REACTIONS + i] *= growth
+    for n in range(3):
+        ahead, behind = POINTS + 6 * (1 + 2 * n), POINTS + 6 * (2 + 2 * n)
+        for i in range(6):
+            bend_i = 0.5 * (m[ahead + i] + m[behind + i]) - m[POINTS + i]
+            for j in range(6):
+                bend_j = 0.5 * (m[ahead + j] + m[behind + j]) - m[POINTS + j]
+                m[REACTIONS + 6 * i + j] += bend_i * bend_j
 
 
 @compiled
-def bend_around(p, m):
+def _weigh_points(m):
+    """Put the points' mean by likelihood at Y, add their spread to REACTIONS; return the best."""
+    least = m[SURPRISE]
+    for n in range(1, 7):
+        least = min(least, m[SURPRISE + n])
+    total = 0.0
+    for i in range(6):
+        m[Y + i] = 0.0
+    for n in range(7):
+        weight = exp(0.5 * (least - m[SURPRISE + n]))
+        total += weight
+        for i in range(6):
+            m[Y + i] += weight * m[POINTS + 6 * n + i]
+    for i in range(6):
+        m[Y + i] /= total
+    for n in range(7):
+        weight = exp(0.5 * (least - m[SURPRISE + n])) / total
+        for i in range(6):
+            off = m[POINTS + 6 * n + i] - m[Y + i]
+            for j in range(6):
+                m[REACTIONS + 6 * i + j] += weight * off * (m[POINTS + 6 * n + j] - m[Y + j])
+    return least
+
+
+@compiled
+def solve_around(p, m):
     """
-    Fill BENDS: how far the answer's change with the rates is from a straight line.
+    Fill POINTS with the answer at Y, and with those at the rates' spread around the estimate.
 
     Dry friction turns with the slip, and near stick or the singular set its turn within one
-    standard deviation is no longer a straight line. The six equations are solved at plus and
-    minus each column of the Cholesky factor of the rates' covariance; what the mean of a pair has
-    beyond the answer at the estimate is one row.
+    standard deviation is no straight line. The six equations are solved at plus and minus each
+    column of the Cholesky factor of the rates' covariance.
 
     Parameters
     ----------
@@ -118,6 +151,8 @@ def bend_around(p, m):
     e = (m[Z + 53] - b1 * b0) / c if c > 0.0 else 0.0
     f = sqrt(max(m[Z + 65] - b1 * b1 - e * e, 0.0))
     pose = pose_of(p, x, u, work)
+    for i in range(6):
+        m[POINTS + i] = m[Y + i]
     for n in range(3):
         d0 = a if n == 0 else 0.0
         d1 = b0 if n == 0 else (c if n == 1 else 0.0)
@@ -125,7 +160,8 @@ def bend_around(p, m):
         _, ahead = accelerate_at(p, scales, pose, (x[3] + d0, x[4] + d1, x[5] + d2), work)
         _, behind = accelerate_at(p, scales, pose, (x[3] - d0, x[4] - d1, x[5] - d2), work)
         for i in range(6):
-            m[BENDS + 6 * n + i] = 0.5 * (ahead[i] + behind[i]) - m[Y + i]
+            m[POINTS + 6 * (1 + 2 * n) + i] = ahead[i]
+            m[POINTS + 6 * (2 + 2 * n) + i] = behind[i]
 
 
 @compiled
@@ -192,7 +228,7 @@ def react(m, dy, acceleration_stddev):
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
     p = scene_of(m)
     determinant = accelerate_with_derivatives(p, scales, x, u, work, y, dy)
-    bend_around(p, m)
+    solve_around(p, m)
     fuse_reactions(m, dy, acceleration_stddev)
     # A sum is finite only if all of its terms are.
     total = determinant

@@ -172,20 +172,27 @@ class ReferenceFilter(ExtendedKalmanFilter):
         y, dy = solve_with_slopes(self.scene, self.x[STATE], self.x[WRENCH], self.scales)
         C = dy @ self.P @ dy.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
-        expected = C[:3, :3] + acceleration_stddev**2 * np.eye(3)
-        surprise = y[:3] @ np.linalg.solve(expected, y[:3])
-        C = (C - gain @ C[:3, :]) * max(1.0, surprise / SURPRISE_LIMIT)
-
-        def weighed(answer):
-            return answer - gain @ answer[:3]
-
+        inverse = np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
+        C = C - gain @ C[:3, :]
+        answers = [y]
         for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
-            sides = []
             for sign in (1, -1):
                 x = self.x[STATE].copy()
                 x[RATES] += sign * column
                 A, r = six_equations(self.scene, x[:3], x[RATES], self.x[WRENCH], self.scales)
-                sides.append(weighed(np.linalg.solve(A, r)))
-            bend = np.mean(sides, axis=0) - weighed(y)
+                answers.append(np.linalg.solve(A, r))
+        answers = np.array(answers)
+        surprise = np.einsum("ni,ij,nj->n", answers[:, :3], inverse, answers[:, :3])
+        points = answers - answers[:, :3] @ gain.T
+        mean, least, spread = points[0], surprise[0], np.zeros((6, 6))
+        if least > SURPRISE_LIMIT:
+            least = surprise.min()
+            weights = np.exp((least - surprise) / 2)
+            weights /= weights.sum()
+            mean = weights @ points
+            spread = (points - mean).T @ np.diag(weights) @ (points - mean)
+        C = (C + spread) * max(1.0, least / SURPRISE_LIMIT)
+        for n in (1, 3, 5):
+            bend = points[n : n + 2].mean(axis=0) - points[0]
             C = C + np.outer(bend, bend)
-        return weighed(y)[3:], C[3:, 3:]
+        return mean[3:], C[3:, 3:]
