@@ -2,15 +2,17 @@
 Simulate a held peg on a hole's rim in MuJoCo, and write what its contacts carried.
 
     pip install mujoco numpy
-    python benchmarks/mujoco_peg.py OUT.npz [--slip RAD_PER_S] [--slide RAD_PER_S] [--seconds S]
+    python benchmarks/mujoco_peg.py test/data/mujoco_align.npz
+    python benchmarks/mujoco_peg.py test/data/mujoco_turning.npz --slip 2 --slide 0.3
 
-The peg is pressed into the rim by a stiff holder whose tilt goes down at a constant rate; nothing
-of this package is used. A second of simulation takes minutes on one core. The traces that the
-tests read, test/data/mujoco_*.npz, were made by this script; benchmarks/README.md has the calls.
+made the two traces that the tests read (MuJoCo 4.0.0). The peg is pressed into the rim by a stiff
+holder whose tilt goes down at a constant rate; nothing of this package is used. A second of
+simulation takes minutes on one core.
 
 The rim is a ring of boxes tangent to it, each longer than its share of the ring: short ones would
-trap the peg on their end faces. Contacts are stiff springs with dampers; friction has a damping of
-its own (`solreffriction`) and a high `impratio`, else it adds to the normal force.
+trap the peg on their end faces. Contacts are stiff springs with dampers; friction has a high
+`impratio`, else it adds to the normal force. Each row is the mean over a millisecond: angles and
+rates from the pose at its ends, momentum's rate of change, applied wrench, contact forces.
 """
 
 import argparse

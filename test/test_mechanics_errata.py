@@ -278,7 +278,8 @@ def exact_reactions(scene, excess, rates):
 
 
 @pytest.mark.parametrize(
-    "rates", [(-0.16, 0, 0), (-0.16, 0, 2), (-0.16, 0.3, -1), (0.1, 0.2, 0.5)]
+    "rates",
+    [(-0.16, 0, 0), (-0.16, 0, 2), (-0.16, 0.3, -1), (0.1, 0.2, 0.5), (-0.8, 0, 3)],
 )
 def test_small_tilt_reactions(rates):
     """(37)-(39): with (N_B1 - N_B2) b kept and K's friction turned as it slides."""

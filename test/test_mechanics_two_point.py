@@ -272,3 +272,35 @@ def test_states_without_two_point_contact_are_refused(gamma, lateral, message):
         two_point.two_point_pose(PAPER, gamma, lateral)
     with pytest.raises(PegOnHoleError, match="cannot be held"):
         two_point.solve_two_point(PAPER, [0.05, 0, 0, 0.1], np.zeros(4), np.zeros(6), held=True)
+
+
+def test_energy_is_kept_with_the_lateral_freedom_free():
+    scene = Scene(friction=0.0, peg_diameter=0.049, gravity=(0.4, 0.3, -9.5))
+    moment = 0.3  # against closing, about e
+
+    def slope(t, x):
+        q, rates = x[:4], x[4:]
+        to_P = reference.wrench_axes(q[0], q[2]).T
+        wrench = np.concatenate([to_P @ [0, 0, -30.0], to_P @ [0, moment, 0]])
+        return np.concatenate(
+            [rates, two_point.solve_two_point(scene, q, rates, wrench).acceleration]
+        )
+
+    def energy(x):
+        q, rates = x[:4], x[4:]
+        pose = two_point.two_point_pose(scene, q[0], q[3])
+        C = np.array([jet.v for jet in pose.center])
+        v = np.array([jet.g for jet in pose.center]) @ rates[[0, 3]]
+        v = v + rates[1] * np.array([-C[1], C[0], 0])
+        wP = oracle.rotation(q[:3]).T @ oracle.spin_axes(q[:3]) @ rates[:3]
+        inertia = np.array([scene.transverse_inertia] * 2 + [scene.axial_inertia])
+        kinetic = scene.peg_mass * v @ v / 2 + wP @ (inertia * wP) / 2
+        C_H = oracle.rotation(np.array([0.0, q[1], 0.0])) @ C
+        return kinetic - scene.peg_mass * np.array(scene.gravity) @ C_H + 30 * C[2] + moment * q[0]
+
+    start = np.array([0.75 * scene.gamma0, 0.2, 0.1, 0.1, 0.05, 0.3, 2.0, -0.5])
+    run = solve_ivp(slope, (0, 0.01), start, method="DOP853", rtol=1e-10, atol=1e-12)
+    assert run.success and np.ptp(run.y[3]) > 0.05
+    energies = [energy(x) for x in run.y.T]
+    # Against the energy that changes hands, 1e-3 J.
+    np.testing.assert_allclose(energies, energies[0], atol=1e-9)

@@ -83,12 +83,7 @@ def solve_stick_slip(scene: Scene, q, rates, force_H, moment_H, rest_speed=1e-9)
     Each contact's law: its force is the projection of force - rho (acceleration + f |a_t| n) on
     the friction cone (De Saxce and Feng 1998); a sliding contact has a ray for a cone. Sweeps over
     the contacts bring it close, a least-squares step on the violation makes it exact. Nine forces
-    <<<<<<< .merge_file_io24p4
     act on six accelerations: where contacts stick, forces depend on the start, accelerations not.
-    =======
-    act on six accelerations: where contacts stick, forces depend on the start, accelerations do
-    not.
-    >>>>>>> .merge_file_LgDii7
 
     """
     body = free_body(scene, q, rates, force_H, moment_H)
