@@ -8,9 +8,8 @@ EXTRAS ?= ros,report,dev
 WORKERS ?= 2
 PYTEST_ARGS ?=
 
-# numba's cache does not see an edit in another file than the compiled function's own.
-SOURCES_HASH := $(shell find peg_on_hole_ros -name '*.py' | LC_ALL=C sort | xargs cat | cksum | cut -d' ' -f1)
-export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache/$(SOURCES_HASH)
+# The package adds a folder for each state of its sources.
+export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
