@@ -151,7 +151,18 @@ EDGE = [
     for gap in (1e-6, 1e-5, 1e-4, 1e-3, 5e-3)
     if gap < D / 5
 ]
-EXCESS = (1e-10, 3e-9, 1e-7, 1e-5, 1e-3, 0.02, 0.3, 0.8)
+# And between them: zeros of S2 and of the derivatives lie where no round number is.
+_RANDOM = np.random.default_rng(5)
+EDGE += [
+    (D, gap)
+    for D, gap in zip(
+        10 ** _RANDOM.uniform(-3, np.log10(0.5), 30),
+        10 ** _RANDOM.uniform(-6, -2.3, 30),
+        strict=True,
+    )
+    if gap < D / 5
+]
+EXCESS = (1e-10, 3e-9, 1e-7, 1e-5, 1e-3, 0.02, 0.3, 0.8, *10 ** _RANDOM.uniform(-10, -0.1, 8))
 
 
 @pytest.mark.parametrize("argument", ["gamma", "excess"])

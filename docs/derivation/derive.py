@@ -85,6 +85,9 @@ def lengths():
     yield "h_c' = 2 a1 - z_c", by_gamma(h_c) - dh_c
     yield "z_c' = h_c + S1", by_gamma(z_c) - dz_c
     yield "h_c'' = 2 a2/s - z_c'", by_gamma(dh_c) - (2 * A2 / s - dz_c)
+    yield "h_c = (D - d c)/2 - H_c s", h_c - (D - d * c) / 2 + H * s
+    yield "h_c' = (d/2) s - H_c c", dh_c - d / 2 * s + H * c
+    yield "h_c'' = (d/2) c + H_c s", by_gamma(dh_c) - d / 2 * c - H * s
     yield "z_c'' = h_c' - 2 S2/s", by_gamma(dz_c) - (dh_c - 2 * S2 / s)
     limit = by_gamma(dz_c).subs(c, d / D)
     # h_c' is -z_c there, and S2 is d/2.

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.velocities import FRAMES, frame_axes
@@ -122,6 +123,8 @@ def solve_any(
     known = dict(known or {})
     unknown = tuple(unknown)
     _check_names(names, unknown, known)
+    q = require_finite("state", "rad", q, 3)
+    rates = require_finite("rates", "rad/s", rates, 3)
     columns, right = _twelve_columns(scene, q, rates, frame, slip_velocity_scale)
     for name, value in known.items():
         if not np.all(np.isfinite(value)):

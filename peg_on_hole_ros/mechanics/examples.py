@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics import printed
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations, slip_directions
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -49,6 +50,8 @@ def imposed(scene: Scene, gamma, rates, slip_velocity_scale=0.0) -> Imposed:
     Source: 2.6.1, with the corrected (28).
 
     """
+    gamma = require_finite("gamma", "rad", gamma)
+    rates = require_finite("rates", "rad/s", rates, 3)
     q = np.stack(np.broadcast_arrays(gamma, 0.0 * np.asarray(gamma), 0.0 * np.asarray(gamma)))
     A, r = six_equations(scene, q, rates, np.zeros(6), slip_velocity_scale)
     balance, right = np.moveaxis(A[3:, 3:], (0, 1), (-2, -1)), np.moveaxis(r[3:], 0, -1)
@@ -75,7 +78,7 @@ def imposed_two_point(scene: Scene, gamma: float, rates) -> np.ndarray:
     Source: 2.6.2, for the other side of the transition.
 
     """
-    dgamma, dpsi, dphi = rates
+    dgamma, dpsi, dphi = require_finite("rates", "rad/s", rates, 3)
     pose = two_point_pose(scene, gamma)
     h, _, z = pose.center
     C = np.array([h.v, 0.0, z.v])

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import (
     contact_geometry,
     contact_points,
@@ -67,16 +67,10 @@ def free_body(scene: Scene, q, rates, force_H, moment_H) -> FreeBody:
         Where an input is not finite, or the tilt has no three-point contact.
 
     """
-    q, rates = np.asarray(q, float), np.asarray(rates, float)
-    force_H, moment_H = np.asarray(force_H, float), np.asarray(moment_H, float)
-    for name, unit, value in (
-        ("state", "rad", q),
-        ("rates", "rad/s", rates),
-        ("force", "N", force_H),
-        ("moment", "N m", moment_H),
-    ):
-        if not np.all(np.isfinite(value)):
-            raise PegOnHoleError(f"{name} = {value} {unit} is not finite: give three numbers")
+    q = require_finite("state", "rad", q, 3)
+    rates = require_finite("rates", "rad/s", rates, 3)
+    force_H = require_finite("force", "N", force_H, 3)
+    moment_H = require_finite("moment", "N m", moment_H, 3)
     g = contact_geometry(scene, q[0])
     dgamma, dpsi, dphi = rates
     s, c = g.s, g.c

@@ -145,11 +145,11 @@ def closed_forms(d, D, H_c, gamma0, gamma, excess=None):
     S2 = near * (d / 2 - taken) + (1 - near) * (spread - d / 2 * tan2)
     b = 2 * np.sqrt(c * a1 * a2) / s
     db = 2 * S1 * S2 / (s * b)
-    h_c = -(H_c - a2) * s
+    h_c = ((D - d) + 2 * d * half) / 2 - H_c * s
     z_c = (H_c - a2) * c + a1
-    dh_c = 2 * a1 - z_c
+    dh_c = d / 2 * s - H_c * c
     dz_c = h_c + S1
-    ddh_c = 2 * a2 / s - dz_c
+    ddh_c = d / 2 * c + H_c * s
     ddz_c = dh_c - 2 * S2 / s
     return s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -177,7 +178,7 @@ def reactions(scene: Scene, excess, rates) -> SmallTiltReactions:
             f"gravity = {scene.gravity} m/s^2 is not along -z: the small-angle formula is for a "
             "vertical hole; use reference.six_equations"
         )
-    dgamma, dpsi, dphi = np.asarray(rates, float)
+    dgamma, dpsi, dphi = require_finite("rates", "rad/s", rates, 3)
     D, m, f, H_c = scene.hole_diameter, scene.peg_mass, scene.friction, scene.mass_center_height
     g = contact_geometry_above(scene, excess)
     turn = dpsi + dphi
@@ -204,6 +205,6 @@ def reactions(scene: Scene, excess, rates) -> SmallTiltReactions:
 def _positive(excess):
     if not np.isfinite(excess) or excess <= 0:
         raise PegOnHoleError(
-            f"gamma - gamma0 = {excess:g} rad is not above 0: three-point contact is above gamma0"
+            f"gamma - gamma0 = {excess:g} rad is not above 0 rad: three-point contact is there"
         )
     return float(excess)

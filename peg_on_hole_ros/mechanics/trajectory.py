@@ -7,6 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.two_point import insertion_length, solve_two_point
@@ -93,7 +94,8 @@ def integrate(
     if not np.isfinite(duration) or duration <= 0:
         raise PegOnHoleError(f"duration = {duration:g} s is not above 0")
     wrench_P = wrench_P or (lambda t, q, rates: np.zeros(6))
-    x, t = np.concatenate([np.asarray(q, float), np.asarray(rates, float)]), 0.0
+    q = require_finite("state", "rad", q, 3)
+    x, t = np.concatenate([q, require_finite("rates", "rad/s", rates, 3)]), 0.0
     below = bool(x[0] <= scene.gamma0)
     pieces, transition = [], None
     for _ in range(_MOST_PIECES):

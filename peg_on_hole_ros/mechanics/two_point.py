@@ -14,6 +14,7 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import jet
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.reference import precession_axes, wrench_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -189,7 +190,9 @@ def solve_two_point(
     Source: T1 to T4.
 
     """
-    q, rates, wrench_P = (np.asarray(x, float) for x in (q, rates, wrench_P))
+    q = require_finite("state", "rad", q, 4)
+    rates = require_finite("rates", "rad/s", rates, 4)
+    wrench_P = require_finite("wrench", "N, N m", wrench_P, 6)
     gamma, psi, phi, beta = q
     dgamma, dpsi, dphi, dbeta = rates
     if held and (beta or dbeta):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import (
     ContactGeometry,
     contact_geometry,
@@ -231,7 +232,9 @@ def overall_reaction(scene: Scene, normal) -> np.ndarray:
 
 
 def _states(q, rates):
-    rows = np.broadcast_arrays(*np.asarray(q), *np.asarray(rates))
+    q = require_finite("state", "rad", q, 3)
+    rates = require_finite("rates", "rad/s", rates, 3)
+    rows = np.broadcast_arrays(*q, *rates)
     return np.stack(rows[:3]), np.stack(rows[3:])
 
 

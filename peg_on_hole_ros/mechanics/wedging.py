@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.reference import friction_cubic
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -52,6 +53,8 @@ def wedging(scene: Scene, q, rates, slip_velocity_scale=0.0) -> Wedging:
     Source: L5, L6.
 
     """
+    q = require_finite("state", "rad", q, 3)
+    rates = require_finite("rates", "rad/s", rates, 3)
     cubic = friction_cubic(scene, q, rates, slip_velocity_scale)
     determinant = float(np.polyval(cubic[::-1], scene.friction))
     return Wedging(determinant, critical_frictions(cubic), discriminant(cubic))
