@@ -46,6 +46,9 @@ class FilterOptions:
     initial_rate_stddev: float = 1.0
     free_rate_noise: float = 0.3
     contact_rate_noise: float = 0.005
+    friction: str = "estimated"
+    clearance: str = "considered"
+    friction_noise: float = 0.002
     acceleration_stddev: float = 20.0
     inflation_threshold: float = 14.0
     gate_threshold: float = 50.0

@@ -67,8 +67,8 @@ def _joints(name, *rest, **more):
     return _row(f"joints.{name}", *rest, **more)
 
 
-def _filter(name, *rest):
-    return _row(f"filter.{name}", *rest)
+def _filter(name, *rest, **more):
+    return _row(f"filter.{name}", *rest, **more)
 
 
 def _monitor(name, *rest):
@@ -94,6 +94,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder", "kg m^2", 0.0, 1e4),
     _scene("gravity", "in hole axes; a hole need not be vertical", "m/s^2", -100.0, 100.0),
     _scene("clearance_stddev", "of D - d; widens the bounds of the reactions", "m", 0.0, 0.01),
+    _scene(
+        "friction_stddev", "of the friction coefficient; 0: known, and not estimated", "", 0.0, 1.0
+    ),
     _wrench(
         "acts_on",
         "whose wrench the sensor reports; the wrong one flips every sign",
@@ -174,6 +177,23 @@ PARAMETERS: tuple[Parameter, ...] = (
         "rad/s",
         0.0,
         1e3,
+    ),
+    _filter(
+        "friction",
+        "what an uncertain friction (scene.friction_stddev) is: learnt, or only a wider bound",
+        choices=("estimated", "considered"),
+    ),
+    _filter(
+        "clearance",
+        "what an uncertain clearance (scene.clearance_stddev) is: learnt, or only a wider bound",
+        choices=("considered", "estimated"),
+    ),
+    _filter(
+        "friction_noise",
+        "random walk of an estimated friction coefficient; per root of a second",
+        "",
+        0.0,
+        1.0,
     ),
     _filter(
         "acceleration_stddev",

@@ -60,10 +60,7 @@ class Pipeline:
         self._mode = ContactMode(configuration.monitor)
         self._flag = TransitionFlag(configuration.monitor)
         self._alarms = Alarms(configuration.monitor)
-        self._margin = WedgingMargin(self._filter.scalars)
-        self._gamma0_stddev = gamma0_stddev(
-            self.scene.gamma0, self.scene.hole_diameter, self.scene.clearance_stddev
-        )
+        self._margin = WedgingMargin(self._filter.scene_values)
         noise = np.diagonal(self._reduction.covariance)
         over_radius = 2 / self.scene.peg_diameter
         self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
@@ -202,8 +199,10 @@ class Pipeline:
         # Plain floats: arithmetic on numpy's scalars costs several times as much.
         gamma, _, _, closing, _, _ = kalman.x.tolist()
         gamma_variance, covariance, rate_variance = kalman.tilt_covariance()
-        margin = gamma - scene.gamma0
-        variance = gamma_variance + self._gamma0_stddev**2
+        gamma0, (_, clearance_stddev) = kalman.gamma0, kalman.peg_diameter
+        spread0 = gamma0_stddev(gamma0, scene.hole_diameter, clearance_stddev)
+        margin = gamma - gamma0
+        variance = gamma_variance + spread0**2
         solution = kalman.reactions()
         force, couple = kalman.rim_load()
         # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
@@ -221,14 +220,13 @@ class Pipeline:
             )
         )
         three_point = mode == "three_point" and solution is not None
-        probability = transition_probability(
-            gamma, sqrt(gamma_variance), scene.gamma0, self._gamma0_stddev
-        )
+        probability = transition_probability(gamma, sqrt(gamma_variance), gamma0, spread0)
         flag = self._flag.update(probability, touching=mode in ("three_point", "two_point"))
         monitor = {
             "transition_probability": probability,
             "three_point_validity": self._mode.validity,
-            "friction": scene.friction,
+            "friction": kalman.friction[0],
+            "friction_stddev": kalman.friction[1],
             "reactions_determined": 0.0,
         }
         risk = determinant = None
@@ -251,7 +249,7 @@ class Pipeline:
             clear = spread_known and min(determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
         elif mode != "open":
-            wide = (carried + wide) / sin(max(gamma, scene.gamma0))
+            wide = (carried + wide) / sin(max(gamma, gamma0))
         estimate = kalman.describe(three_point, wide)
         normal, stddev = estimate.normal.tolist(), estimate.normal_stddev.tolist()
         alarms = self._alarms.update(t_ns * 1e-9, mode, risk, determinant, normal, stddev)

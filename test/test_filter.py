@@ -11,7 +11,7 @@ from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
-from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
+from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
@@ -49,9 +49,9 @@ def sliding(options=PLAIN, x=(0.15, 0.3, -0.4, -0.16, 0.4, 2.0), noise=WRENCH_NO
     return kalman
 
 
-def one_step(x, u, h, scales):
-    x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, 12)), np.zeros((3, 12))
-    status, _ = implicit_euler(P, scales, x, u, h, x1, y, dy, slopes, workspace())
+def one_step(x, u, h, scales, p=P):
+    x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((3, WIDTH))
+    status, _ = implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, workspace())
     return status, x1, slopes
 
 
@@ -77,25 +77,86 @@ def test_slopes_of_a_step_are_those_of_its_differences(seed):
         np.testing.assert_allclose(slopes[:, j], difference, rtol=0, atol=5e-6 * size)
 
 
-def test_covariance_is_carried_by_the_slopes_of_the_step():
-    kalman = sliding()
-    rng = np.random.default_rng(1)
-    scale = np.array([1e-4] * 3 + [1e-2] * 3 + [0.2] * 3 + [5e-3] * 3)
-    root = rng.normal(size=(12, 12)) * scale[:, None]
-    kalman.Z[:] = root @ root.T
-    before, h = kalman.Z.copy(), 2e-3
+def test_slopes_by_friction_and_diameter_are_those_of_its_differences():
+    rng = np.random.default_rng(21)
+    x = np.array([0.12, 0.3, -0.4, *rng.normal(size=3)])
+    u, scales, h = balanced(x), np.array([1e-3, 3e-3, 2e-3]), 1e-3
+    _, _, slopes = one_step(x, u, h, scales)
+    # Mass and inertia stay: the step by the diameter is one of the clearance alone.
+    fixed = {"transverse_inertia": SCENE.transverse_inertia, "axial_inertia": SCENE.axial_inertia}
+    for column, name, small in ((12, "friction", 1e-5), (13, "peg_diameter", 1e-8)):
+        ends = []
+        for sign in (1, -1):
+            value = getattr(SCENE, name) + sign * small
+            p = scene_scalars(replace(SCENE, **{name: value}, **fixed))
+            ends.append(one_step(x, u, h, scales, p)[1])
+        difference = (ends[0] - ends[1])[3:] / (2 * small)
+        # 1e-11 of Newton's residual over the step, and 1e-6 of curvature.
+        atol = 1e-11 / small + 1e-5 * np.abs(difference).max()
+        np.testing.assert_allclose(slopes[:, column], difference, rtol=0, atol=atol)
+
+
+SCALE = np.array([1e-4] * 3 + [1e-2] * 3 + [0.2] * 3 + [5e-3] * 3 + [0.02, 2e-6])
+
+
+def put_joint(kalman, joint):
+    """Set the joint covariance of state, wrench, friction and peg diameter."""
+    kalman.Z[:] = joint[:12, :12]
+    part(kalman._memory, "CROSS", (2, 12))[:] = joint[12:, :12]
+    kalman.spread[:] = joint[12:, 12:]
+
+
+def joint_of(kalman):
+    cross = part(kalman._memory, "CROSS", (2, 12))
+    return np.block([[kalman.Z, cross.T], [cross, kalman.spread]])
+
+
+def random_joint(seed, size=14):
+    root = np.random.default_rng(seed).normal(size=(size, size)) * SCALE[:size, None]
+    joint = np.zeros((14, 14))
+    joint[:size, :size] = root @ root.T
+    return joint
+
+
+@pytest.mark.parametrize("size", [12, 14])
+def test_covariance_is_carried_by_the_slopes_of_the_step(size):
+    kalman, before, h = sliding(), random_joint(1, size), 2e-3
+    put_joint(kalman, before)
     _, _, G = one_step(kalman.x.copy(), kalman.u, h, np.full(3, PLAIN.slip_velocity_scale))
-    F, noise = np.eye(12), np.zeros((12, 3))
-    F[3:6], F[:3] = G, np.eye(12)[:3] + h * G
+    F, noise = np.eye(14), np.zeros((14, 3))
+    F[3:6], F[:3] = G, np.eye(14)[:3] + h * G
     noise[3:6], noise[:3] = np.eye(3), h * np.eye(3)
     expected = F @ before @ F.T + PLAIN.contact_rate_noise**2 * h * noise @ noise.T
+    expected[12, 12] += (size > 12) * PLAIN.friction_noise**2 * h
     assert kalman.predict(h, True) is Prediction.CONTACT
-    stddev = np.sqrt(np.diagonal(expected))
     # Sums of a dozen products, whose rounding the correlation may enlarge.
-    np.testing.assert_allclose(
-        kalman.Z / np.outer(stddev, stddev), expected / np.outer(stddev, stddev), atol=1e-12
-    )
+    found, scale = joint_of(kalman), np.outer(SCALE, SCALE)
+    np.testing.assert_allclose(found / scale, expected / scale, rtol=1e-10, atol=1e-11)
     np.testing.assert_array_equal(kalman.Z, kalman.Z.T)
+
+
+@pytest.mark.parametrize("learnt", [(1, 1), (1, 0), (0, 1), (0, 0)])
+def test_parameters_are_corrected_or_considered_as_by_schmidt(learnt):
+    kalman, before = sliding(), random_joint(4)
+    put_joint(kalman, before)
+    part(kalman._memory, "LEARNT")[:] = learnt
+    R = angle_covariance(kalman.x[0], 1e-4)
+    H = np.eye(14)[:3]
+    gain = before @ H.T @ np.linalg.inv(H @ before @ H.T + R)
+    gain[12:] *= np.array(learnt)[:, None]
+    residual = np.array([2e-5, -4e-5, 3e-5])
+    values = np.array([kalman.friction[0], kalman.peg_diameter[0]])
+    kalman.correct(kalman.x[:3] + residual, R)
+    moved = np.array([kalman.friction[0], kalman.peg_diameter[0]]) - values
+    np.testing.assert_allclose(moved, gain[12:] @ residual, rtol=1e-8, atol=1e-15)
+    rest = np.eye(14) - gain @ H
+    expected = rest @ before @ rest.T + gain @ R @ gain.T
+    scale = np.outer(SCALE, SCALE)
+    np.testing.assert_allclose(joint_of(kalman) / scale, expected / scale, rtol=1e-8, atol=1e-9)
+    expected_gamma0 = 2 * np.arcsin(
+        np.sqrt((SCENE.hole_diameter - kalman.peg_diameter[0]) / (2 * SCENE.hole_diameter))
+    )
+    assert kalman.gamma0 == pytest.approx(expected_gamma0, rel=1e-12)
 
 
 def test_correction_is_the_textbooks():

@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,6 +35,14 @@ def random_case(rng):
     return scene, x, rng.normal(size=6) * [20, 20, 20, 1, 1, 1]
 
 
+def with_parameters(scene, friction, peg_diameter):
+    """A scene of complex friction and diameter, mass and inertia kept; gamma0 goes with d."""
+    values = {**asdict(scene), "friction": friction, "peg_diameter": peg_diameter}
+    clearance = scene.hole_diameter - peg_diameter
+    gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
+    return SimpleNamespace(**values, gamma0=gamma0)
+
+
 def solve_reference(scene, xu):
     A, r = six_equations(scene, xu[:3], xu[3:6], xu[6:], SCALES)
     return np.linalg.solve(A, r)
@@ -41,7 +51,7 @@ def solve_reference(scene, xu):
 @pytest.mark.parametrize("seed", range(4))
 def test_kernel_equals_the_reference_model(seed):
     rng = np.random.default_rng(seed)
-    work, y, dy = kernel.workspace(), np.zeros(6), np.zeros((6, 12))
+    work, y, dy = kernel.workspace(), np.zeros(6), np.zeros((6, kernel.WIDTH))
     compared = 0
     while compared < 100:
         scene, x, u = random_case(rng)
@@ -61,12 +71,13 @@ def test_kernel_equals_the_reference_model(seed):
             np.testing.assert_allclose(y[part], expected[part], rtol=0, atol=1e-9 * size)
         np.testing.assert_allclose(determinant, expected_determinant, rtol=1e-9)
 
-        slopes = np.empty((6, 12))
-        for i in range(12):
-            xu = np.concatenate([x, u]).astype(complex)
+        slopes = np.empty((6, kernel.WIDTH))
+        for i in range(kernel.WIDTH):
+            moved = np.concatenate([x, u, [scene.friction, scene.peg_diameter]]).astype(complex)
             # No difference is formed, so the step may be as small as it likes.
-            xu[i] += 1e-30j
-            slopes[:, i] = solve_reference(scene, xu).imag / 1e-30
+            moved[i] += 1e-30j
+            answer = solve_reference(with_parameters(scene, *moved[12:]), moved[:12])
+            slopes[:, i] = answer.imag / 1e-30
         for part in (slice(0, 3), slice(3, 6)):
             # Some slopes are zero in exact arithmetic: the floor is far below any other one.
             size = np.abs(slopes[part]).max(axis=0) + 1e-2
@@ -77,7 +88,7 @@ def test_values_do_not_depend_on_whether_derivatives_are_asked_for():
     rng = np.random.default_rng(11)
     scene, x, u = random_case(rng)
     p, work = kernel.scene_scalars(scene), kernel.workspace()
-    y, with_slopes, dy = np.zeros(6), np.zeros(6), np.zeros((6, 12))
+    y, with_slopes, dy = np.zeros(6), np.zeros(6), np.zeros((6, kernel.WIDTH))
     first = kernel.accelerate(p, SCALES, x, u, work, y)
     second = kernel.accelerate_with_derivatives(p, SCALES, x, u, work, with_slopes, dy)
     assert first == second

@@ -113,7 +113,7 @@ def test_flag_keeps_between_its_thresholds():
 
 def test_risk_is_one_where_the_six_equations_are_singular():
     scene = Scene()
-    margin = WedgingMargin(scene_scalars(scene))
+    margin = WedgingMargin(np.array(scene_scalars(scene)))
     tight = np.diag([1e-8] * 3 + [1e-6] * 3)
     risks = {}
     for gamma in (0.0650, 0.0653, 0.15):
@@ -129,7 +129,7 @@ def test_risk_is_one_where_the_six_equations_are_singular():
 
 
 def test_risk_of_a_peg_at_rest_is_that_of_closing_it():
-    margin = WedgingMargin(scene_scalars(Scene()))
+    margin = WedgingMargin(np.array(scene_scalars(Scene())))
     P = np.diag([1e-8] * 3 + [1e-4] * 3)
     resting = margin.determinant(np.array([0.064, 0.3, 0.1, 1e-4, -2e-3, 1e-3]), P)
     closing = margin.determinant(np.array([0.064, 0.3, 0.1, -0.16, 0, 0]), P)

@@ -41,9 +41,45 @@ BY_GAMMA = {
 }
 
 
-def by_gamma(expression):
-    """Return the total derivative by gamma at constant rates and wrench in (h, e, z)."""
-    return sum(sp.diff(expression, symbol) * rate for symbol, rate in BY_GAMMA.items())
+def _by_peg_diameter():
+    """Return the closed forms' derivatives by d at constant gamma, mass and inertia."""
+    da1, da2 = 1 / (2 * s), -c / (2 * s)
+    dS1, dS2 = -2 * c * da1 / s, sp.Rational(1, 2) - 2 * da1 / s
+    dh, dz = s * da2, da1 - c * da2
+    d_dh, d_dz = 2 * da1 - dz, dh + dS1
+    return {
+        a1: da1,
+        a2: da2,
+        S1: dS1,
+        S2: dS2,
+        b: 2 * c * (da1 * a2 + a1 * da2) / (s**2 * b),
+        h_c: dh,
+        z_c: dz,
+        dh_c: d_dh,
+        dz_c: d_dz,
+        ddh_c: 2 * da2 / s - d_dz,
+        ddz_c: d_dh - 2 * dS2 / s,
+        d: 1,
+    }
+
+
+# What each residual is differentiated by: the tilt, the rates, friction and the peg's diameter.
+BY = ("g", "dg", "dp", "df", "f", "d")
+CHAIN = {
+    "g": BY_GAMMA,
+    "dg": {dgamma: 1},
+    "dp": {dpsi: 1},
+    "df": {dphi: 1},
+    "f": {f: 1},
+    "d": _by_peg_diameter(),
+}
+
+
+def derivative(expression, by):
+    """Return the total derivative of an expression or matrix at constant wrench in (h, e, z)."""
+    if isinstance(expression, sp.MatrixBase):
+        return expression.applyfunc(lambda element: derivative(element, by))
+    return sum(sp.diff(expression, symbol) * rate for symbol, rate in CHAIN[by].items())
 
 
 JACOBIANS = [
@@ -52,7 +88,6 @@ JACOBIANS = [
     sp.Matrix([[2 * a1, -b, -b * c], [0, S1, S2], [2 * S1, 0, -b * s]]),
 ]
 RATES = sp.Matrix([dgamma, dpsi, dphi])
-BY = ("g", "dg", "dp", "df")
 
 
 def column(prefix):
@@ -73,29 +108,26 @@ def contact_stage():
         values += list(zip(v, J * RATES, strict=True))
         values += [(w, 1 / sp.sqrt(v.dot(v) + SCALES[i] ** 2))]
         values += list(zip(u, -f * w * v, strict=True))
-        for j, by in enumerate(BY):
-            dv = by_gamma_matrix(J) * RATES if by == "g" else J[:, j - 1]
+        for by in BY:
+            dv = derivative(J * RATES, by)
             along = sp.Symbol(f"along{i}_{by}")
             slopes += [(along, w * w * v.dot(dv))]
-            slopes += list(zip(column(f"u{i}_{by}"), -f * w * dv - along * u, strict=True))
+            du = -f * w * dv - along * u - (w * v if by == "f" else sp.zeros(3, 1))
+            slopes += list(zip(column(f"u{i}_{by}"), du, strict=True))
     OB = sp.Symbol("OB")
     values += [(OB, sp.sqrt(D**2 / 4 + a1**2))]
     return values, slopes
 
 
-def by_gamma_matrix(matrix):
-    """Return the total derivative by gamma of each element."""
-    return matrix.applyfunc(by_gamma)
-
-
-def normals():
-    """Return the unit normals at K, B1, B2 and their derivatives by gamma, with OB as a symbol."""
+def normals(by=None):
+    """Return the unit normals at K, B1, B2, or their derivatives, with OB as a symbol."""
     OB = sp.Symbol("OB")
     to_O = [sp.Matrix([-S1, b, a1]), sp.Matrix([-S1, -b, a1])]
-    n = [sp.Matrix([c, 0, s])] + [r / OB for r in to_O]
-    dOB = a1 * BY_GAMMA[a1] / OB
-    dn = [by_gamma_matrix(n[0])] + [by_gamma_matrix(r) / OB - r * dOB / OB**2 for r in to_O]
-    return n, dn
+    n_K = sp.Matrix([c, 0, s])
+    if by is None:
+        return [n_K] + [r / OB for r in to_O]
+    dOB = a1 * derivative(a1, by) / OB
+    return [derivative(n_K, by)] + [derivative(r, by) / OB - r * dOB / OB**2 for r in to_O]
 
 
 def motion_terms():
@@ -129,7 +161,7 @@ def motion_terms():
 
 def value_outputs():
     """Return G (rows gamma, psi, phi), W (rows h, e, z), both by K, B1, B2, and r."""
-    n, _ = normals()
+    n = normals()
     u = [column(f"u{i}") for i in range(3)]
     G = sp.Matrix.hstack(*(J.T * u_i for J, u_i in zip(JACOBIANS, u, strict=True)))
     W = sp.Matrix.hstack(*(n_i + u_i for n_i, u_i in zip(n, u, strict=True)))
@@ -138,20 +170,16 @@ def value_outputs():
 
 
 def slope_outputs():
-    """Return each residual, left side minus right side at given y, by gamma and the rates."""
-    _, dn = normals()
+    """Return each residual, left side minus right side at given y, by all of BY."""
     inertia, r = motion_terms()
     columns = []
-    for j, by in enumerate(BY):
-        motion = inertia - r
-        column_by = by_gamma_matrix(motion) if by == "g" else motion.diff(RATES[j - 1])
+    for by in BY:
+        column_by = derivative(inertia - r, by)
+        dn = normals(by)
         for i, J in enumerate(JACOBIANS):
-            du = column(f"u{i}_{by}")
-            dG, dW = J.T * du, du
-            if by == "g":
-                dG = dG + by_gamma_matrix(J).T * column(f"u{i}")
-                dW = dW + dn[i]
-            column_by = column_by - y[3 + i] * sp.Matrix([*dG, *dW])
+            u, du = column(f"u{i}"), column(f"u{i}_{by}")
+            dG = J.T * du + derivative(J, by).T * u
+            column_by = column_by - y[3 + i] * sp.Matrix([*dG, *(du + dn[i])])
         columns.append(column_by)
     return [columns[j][i] for i in range(6) for j in range(len(BY))]
 
@@ -183,7 +211,7 @@ def equations(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, out):
 DERIVATIVES = '''
 
 def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
-    """Fill out[0:24], rows of 4: each residual by gamma, gamma', psi', phi' at given y."""
+    """Fill out[0:36], rows of 6: residuals by gamma, gamma', psi', phi', f, d at given y."""
 '''
 UNPACK = (
     "    s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry\n"

@@ -11,7 +11,7 @@ from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.memory import SIZE, part
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
@@ -70,6 +70,10 @@ class ContactFilter:
         Joint covariance of x and of the wrench that is held.
     u : ndarray, shape (6,)
         The wrench that is held, peg axes, about the mass centre [N], [N m].
+    spread : ndarray, shape (2, 2)
+        Covariance of friction and peg diameter; zero where they are known.
+    scene_values : ndarray
+        The fields of SceneScalars as they are now: friction and diameter may be learnt.
     evaluations, pieces : int
         Of the last prediction: how often the six equations were solved, and in how many steps.
 
@@ -84,19 +88,28 @@ class ContactFilter:
             options.slip_velocity_scale,
             options.slip_widening,
             options.creep_time,
+            options.friction_noise**2,
         )
         self._memory = np.zeros(SIZE)
-        self._dy = np.zeros((6, 12))
-        self._slopes = np.zeros((3, 12))
+        self._dy = np.zeros((6, WIDTH))
+        self._slopes = np.zeros((3, WIDTH))
         self.x, self.u = part(self._memory, "X"), part(self._memory, "U")
         self.Z = part(self._memory, "Z", (12, 12))
         self._P = self.Z[:6, :6]
         self.wrench_noise = part(self._memory, "NOISE", (6, 6))
         self._scales = part(self._memory, "SCALES")
         self._R = part(self._memory, "R", (3, 3))
-        part(self._memory, "SCENE")[:] = self.scalars
         part(self._memory, "PROCESS")[:] = self.process
         self.wrench_noise[:] = wrench_noise
+        self.spread = part(self._memory, "SPREAD", (2, 2))
+        self._cross = part(self._memory, "CROSS")
+        self.scene_values = part(self._memory, "SCENE")
+        self.scene_values[:] = self.scalars
+        self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
+        part(self._memory, "LEARNT")[:] = (
+            options.friction == "estimated",
+            options.clearance == "estimated",
+        )
         self._normal = part(self._memory, "Y")[3:]
         self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
         self._peg_height = scene.peg_height
@@ -108,6 +121,21 @@ class ContactFilter:
     def P(self) -> np.ndarray:
         """Covariance of the state, a view, shape (6, 6)."""
         return self._P
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """The friction coefficient as it is now, and its standard deviation."""
+        return self.scene_values.item(7), sqrt(max(self.spread.item(0), 0.0))
+
+    @property
+    def peg_diameter(self) -> tuple[float, float]:
+        """The peg's diameter as it is now, and its standard deviation (of the clearance) [m]."""
+        return self.scene_values.item(0), sqrt(max(self.spread.item(3), 0.0))
+
+    @property
+    def gamma0(self) -> float:
+        """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
+        return self.scene_values.item(3)
 
     def tilt_covariance(self) -> tuple[float, float, float]:
         """Return the variance of gamma, its covariance with gamma', and the variance of gamma'."""
@@ -123,6 +151,9 @@ class ContactFilter:
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
         self._scales[:] = self.options.slip_velocity_scale
+        self._cross[:] = 0.0
+        if not self.spread.any():
+            self.spread[[0, 1], [0, 1]] = self._known
         self._refused = 0
 
     def hold(self, u):

@@ -1,17 +1,22 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import fabs, floor, pi, sqrt
+from math import asin, fabs, floor, pi, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.memory import (
+    CROSS,
     GAIN,
     JOSEPH,
+    LEARNT,
     NOISE,
     PROCESS,
     RESIDUAL,
     ROWS,
     SAVED,
     SCALES,
+    SCENE,
+    SPREAD,
+    WITH,
     WORK,
     X1,
     R,
@@ -20,18 +25,22 @@ from peg_on_hole_ros.estimation.memory import (
     X,
     Y,
     Z,
+    add_parameters,
     row_of,
     times_Z,
 )
 from peg_on_hole_ros.estimation.reactions import creep_variance, friction_scales
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
-from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
+from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 
 # A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
 SHORTEST_INTERVAL = 1e-3
+# What is learnt stays a peg on a hole with friction [-], [m].
+LEAST_FRICTION = 1e-3
+LEAST_CLEARANCE = 1e-7
 
 
 class Process(NamedTuple):
@@ -46,6 +55,8 @@ class Process(NamedTuple):
         Spectral density of the random walk added to each rate [rad^2/s^3].
     slip_velocity_scale, slip_widening, creep_time : float
         See `friction_scales` and `creep_variance` [m/s], [-], [s].
+    friction_density : float
+        Spectral density of the random walk of the friction coefficient [1/s].
 
     """
 
@@ -54,6 +65,7 @@ class Process(NamedTuple):
     slip_velocity_scale: float
     slip_widening: float
     creep_time: float
+    friction_density: float
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
@@ -69,6 +81,7 @@ def hold_wrench(m):
             m[Z + 12 * i + 6 + j] = 0.0
             m[Z + 12 * (6 + i) + j] = 0.0
             m[Z + 12 * (6 + i) + 6 + j] = m[NOISE + 6 * i + j]
+        m[CROSS + 6 + i] = m[CROSS + 18 + i] = 0.0
 
 
 @compiled
@@ -83,9 +96,14 @@ def _carry(m, slopes, h, rate_noise):
         row = row_of(slopes, i)
         for j in range(12):
             m[ROWS + 12 * i + j] = times_Z(row, m, j)
+    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
+    if uncertain:
+        add_parameters(m, slopes, 3)
     for i in range(3):
         for j in range(i + 1):
             total = 0.0
+            if uncertain:
+                total = m[WITH + 2 * i] * slopes[j, 12] + m[WITH + 2 * i + 1] * slopes[j, 13]
             for k in range(12):
                 total += m[ROWS + 12 * i + k] * slopes[j, k]
             if i == j:
@@ -101,6 +119,11 @@ def _carry(m, slopes, h, rate_noise):
             m[Z + 12 * i + j] += h * m[ROWS + 12 * i + j]
             m[Z + 36 + 12 * i + j] = m[ROWS + 12 * i + j]
     _mirror(m)
+    if uncertain:
+        for i in range(3):
+            for k in range(2):
+                m[CROSS + 12 * k + i] += h * m[WITH + 2 * i + k]
+                m[CROSS + 12 * k + 3 + i] = m[WITH + 2 * i + k]
 
 
 @inlined
@@ -153,10 +176,10 @@ def predict_contact(m, dy, slopes, dt):
     """
     p = scene_of(m)
     q = PROCESS
-    process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4])
+    process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5])
     x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
-    for i in range(156):
+    for i in range(184):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
@@ -180,8 +203,10 @@ def predict_contact(m, dy, slopes, dt):
         if status == CONVERGED:
             for i in range(3):
                 m[Z + 13 * i] += creep * dt
+            if m[SPREAD] > 0.0:
+                m[SPREAD] += process.friction_density * dt
             return CONVERGED, evaluations, pieces
-        for i in range(156):
+        for i in range(184):
             m[X + i] = m[SAVED + i]
         pieces *= 2
     return FAILED, evaluations, pieces
@@ -191,7 +216,7 @@ def predict_contact(m, dy, slopes, dt):
 def predict_free(m, slopes, dt, rate_noise):
     """Predict over dt at constant rates: no contact model, and the wrench drives nothing."""
     for i in range(3):
-        for j in range(12):
+        for j in range(WIDTH):
             slopes[i, j] = 0.0
         slopes[i, 3 + i] = 1.0
         m[X + i] += dt * m[X + 3 + i]
@@ -262,6 +287,8 @@ def correct(m):
     # The wrench follows the state in the memory.
     for i in range(12):
         m[X + i] += m[GAIN + i] * e0 + m[GAIN + 12 + i] * e1 + m[GAIN + 24 + i] * e2
+    if m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0:
+        _correct_parameters(m)
     for i in range(12):
         g0, g1, g2 = m[GAIN + i], m[GAIN + 12 + i], m[GAIN + 24 + i]
         for j in range(12):
@@ -281,3 +308,61 @@ def correct(m):
     for i in range(12):
         for j in range(i):
             m[Z + 12 * j + i] = m[Z + 12 * i + j]
+
+
+@compiled
+def _correct_parameters(m):
+    """
+    Correct friction and peg diameter, or let their spread count only (Schmidt's filter).
+
+    With the optimal gain K of state and wrench, their covariance with a parameter falls by
+    K H times it whether the parameter itself is corrected or not.
+    """
+    l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
+    o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
+    for k in range(2):
+        at = CROSS + 12 * k
+        t0, t1, t2 = m[at], m[at + 1], m[at + 2]
+        g0 = t0 * o0
+        g1 = (t1 - l10 * g0) * o1
+        g2 = (t2 - l20 * g0 - l21 * g1) * o2 * o2
+        g1 = (g1 - l21 * g2) * o1
+        g0 = (g0 - l10 * g1 - l20 * g2) * o0
+        learnt = m[LEARNT + k]
+        m[WITH + 3 * k], m[WITH + 3 * k + 1], m[WITH + 3 * k + 2] = (
+            learnt * g0,
+            learnt * g1,
+            learnt * g2,
+        )
+    # Friction leads the peg diameter in CROSS, and stands elsewhere in the scene.
+    friction = m[SCENE + 7] + _gained(m, 0)
+    diameter = m[SCENE] + _gained(m, 1)
+    m[SCENE + 7] = min(max(friction, LEAST_FRICTION), 2.0)
+    if m[LEARNT + 1] > 0.0:
+        hole = m[SCENE + 1]
+        m[SCENE] = min(diameter, hole - LEAST_CLEARANCE)
+        m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))
+    for k in range(2):
+        for n in range(2):
+            # The gain of whichever of the two is corrected; of both it is the same product.
+            by, of = (k, n) if m[LEARNT + k] > 0.0 else (n, k)
+            m[ROWS + 2 * k + n] = (
+                m[WITH + 3 * by] * m[CROSS + 12 * of]
+                + m[WITH + 3 * by + 1] * m[CROSS + 12 * of + 1]
+                + m[WITH + 3 * by + 2] * m[CROSS + 12 * of + 2]
+            )
+    for k in range(4):
+        m[SPREAD + k] -= m[ROWS + k]
+    off = 0.5 * (m[SPREAD + 1] + m[SPREAD + 2])
+    m[SPREAD + 1] = m[SPREAD + 2] = off
+    for k in range(2):
+        at = CROSS + 12 * k
+        t0, t1, t2 = m[at], m[at + 1], m[at + 2]
+        for i in range(12):
+            m[at + i] -= m[GAIN + i] * t0 + m[GAIN + 12 + i] * t1 + m[GAIN + 24 + i] * t2
+
+
+@inlined
+def _gained(m, k):
+    at = WITH + 3 * k
+    return m[at] * m[RESIDUAL] + m[at + 1] * m[RESIDUAL + 1] + m[at + 2] * m[RESIDUAL + 2]

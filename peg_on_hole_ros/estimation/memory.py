@@ -9,16 +9,19 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 # vector instructions: the compiler sees that they do not overlap.
 _SIZES = {
     "SCENE": len(SceneScalars._fields),
-    "PROCESS": 5,  # see kernel.Process
+    "PROCESS": 6,  # see kernel.Process
     "X": 6,  # state
     "U": 6,  # wrench that is held
     "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows
+    "CROSS": 24,  # covariance of friction and of the peg diameter with state and wrench, (2, 12)
+    "SPREAD": 4,  # covariance of friction and peg diameter, (2, 2)
+    "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
     "X1": 6,  # state at the end of a step
     "Y": 6,  # accelerations and reactions
-    "SAVED": 156,  # X, U and Z before a prediction
+    "SAVED": 184,  # X, U, Z, CROSS and SPREAD before a prediction
     "ROWS": 72,  # (6, 12)
     "GAIN": 36,  # of a correction, transposed, (3, 12)
     "JOSEPH": 144,
@@ -28,6 +31,7 @@ _SIZES = {
     "REACTIONS": 36,  # covariance of Y, (6, 6)
     "POINTS": 42,  # answers at the estimate, then ahead of and behind it in each rate, (7, 6)
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
+    "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
     "WORK": len(workspace()),
 }
 
@@ -39,11 +43,12 @@ def _places():
 
 _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
+CROSS, SPREAD, LEARNT = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
-REACTIONS, POINTS, SURPRISE, WORK = (
-    _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WORK")
+REACTIONS, POINTS, SURPRISE, WITH, WORK = (
+    _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WITH", "WORK")
 )
 
 
@@ -51,6 +56,31 @@ def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:
     """Return a view of one part of the memory by its name, in a shape."""
     view = memory[_AT[name] : _AT[name] + _SIZES[name]]
     return view if shape is None else view.reshape(shape)
+
+
+@inlined
+def add_parameters(m, slopes, count):
+    """
+    Add the part of friction and peg diameter to ROWS, and fill WITH.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory; ROWS holds G Z for `count` rows, G = d(what is computed)/d(state, wrench).
+    slopes : ndarray, shape (count, 14)
+        G, and in columns 12, 13 the derivatives by friction and peg diameter.
+    count : int
+
+    """
+    for i in range(count):
+        by_f, by_d = slopes[i, 12], slopes[i, 13]
+        with_f = by_f * m[SPREAD] + by_d * m[SPREAD + 2]
+        with_d = by_f * m[SPREAD + 1] + by_d * m[SPREAD + 3]
+        for j in range(12):
+            m[ROWS + 12 * i + j] += by_f * m[CROSS + j] + by_d * m[CROSS + 12 + j]
+            with_f += slopes[i, j] * m[CROSS + j]
+            with_d += slopes[i, j] * m[CROSS + 12 + j]
+        m[WITH + 2 * i], m[WITH + 2 * i + 1] = with_f, with_d
 
 
 @inlined

@@ -8,12 +8,15 @@ from peg_on_hole_ros.estimation.memory import (
     ROWS,
     SCALES,
     SPEEDS,
+    SPREAD,
     SURPRISE,
+    WITH,
     WORK,
     U,
     X,
     Y,
     Z,
+    add_parameters,
     row_of,
     times_Z,
 )
@@ -49,8 +52,8 @@ def fuse_reactions(m, dy, acceleration_stddev):
     m : ndarray
         Memory: the answers of `solve_around` at POINTS are changed; the mean is filled in at Y,
         and its covariance at REACTIONS.
-    dy : ndarray, shape (6, 12)
-        Derivatives of the answer at the estimate by state and wrench.
+    dy : ndarray, shape (6, 14)
+        Derivatives of the answer at the estimate by state, wrench, friction and peg diameter.
     acceleration_stddev : float
         Of each angle [rad/s^2].
 
@@ -59,9 +62,14 @@ def fuse_reactions(m, dy, acceleration_stddev):
         row = row_of(dy, i)
         for j in range(12):
             m[ROWS + 12 * i + j] = times_Z(row, m, j)
+    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
+    if uncertain:
+        add_parameters(m, dy, 6)
     for i in range(6):
         for j in range(i + 1):
             total = 0.0
+            if uncertain:
+                total = m[WITH + 2 * i] * dy[j, 12] + m[WITH + 2 * i + 1] * dy[j, 13]
             for k in range(12):
                 total += m[ROWS + 12 * i + k] * dy[j, k]
             m[REACTIONS + 6 * i + j] = total

@@ -2,7 +2,7 @@
 
 from math import fabs, sqrt
 
-from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, compiled, inlined
+from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate_with_derivatives, compiled, inlined
 
 CONVERGED = 0
 FAILED = 1
@@ -60,10 +60,11 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
         Step [s], above 0.
     x1 : ndarray, shape (6,)
         Filled with the state at the end.
-    y, dy : ndarray, shape (6,), (6, 12)
+    y, dy : ndarray, shape (6,), (6, 14)
         Filled with accelerations and reactions at the end, and their derivatives.
-    slopes : ndarray, shape (3, 12)
-        Filled with the derivatives of the rates at the end by the state at the start and by u.
+    slopes : ndarray, shape (3, 14)
+        Filled with the derivatives of the rates at the end by the state at the start, by u, and
+        by friction and peg diameter.
     work : ndarray
         From `kernel.workspace`.
 
@@ -99,7 +100,7 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
         if merit < 0.0 or trial < merit or trial <= RATE_TOLERANCE * RATE_TOLERANCE:
             row0, row1, row2 = _inverse(h, dy)
             if sqrt(trial) <= RATE_TOLERANCE + 1e-13 * size:
-                for j in range(12):
+                for j in range(WIDTH):
                     d0, d1, d2 = h * dy[0, j], h * dy[1, j], h * dy[2, j]
                     slopes[0, j] = _times(row0, d0, d1, d2)
                     slopes[1, j] = _times(row1, d0, d1, d2)

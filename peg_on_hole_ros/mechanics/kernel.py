@@ -17,8 +17,9 @@ closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
 derivatives = compiled(generated.derivatives)
 
-# Columns of the derivatives: the state, then the wrench in peg axes.
-STATE, WRENCH = slice(0, 6), slice(6, 12)
+# Columns of the derivatives: the state, the wrench in peg axes, friction and peg diameter.
+STATE, WRENCH, PARAMETERS = slice(0, 6), slice(6, 12), slice(12, 14)
+WIDTH = 14
 
 
 class SceneScalars(NamedTuple):
@@ -61,17 +62,17 @@ def scene_of(values):
 
 def workspace() -> np.ndarray:
     """Return the scratch memory that every call of the kernel needs."""
-    return np.zeros(_COLUMNS + 6 * 12)
+    return np.zeros(_COLUMNS + 6 * WIDTH)
 
 
 # Places in the scratch memory, so that the hot path allocates nothing.
 _G, _W, _R = 0, 9, 18
 _SLOPES = 24
-_INVERSE = 48
-_WEIGHTS = 57
-_ROTATION = 66
-# Right sides of the derivatives, (6, 12) by rows, and then the derivatives.
-_COLUMNS = 75
+_INVERSE = 60
+_WEIGHTS = 69
+_ROTATION = 78
+# Right sides of the derivatives, (6, WIDTH) by rows, and then the derivatives.
+_COLUMNS = 87
 
 
 @compiled
@@ -264,8 +265,9 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
     ----------
     p, scales, x, u, work, y
         As for `accelerate`.
-    dy : ndarray, shape (6, 12)
-        Filled with dy/d(gamma, psi, phi, gamma', psi', phi') and dy/d(wrench in peg axes).
+    dy : ndarray, shape (6, 14)
+        Filled with dy/d(gamma, psi, phi, gamma', psi', phi'), dy/d(wrench in peg axes) and
+        dy/d(friction, peg diameter).
 
     Returns
     -------
@@ -286,7 +288,7 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
         factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
     )
     y[0], y[1], y[2], y[3], y[4], y[5] = answer
-    slopes = work[_SLOPES : _SLOPES + 24]
+    slopes = work[_SLOPES : _SLOPES + 36]
     derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, answer, slopes)
 
     s, c = geo[0], geo[1]
@@ -302,25 +304,26 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
         work, 2,
     )  # fmt: skip
     for i in range(6):
-        row = _COLUMNS + 12 * i
-        work[row] -= slopes[4 * i]
+        row = _COLUMNS + WIDTH * i
+        work[row] -= slopes[6 * i]
         for j in range(3):
-            work[row + 3 + j] = -slopes[4 * i + 1 + j]
+            work[row + 3 + j] = -slopes[6 * i + 1 + j]
+        work[row + 12], work[row + 13] = -slopes[6 * i + 4], -slopes[6 * i + 5]
     for j in range(3):
         r_h, r_e, r_z = work[_ROTATION + j], work[_ROTATION + 3 + j], work[_ROTATION + 6 + j]
         _wrench_column(geo, r_h, r_e, r_z, 0.0, 0.0, 0.0, work, 6 + j)
         _wrench_column(geo, 0.0, 0.0, 0.0, r_h, r_e, r_z, work, 9 + j)
-    for j in range(12):
+    for j in range(WIDTH):
         at = _COLUMNS + j
         (
-            work[at], work[at + 12], work[at + 24], work[at + 36], work[at + 48], work[at + 60],
+            work[at], work[at + 14], work[at + 28], work[at + 42], work[at + 56], work[at + 70],
         ) = _solve(
             factors,
-            work[at], work[at + 12], work[at + 24], work[at + 36], work[at + 48], work[at + 60],
+            work[at], work[at + 14], work[at + 28], work[at + 42], work[at + 56], work[at + 70],
         )  # fmt: skip
     for i in range(6):
-        for j in range(12):
-            dy[i, j] = work[_COLUMNS + 12 * i + j]
+        for j in range(WIDTH):
+            dy[i, j] = work[_COLUMNS + WIDTH * i + j]
     return determinant
 
 
@@ -330,8 +333,8 @@ def _wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, work, column):
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     at = _COLUMNS + column
     work[at] = F_h * dh_c + F_z * dz_c - M_e
-    work[at + 12] = F_e * h_c + M_z
-    work[at + 24] = c * M_z - s * M_h
-    work[at + 36] = F_h
-    work[at + 48] = F_e
-    work[at + 60] = F_z
+    work[at + WIDTH] = F_e * h_c + M_z
+    work[at + 2 * WIDTH] = c * M_z - s * M_h
+    work[at + 3 * WIDTH] = F_h
+    work[at + 4 * WIDTH] = F_e
+    work[at + 5 * WIDTH] = F_z

@@ -29,6 +29,8 @@ class Scene:
         In hole axes [m/s^2].
     clearance_stddev : float
         Standard deviation of D - d [m].
+    friction_stddev : float
+        Standard deviation of f.
 
     """
 
@@ -42,6 +44,7 @@ class Scene:
     axial_inertia: float = 0.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
     clearance_stddev: float = 0.0
+    friction_stddev: float = 0.0
 
     def __post_init__(self):
         """Refuse sizes that are no peg and hole, and units slipped by 1000."""
@@ -50,6 +53,7 @@ class Scene:
         _within("peg_height", self.peg_height, 1e-4, 10.0, "m")
         _within("peg_mass", self.peg_mass, 1e-6, 1e4, "kg")
         _within("friction", self.friction, 0.0, 2.0, "")
+        _within("friction_stddev", self.friction_stddev, 0.0, 1.0, "")
         _within("clearance_stddev", self.clearance_stddev, 0.0, 0.01, "m")
         _within("mass_center_height", self.mass_center_height, 0.0, 10.0, "m")
         _within("transverse_inertia", self.transverse_inertia, 0.0, 1e4, "kg m^2")

@@ -2,10 +2,7 @@
 
 from math import fabs, sqrt
 
-import numpy as np
-
 from peg_on_hole_ros.mechanics.kernel import (
-    SceneScalars,
     compiled,
     determinant_at,
     scene_of,
@@ -17,10 +14,18 @@ _COULOMB = (1e-9, 1e-9, 1e-9)
 
 
 class WedgingMargin:
-    """The normalised determinant for the closing motion from an estimate."""
+    """
+    The normalised determinant for the closing motion from an estimate.
 
-    def __init__(self, scalars: SceneScalars):
-        self._scene = np.array(scalars)
+    Parameters
+    ----------
+    scene : ndarray
+        The fields of `kernel.SceneScalars`, read anew each time: friction may be learnt.
+
+    """
+
+    def __init__(self, scene):
+        self._scene = scene
         self._work = workspace()
 
     def determinant(self, x, P) -> float:
