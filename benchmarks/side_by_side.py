@@ -13,7 +13,7 @@ from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.estimation.reference import STATE, ReferenceFilter
+from peg_on_hole_ros.estimation.reference import FRICTION, ReferenceFilter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample
 
@@ -48,7 +48,8 @@ class Difference(NamedTuple):
     Attributes
     ----------
     mean : float
-        Largest difference in the state, whitened by the reference's covariance.
+        Largest difference in state and learnt friction, whitened by the
+        reference.
     covariance : float
         Largest entry of L^-1 (P - P_ref) L^-T, P_ref = L L^T.
     reactions : float
@@ -108,7 +109,8 @@ def filters(configuration: Configuration, first: Step) -> tuple[ContactFilter, R
     kalman = ContactFilter(configuration.scene, configuration.filter, reduction.covariance)
     kalman.start(first.q, first.R)
     reference = ReferenceFilter(configuration.scene, kalman.process, reduction.covariance)
-    reference.x, reference.P = np.concatenate([kalman.x, kalman.u]), kalman.Z.copy()
+    reference.x[:12] = np.concatenate([kalman.x, kalman.u])
+    reference.P = kalman.joint_covariance()
     return kalman, reference
 
 
@@ -145,10 +147,13 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
 
 def state_difference(kalman: ContactFilter, reference: ReferenceFilter) -> tuple[float, float]:
     """Return `mean` and `covariance` of a Difference."""
-    P = reference.P[STATE, STATE]
+    learnt = [*range(6), *([FRICTION] if reference.P[FRICTION, FRICTION] > 0 else [])]
+    found = np.array([*kalman.x, *kalman.u, kalman.friction[0], kalman.peg_diameter[0]])
+    P = reference.P[np.ix_(learnt, learnt)]
     L = np.linalg.cholesky(P)
-    mean = np.linalg.solve(L, kalman.x - reference.x[STATE])
-    covariance = np.linalg.solve(L, np.linalg.solve(L, kalman.P - P).T)
+    mean = np.linalg.solve(L, (found - reference.x)[learnt])
+    difference = kalman.joint_covariance()[np.ix_(learnt, learnt)] - P
+    covariance = np.linalg.solve(L, np.linalg.solve(L, difference).T)
     return float(np.abs(mean).max()), float(np.abs(covariance).max())
 
 

@@ -15,7 +15,7 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, w
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
-SCENE = Scene()
+SCENE = Scene(friction_stddev=0.0)
 P = scene_scalars(SCENE)
 # Friction without its memory of the covariance, so that a prediction is a function of the state.
 PLAIN = FilterOptions(slip_widening=0.0, creep_time=0.0)
@@ -106,11 +106,6 @@ def put_joint(kalman, joint):
     kalman.spread[:] = joint[12:, 12:]
 
 
-def joint_of(kalman):
-    cross = part(kalman._memory, "CROSS", (2, 12))
-    return np.block([[kalman.Z, cross.T], [cross, kalman.spread]])
-
-
 def random_joint(seed, size=14):
     root = np.random.default_rng(seed).normal(size=(size, size)) * SCALE[:size, None]
     joint = np.zeros((14, 14))
@@ -130,7 +125,7 @@ def test_covariance_is_carried_by_the_slopes_of_the_step(size):
     expected[12, 12] += (size > 12) * PLAIN.friction_noise**2 * h
     assert kalman.predict(h, True) is Prediction.CONTACT
     # Sums of a dozen products, whose rounding the correlation may enlarge.
-    found, scale = joint_of(kalman), np.outer(SCALE, SCALE)
+    found, scale = kalman.joint_covariance(), np.outer(SCALE, SCALE)
     np.testing.assert_allclose(found / scale, expected / scale, rtol=1e-10, atol=1e-11)
     np.testing.assert_array_equal(kalman.Z, kalman.Z.T)
 
@@ -152,7 +147,9 @@ def test_parameters_are_corrected_or_considered_as_by_schmidt(learnt):
     rest = np.eye(14) - gain @ H
     expected = rest @ before @ rest.T + gain @ R @ gain.T
     scale = np.outer(SCALE, SCALE)
-    np.testing.assert_allclose(joint_of(kalman) / scale, expected / scale, rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(
+        kalman.joint_covariance() / scale, expected / scale, rtol=1e-8, atol=1e-9
+    )
     expected_gamma0 = 2 * np.arcsin(
         np.sqrt((SCENE.hole_diameter - kalman.peg_diameter[0]) / (2 * SCENE.hole_diameter))
     )

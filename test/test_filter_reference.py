@@ -1,5 +1,6 @@
 """The compiled filter against filterpy's on the numpy model, step by step over whole bags."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,9 @@ ROOT = Path(__file__).parents[1]
 LIMIT = 1e-6
 
 
-def differences(name):
+def differences(name, **scene):
     configuration = from_parameters(read_parameters(ROOT / "config" / f"{name}.yaml"))
+    configuration = replace(configuration, scene=replace(configuration.scene, **scene))
     steps = bag_steps(ROOT / "bags" / f"{name}.mcap", configuration)
     return list(compared(configuration, steps)), len(steps)
 
@@ -37,7 +39,8 @@ def test_over_the_whole_bag_that_closes_with_slip():
 
 @pytest.mark.xdist_group("filterpy")
 def test_over_the_whole_bag_that_ends_wedged():
-    found, count = differences("closing_without_slip")
+    # Friction known: learnt, it follows the rounding of the singular equations in the end.
+    found, count = differences("closing_without_slip", friction_stddev=0.0)
     assert len(found) == count - 1
     regular = [item.prediction is Prediction.CONTACT for item in found]
     wedged = regular.index(False, 10)

@@ -137,6 +137,11 @@ class ContactFilter:
         """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
         return self.scene_values.item(3)
 
+    def joint_covariance(self) -> np.ndarray:
+        """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""
+        cross = self._cross.reshape(2, 12)
+        return np.block([[self.Z, cross.T], [cross, self.spread]])
+
     def tilt_covariance(self) -> tuple[float, float, float]:
         """Return the variance of gamma, its covariance with gamma', and the variance of gamma'."""
         Z = self.Z

@@ -1,5 +1,8 @@
 """The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
 
+from dataclasses import asdict
+from types import SimpleNamespace
+
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
@@ -9,45 +12,60 @@ from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 
 STATE, WRENCH, RATES = slice(0, 6), slice(6, 12), slice(3, 6)
+FRICTION, DIAMETER, SIZE = 12, 13, 14
 _NEWTON_TOLERANCE = 1e-12
 _COMPLEX_STEP = 1e-30
 
 
-def solve_with_slopes(scene: Scene, x, u, slip_velocity_scale):
+def with_parameters(scene: Scene, friction, peg_diameter):
+    """
+    Return a scene of another friction and peg diameter, mass and inertia kept.
+
+    It is no Scene: nothing is checked, and both may be complex, for derivatives.
+    """
+    values = {**asdict(scene), "friction": friction, "peg_diameter": peg_diameter}
+    clearance = scene.hole_diameter - peg_diameter
+    gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
+    return SimpleNamespace(**values, gamma0=gamma0)
+
+
+def solve_with_slopes(scene: Scene, full, slip_velocity_scale):
     """
     Return accelerations and reactions, and their derivatives by a complex step.
 
     Parameters
     ----------
     scene : Scene
-    x, u : ndarray, shape (6,)
-        State and wrench, peg axes.
+        All but friction and peg diameter.
+    full : ndarray, shape (14,)
+        State, wrench in peg axes, friction, peg diameter.
     slip_velocity_scale : float or ndarray, shape (3,)
         Of friction, for all contacts or for each [m/s].
 
     Returns
     -------
     y : ndarray, shape (6,)
-    dy : ndarray, shape (6, 12)
+    dy : ndarray, shape (6, 14)
 
     """
-
-    def solve(xu):
-        A, r = six_equations(scene, xu[:3], xu[3:6], xu[6:], slip_velocity_scale)
-        return np.linalg.solve(A, r)
-
-    xu = np.concatenate([x, u])
-    dy = np.empty((6, 12))
-    for i in range(12):
-        moved = xu.astype(complex)
+    dy = np.empty((6, SIZE))
+    for i in range(SIZE):
+        moved = full.astype(complex)
         moved[i] += 1j * _COMPLEX_STEP
-        dy[:, i] = solve(moved).imag / _COMPLEX_STEP
-    return solve(xu), dy
+        dy[:, i] = solve(scene, moved, slip_velocity_scale).imag / _COMPLEX_STEP
+    return solve(scene, full, slip_velocity_scale), dy
 
 
-def implicit_euler(scene: Scene, x, u, h, slip_velocity_scale):
+def solve(scene: Scene, full, slip_velocity_scale):
+    """Return accelerations and reactions, shape (6,); arguments as of `solve_with_slopes`."""
+    here = with_parameters(scene, full[FRICTION], full[DIAMETER])
+    A, r = six_equations(here, full[:3], full[RATES], full[WRENCH], slip_velocity_scale)
+    return np.linalg.solve(A, r)
+
+
+def implicit_euler(scene: Scene, full, h, slip_velocity_scale):
     """
-    Return the state after one implicit Euler step, and its derivatives by state and wrench.
+    Return the state after one implicit Euler step, and its derivatives by all 14 quantities.
 
     The rates v at the end solve v = v0 + h a(q0 + h v, v, u), here by Newton's method on the
     numpy model, its step halved until the residual falls.
@@ -55,15 +73,16 @@ def implicit_euler(scene: Scene, x, u, h, slip_velocity_scale):
     Returns
     -------
     x1 : ndarray, shape (6,)
-    F : ndarray, shape (6, 12)
+    F : ndarray, shape (6, 14)
 
     """
-    v = x[RATES]
+    q, v0 = full[:3], full[RATES]
+    v = v0
 
     def residual(v):
-        state = np.concatenate([x[:3] + h * v, v])
-        y, dy = solve_with_slopes(scene, state, u, slip_velocity_scale)
-        return v - x[RATES] - h * y[:3], dy[:3]
+        moved = np.concatenate([q + h * v, v, full[6:]])
+        y, dy = solve_with_slopes(scene, moved, slip_velocity_scale)
+        return v - v0 - h * y[:3], dy[:3]
 
     r, slopes = residual(v)
     for _ in range(50):
@@ -81,23 +100,26 @@ def implicit_euler(scene: Scene, x, u, h, slip_velocity_scale):
             break
         v, r, slopes = v + fraction * step, trial, trial_slopes
     by_rates = np.linalg.solve(
-        matrix, np.hstack([h * slopes[:, :3], np.eye(3), h * slopes[:, WRENCH]])
+        matrix, np.hstack([h * slopes[:, :3], np.eye(3), h * slopes[:, 6:]])
     )
-    by_angles = np.hstack([np.eye(3), np.zeros((3, 9))]) + h * by_rates
-    return np.concatenate([x[:3] + h * v, v]), np.vstack([by_angles, by_rates])
+    by_angles = np.hstack([np.eye(3), np.zeros((3, SIZE - 3))]) + h * by_rates
+    return np.concatenate([q + h * v, v]), np.vstack([by_angles, by_rates])
 
 
 def _random_walk(density, h):
     """Return the covariance that a random walk of the rates adds in an implicit step."""
     # The implicit step moves the angle with the rate at its end.
-    carried = np.zeros((12, 3))
+    carried = np.zeros((SIZE, 3))
     carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
     return density * h * carried @ carried.T
 
 
 class ReferenceFilter(ExtendedKalmanFilter):
     """
-    The contact filter with the held wrench as six more states, which restart with each wrench.
+    The contact filter as one of 14 states.
+
+    The held wrench is six of them, which restart with each wrench; friction and peg diameter are
+    the last two, learnt where their variance is not zero.
 
     Parameters
     ----------
@@ -108,11 +130,13 @@ class ReferenceFilter(ExtendedKalmanFilter):
     """
 
     def __init__(self, scene, process, wrench_noise):
-        super().__init__(dim_x=12, dim_z=3)
+        super().__init__(dim_x=SIZE, dim_z=3)
         self.scene = scene
         self.process = process
         self.wrench_noise = wrench_noise
         self.scales = np.full(3, process.slip_velocity_scale)
+        self.x = np.zeros(SIZE)
+        self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
     def hold(self, u):
         """Hold a new wrench."""
@@ -128,19 +152,21 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scales = np.sqrt(smallest**2 + widening**2 * variance * near)
         h = dt / pieces
         for _ in range(pieces):
-            x1, F = implicit_euler(self.scene, self.x[STATE], self.x[WRENCH], h, self.scales)
+            x1, F = implicit_euler(self.scene, self.x, h, self.scales)
             self._motion = x1
-            self.F = np.vstack([F, np.hstack([np.zeros((6, 6)), np.eye(6)])])
+            self.F = np.vstack([F, np.eye(SIZE)[6:]])
             self.Q = _random_walk(self.process.rate_density, h)
             self.predict()
         stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
         creep = (2 * smallest / self.scene.hole_diameter) ** 2 * stuck
         self.P[range(3), range(3)] += creep * self.process.creep_time * dt
+        if self.P[FRICTION, FRICTION] > 0:
+            self.P[FRICTION, FRICTION] += self.process.friction_density * dt
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
         self.scales = np.full(3, self.process.slip_velocity_scale)
-        self.F = np.eye(12)
+        self.F = np.eye(SIZE)
         self.F[range(3), range(3, 6)] = dt
         self._motion = (self.F @ self.x)[STATE]
         self.Q = _random_walk(rate_noise**2, dt)
@@ -148,17 +174,18 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_x(self, u=0):
         """Put the implicit step where filterpy puts F x."""
-        self.x = np.concatenate([self._motion, self.x[WRENCH]])
+        self.x = np.concatenate([self._motion, self.x[6:]])
 
     def correct(self, q, R):
         """Correct with an orientation q [rad] of covariance R by filterpy's update."""
-        H = np.hstack([np.eye(3), np.zeros((3, 9))])
+        H = np.eye(SIZE)[:3]
         self.update(q, lambda x: H, lambda x: H @ x, R=R)
 
     def slip(self):
         """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
-        g = contact_geometry(self.scene, self.x[0])
-        J = velocity_jacobians(g, self.scene.peg_diameter, self.scene.hole_diameter)
+        here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
+        g = contact_geometry(here, self.x[0])
+        J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
         v = J @ self.x[RATES]
         speed = np.linalg.norm(v, axis=1)
         # At rest no direction is along the slip: no variance then.
@@ -169,7 +196,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
-        y, dy = solve_with_slopes(self.scene, self.x[STATE], self.x[WRENCH], self.scales)
+        y, dy = solve_with_slopes(self.scene, self.x, self.scales)
         C = dy @ self.P @ dy.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         inverse = np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
@@ -177,10 +204,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
         answers = [y]
         for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
             for sign in (1, -1):
-                x = self.x[STATE].copy()
-                x[RATES] += sign * column
-                A, r = six_equations(self.scene, x[:3], x[RATES], self.x[WRENCH], self.scales)
-                answers.append(np.linalg.solve(A, r))
+                moved = self.x.copy()
+                moved[RATES] += sign * column
+                answers.append(solve(self.scene, moved, self.scales))
         answers = np.array(answers)
         surprise = np.einsum("ni,ij,nj->n", answers[:, :3], inverse, answers[:, :3])
         points = answers - answers[:, :3] @ gain.T

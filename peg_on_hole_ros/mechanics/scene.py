@@ -44,7 +44,7 @@ class Scene:
     axial_inertia: float = 0.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
     clearance_stddev: float = 0.0
-    friction_stddev: float = 0.0
+    friction_stddev: float = 0.05
 
     def __post_init__(self):
         """Refuse sizes that are no peg and hole, and units slipped by 1000."""
