@@ -25,6 +25,8 @@ MAX_WAITING = 512
 CLOCK_JUMP_NS = 1_000_000_000
 TARE_SAMPLES = 100
 NIS_MEMORY = 20
+# Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
+ABSURD = 10.0
 
 
 class Pipeline:
@@ -207,6 +209,10 @@ class Pipeline:
         force, couple = kalman.rim_load()
         # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
         carried = hypot(force, 2 * couple / scene.peg_diameter)
+        # What a rim of this tilt may wedge against what it carries.
+        wedged = (carried + self._force_stddev) / sin(max(gamma, gamma0))
+        if solution is not None and max(map(abs, solution.normal)) > ABSURD * wedged:
+            solution = None
         mode = self._mode.update(
             Evidence(
                 t_ns * 1e-9,
@@ -249,7 +255,7 @@ class Pipeline:
             clear = spread_known and min(determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
         elif mode != "open":
-            wide = (carried + wide) / sin(max(gamma, gamma0))
+            wide = wedged
         estimate = kalman.describe(three_point, wide)
         normal, stddev = estimate.normal.tolist(), estimate.normal_stddev.tolist()
         alarms = self._alarms.update(t_ns * 1e-9, mode, risk, determinant, normal, stddev)

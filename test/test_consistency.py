@@ -6,19 +6,22 @@ import pytest
 from consistency import score
 from simulated import SAMPLES, truth
 
-SEEDS = range(7000, 7003)
+# The closing scenes are short: with fewer seeds chance alone moves an error by a tenth.
+SEEDS = {"working_cycle": range(7000, 7003)}
+MANY_SEEDS = range(7000, 7020)
 
 
 @pytest.fixture(scope="module", params=SAMPLES)
 def scored(request):
-    return request.param, *score(truth(request.param), SEEDS)
+    seeds = SEEDS.get(request.param, MANY_SEEDS)
+    return request.param, *score(truth(request.param), seeds)
 
 
 def test_errors_keep_to_what_is_stated(scored):
     name, found, finite = scored
     assert finite
     steady = found["steady"]
-    assert steady["samples"] > 100 * len(SEEDS)
+    assert steady["samples"] > 100 * len(SEEDS.get(name, MANY_SEEDS))
     reactions = slice(6, 9)
     assert (steady["ratio"][reactions] <= 1.3).all(), steady["ratio"]
     assert (steady["relative"] <= 0.05).all(), steady["relative"]
