@@ -67,7 +67,8 @@ class Bench:
         for step in self.start[1:]:
             self._step(kalman, step)
         self.kalman, self.reference = kalman, reference
-        self._state = kalman.x.copy(), kalman.u.copy(), kalman.Z.copy()
+        self._started = kalman._memory.copy()
+        self._joint = kalman.joint_covariance()
         self._arrays = (
             np.array([step.u for step in self.steps]),
             np.array([step.q for step in self.steps]),
@@ -82,8 +83,7 @@ class Bench:
         kalman.reactions()
 
     def _restore(self):
-        kalman = self.kalman
-        kalman.x[:], kalman.u[:], kalman.Z[:] = self._state
+        self.kalman._memory[:] = self._started
 
     def compiled(self) -> float:
         """Run all steps in one compiled function."""
@@ -119,8 +119,11 @@ class Bench:
     def filterpy(self) -> float:
         """Run the EKF of filterpy on the numpy model."""
         reference = self.reference
-        x, u, Z = self._state
-        reference.x, reference.P = np.concatenate([x, u]), Z.copy()
+        self._restore()
+        kalman = self.kalman
+        parameters = kalman.friction[0], kalman.peg_diameter[0]
+        reference.x = np.concatenate([kalman.x, kalman.u, parameters])
+        reference.P = self._joint.copy()
         begun = perf_counter()
         for step in self.steps:
             reference.hold(step.u)

@@ -135,6 +135,7 @@ def test_parameters_are_corrected_or_considered_as_by_schmidt(learnt):
     kalman, before = sliding(), random_joint(4)
     put_joint(kalman, before)
     part(kalman._memory, "LEARNT")[:] = learnt
+    part(kalman._memory, "SLIDING")[:] = 1.0
     R = angle_covariance(kalman.x[0], 1e-4)
     H = np.eye(14)[:3]
     gain = before @ H.T @ np.linalg.inv(H @ before @ H.T + R)

@@ -1,4 +1,4 @@
-"""The benchmark of a filter step runs, and its ratio to filterpy holds."""
+"""The benchmark of a filter step runs, and writes what it prints."""
 
 import csv
 
@@ -8,7 +8,7 @@ import kernel_step
 
 
 @pytest.mark.xdist_group("filterpy")
-def test_a_step_is_hundreds_of_times_faster_than_filterpys(tmp_path, capsys):
+def test_every_way_is_timed_printed_and_written(tmp_path, capsys):
     path = tmp_path / "steps.csv"
     assert kernel_step.main(["--repetitions", "1", "--csv", str(path)]) == 0
     with path.open(newline="") as file:
@@ -18,5 +18,5 @@ def test_a_step_is_hundreds_of_times_faster_than_filterpys(tmp_path, capsys):
     for row in rows.values():
         assert row["median_us"] in text
         assert 0 < float(row["least_us"]) <= float(row["median_us"])
-    # Seen: 2300. Both run in turn on the machine as it is.
-    assert float(rows["compiled"]["filterpy_over_this"]) > 300
+        ratio = float(rows["filterpy"]["median_us"]) / float(row["median_us"])
+        assert float(row["filterpy_over_this"]) == pytest.approx(ratio, rel=0.1)

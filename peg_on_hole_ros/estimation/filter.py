@@ -15,6 +15,9 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
+# In this time without a step [s] all is forgotten of a friction coefficient that was learnt.
+FORGET_FRICTION = 0.02
+
 
 class Correction(Enum):
     """What became of an orientation; the values are advice."""
@@ -177,6 +180,9 @@ class ContactFilter:
             )
             if status == CONVERGED:
                 return Prediction.CONTACT
+            # A wrong friction coefficient leaves no step either: its spread is given back.
+            back = self.spread[0, 0] + self._known[0] * dt / FORGET_FRICTION
+            self.spread[0, 0] = max(self.spread[0, 0], min(back, self._known[0]))
         self._scales[:] = options.slip_velocity_scale
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         return Prediction.FAILED if in_contact else Prediction.FREE

@@ -15,6 +15,8 @@ from peg_on_hole_ros.estimation.memory import (
     SAVED,
     SCALES,
     SCENE,
+    SLIDING,
+    SPEEDS,
     SPREAD,
     WITH,
     WORK,
@@ -139,6 +141,15 @@ def _mirror(m):
             m[Z + 12 * j + 3 + i] = m[Z + 12 * (3 + i) + j]
 
 
+@inlined
+def surely_sliding(m):
+    """Return 1.0 if every contact's slip is a standard deviation from rest, else 0.0."""
+    for i in range(3):
+        if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] < m[SPEEDS + 2 * i + 1]:
+            return 0.0
+    return 1.0
+
+
 @compiled
 def contact_speed_gain(p, x, x1):
     """Return how much speed a contact gains between two states, along or around the rim [m/s]."""
@@ -184,6 +195,7 @@ def predict_contact(m, dy, slopes, dt):
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
     creep = creep_variance(p, m, smallest, process.creep_time)
+    m[SLIDING] = surely_sliding(m)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))
     evaluations = 0
@@ -193,8 +205,19 @@ def predict_contact(m, dy, slopes, dt):
         for _ in range(pieces):
             status, count = implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work)
             evaluations += count
-            if status == CONVERGED and contact_speed_gain(p, m[SAVED : SAVED + 6], x1) > limit:
-                status = FAILED
+            if status == CONVERGED:
+                gain = contact_speed_gain(p, m[SAVED : SAVED + 6], x1)
+                # What friction may be off by may speed a contact up as well.
+                slack = (
+                    3.0
+                    * sqrt(max(m[SPREAD], 0.0))
+                    * max(
+                        p.D * fabs(slopes[0, 12]),
+                        0.5 * fabs(p.D * slopes[1, 12] + p.d * slopes[2, 12]),
+                    )
+                )
+                if gain > limit + slack:
+                    status = FAILED
             if status != CONVERGED:
                 break
             _carry(m, slopes, h, process.rate_density)
@@ -220,6 +243,7 @@ def predict_free(m, slopes, dt, rate_noise):
             slopes[i, j] = 0.0
         slopes[i, 3 + i] = 1.0
         m[X + i] += dt * m[X + 3 + i]
+    m[SLIDING] = 0.0
     _carry(m, slopes, dt, rate_noise)
 
 
@@ -316,7 +340,8 @@ def _correct_parameters(m):
     Correct friction and peg diameter, or let their spread count only (Schmidt's filter).
 
     With the optimal gain K of state and wrench, their covariance with a parameter falls by
-    K H times it whether the parameter itself is corrected or not.
+    K H times it whether the parameter itself is corrected or not. Only a peg that surely slides
+    at all contacts tells of them: elsewhere friction may point anywhere.
     """
     l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
     o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
@@ -328,7 +353,7 @@ def _correct_parameters(m):
         g2 = (t2 - l20 * g0 - l21 * g1) * o2 * o2
         g1 = (g1 - l21 * g2) * o1
         g0 = (g0 - l10 * g1 - l20 * g2) * o0
-        learnt = m[LEARNT + k]
+        learnt = m[LEARNT + k] * m[SLIDING]
         m[WITH + 3 * k], m[WITH + 3 * k + 1], m[WITH + 3 * k + 2] = (
             learnt * g0,
             learnt * g1,
@@ -338,14 +363,14 @@ def _correct_parameters(m):
     friction = m[SCENE + 7] + _gained(m, 0)
     diameter = m[SCENE] + _gained(m, 1)
     m[SCENE + 7] = min(max(friction, LEAST_FRICTION), 2.0)
-    if m[LEARNT + 1] > 0.0:
+    if m[LEARNT + 1] * m[SLIDING] > 0.0:
         hole = m[SCENE + 1]
         m[SCENE] = min(diameter, hole - LEAST_CLEARANCE)
         m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))
     for k in range(2):
         for n in range(2):
             # The gain of whichever of the two is corrected; of both it is the same product.
-            by, of = (k, n) if m[LEARNT + k] > 0.0 else (n, k)
+            by, of = (k, n) if m[LEARNT + k] * m[SLIDING] > 0.0 else (n, k)
             m[ROWS + 2 * k + n] = (
                 m[WITH + 3 * by] * m[CROSS + 12 * of]
                 + m[WITH + 3 * by + 1] * m[CROSS + 12 * of + 1]

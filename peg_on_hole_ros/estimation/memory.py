@@ -16,6 +16,7 @@ _SIZES = {
     "CROSS": 24,  # covariance of friction and of the peg diameter with state and wrench, (2, 12)
     "SPREAD": 4,  # covariance of friction and peg diameter, (2, 2)
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
+    "SLIDING": 1,  # 1: every contact surely slides
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
@@ -43,7 +44,7 @@ def _places():
 
 _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
-CROSS, SPREAD, LEARNT = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT"))
+CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))

@@ -135,6 +135,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.process = process
         self.wrench_noise = wrench_noise
         self.scales = np.full(3, process.slip_velocity_scale)
+        self.sliding = False
         self.x = np.zeros(SIZE)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
@@ -148,6 +149,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
         speed, variance = self.slip()
+        self.sliding = bool((speed**2 >= variance).all())
         near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
         self.scales = np.sqrt(smallest**2 + widening**2 * variance * near)
         h = dt / pieces
@@ -166,6 +168,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
         self.scales = np.full(3, self.process.slip_velocity_scale)
+        self.sliding = False
         self.F = np.eye(SIZE)
         self.F[range(3), range(3, 6)] = dt
         self._motion = (self.F @ self.x)[STATE]
@@ -179,7 +182,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def correct(self, q, R):
         """Correct with an orientation q [rad] of covariance R by filterpy's update."""
         H = np.eye(SIZE)[:3]
+        parameters, spread = self.x[FRICTION:].copy(), self.P[FRICTION:, FRICTION:].copy()
         self.update(q, lambda x: H, lambda x: H @ x, R=R)
+        if not self.sliding:
+            # Schmidt's filter: the optimal gain's covariance with them is right without their own.
+            self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
 
     def slip(self):
         """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
