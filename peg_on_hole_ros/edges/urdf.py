@@ -1,5 +1,8 @@
 """Orientation of the peg from a robot's joints, by its URDF and Pinocchio."""
 
+from collections.abc import Sequence
+from math import cos, sin
+
 import numpy as np
 
 from peg_on_hole_ros.edges.urdf_file import Chain, read_chain
@@ -33,7 +36,7 @@ class UrdfKinematics:
 
     Attributes
     ----------
-    lower, upper : ndarray, shape (n,)
+    lower, upper : tuple of n float
         Limits of the joints in joints.names, infinite where there are none [rad].
 
     """
@@ -51,31 +54,31 @@ class UrdfKinematics:
             ) from None
         self._data = self._model.createData()
         self._tip = self._model.getFrameId(options.tip_frame, pin.FrameType.BODY)
-        self._neutral = pin.neutral(self._model)
-        self.lower, self.upper = np.array(chain.lower), np.array(chain.upper)
-        self._source = list(chain.source)
-        self._multiplier, self._offset = np.array(chain.multiplier), np.array(chain.offset)
+        self._neutral = pin.neutral(self._model).tolist()
+        self.lower, self.upper = chain.lower, chain.upper
         joints = [self._model.joints[self._model.getJointId(name)] for name in chain.moving]
-        # A continuous joint's position is kept as cosine and sine.
-        circle = np.array([joint.nq == 2 for joint in joints])
-        index_q = np.array([joint.idx_q for joint in joints])
-        self._line, self._circle = np.flatnonzero(~circle), np.flatnonzero(circle)
-        self._line_q, self._circle_q = index_q[~circle], index_q[circle]
+        # Place in q, joint that is read, multiplier, offset, and whether the joint is continuous:
+        # its position is kept as cosine and sine.
+        self._moving = [
+            (joint.idx_q, *row, joint.nq == 2)
+            for joint, *row in zip(joints, chain.source, chain.multiplier, chain.offset)
+        ]
         # Rates of the moving joints from those of the joints that are read.
         self._rates = np.zeros((self._model.nv, len(options.names)))
         for joint, source, multiplier in zip(joints, chain.source, chain.multiplier):
             self._rates[joint.idx_v, source] = multiplier
 
-    def __call__(self, position: np.ndarray) -> TipPose:
+    def __call__(self, position: Sequence[float]) -> TipPose:
         """Return rotation and Jacobian of the tip at positions in the order of joints.names."""
-        pin = self._pin
-        moving = self._multiplier * position[self._source] + self._offset
-        q = self._neutral.copy()
-        q[self._line_q] = moving[self._line]
-        q[self._circle_q] = np.cos(moving[self._circle])
-        q[self._circle_q + 1] = np.sin(moving[self._circle])
+        pin, q = self._pin, self._neutral.copy()
+        for i, source, multiplier, offset, continuous in self._moving:
+            x = multiplier * position[source] + offset
+            if continuous:
+                q[i], q[i + 1] = cos(x), sin(x)
+            else:
+                q[i] = x
         jacobian = pin.computeFrameJacobian(
-            self._model, self._data, q, self._tip, pin.LOCAL_WORLD_ALIGNED
+            self._model, self._data, np.array(q), self._tip, pin.LOCAL_WORLD_ALIGNED
         )
         rotation = pin.updateFramePlacement(self._model, self._data, self._tip).rotation
         return TipPose(rotation, jacobian[3:] @ self._rates)

@@ -1,5 +1,6 @@
 """From a robot's joints to the peg's angles: rotation matrices, their errors, and the joints'."""
 
+from collections.abc import Sequence
 from math import atan2, cos, hypot, pi, sin, tan
 from typing import NamedTuple, Protocol
 
@@ -8,6 +9,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.measurement import (
     SMALLEST_SINE,
     NamedPositions,
+    angle_covariance,
     rotation_from_rpy,
 )
 from peg_on_hole_ros.options import JointInput
@@ -69,14 +71,20 @@ def angle_errors(q) -> np.ndarray:
     -----
     With h the horizontal direction of psi: eps, z + h cot(gamma), -h / sin(gamma). Where the sine
     vanishes it is held at SMALLEST_SINE; psi + phi, the difference of two large rows, is kept by
-    writing the second as z - h tan(gamma/2) less the third.
+    writing the cotangent as 1/sin(gamma) - tan(gamma/2).
 
     """
     gamma, psi = float(q[0]), float(q[1])
     s, c = sin(psi), cos(psi)
-    h, z = np.array([c, s, 0.0]), np.array([0.0, 0.0, 1.0])
-    about_zeta = -h / max(sin(gamma), SMALLEST_SINE)
-    return np.array([[s, -c, 0.0], z - h * tan(gamma / 2) - about_zeta, about_zeta])
+    over_sine, half = 1.0 / max(sin(gamma), SMALLEST_SINE), tan(gamma / 2)
+    cotangent = over_sine - half
+    return np.array(
+        [
+            [s, -c, 0.0],
+            [c * cotangent, s * cotangent, 1.0],
+            [-c * over_sine, -s * over_sine, 0.0],
+        ]
+    )
 
 
 class TipPose(NamedTuple):
@@ -102,15 +110,15 @@ class Kinematics(Protocol):
 
     Attributes
     ----------
-    lower, upper : ndarray, shape (n,)
+    lower, upper : sequence of n float
         Limits of the joints, infinite where there are none [rad].
 
     """
 
-    lower: np.ndarray
-    upper: np.ndarray
+    lower: Sequence[float]
+    upper: Sequence[float]
 
-    def __call__(self, position: np.ndarray) -> TipPose:
+    def __call__(self, position: Sequence[float]) -> TipPose:
         """Return the pose at the positions of the joints, in their order in the options."""
 
 
@@ -133,8 +141,8 @@ class RobotJoints:
         self.stddev = options.position_stddev
         self._positions = NamedPositions(options.names)
         self._kinematics = kinematics
-        self._lower = kinematics.lower - LIMIT_MARGIN
-        self._upper = kinematics.upper + LIMIT_MARGIN
+        self._lower = [low - LIMIT_MARGIN for low in kinematics.lower]
+        self._upper = [high + LIMIT_MARGIN for high in kinematics.upper]
         self._R_HR = rotation_from_rpy(options.hole_rpy).T
         self._R_TP = rotation_from_rpy(options.peg_rpy)
 
@@ -150,18 +158,18 @@ class RobotJoints:
             turn.
 
         """
-        read = self._positions(sample)
-        if isinstance(read, str):
-            return read
-        position = np.array(read, float)
-        if (position < self._lower).any() or (position > self._upper).any():
-            return "outside_joint_limits"
+        position = self._positions(sample)
+        if isinstance(position, str):
+            return position
+        for low, value, high in zip(self._lower, position, self._upper):
+            if not low <= value <= high:
+                return "outside_joint_limits"
         tip = self._kinematics(position)
         q = angles_of(self._R_HR @ tip.rotation @ self._R_TP)
         if not q[0] < pi / 2:
             return "pointing_away"
-        errors = angle_errors(q)
-        from_joints = errors @ (self._R_HR @ tip.jacobian)
-        covariance = self.stddev**2 * (from_joints @ from_joints.T)
-        covariance += ORIENTATION_FLOOR**2 * (errors @ errors.T)
-        return AngleMeasurement(sample.t_ns, q, (covariance + covariance.T) / 2)
+        from_joints = angle_errors(q) @ self._R_HR @ tip.jacobian
+        covariance = from_joints @ from_joints.T
+        covariance *= self.stddev**2
+        covariance += angle_covariance(q[0], ORIENTATION_FLOOR)
+        return AngleMeasurement(sample.t_ns, q, covariance)
