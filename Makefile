@@ -4,7 +4,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-EXTRAS ?= ros,report,dev
+EXTRAS ?= ros,report,urdf,dev
 WORKERS ?= 2
 PYTEST_ARGS ?=
 

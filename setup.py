@@ -65,7 +65,7 @@ setup(
     extras_require={
         "ros": ROS,
         "report": ["matplotlib>=3.7"],
-        "urdf": ["pin>=3.0"],
+        "urdf": ["pin==4.1.0"],
         "dev": COLCON + CHECKS,
     },
     zip_safe=False,

@@ -119,20 +119,39 @@ PARAMETERS: tuple[Parameter, ...] = (
         "the peg's own angles, or a robot's joints with a URDF",
         choices=("peg", "robot"),
     ),
-    _joints("names", "joints to read, in the order gamma, psi, phi, or those of the robot"),
+    _joints(
+        "names",
+        "joints to read: in the order gamma, psi, phi, or all of the robot that move the tip, "
+        "in any order",
+    ),
     _joints(
         "position_stddev",
-        "noise of the orientation about each axis; too small: measurements are gated",
+        "noise of the orientation about each axis, or of each joint of the robot; too small: "
+        "measurements are gated",
         "rad",
         1e-9,
         1.0,
     ),
-    _joints("urdf", "file of the robot's description; needed for source robot"),
-    _joints("tip_frame", "frame of the URDF that carries the peg; needed for source robot"),
-    _joints("peg_xyz", "peg frame in the tip frame", "m", -10.0, 10.0),
+    _joints("urdf", "file of the robot's description, without xacro; needed for source robot"),
+    _joints("tip_frame", "link of the URDF that carries the peg; needed for source robot"),
+    _joints(
+        "peg_xyz", "peg frame in the tip frame; the angles need its axes only", "m", -10.0, 10.0
+    ),
     _joints("peg_rpy", "peg axes in the tip frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
-    _joints("hole_xyz", "hole frame in the robot's base frame", "m", -100.0, 100.0),
-    _joints("hole_rpy", "hole axes in the base frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
+    _joints(
+        "hole_xyz",
+        "hole frame in the URDF's root link; the angles need its axes only",
+        "m",
+        -100.0,
+        100.0,
+    ),
+    _joints(
+        "hole_rpy",
+        "hole axes in the root link (roll, pitch, yaw); an error here is one of gamma",
+        "rad",
+        -6.3,
+        6.3,
+    ),
     _filter(
         "slip_velocity_scale",
         "of regularised friction; 1e-3 destroys consistency, 1e-7 costs steps",

@@ -6,12 +6,13 @@ import subprocess
 import sys
 
 import pytest
+from mcap.reader import make_reader
 
 from inputs import closing
 from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.bag_writer import LATCHED_QOS, BagWriter
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, TOPICS, joint_state
+from peg_on_hole_ros.edges.messages import JOINT_STATE, LATCHED, STRING, TOPICS, joint_state
 from peg_on_hole_ros.options import Configuration
 
 pytestmark = pytest.mark.xdist_group("dds")
@@ -60,6 +61,12 @@ def test_demo_plays_compares_and_draws(bag, tmp_path):
     assert "\r" not in run.stderr  # no progress where there is no terminal
     out = Bag(tmp_path / "out" / "closing.mcap")
     assert {f"/peg_on_hole/{suffix}" for suffix in TOPICS} <= out.topics.keys()
+    with (tmp_path / "out" / "closing.mcap").open("rb") as stream:
+        channels = make_reader(stream).get_summary().channels.values()
+        latched = {
+            c.topic for c in channels if c.metadata == {"offered_qos_profiles": LATCHED_QOS}
+        }
+    assert latched == {f"/peg_on_hole/{suffix}" for suffix in LATCHED}
     assert (tmp_path / "out" / "closing.png").read_bytes()[:4] == b"\x89PNG"
 
 

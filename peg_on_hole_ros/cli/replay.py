@@ -11,6 +11,7 @@ from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.messages import LATCHED
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configuration
 from peg_on_hole_ros.edges.series import Series
 from peg_on_hole_ros.edges.summary import VERSION, Summary
@@ -71,7 +72,9 @@ def replay(
     sinks = [sink for sink in (summary, score, series) if sink is not None]
     with ExitStack() as stack:
         if out:
-            sinks.append(_Writer(stack.enter_context(BagWriter(out, configuration))))
+            latched = [PREFIX + suffix for suffix in LATCHED]
+            writer = BagWriter(out, configuration, latched=latched)
+            sinks.append(_Writer(stack.enter_context(writer)))
         progress = stack.enter_context(Progress("replaying"))
         replayed = replay_bag(bag, configuration, node.markers_rate, sinks, progress)
     content = {

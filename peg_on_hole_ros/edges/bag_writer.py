@@ -1,7 +1,7 @@
 """Write messages given as plain dicts to an MCAP file that any ROS 2 tool opens."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,6 +15,21 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
 CONFIGURATION_METADATA = "peg_on_hole_configuration"
+
+# What a recorder notes of a publisher that keeps its last message for late subscribers; `ros2 bag
+# play` offers the same. Numbers as in rmw (keep last, reliable, transient local, automatic): newer
+# releases write names and read both, Humble reads only numbers.
+LATCHED_QOS = """\
+- history: 1
+  depth: 1
+  reliability: 1
+  durability: 1
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: 1
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false
+"""
 
 
 class BagWriter:
@@ -34,6 +49,8 @@ class BagWriter:
         More metadata.
     chunk_bytes : int
         Of messages that are compressed together; what a cut-off file loses at most.
+    latched : collection of str
+        Topics that are played with durability transient local.
 
     Raises
     ------
@@ -48,6 +65,7 @@ class BagWriter:
         configuration: Configuration | None = None,
         metadata: dict[str, dict[str, str]] | None = None,
         chunk_bytes: int = 1 << 20,
+        latched: Collection[str] = (),
     ):
         self.path = Path(path)
         self._part = self.path.with_name(self.path.name + ".part")
@@ -64,6 +82,7 @@ class BagWriter:
         self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, tuple[int, Encoder]] = {}
+        self._latched = frozenset(latched)
 
     def write(self, topic: str, ros_type: str, message: dict, t_ns: int) -> None:
         """
@@ -91,7 +110,8 @@ class BagWriter:
             schema = self._schemas[ros_type] = self._writer.register_schema(
                 ros_type, "ros2msg", text
             )
-        channel = self._writer.register_channel(topic, "cdr", schema)
+        metadata = {"offered_qos_profiles": LATCHED_QOS} if topic in self._latched else {}
+        channel = self._writer.register_channel(topic, "cdr", schema, metadata)
         self._channels[topic] = channel, Encoder(ros_type)
         return self._channels[topic]
 

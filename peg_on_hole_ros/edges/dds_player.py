@@ -12,6 +12,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from peg_on_hole_ros.edges.arrivals import stamp_ns
+from peg_on_hole_ros.edges.bag_writer import LATCHED_QOS
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_definitions import definition
 from peg_on_hole_ros.edges.messages import BOOL, DIAGNOSTICS, LATCHED, MARKERS, STRING, TOPICS
@@ -167,7 +168,9 @@ class Player:
                 if topic not in channels:
                     text = definition(ros_type).encode()
                     schema = writer.register_schema(ros_type, "ros2msg", text)
-                    channels[topic] = writer.register_channel(topic, "cdr", schema)
+                    latched = topic.removeprefix(PREFIX) in LATCHED
+                    metadata = {"offered_qos_profiles": LATCHED_QOS} if latched else {}
+                    channels[topic] = writer.register_channel(topic, "cdr", schema, metadata)
                 writer.add_message(channels[topic], t_ns, payload, t_ns)
             writer.finish()
 

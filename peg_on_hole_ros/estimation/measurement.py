@@ -133,6 +133,35 @@ def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
     return np.array([[variance, 0, 0], [0, over, -c * over], [0, -c * over, over]])
 
 
+class NamedPositions:
+    """
+    Picks the positions of some joints out of joint states, in any order, among others.
+
+    Parameters
+    ----------
+    names : tuple of str
+
+    """
+
+    def __init__(self, names: tuple[str, ...]):
+        self.names = names
+        self._order: tuple[str, ...] | None = None
+        self._index: list[int] | None = None
+
+    def __call__(self, sample: JointSample) -> list[float] | str:
+        """Return the positions in the order of the names, or `missing_joint`, `not_finite`."""
+        if sample.names != self._order:
+            self._order = sample.names
+            known = {name: i for i, name in reversed(list(enumerate(sample.names)))}
+            complete = all(name in known for name in self.names)
+            self._index = [known[name] for name in self.names] if complete else None
+        if self._index is None:
+            return "missing_joint"
+        every = sample.position
+        position = [every[i] for i in self._index]
+        return position if all(map(isfinite, position)) else "not_finite"
+
+
 class PegJoints:
     """
     The peg's own joints as orientation: gamma, psi, phi by name, in any order, among others.
@@ -141,24 +170,15 @@ class PegJoints:
     """
 
     def __init__(self, options: JointInput):
-        self.names = options.names
         self.stddev = options.position_stddev
-        self._order: tuple[str, ...] | None = None
-        self._index: list[int] | None = None
+        self._positions = NamedPositions(options.names)
 
     def __call__(self, sample: JointSample) -> AngleMeasurement | str:
         """Return the measurement, or `missing_joint`, `not_finite` or `out_of_range`."""
-        if sample.names != self._order:
-            self._order = sample.names
-            known = {name: i for i, name in reversed(list(enumerate(sample.names)))}
-            complete = all(name in known for name in self.names)
-            self._index = [known[name] for name in self.names] if complete else None
-        if self._index is None:
-            return "missing_joint"
-        position = sample.position
-        gamma, psi, phi = (position[i] for i in self._index)
-        if not (isfinite(gamma) and isfinite(psi) and isfinite(phi)):
-            return "not_finite"
+        position = self._positions(sample)
+        if isinstance(position, str):
+            return position
+        gamma, psi, phi = position
         if not abs(gamma) < pi:
             return "out_of_range"
         covariance = angle_covariance(gamma, self.stddev)

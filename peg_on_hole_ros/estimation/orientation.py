@@ -1,0 +1,175 @@
+"""From a robot's joints to the peg's angles: rotation matrices, their errors, and the joints'."""
+
+from collections.abc import Sequence
+from math import atan2, cos, hypot, pi, sin, tan
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.measurement import (
+    SMALLEST_SINE,
+    NamedPositions,
+    angle_covariance,
+    rotation_from_rpy,
+)
+from peg_on_hole_ros.options import JointInput
+from peg_on_hole_ros.records import AngleMeasurement, JointSample
+
+# Of the rotation vector, each component [rad]: below what any robot resolves. Joints that turn
+# the peg about fewer than three axes would leave a covariance that cannot be inverted.
+ORIENTATION_FLOOR = 1e-6
+
+# A joint this far beyond the limits of its description [rad] is another joint, or in degrees;
+# drivers do report a hair beyond them.
+LIMIT_MARGIN = 0.1
+
+
+def angles_of(rotation) -> np.ndarray:
+    """
+    Return gamma, psi, phi of R_HP = Rz(psi) Ry(-gamma) Rz(phi).
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (3, 3)
+        Peg axes in hole axes.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        gamma in [0, pi], psi and phi in [-pi, pi] [rad].
+
+    Notes
+    -----
+    gamma comes from an arctangent, as an arccosine loses half the digits near zero. psi is the
+    direction in which the axis leans, of little meaning near zero and 0 where it leans nowhere;
+    phi is what remains once psi is turned back, so their sum is exact for any psi.
+
+    """
+    (xx, xy, xz), (yx, yy, yz), (_, _, zz) = np.asarray(rotation).tolist()
+    lean = hypot(xz, yz)
+    gamma = atan2(lean, zz)
+    psi = atan2(-yz, -xz) if lean else 0.0
+    s, c = sin(psi), cos(psi)
+    return np.array([gamma, psi, atan2(c * yx - s * xx, c * yy - s * xy)])
+
+
+def angle_errors(q) -> np.ndarray:
+    """
+    Return the matrix from a small rotation, as a vector in hole axes, to errors of the angles.
+
+    Parameters
+    ----------
+    q : sequence of 3 float
+        gamma, psi, phi [rad].
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Rows gamma, psi, phi. It is the inverse of [eps, z, zeta], the axes of the three angles.
+
+    Notes
+    -----
+    With h the horizontal direction of psi: eps, z + h cot(gamma), -h / sin(gamma). Where the sine
+    vanishes it is held at SMALLEST_SINE; psi + phi, the difference of two large rows, is kept by
+    writing the cotangent as 1/sin(gamma) - tan(gamma/2).
+
+    """
+    gamma, psi = float(q[0]), float(q[1])
+    s, c = sin(psi), cos(psi)
+    over_sine, half = 1.0 / max(sin(gamma), SMALLEST_SINE), tan(gamma / 2)
+    cotangent = over_sine - half
+    return np.array(
+        [
+            [s, -c, 0.0],
+            [c * cotangent, s * cotangent, 1.0],
+            [-c * over_sine, -s * over_sine, 0.0],
+        ]
+    )
+
+
+class TipPose(NamedTuple):
+    """
+    Where a robot's joints turn its tip.
+
+    Attributes
+    ----------
+    rotation : ndarray, shape (3, 3)
+        R_RT, axes of the tip frame in those of the robot's base.
+    jacobian : ndarray, shape (3, n)
+        Angular velocity of the tip, base axes, per unit rate of each joint that was asked for.
+
+    """
+
+    rotation: np.ndarray
+    jacobian: np.ndarray
+
+
+class Kinematics(Protocol):
+    """
+    A robot's kinematics up to the frame that carries the peg.
+
+    Attributes
+    ----------
+    lower, upper : sequence of n float
+        Limits of the joints, infinite where there are none [rad].
+
+    """
+
+    lower: Sequence[float]
+    upper: Sequence[float]
+
+    def __call__(self, position: Sequence[float]) -> TipPose:
+        """Return the pose at the positions of the joints, in their order in the options."""
+
+
+class RobotJoints:
+    """
+    A robot's joints as orientation of the peg, in any order, among others.
+
+    Calling it with a JointSample returns an AngleMeasurement, or a reason why there is none.
+    The covariance is that of independent errors of position_stddev in every joint.
+
+    Parameters
+    ----------
+    options : JointInput
+    kinematics : Kinematics
+        For options.names.
+
+    """
+
+    def __init__(self, options: JointInput, kinematics: Kinematics):
+        self.stddev = options.position_stddev
+        self._positions = NamedPositions(options.names)
+        self._kinematics = kinematics
+        self._lower = [low - LIMIT_MARGIN for low in kinematics.lower]
+        self._upper = [high + LIMIT_MARGIN for high in kinematics.upper]
+        self._R_HR = rotation_from_rpy(options.hole_rpy).T
+        self._R_TP = rotation_from_rpy(options.peg_rpy)
+
+    def __call__(self, sample: JointSample) -> AngleMeasurement | str:
+        """
+        Return the measurement, or the reason why there is none.
+
+        Returns
+        -------
+        AngleMeasurement or str
+            `missing_joint`, `not_finite`, `outside_joint_limits`, or `pointing_away`: the peg's
+            lower end does not face the hole, as where peg_rpy or hole_rpy is wrong by half a
+            turn.
+
+        """
+        position = self._positions(sample)
+        if isinstance(position, str):
+            return position
+        for low, value, high in zip(self._lower, position, self._upper):
+            if not low <= value <= high:
+                return "outside_joint_limits"
+        tip = self._kinematics(position)
+        q = angles_of(self._R_HR @ tip.rotation @ self._R_TP)
+        if not q[0] < pi / 2:
+            return "pointing_away"
+        from_joints = angle_errors(q) @ self._R_HR @ tip.jacobian
+        covariance = from_joints @ from_joints.T
+        covariance *= self.stddev**2
+        covariance += angle_covariance(q[0], ORIENTATION_FLOOR)
+        return AngleMeasurement(sample.t_ns, q, covariance)

@@ -1,0 +1,84 @@
+"""The integration guide keeps up with the code: every count, topic and number of the monitor."""
+
+import importlib.util
+import re
+from collections import Counter
+
+import pytest
+
+from inputs import closing
+from peg_on_hole_ros import pipeline
+from peg_on_hole_ros.edges import decode
+from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.messages import LATCHED, TOPICS
+from peg_on_hole_ros.estimation import measurement, orientation
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.parameter_table import PARAMETERS
+from simulated import ROOT
+
+TEXT = (ROOT / "docs" / "integration.md").read_text(encoding="utf-8")
+QUOTED = set(re.findall(r"`([^`\n]+)`", TEXT))
+
+
+def literals(module, pattern):
+    with open(module.__file__, encoding="utf-8") as source:
+        return re.findall(pattern, source.read())
+
+
+def counts():
+    """Names of counts as the sources have them."""
+    yield from literals(pipeline, r'counts\["(\w+)"\]')
+    yield from literals(pipeline, r'"(joints_gated)" if')
+    for module in (measurement, orientation):
+        for reason in literals(module, r'(?:return|else) "(\w+)"'):
+            yield f"joints_dropped_{reason}"
+
+
+def test_every_count_is_explained():
+    found = Counter(counts())
+    assert len(found) > 20
+    assert [name for name in found if name not in QUOTED] == []
+    for reason in literals(decode, r'Malformed\("(\w+)"\)'):
+        names = {f"..._dropped_malformed_{reason}", f"joints_dropped_malformed_{reason}"}
+        assert names & QUOTED, reason
+
+
+def test_every_topic_is_explained():
+    contacts = {"contact/b1": "b1", "contact/b2": "b2"}
+    for suffix in TOPICS:
+        assert contacts.get(suffix, f"~/{suffix}") in QUOTED, suffix
+    assert LATCHED == ("transition", "contact_mode")
+
+
+def test_every_number_of_the_monitor_is_explained():
+    stream, names = message_stream(Configuration()), set()
+    for source, message in closing(300):
+        if source == "joints":
+            stream.on_joints(message)
+            continue
+        for suffix, _, fields in stream.on_wrench(message):
+            if suffix == "monitor":
+                names |= set(fields["name"])
+    assert {"friction", "jamming_risk", "time_to_transition"} <= names
+    assert names - {"time_to_transition_stddev"} <= QUOTED
+
+
+def test_parameters_that_are_named_exist():
+    groups = {row.name.split(".")[0] for row in PARAMETERS if "." in row.name}
+    names = {row.name for row in PARAMETERS}
+    named = {word for word in QUOTED if re.fullmatch(rf"({'|'.join(groups)})\.\w+", word)}
+    assert len(named) > 10
+    assert named <= names
+
+
+def test_frames_are_drawn(tmp_path):
+    pytest.importorskip("matplotlib")
+    path = ROOT / "docs" / "figures" / "frames.py"
+    spec = importlib.util.spec_from_file_location("frames", path)
+    frames = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(frames)
+    drawn = frames.draw(tmp_path).read_text(encoding="utf-8")
+    committed = path.with_suffix(".svg").read_text(encoding="utf-8")
+    texts = re.compile(r"<text[^>]*>([^<]+)</text>")
+    assert texts.findall(drawn) == texts.findall(committed)
+    assert "z of sensor" in texts.findall(drawn)
