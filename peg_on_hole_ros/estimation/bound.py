@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
+    WIDTH,
     accelerate_with_derivatives,
     compiled,
     determinant_at,
@@ -163,7 +164,7 @@ def _step_derivatives(dy, h):
     A = np.eye(3) - h * (dy[:3, 3:6] + h * dy[:3, :3])
     rows[:, :3] = h * dy[:3, :3]
     rows[:, 3:6] = np.eye(3)
-    rows[:, 6:] = h * dy[:3, 6:]
+    rows[:, 6:] = h * dy[:3, 6:12]
     F = np.zeros((6, 12))
     F[3:] = np.linalg.solve(A, rows)
     F[:3] = h * F[3:]
@@ -179,7 +180,7 @@ def _recursion(
     n = len(t)
     states, reactions = np.zeros((n, 6, 6)), np.zeros((n, 3, 3))
     determinants = np.zeros(n)
-    y, dy = np.zeros(6), np.zeros((6, 12))
+    y, dy = np.zeros(6), np.zeros((6, WIDTH))
     coulomb = (1e-9, 1e-9, 1e-9)
     for k in range(n):
         Z = np.zeros((12, 12))
@@ -202,7 +203,8 @@ def _recursion(
         rates = (state[k, 3], state[k, 4], state[k, 5])
         determinants[k] = determinant_at(p, coulomb, state[k, 0], rates, work)
         accelerate_with_derivatives(p, scales, state[k], wrench[k], work, y, dy)
-        C = dy @ Z @ dy.T.copy()
+        G = dy[:, :12].copy()
+        C = G @ Z @ G.T.copy()
         if np.isfinite(acceleration_variance):
             S = C[:3, :3] + acceleration_variance * np.eye(3)
             C = C - np.linalg.solve(S, C[:3, :].copy()).T.copy() @ C[:3, :].copy()
