@@ -14,6 +14,7 @@ import hashlib
 import json
 import multiprocessing
 import os
+import random
 import sys
 import time
 from pathlib import Path
@@ -111,12 +112,21 @@ def run(motions, levels, seeds, folder: Path, workers: int = 2, report=print):
     report(f"{len(motions)} motions at {len(levels)} noise levels, {len(tasks)} to compute")
     begin = time.monotonic()
     context = multiprocessing.get_context("spawn")
+    # Of a run that is stopped, what is there shall be of every kind.
+    random.Random(0).shuffle(tasks)
     if workers > 1 and len(tasks) > 1:
         with context.Pool(workers) as pool:
             _watch(pool.imap_unordered(score_motion, tasks), len(tasks), begin, report)
     else:
         _watch(map(score_motion, tasks), len(tasks), begin, report)
-    return [kept(file_of(folder, m, n), key, seeds) for m in motions for n in levels]
+    return collect(motions, levels, seeds, folder)
+
+
+def collect(motions, levels, seeds, folder: Path):
+    """Return the figures of those cells that are in the folder."""
+    key = sources_key()
+    cells = [kept(file_of(folder, m, n), key, seeds) for m in motions for n in levels]
+    return [cell for cell in cells if cell is not None]
 
 
 def _watch(done, count, begin, report):
@@ -134,6 +144,9 @@ def main(arguments=None):
     parser.add_argument("--held-out", action="store_true", help="two motions kept from tuning")
     parser.add_argument("--folder", type=Path, default=Path("out/grid"), help="(out/grid)")
     parser.add_argument("--csv", type=Path, help="every figure, one row a cell and class")
+    parser.add_argument(
+        "--summary", action="store_true", help="compute nothing, tell what is there"
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     seeds = options.seeds or (8 if options.quick else 200)
@@ -141,7 +154,11 @@ def main(arguments=None):
         parser.error("--seeds is at least 2: scatter over noise cannot be told from one run")
     motions = QUICK if options.quick else FULL_HELD_OUT if options.held_out else FULL
     levels = ("nominal",) if options.quick else tuple(NOISE)
-    cells = run(motions, levels, seeds, options.folder, options.workers, _say)
+    if options.summary:
+        cells = collect(motions, levels, seeds, options.folder)
+        _say(f"{len(cells)} of {len(motions) * len(levels)} cells are there")
+    else:
+        cells = run(motions, levels, seeds, options.folder, options.workers, _say)
     path = options.csv or options.folder / "grid.csv"
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="") as file:

@@ -110,8 +110,8 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
             determined[s, k] = bool(outputs.monitor["reactions_determined"])
             contact[s, k] = outputs.contact_mode == "three_point"
         restarts += pipeline.counts["filter_restarted"]
-    diverged = _diverged(truth, error)
-    return Runs(error, stddev, nees, determined, contact, np.array(nis), diverged, restarts)
+    ends = diverged(truth, error)
+    return Runs(error, stddev, nees, determined, contact, np.array(nis), ends, restarts)
 
 
 def _listen(pipeline, truth, nis):
@@ -140,7 +140,7 @@ def _first_wrong(samples, seed, start_error):
         yield sample
 
 
-def _diverged(truth, error):
+def diverged(truth, error):
     """Return for each run whether an output is missing or not finite, or the end is far off."""
     settled = truth.t_ns >= min(SETTLE_NS, truth.t_ns[-1])
     bad = ~np.isfinite(error[:, settled]).all(axis=(1, 2))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
@@ -27,10 +28,16 @@ SMALL_DETERMINANT = 0.05
 
 
 class Meaning(IntEnum):
-    """Whether the bound means something at a sample; the first reason against it that holds."""
+    """
+    Whether the bound means something at a sample, else why not.
+
+    SLOW: a contact sticks, or slips so slowly that the direction of its friction is not known.
+    SINGULAR: the six equations have no solution nearby. TRANSITION: gamma0 is within the spread.
+    Where several hold, the first of them stands.
+    """
 
     SOUND = 0
-    STICK = 1
+    SLOW = 1
     SINGULAR = 2
     TRANSITION = 3
 
@@ -118,6 +125,11 @@ def posterior_bound(
     -------
     Bound
 
+    Raises
+    ------
+    PegOnHoleError
+        Shapes that do not fit, times that do not rise, a motion below gamma0 or not finite.
+
     Notes
     -----
     The motion is determined by the wrench, and that is known up to its noise, which is held from
@@ -133,7 +145,8 @@ def posterior_bound(
 
     """
     n = len(t)
-    state = np.ascontiguousarray(state, float)
+    t, state, wrench = (np.ascontiguousarray(a, float) for a in (t, state, wrench))
+    _check(scene, t, state, wrench, sensors)
     scales = np.full(3, float(slip_velocity_scale))
     measured = np.asarray(sensors.measured, bool)
     R = np.zeros((n, 3, 3))
@@ -144,17 +157,38 @@ def posterior_bound(
     P[range(3, 6), range(3, 6)] = initial_rate_stddev**2
     scalars = np.array(scene_scalars(scene))
     states, reactions, determinant = _recursion(
-        scalars, scales, np.asarray(t, float), state, np.ascontiguousarray(wrench, float), P,
+        scalars, scales, t, state, wrench, P,
         np.ascontiguousarray(sensors.wrench_noise, float), R, measured,
         float(acceleration_stddev) ** 2, pieces, workspace(),
     )  # fmt: skip
     speed, spread = _slip(scene, state, states)
-    stick = speed < np.maximum(SPREADS * spread, CREEP_SCALES * slip_velocity_scale)
+    slow = speed < np.maximum(SPREADS * spread, CREEP_SCALES * slip_velocity_scale)
     meaning = np.full(n, Meaning.SOUND)
     meaning[state[:, 0] - scene.gamma0 < SPREADS * np.sqrt(states[:, 0, 0])] = Meaning.TRANSITION
     meaning[~(determinant > SMALL_DETERMINANT)] = Meaning.SINGULAR
-    meaning[stick.any(axis=1)] = Meaning.STICK
+    meaning[slow.any(axis=1)] = Meaning.SLOW
     return Bound(states, reactions, meaning, speed, determinant)
+
+
+def _check(scene, t, state, wrench, sensors):
+    n = len(t)
+    for name, value, width in (("state", state, 6), ("wrench", wrench, 6)):
+        if value.shape != (n, width):
+            raise PegOnHoleError(
+                f"{name} has the shape {value.shape}, but {n} times ask for {(n, width)}"
+            )
+        if not np.isfinite(value).all():
+            raise PegOnHoleError(f"{name} is not finite: cut the motion where it is not known")
+    if len(sensors.measured) != n:
+        raise PegOnHoleError(f"measured has {len(sensors.measured)} entries for {n} times")
+    if n < 2 or not (np.diff(t) > 0).all():
+        raise PegOnHoleError("the times of a motion are two or more, and rise [s]")
+    lowest = state[:, 0].min()
+    if lowest <= scene.gamma0:
+        raise PegOnHoleError(
+            f"gamma = {lowest:.6g} rad is not above gamma0 = {scene.gamma0:.6g} rad: there is no "
+            "three-point contact; cut the motion before"
+        )
 
 
 @compiled
