@@ -144,9 +144,7 @@ def main(arguments=None):
     parser.add_argument("--held-out", action="store_true", help="two motions kept from tuning")
     parser.add_argument("--folder", type=Path, default=Path("out/grid"), help="(out/grid)")
     parser.add_argument("--csv", type=Path, help="every figure, one row a cell and class")
-    parser.add_argument(
-        "--summary", action="store_true", help="compute nothing, tell what is there"
-    )
+    parser.add_argument("--summary", action="store_true", help="only tell what is there")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     seeds = options.seeds or (8 if options.quick else 200)
