@@ -103,7 +103,7 @@ def _exponential(w):
 
 
 def measure(
-    truth: Truth, seed: int | None = None, start_ns: int = START_NS
+    truth: Truth, seed: int | None = None, start_ns: int = START_NS, exact=None
 ) -> Iterator[WrenchSample | JointSample]:
     """
     Yield the samples in the order of their stamps; of one stamp the joints come first.
@@ -115,6 +115,8 @@ def measure(
         Of the noise; None is the plan's own.
     start_ns : int
         Stamp of the first sample [ns].
+    exact : ndarray, optional
+        What `sensor_wrench` gives for this truth, where it is known already.
 
     Notes
     -----
@@ -127,7 +129,8 @@ def measure(
     wrench_noise, joint_noise = np.random.default_rng(plan.seed if seed is None else seed).spawn(2)
     n, every = len(truth.t_ns), plan.wrench_rate // plan.joint_rate
     stddev = np.repeat([settings.force_stddev, settings.torque_stddev], 3)
-    wrench = sensor_wrench(truth) + wrench_noise.normal(size=(n, 6)) * stddev
+    exact = sensor_wrench(truth) if exact is None else exact
+    wrench = exact + wrench_noise.normal(size=(n, 6)) * stddev
     q = truth.q[::every]
     angles = measured_angles(q, joint_noise.normal(size=q.shape) * joints.position_stddev)
     names = tuple(joints.names)

@@ -1,0 +1,177 @@
+"""
+Hold the estimator to its promises over the published grid of motions, noise and start errors.
+
+    python benchmarks/grid.py [--seeds 200] [--quick] [--held-out] [--folder out/grid] [--csv FILE]
+
+Each cell is a motion (clearance, friction, speed, kind) at a noise level; its figures are kept in
+the folder as soon as they are there, so that a run which was stopped goes on where it was. Figures
+of other sources, seeds or settings are not taken for those asked for.
+"""
+
+import argparse
+import csv
+import hashlib
+import json
+import multiprocessing
+import os
+import random
+import sys
+import time
+from pathlib import Path
+
+from grid_cells import FULL, FULL_HELD_OUT, NOISE, QUICK, SMALLEST, Motion, truth_of
+from grid_score import QUANTITIES, score_cell
+from grid_summary import flat_rows, summary
+from peg_on_hole_ros.numba_cache import PACKAGE
+from peg_on_hole_ros.simulation.measure import sensor_wrench
+
+HERE = Path(__file__).parent
+FIRST_SEED = 40_000
+FIRST_START_SEED = 90_000
+# What the numbers depend on.
+SOURCES = ("mechanics", "estimation", "monitoring", "simulation")
+
+
+def sources_key() -> str:
+    """Return a name for the state of everything that the figures come from."""
+    digest = hashlib.sha256()
+    files = [PACKAGE / name for name in ("pipeline.py", "options.py", "records.py")]
+    files += [HERE / name for name in ("grid_cells.py", "grid_score.py", "consistency.py")]
+    for part in SOURCES:
+        files += sorted((PACKAGE / part).glob("*.py"))
+    for path in files:
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def file_of(folder: Path, motion: Motion, noise: str) -> Path:
+    """Return where a cell's figures are kept."""
+    return folder / f"{motion}_{noise}.json"
+
+
+def kept(path: Path, key: str, seeds: int):
+    """Return a cell's figures if they are those asked for, else None."""
+    try:
+        cell = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+    fits = cell.get("key") == key and cell.get("seeds_asked") == seeds
+    return cell if fits else None
+
+
+def score_motion(task):
+    """Compute and keep the cells of one motion; returns its name and how its truth ended."""
+    motion, levels, seeds, start_seeds, folder, key = task
+    truth, end = truth_of(motion)
+    exact = None if truth is None else sensor_wrench(truth)
+    for noise in levels:
+        cell = {
+            "key": key, "seeds_asked": seeds, "motion": motion._asdict(), "noise": noise,
+            "end": end, "duration": 0.0 if truth is None else len(truth.t_ns) * 1e-3,
+        }  # fmt: skip
+        if truth is not None:
+            first = range(FIRST_SEED, FIRST_SEED + seeds)
+            start = range(FIRST_START_SEED, FIRST_START_SEED + start_seeds)
+            cell |= score_cell(truth, noise, first, start, exact)
+        path = file_of(folder, motion, noise)
+        partial = path.with_suffix(f".{os.getpid()}.tmp")
+        partial.write_text(json.dumps(cell, indent=1))
+        partial.replace(path)
+    return str(motion), end
+
+
+def run(motions, levels, seeds, folder: Path, workers: int = 2, report=print):
+    """
+    Compute what is missing of the cells and return all of them.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+    levels : sequence of str
+        Of NOISE.
+    seeds : int
+        Noise seeds a cell; a tenth as many, and at least one, with start errors.
+    folder : Path
+    workers : int
+    report : callable
+        Told of the progress.
+
+    Returns
+    -------
+    list of dict
+        Figures of each cell.
+
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    key, start_seeds = sources_key(), max(1, seeds // 10)
+    tasks = []
+    for motion in motions:
+        missing = [n for n in levels if kept(file_of(folder, motion, n), key, seeds) is None]
+        if missing:
+            tasks.append((motion, missing, seeds, start_seeds, folder, key))
+    report(f"{len(motions)} motions at {len(levels)} noise levels, {len(tasks)} to compute")
+    begin = time.monotonic()
+    context = multiprocessing.get_context("spawn")
+    # Of a run that is stopped, what is there shall be of every kind.
+    random.Random(0).shuffle(tasks)
+    if workers > 1 and len(tasks) > 1:
+        with context.Pool(workers) as pool:
+            _watch(pool.imap_unordered(score_motion, tasks), len(tasks), begin, report)
+    else:
+        _watch(map(score_motion, tasks), len(tasks), begin, report)
+    return collect(motions, levels, seeds, folder)
+
+
+def collect(motions, levels, seeds, folder: Path):
+    """Return the figures of those cells that are in the folder."""
+    key = sources_key()
+    cells = [kept(file_of(folder, m, n), key, seeds) for m in motions for n in levels]
+    return [cell for cell in cells if cell is not None]
+
+
+def _watch(done, count, begin, report):
+    for i, (name, end) in enumerate(done, 1):
+        spent = time.monotonic() - begin
+        left = spent / i * (count - i)
+        report(f"  {i}/{count} {name}: {end}; {spent:.0f} s, about {left:.0f} s to go")
+
+
+def main(arguments=None):
+    """Run the grid, print the summary, write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--seeds", type=int, help="noise seeds a cell (200; quick: 8)")
+    parser.add_argument("--quick", action="store_true", help="12 motions, nominal noise")
+    parser.add_argument("--held-out", action="store_true", help="two motions kept from tuning")
+    parser.add_argument("--folder", type=Path, default=Path("out/grid"), help="(out/grid)")
+    parser.add_argument("--csv", type=Path, help="every figure, one row a cell and class")
+    parser.add_argument("--summary", action="store_true", help="only tell what is there")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    options = parser.parse_args(arguments)
+    seeds = options.seeds or (8 if options.quick else 200)
+    if seeds < 2:
+        parser.error("--seeds is at least 2: scatter over noise cannot be told from one run")
+    motions = QUICK if options.quick else FULL_HELD_OUT if options.held_out else FULL
+    levels = ("nominal",) if options.quick else tuple(NOISE)
+    if options.summary:
+        cells = collect(motions, levels, seeds, options.folder)
+        _say(f"{len(cells)} of {len(motions) * len(levels)} cells are there")
+    else:
+        cells = run(motions, levels, seeds, options.folder, options.workers, _say)
+    path = options.csv or options.folder / "grid.csv"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerows(flat_rows(cells, QUANTITIES))
+    text = summary(cells)
+    print(text)
+    print(f"written: {path}")
+
+
+def _say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+__all__ = ["SMALLEST", "main", "run"]
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,190 @@
+"""The bound against Kalman filters built another way, and against the filter's own errors."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from scipy.linalg import solve_discrete_are
+
+from grid_cells import first_samples
+from grid_score import bound_of, run_seeds
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
+from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.estimation.reference import solve_with_slopes
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.options import WrenchInput
+from simulated import truth
+
+SCALE, STEP, STDDEV, RATE_STDDEV = 1e-5, 1e-3, 1e-4, 1.0
+
+
+def motion(name="closing_with_slip", count=120):
+    """Scene, times, states, wrenches and sensors of the first samples of a truth."""
+    cut = first_samples(truth(name), count)
+    scene = cut.plan.configuration.scene
+    R_PH = np.array([peg_axes(q).T for q in cut.q])
+    wrench = np.hstack([(R_PH @ v[..., None])[..., 0] for v in (cut.force, cut.moment)])
+    noise = WrenchReduction(WrenchInput(), scene).covariance
+    sensors = Sensors(noise, STDDEV, np.arange(count) % 2 == 0)
+    return scene, cut.t_ns * 1e-9, np.hstack([cut.q, cut.rates]), wrench, sensors
+
+
+def step_matrices(scene, x, u):
+    """F, G of the implicit step that ends at x, and dy, from the numpy model by complex steps."""
+    _, dy = solve_with_slopes(scene, x, u, SCALE)
+    a_q, a_v, a_u = dy[:3, :3], dy[:3, 3:6], dy[:3, 6:12]
+    # v = v0 + h a(q0 + h v, v, u), differentiated as a whole.
+    left = np.block([[np.eye(3), -STEP * np.eye(3)], [-STEP * a_q, np.eye(3) - STEP * a_v]])
+    right = np.block([[np.eye(6), np.vstack([np.zeros((3, 6)), STEP * a_u])]])
+    both = np.linalg.solve(left, right)
+    return both[:, :6], both[:, 6:], dy[:, :12]
+
+
+def test_equals_kalman_covariance_of_the_linearised_motion():
+    scene, t, state, wrench, sensors = motion()
+    bound = posterior_bound(scene, t, state, wrench, sensors, RATE_STDDEV, SCALE)
+    prior = posterior_bound(scene, t, state, wrench, sensors, RATE_STDDEV, SCALE, 20.0)
+    kalman = KalmanFilter(dim_x=12, dim_z=3)
+    kalman.H = np.eye(3, 12)
+    kalman.P = np.zeros((12, 12))
+    kalman.P[:3, :3] = angle_covariance(state[0, 0], STDDEV)
+    kalman.P[range(3, 6), range(3, 6)] = RATE_STDDEV**2
+    for k in range(1, len(t)):
+        F, G, dy = step_matrices(scene, state[k], wrench[k])
+        kalman.P[6:, :], kalman.P[:, 6:] = 0, 0
+        kalman.P[6:, 6:] = sensors.wrench_noise
+        kalman.F = np.block([[F, G], [np.zeros((6, 6)), np.eye(6)]])
+        kalman.Q = np.zeros((12, 12))
+        kalman.predict()
+        if sensors.measured[k]:
+            kalman.update(np.zeros(3), R=angle_covariance(state[k, 0], STDDEV))
+        # Two ways to the same numbers differ by rounding times the condition of the innovation.
+        np.testing.assert_allclose(bound.state[k], kalman.P[:6, :6], rtol=1e-6, atol=1e-16)
+    C = dy @ kalman.P @ dy.T
+    np.testing.assert_allclose(bound.reactions[-1], C[3:, 3:], rtol=1e-6)
+    # What is known of the accelerations, in information form.
+    information = np.linalg.inv(C) + np.diag([20.0**-2] * 3 + [0] * 3)
+    np.testing.assert_allclose(prior.reactions[-1], np.linalg.inv(information)[3:, 3:], rtol=1e-6)
+    assert (np.diagonal(prior.reactions[-1]) < np.diagonal(bound.reactions[-1])).all()
+
+
+def test_information_form_gives_the_same():
+    scene, t, state, wrench, sensors = motion(count=60)
+    bound = posterior_bound(scene, t, state, wrench, sensors, RATE_STDDEV, SCALE)
+    prior = [*np.diagonal(angle_covariance(state[0, 0], STDDEV)), *[RATE_STDDEV**2] * 3]
+    P0 = np.diag(prior)
+    P0[:3, :3] = angle_covariance(state[0, 0], STDDEV)
+    J, Q = np.linalg.inv(P0), sensors.wrench_noise
+    for k in range(1, len(t)):
+        F, G, _ = step_matrices(scene, state[k], wrench[k])
+        back = np.linalg.inv(F)
+        M = back.T @ J @ back
+        J = M - M @ G @ np.linalg.inv(G.T @ M @ G + np.linalg.inv(Q)) @ G.T @ M
+        if sensors.measured[k]:
+            J[:3, :3] += np.linalg.inv(angle_covariance(state[k, 0], STDDEV))
+        spread = np.sqrt(np.diagonal(bound.state[k]))
+        # Information spans ten decades (rates against angles), and leaves six digits.
+        np.testing.assert_allclose(np.sqrt(np.diagonal(np.linalg.inv(J))), spread, rtol=1e-5)
+
+
+def test_steady_state_solves_the_riccati_equation():
+    scene, _, state, wrench, sensors = motion()
+    n = 1500
+    x, u = state[50], wrench[50]
+    always = sensors._replace(measured=np.ones(n, bool))
+    bound = posterior_bound(
+        scene, np.arange(n) * STEP, np.tile(x, (n, 1)), np.tile(u, (n, 1)), always,
+        RATE_STDDEV, SCALE,
+    )  # fmt: skip
+    F, G, _ = step_matrices(scene, x, u)
+    R, H = angle_covariance(x[0], STDDEV), np.eye(3, 6)
+    P = solve_discrete_are(F.T, H.T, G @ sensors.wrench_noise @ G.T, R)
+    P = P - P @ H.T @ np.linalg.solve(H @ P @ H.T + R, H @ P)
+    np.testing.assert_allclose(bound.state[-1], P, rtol=1e-5, atol=1e-14)
+
+
+def test_scales_with_the_noise():
+    scene, t, state, wrench, sensors = motion(count=40)
+    one = posterior_bound(scene, t, state, wrench, sensors, 1.0, SCALE, 20.0)
+    twice = Sensors(4 * sensors.wrench_noise, 2 * STDDEV, sensors.measured)
+    two = posterior_bound(scene, t, state, wrench, twice, 2.0, SCALE, 40.0)
+    np.testing.assert_allclose(two.state, 4 * one.state, rtol=1e-7, atol=1e-18)
+    np.testing.assert_allclose(two.reactions, 4 * one.reactions, rtol=1e-7, atol=1e-12)
+
+
+def test_more_orientations_and_finer_steps():
+    scene, t, state, wrench, sensors = motion(count=80)
+    some = posterior_bound(scene, t, state, wrench, sensors, 1.0, SCALE)
+    every = sensors._replace(measured=np.ones(80, bool))
+    more = posterior_bound(scene, t, state, wrench, every, 1.0, SCALE)
+    assert (np.linalg.eigvalsh(some.state - more.state) > -1e-15).all()
+    # Implicit Euler's error is of first order in the step: each halving halves what is left.
+    spread = [
+        np.sqrt(np.diagonal(posterior_bound(
+            scene, t, state, wrench, sensors, 1.0, SCALE, pieces=pieces
+        ).state[-1]))
+        for pieces in (8, 16, 32)
+    ]  # fmt: skip
+    order = np.log2((spread[1] - spread[0]) / (spread[2] - spread[1]))
+    assert (np.abs(order[3:] - 1) < 0.25).all(), order
+
+
+def test_the_filter_reaches_it_in_steady_sliding():
+    cut = first_samples(truth("closing_with_slip"), 400)
+    bound = bound_of(cut)
+    runs = run_seeds(cut, range(8100, 8106))
+    settled = slice(100, None)
+    assert (bound.meaning[settled] == Meaning.SOUND).all()
+    sigma = np.sqrt(np.diagonal(bound.state, axis1=1, axis2=2))[settled]
+    reactions = np.sqrt(np.diagonal(bound.reactions, axis1=1, axis2=2))[settled]
+    ratio = np.sqrt(((runs.error[:, settled, :6] / sigma) ** 2).mean(axis=(0, 1)))
+    # Errors keep for some 10 ms: 6 runs of 300 ms make about 180 independent ones, and their root
+    # mean square is known to 1 / sqrt(360) = 5 %.
+    assert (np.abs(ratio - 1) < 0.16).all(), ratio
+    # The filter's own covariance follows another code; it is taken at the estimate, not the truth.
+    stated = np.median(runs.stddev[:, settled], axis=(0, 1))
+    np.testing.assert_allclose(stated[:6], np.median(sigma, axis=0), rtol=0.03)
+    np.testing.assert_allclose(stated[6:], np.median(reactions, axis=0), rtol=0.05)
+
+
+def test_says_where_it_means_nothing():
+    scene, t, state, wrench, sensors = motion(count=40)
+    still = state.copy()
+    still[20:, 3:] = 1e-7
+    bound = posterior_bound(scene, t, still, wrench, sensors, 1.0, SCALE)
+    assert (bound.meaning[20:] == Meaning.SLOW).all()
+    low = state.copy()
+    low[30:, 0] = scene.gamma0 + 2e-5
+    bound = posterior_bound(scene, t, low, wrench, sensors, 1.0, SCALE)
+    assert np.isin(bound.meaning[30:], (Meaning.TRANSITION, Meaning.SLOW)).all()
+    assert (bound.meaning[30:] == Meaning.TRANSITION).any()
+    wedged = state.copy()
+    wedged[30:, 0], wedged[30:, 3:] = 0.0645, (-16.0, 0.0, 0.0)
+    bound = posterior_bound(scene, t, wedged, wrench, sensors, 1.0, SCALE)
+    assert (bound.determinant[30:] < 0.05).all()
+    assert (bound.meaning[30:] != Meaning.SOUND).all()
+
+
+def test_slip_speed_is_the_truths():
+    scene, t, state, wrench, sensors = motion(count=20)
+    bound = posterior_bound(scene, t, state, wrench, sensors)
+    np.testing.assert_allclose(
+        bound.slip_speed, truth("closing_with_slip").slip_speed[:20], rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        ({"t": np.zeros(30)}, "rise"),
+        ({"wrench": np.zeros((30, 5))}, r"\(30, 5\)"),
+        ({"state": np.full((30, 6), np.nan)}, "not finite"),
+        ({"state": np.full((30, 6), 0.01)}, "not above gamma0"),
+    ],
+)
+def test_refuses_what_is_no_motion(change, text):
+    scene, t, state, wrench, sensors = motion(count=30)
+    with pytest.raises(PegOnHoleError, match=text):
+        posterior_bound(
+            scene, **({"t": t, "state": state, "wrench": wrench, "sensors": sensors} | change)
+        )
