@@ -26,6 +26,7 @@ from peg_on_hole_ros.numba_cache import PACKAGE
 from peg_on_hole_ros.simulation.measure import sensor_wrench
 
 HERE = Path(__file__).parent
+SPREAD = 0.0
 FIRST_SEED = 40_000
 FIRST_START_SEED = 90_000
 # What the numbers depend on.
@@ -49,30 +50,32 @@ def file_of(folder: Path, motion: Motion, noise: str) -> Path:
     return folder / f"{motion}_{noise}.json"
 
 
-def kept(path: Path, key: str, seeds: int):
+def kept(path: Path, key: str, seeds: int, spread: float):
     """Return a cell's figures if they are those asked for, else None."""
     try:
         cell = json.loads(path.read_text())
     except (OSError, ValueError):
         return None
-    fits = cell.get("key") == key and cell.get("seeds_asked") == seeds
+    asked = {"key": key, "seeds_asked": seeds, "friction_stddev": spread}
+    fits = all(cell.get(name) == value for name, value in asked.items())
     return cell if fits else None
 
 
 def score_motion(task):
     """Compute and keep the cells of one motion; returns its name and how its truth ended."""
-    motion, levels, seeds, start_seeds, folder, key = task
+    motion, levels, seeds, start_seeds, folder, key, spread = task
     truth, end = truth_of(motion)
     exact = None if truth is None else sensor_wrench(truth)
     for noise in levels:
         cell = {
             "key": key, "seeds_asked": seeds, "motion": motion._asdict(), "noise": noise,
-            "end": end, "duration": 0.0 if truth is None else len(truth.t_ns) * 1e-3,
+            "friction_stddev": spread, "end": end,
+            "duration": 0.0 if truth is None else len(truth.t_ns) * 1e-3,
         }  # fmt: skip
         if truth is not None:
             first = range(FIRST_SEED, FIRST_SEED + seeds)
             start = range(FIRST_START_SEED, FIRST_START_SEED + start_seeds)
-            cell |= score_cell(truth, noise, first, start, exact)
+            cell |= score_cell(truth, noise, first, start, exact, spread)
         path = file_of(folder, motion, noise)
         partial = path.with_suffix(f".{os.getpid()}.tmp")
         partial.write_text(json.dumps(cell, indent=1))
@@ -80,7 +83,7 @@ def score_motion(task):
     return str(motion), end
 
 
-def run(motions, levels, seeds, folder: Path, workers: int = 2, report=print):
+def run(motions, levels, seeds, folder: Path, workers=2, report=print, spread=SPREAD):
     """
     Compute what is missing of the cells and return all of them.
 
@@ -95,6 +98,8 @@ def run(motions, levels, seeds, folder: Path, workers: int = 2, report=print):
     workers : int
     report : callable
         Told of the progress.
+    spread : float
+        Standard deviation of what is known of friction; what the estimator starts from is drawn.
 
     Returns
     -------
@@ -106,9 +111,10 @@ def run(motions, levels, seeds, folder: Path, workers: int = 2, report=print):
     key, start_seeds = sources_key(), max(1, seeds // 10)
     tasks = []
     for motion in motions:
-        missing = [n for n in levels if kept(file_of(folder, motion, n), key, seeds) is None]
+        paths = {noise: file_of(folder, motion, noise) for noise in levels}
+        missing = [n for n, path in paths.items() if kept(path, key, seeds, spread) is None]
         if missing:
-            tasks.append((motion, missing, seeds, start_seeds, folder, key))
+            tasks.append((motion, missing, seeds, start_seeds, folder, key, spread))
     report(f"{len(motions)} motions at {len(levels)} noise levels, {len(tasks)} to compute")
     begin = time.monotonic()
     context = multiprocessing.get_context("spawn")
@@ -119,13 +125,13 @@ def run(motions, levels, seeds, folder: Path, workers: int = 2, report=print):
             _watch(pool.imap_unordered(score_motion, tasks), len(tasks), begin, report)
     else:
         _watch(map(score_motion, tasks), len(tasks), begin, report)
-    return collect(motions, levels, seeds, folder)
+    return collect(motions, levels, seeds, folder, spread)
 
 
-def collect(motions, levels, seeds, folder: Path):
+def collect(motions, levels, seeds, folder: Path, spread=SPREAD):
     """Return the figures of those cells that are in the folder."""
     key = sources_key()
-    cells = [kept(file_of(folder, m, n), key, seeds) for m in motions for n in levels]
+    cells = [kept(file_of(folder, m, n), key, seeds, spread) for m in motions for n in levels]
     return [cell for cell in cells if cell is not None]
 
 
@@ -144,19 +150,23 @@ def main(arguments=None):
     parser.add_argument("--held-out", action="store_true", help="two motions kept from tuning")
     parser.add_argument("--folder", type=Path, default=Path("out/grid"), help="(out/grid)")
     parser.add_argument("--csv", type=Path, help="every figure, one row a cell and class")
+    parser.add_argument(
+        "--friction-stddev", type=float, default=SPREAD, help="of the start; 0: known (0)"
+    )
     parser.add_argument("--summary", action="store_true", help="only tell what is there")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args(arguments)
     seeds = options.seeds or (8 if options.quick else 200)
     if seeds < 2:
         parser.error("--seeds is at least 2: scatter over noise cannot be told from one run")
+    spread = options.friction_stddev
     motions = QUICK if options.quick else FULL_HELD_OUT if options.held_out else FULL
     levels = ("nominal",) if options.quick else tuple(NOISE)
     if options.summary:
-        cells = collect(motions, levels, seeds, options.folder)
+        cells = collect(motions, levels, seeds, options.folder, spread)
         _say(f"{len(cells)} of {len(motions) * len(levels)} cells are there")
     else:
-        cells = run(motions, levels, seeds, options.folder, options.workers, _say)
+        cells = run(motions, levels, seeds, options.folder, options.workers, _say, spread)
     path = options.csv or options.folder / "grid.csv"
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="") as file:

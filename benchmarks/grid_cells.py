@@ -157,11 +157,15 @@ def first_samples(truth, count):
     return replace(truth, **{name: getattr(truth, name)[:count] for name in names})
 
 
-def with_noise(truth, level: str):
+def with_noise(truth, level: str, friction_stddev: float | None = None):
     """Return the truth as it is measured, and the estimator configured, at a level of NOISE."""
     force, torque, angle = NOISE[level]
+    scene = truth.plan.configuration.scene
+    if friction_stddev is not None:
+        scene = replace(scene, friction_stddev=friction_stddev)
     configuration = replace(
         truth.plan.configuration,
+        scene=scene,
         wrench=WrenchInput(force_stddev=force, torque_stddev=torque),
         joints=JointInput(position_stddev=angle),
     )

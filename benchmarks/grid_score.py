@@ -1,5 +1,6 @@
 """Score one cell of the grid: runs of the pipeline over noise seeds against the bound."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ NEAR_GAMMA0 = 1.15
 NEAR_SINGULAR = 0.1
 # An orientation further off at the end than so many standard deviations of a measured one.
 DIVERGED = 10.0
+LEAST_FRICTION = 0.005
 START_ERROR = (0.1, 1.0)  # gamma, psi [rad]
 INTERVAL = 1.959964
 
@@ -74,6 +76,7 @@ def bound_of(truth, with_prior=True):
         scene, t, np.hstack([truth.q, truth.rates]), wrench, sensors,
         settings.filter.initial_rate_stddev, truth.plan.slip_velocity_scale,
         settings.filter.acceleration_stddev if with_prior else np.inf,
+        settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip
 
 
@@ -87,7 +90,7 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
     nis, restarts = [], 0
     row_of = {int(t): k for k, t in enumerate(truth.t_ns)}
     for s, seed in enumerate(seeds):
-        pipeline = Pipeline(truth.plan.configuration)
+        pipeline = Pipeline(_drawn(truth.plan.configuration, seed))
         _listen(pipeline, truth, nis)
         samples = measure(truth, seed, exact=exact)
         for sample in _first_wrong(samples, seed, start_error):
@@ -112,6 +115,14 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
         restarts += pipeline.counts["filter_restarted"]
     ends = diverged(truth, error)
     return Runs(error, stddev, nees, determined, contact, np.array(nis), ends, restarts)
+
+
+def _drawn(configuration, seed):
+    """Return a configuration whose friction is off by as much as its stated spread leads to."""
+    scene = configuration.scene
+    off = np.random.default_rng([seed, 2]).normal() * scene.friction_stddev
+    friction = max(scene.friction + off, LEAST_FRICTION)
+    return replace(configuration, scene=replace(scene, friction=friction))
 
 
 def _listen(pipeline, truth, nis):
@@ -172,9 +183,9 @@ def classes(truth, bound) -> dict[str, np.ndarray]:
     }
 
 
-def score_cell(truth, noise: str, seeds, start_seeds, exact=None) -> dict:
+def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=None) -> dict:
     """Return the figures of one motion at one noise level, as a plain tree of numbers."""
-    measured = with_noise(truth, noise)
+    measured = with_noise(truth, noise, friction_stddev)
     bound, bare = bound_of(measured), bound_of(measured, with_prior=False)
     runs = run_seeds(measured, seeds, exact)
     wrong = run_seeds(measured, start_seeds, exact, START_ERROR)

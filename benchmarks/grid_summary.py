@@ -37,7 +37,7 @@ def flat_rows(cells, quantities):
             for name in LISTS:
                 width = 3 if name in ("coverage_determined", "ratio_bare") else 9
                 row += figures.get(name) or [""] * width
-            rows.append(row)
+            rows.append([f"{v:.5g}" if isinstance(v, float) else v for v in row])
     return rows
 
 

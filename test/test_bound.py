@@ -1,11 +1,13 @@
 """The bound against Kalman filters built another way, and against the filter's own errors."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from scipy.linalg import solve_discrete_are
 
-from grid_cells import first_samples
+from grid_cells import first_samples, with_noise
 from grid_score import bound_of, run_seeds
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
@@ -18,10 +20,12 @@ from simulated import truth
 SCALE, STEP, STDDEV, RATE_STDDEV = 1e-5, 1e-3, 1e-4, 1.0
 
 
-def motion(name="closing_with_slip", count=120):
+def motion(name="closing_with_slip", count=120, known=(0.0, 0.0)):
     """Scene, times, states, wrenches and sensors of the first samples of a truth."""
     cut = first_samples(truth(name), count)
-    scene = cut.plan.configuration.scene
+    scene = replace(
+        cut.plan.configuration.scene, friction_stddev=known[0], clearance_stddev=known[1]
+    )
     R_PH = np.array([peg_axes(q).T for q in cut.q])
     wrench = np.hstack([(R_PH @ v[..., None])[..., 0] for v in (cut.force, cut.moment)])
     noise = WrenchReduction(WrenchInput(), scene).covariance
@@ -31,35 +35,41 @@ def motion(name="closing_with_slip", count=120):
 
 def step_matrices(scene, x, u):
     """F, G of the implicit step that ends at x, and dy, from the numpy model by complex steps."""
-    _, dy = solve_with_slopes(scene, x, u, SCALE)
-    a_q, a_v, a_u = dy[:3, :3], dy[:3, 3:6], dy[:3, 6:12]
+    full = np.concatenate([x, u, [scene.friction, scene.peg_diameter]])
+    _, dy = solve_with_slopes(scene, full, SCALE)
+    a_q, a_v, a_u = dy[:3, :3], dy[:3, 3:6], dy[:3, 6:]
     # v = v0 + h a(q0 + h v, v, u), differentiated as a whole.
     left = np.block([[np.eye(3), -STEP * np.eye(3)], [-STEP * a_q, np.eye(3) - STEP * a_v]])
-    right = np.block([[np.eye(6), np.vstack([np.zeros((3, 6)), STEP * a_u])]])
+    right = np.hstack([np.eye(6), np.vstack([np.zeros((3, 8)), STEP * a_u])])
     both = np.linalg.solve(left, right)
-    return both[:, :6], both[:, 6:], dy[:, :12]
+    return both[:, :6], both[:, 6:], dy
 
 
-def test_equals_kalman_covariance_of_the_linearised_motion():
-    scene, t, state, wrench, sensors = motion()
-    bound = posterior_bound(scene, t, state, wrench, sensors, RATE_STDDEV, SCALE)
-    prior = posterior_bound(scene, t, state, wrench, sensors, RATE_STDDEV, SCALE, 20.0)
-    kalman = KalmanFilter(dim_x=12, dim_z=3)
-    kalman.H = np.eye(3, 12)
-    kalman.P = np.zeros((12, 12))
+@pytest.mark.parametrize("known, walk", [((0.0, 0.0), 0.0), ((0.05, 2e-6), 0.002)])
+def test_equals_kalman_covariance_of_the_linearised_motion(known, walk):
+    given = motion(known=known)
+    scene, t, state, wrench, sensors = given
+    bound = posterior_bound(*given, RATE_STDDEV, SCALE, friction_noise=walk)
+    prior = posterior_bound(*given, RATE_STDDEV, SCALE, 20.0, friction_noise=walk)
+    kalman = KalmanFilter(dim_x=14, dim_z=3)
+    kalman.H = np.eye(3, 14)
+    kalman.P = np.zeros((14, 14))
     kalman.P[:3, :3] = angle_covariance(state[0, 0], STDDEV)
     kalman.P[range(3, 6), range(3, 6)] = RATE_STDDEV**2
+    kalman.P[12:, 12:] = np.diag(np.square(known))
+    kalman.Q = np.zeros((14, 14))
+    kalman.Q[12, 12] = walk**2 * STEP
     for k in range(1, len(t)):
         F, G, dy = step_matrices(scene, state[k], wrench[k])
-        kalman.P[6:, :], kalman.P[:, 6:] = 0, 0
-        kalman.P[6:, 6:] = sensors.wrench_noise
-        kalman.F = np.block([[F, G], [np.zeros((6, 6)), np.eye(6)]])
-        kalman.Q = np.zeros((12, 12))
+        kalman.P[6:12, :], kalman.P[:, 6:12] = 0, 0
+        kalman.P[6:12, 6:12] = sensors.wrench_noise
+        kalman.F = np.vstack([np.hstack([F, G]), np.eye(8, 14, 6)])
         kalman.predict()
         if sensors.measured[k]:
             kalman.update(np.zeros(3), R=angle_covariance(state[k, 0], STDDEV))
         # Two ways to the same numbers differ by rounding times the condition of the innovation.
-        np.testing.assert_allclose(bound.state[k], kalman.P[:6, :6], rtol=1e-6, atol=1e-16)
+        np.testing.assert_allclose(bound.state[k], kalman.P[:6, :6], rtol=1e-6, atol=1e-15)
+        np.testing.assert_allclose(bound.parameters[k], kalman.P[12:, 12:], rtol=1e-6, atol=1e-18)
     C = dy @ kalman.P @ dy.T
     np.testing.assert_allclose(bound.reactions[-1], C[3:, 3:], rtol=1e-6)
     # What is known of the accelerations, in information form.
@@ -78,6 +88,7 @@ def test_information_form_gives_the_same():
     for k in range(1, len(t)):
         F, G, _ = step_matrices(scene, state[k], wrench[k])
         back = np.linalg.inv(F)
+        G = G[:, :6]
         M = back.T @ J @ back
         J = M - M @ G @ np.linalg.inv(G.T @ M @ G + np.linalg.inv(Q)) @ G.T @ M
         if sensors.measured[k]:
@@ -97,10 +108,21 @@ def test_steady_state_solves_the_riccati_equation():
         RATE_STDDEV, SCALE,
     )  # fmt: skip
     F, G, _ = step_matrices(scene, x, u)
+    G = G[:, :6]
     R, H = angle_covariance(x[0], STDDEV), np.eye(3, 6)
     P = solve_discrete_are(F.T, H.T, G @ sensors.wrench_noise @ G.T, R)
     P = P - P @ H.T @ np.linalg.solve(H @ P @ H.T + R, H @ P)
     np.testing.assert_allclose(bound.state[-1], P, rtol=1e-5, atol=1e-14)
+
+
+def test_friction_is_learnt_and_costs():
+    known = motion()
+    unknown = motion(known=(0.05, 0.0))
+    with_it, without = (posterior_bound(*given, 1.0, SCALE) for given in (unknown, known))
+    learnt = np.sqrt(with_it.parameters[:, 0, 0])
+    assert (np.diff(learnt) <= 1e-12).all()
+    assert learnt[-1] < 0.2 * learnt[0]
+    assert (np.linalg.eigvalsh(with_it.state - without.state) > -1e-12).all()
 
 
 def test_scales_with_the_noise():
@@ -130,7 +152,7 @@ def test_more_orientations_and_finer_steps():
 
 
 def test_the_filter_reaches_it_in_steady_sliding():
-    cut = first_samples(truth("closing_with_slip"), 400)
+    cut = with_noise(first_samples(truth("closing_with_slip"), 400), "nominal", 0.0)
     bound = bound_of(cut)
     runs = run_seeds(cut, range(8100, 8106))
     settled = slice(100, None)

@@ -66,14 +66,15 @@ def test_goes_on_with_what_it_has(ran, tmp_path):
     assert told == ["2 motions at 1 noise levels, 0 to compute"]
     path = grid.file_of(folder, SMALLEST[0], "nominal")
     key = grid.sources_key()
-    assert grid.kept(path, key, SEEDS) == cells[0]
-    assert grid.kept(path, key, SEEDS + 1) is None
-    assert grid.kept(path, "of other sources", SEEDS) is None
+    assert grid.kept(path, key, SEEDS, grid.SPREAD) == cells[0]
+    assert grid.kept(path, key, SEEDS + 1, grid.SPREAD) is None
+    assert grid.kept(path, "of other sources", SEEDS, grid.SPREAD) is None
     assert grid.collect(SMALLEST[:1], ("nominal", "high"), SEEDS, folder) == cells[:1]
+    assert grid.kept(path, key, SEEDS, grid.SPREAD + 0.01) is None
     cut = tmp_path / "cut.json"
     cut.write_text(path.read_text()[:100])
-    assert grid.kept(cut, key, SEEDS) is None
-    assert grid.kept(tmp_path / "missing.json", key, SEEDS) is None
+    assert grid.kept(cut, key, SEEDS, grid.SPREAD) is None
+    assert grid.kept(tmp_path / "missing.json", key, SEEDS, grid.SPREAD) is None
 
 
 def test_table_and_summary(ran):

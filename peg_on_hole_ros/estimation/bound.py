@@ -19,6 +19,8 @@ from peg_on_hole_ros.mechanics.kernel import (
 )
 from peg_on_hole_ros.mechanics.scene import Scene
 
+# State, wrench, friction and peg diameter.
+SIZE = WIDTH
 # A tangent tells nothing of a function within three standard deviations of its kink or pole.
 SPREADS = 3.0
 # Slip below so many velocity scales of friction is creep of the regularised law, not sliding.
@@ -52,6 +54,8 @@ class Bound(NamedTuple):
         Of gamma, psi, phi and their rates [rad^2, rad^2/s, rad^2/s^2].
     reactions : ndarray, shape (n, 3, 3)
         Of N_K, N_B1, N_B2 [N^2].
+    parameters : ndarray, shape (n, 2, 2)
+        Of friction and peg diameter [m].
     meaning : ndarray of int, shape (n,)
         Members of `Meaning`; where it is not SOUND the numbers say nothing.
     slip_speed : ndarray, shape (n, 3)
@@ -63,6 +67,7 @@ class Bound(NamedTuple):
 
     state: np.ndarray
     reactions: np.ndarray
+    parameters: np.ndarray
     meaning: np.ndarray
     slip_speed: np.ndarray
     determinant: np.ndarray
@@ -97,6 +102,7 @@ def posterior_bound(
     initial_rate_stddev: float = 1.0,
     slip_velocity_scale: float = 1e-5,
     acceleration_stddev: float = np.inf,
+    friction_noise: float = 0.0,
     pieces: int = 1,
 ) -> Bound:
     """
@@ -105,6 +111,8 @@ def posterior_bound(
     Parameters
     ----------
     scene : Scene
+        As it truly is; of friction and peg diameter no more is known before the first sample than
+        `friction_stddev` and `clearance_stddev` say.
     t : ndarray, shape (n,)
         Times of the wrench's samples [s].
     state : ndarray, shape (n, 6)
@@ -118,6 +126,8 @@ def posterior_bound(
         Of the motion's friction law [m/s].
     acceleration_stddev : float
         What is known beforehand of each angle's acceleration [rad/s^2], for the reactions only.
+    friction_noise : float
+        Of the random walk that friction makes as far as is known [1/sqrt(s)].
     pieces : int
         Steps between two samples, their ends on the straight line between the true states.
 
@@ -140,7 +150,8 @@ def posterior_bound(
 
         Z = [[F P F.T + G Q G.T, G Q], [Q G.T, Q]],   J = inv(Z) + H.T inv(R) H,   P = inv(J)_xx
 
-    in covariance form, which stands that the rates alone are driven. Nothing is assumed on how
+    in covariance form, which stands that the rates alone are driven. Friction and peg diameter are
+    two more states, which stay. Nothing is assumed on how
     smoothly the wrench changes: an estimator that knows more of it can do better.
 
     """
@@ -152,14 +163,15 @@ def posterior_bound(
     R = np.zeros((n, 3, 3))
     for k in np.flatnonzero(measured):
         R[k] = angle_covariance(state[k, 0], sensors.orientation_stddev)
-    P = np.zeros((6, 6))
+    P = np.zeros((SIZE, SIZE))
     P[:3, :3] = angle_covariance(state[0, 0], sensors.orientation_stddev)
     P[range(3, 6), range(3, 6)] = initial_rate_stddev**2
+    P[range(12, 14), range(12, 14)] = scene.friction_stddev**2, scene.clearance_stddev**2
     scalars = np.array(scene_scalars(scene))
-    states, reactions, determinant = _recursion(
+    states, reactions, parameters, determinant = _recursion(
         scalars, scales, t, state, wrench, P,
         np.ascontiguousarray(sensors.wrench_noise, float), R, measured,
-        float(acceleration_stddev) ** 2, pieces, workspace(),
+        float(acceleration_stddev) ** 2, float(friction_noise) ** 2, pieces, workspace(),
     )  # fmt: skip
     speed, spread = _slip(scene, state, states)
     slow = speed < np.maximum(SPREADS * spread, CREEP_SCALES * slip_velocity_scale)
@@ -167,7 +179,7 @@ def posterior_bound(
     meaning[state[:, 0] - scene.gamma0 < SPREADS * np.sqrt(states[:, 0, 0])] = Meaning.TRANSITION
     meaning[~(determinant > SMALL_DETERMINANT)] = Meaning.SINGULAR
     meaning[slow.any(axis=1)] = Meaning.SLOW
-    return Bound(states, reactions, meaning, speed, determinant)
+    return Bound(states, reactions, parameters, meaning, speed, determinant)
 
 
 def _check(scene, t, state, wrench, sensors):
@@ -193,33 +205,35 @@ def _check(scene, t, state, wrench, sensors):
 
 @compiled
 def _step_derivatives(dy, h):
-    """Return d(state at the end)/d(state at the begin, wrench) of an implicit Euler step."""
-    rows = np.zeros((3, 12))
+    """Return d(end)/d(begin) of an implicit Euler step; only the state moves, shape (14, 14)."""
+    rows = np.zeros((3, SIZE))
     A = np.eye(3) - h * (dy[:3, 3:6] + h * dy[:3, :3])
     rows[:, :3] = h * dy[:3, :3]
     rows[:, 3:6] = np.eye(3)
-    rows[:, 6:] = h * dy[:3, 6:12]
-    F = np.zeros((6, 12))
-    F[3:] = np.linalg.solve(A, rows)
-    F[:3] = h * F[3:]
-    F[:3, :3] += np.eye(3)
+    rows[:, 6:] = h * dy[:3, 6:]
+    F = np.eye(SIZE)
+    F[3:6] = np.linalg.solve(A, rows)
+    F[:3] += h * F[3:6]
     return F
 
 
 @compiled
 def _recursion(
-    scalars, scales, t, state, wrench, P, Q, R, measured, acceleration_variance, pieces, work
-):
+    scalars, scales, t, state, wrench, Z, Q, R, measured, acceleration_variance,
+    friction_density, pieces, work,
+):  # fmt: skip
     p = scene_of(scalars)
     n = len(t)
     states, reactions = np.zeros((n, 6, 6)), np.zeros((n, 3, 3))
+    parameters = np.zeros((n, 2, 2))
     determinants = np.zeros(n)
-    y, dy = np.zeros(6), np.zeros((6, WIDTH))
+    y, dy = np.zeros(6), np.zeros((6, SIZE))
     coulomb = (1e-9, 1e-9, 1e-9)
     for k in range(n):
-        Z = np.zeros((12, 12))
-        Z[:6, :6] = P
-        Z[6:, 6:] = Q
+        # A new wrench brings its own noise.
+        Z[6:12, :] = 0.0
+        Z[:, 6:12] = 0.0
+        Z[6:12, 6:12] = Q
         if k > 0:
             h = (t[k] - t[k - 1]) / pieces
             for i in range(pieces):
@@ -227,9 +241,9 @@ def _recursion(
                 x = (1.0 - share) * state[k - 1] + share * state[k]
                 u = (1.0 - share) * wrench[k - 1] + share * wrench[k]
                 accelerate_with_derivatives(p, scales, x, u, work, y, dy)
-                full = np.eye(12)
-                full[:6] = _step_derivatives(dy, h)
-                Z = full @ Z @ full.T.copy()
+                F = _step_derivatives(dy, h)
+                Z = F @ Z @ F.T.copy()
+            Z[12, 12] += friction_density * (t[k] - t[k - 1])
         if measured[k] and k > 0:
             seen = Z[:3, :].copy()
             Z = Z - seen.T.copy() @ np.linalg.solve(Z[:3, :3] + R[k], seen)
@@ -237,15 +251,12 @@ def _recursion(
         rates = (state[k, 3], state[k, 4], state[k, 5])
         determinants[k] = determinant_at(p, coulomb, state[k, 0], rates, work)
         accelerate_with_derivatives(p, scales, state[k], wrench[k], work, y, dy)
-        G = dy[:, :12].copy()
-        C = G @ Z @ G.T.copy()
+        C = dy @ Z @ dy.T.copy()
         if np.isfinite(acceleration_variance):
             S = C[:3, :3] + acceleration_variance * np.eye(3)
             C = C - np.linalg.solve(S, C[:3, :].copy()).T.copy() @ C[:3, :].copy()
-        P = Z[:6, :6].copy()
-        states[k] = P
-        reactions[k] = C[3:, 3:]
-    return states, reactions, determinants
+        states[k], reactions[k], parameters[k] = Z[:6, :6], C[3:, 3:], Z[12:, 12:]
+    return states, reactions, parameters, determinants
 
 
 def _slip(scene, state, covariance):
