@@ -25,6 +25,7 @@ MAX_WAITING = 512
 CLOCK_JUMP_NS = 1_000_000_000
 TARE_SAMPLES = 100
 NIS_MEMORY = 20
+EXPECTED_NIS = 3.0
 # Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
 ABSURD = 10.0
 
@@ -78,6 +79,7 @@ class Pipeline:
         self._waiting.clear()
         self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
         self._mean_nis: float | None = None
+        self._in_contact = False
         self._recent.clear()
         self._mode.restart()
         self._flag.restart()
@@ -147,7 +149,9 @@ class Pipeline:
             R = R + lateness**2 * P[3:, 3:]
         result, nis = self._filter.correct(q, R)
         if isfinite(nis):
-            self._nis.append(nis)
+            # Constant rates say nothing for or against three contacts: what they miss by must not
+            # keep the mode from being tried again.
+            self._nis.append(nis if self._in_contact else EXPECTED_NIS)
             self._mean_nis = fsum(self._nis) / len(self._nis)
         self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.INFLATED:
@@ -193,6 +197,7 @@ class Pipeline:
             self.counts["gap"] += 1
             in_contact = False
         result = self._filter.predict(dt, in_contact)
+        self._in_contact = result is Prediction.CONTACT
         if result is Prediction.FAILED:
             self.counts["step_without_solution"] += 1
 
@@ -222,7 +227,7 @@ class Pipeline:
                 sqrt(variance),
                 None if solution is None else solution.normal,
                 None if solution is None else solution.normal_stddev,
-                3.0 if self._mean_nis is None else self._mean_nis,
+                EXPECTED_NIS if self._mean_nis is None else self._mean_nis,
             )
         )
         three_point = mode == "three_point" and solution is not None
@@ -250,8 +255,8 @@ class Pipeline:
             if forecast:
                 monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
             band = self.configuration.monitor.singular_band
-            # Beside the singular set: a spread as large as the load says nothing of the load.
-            spread_known = max(solution.normal_stddev) <= 0.5 * sum(solution.normal)
+            # Beside the singular set: little is known with a spread of a third of the mean.
+            spread_known = max(solution.normal_stddev) <= sum(solution.normal) / 9
             clear = spread_known and min(determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
         elif mode != "open":

@@ -125,7 +125,8 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
         ),
         (
             body("scene: {frction: 0.1}"),
-            "{path}: unknown parameter 'scene.frction'; the nearest are: scene.friction",
+            "{path}: unknown parameter 'scene.frction'; the nearest are: scene.friction, "
+            "scene.friction_stddev, filter.friction",
         ),
         (body("scene: 5"), "{path}: scene = 5 is a value, but it is a group of names"),
         (

@@ -68,7 +68,10 @@ def test_values_reach_their_fields_and_come_back():
                 "scene.peg_diameter"
             ),
         ),
-        ({"friction": 0.1}, "unknown parameter 'friction'; the nearest are: scene.friction"),
+        (
+            {"friction": 0.1},
+            "unknown parameter 'friction'; the nearest are: scene.friction, filter.friction",
+        ),
         (
             {"zzz": 1},
             (

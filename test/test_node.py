@@ -196,7 +196,7 @@ OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
             ["-p", "scene.frictoin:=0.2"],
             "",
             "peg_on_hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
-            "scene.friction",
+            "scene.friction, scene.friction_stddev, filter.friction",
         ),
         (
             ["-p", "scene.friction:=1"],
