@@ -136,6 +136,20 @@ def test_risk_of_a_peg_at_rest_is_that_of_closing_it():
     assert resting == pytest.approx(closing, rel=1e-6)
 
 
+def test_slip_counts_where_its_sum_is_known_and_its_parts_are_not():
+    margin = WedgingMargin(np.array(scene_scalars(Scene())))
+    P = np.diag([1e-8] * 3 + [1e-6, 1.0, 1.0])
+    # At a small tilt psi' and phi' are known to 1 rad/s, and what they sum to to 0.01 rad/s.
+    P[4, 5] = P[5, 4] = -(1.0 - 5e-5)
+    rates = [-0.16, 0.3, 1.5]
+    found = margin.determinant(np.array([0.064, 0, 0, *rates]), P)
+    certain = margin.determinant(np.array([0.064, 0, 0, *rates]), np.eye(6) * 1e-10)
+    assert found == pytest.approx(certain, rel=1e-12)
+    P[4, 5] = P[5, 4] = 0.0
+    alone = margin.determinant(np.array([0.064, 0, 0, -0.16, 0, 0]), np.eye(6) * 1e-10)
+    assert margin.determinant(np.array([0.064, 0, 0, *rates]), P) == pytest.approx(alone)
+
+
 def run(level, values):
     return [level.update(k * 1e-3, value) for k, value in enumerate(values)]
 

@@ -32,9 +32,10 @@ class WedgingMargin:
         """
         Return the determinant over its frictionless value for dry friction.
 
-        A rate within three of its standard deviations of zero has no direction that could be
-        trusted: psi' and phi' then count as none, and gamma' as closing, the direction in which a
-        held or jammed peg is pushed.
+        A motion within three of its standard deviations of zero has no direction that could be
+        trusted: gamma' then counts as closing, the direction in which a held or jammed peg is
+        pushed, and the turning as none. Turning is judged by the slip that psi' and phi' make
+        together: at a small tilt each alone is hardly known, and their slip well.
 
         Parameters
         ----------
@@ -55,8 +56,12 @@ def _closing_determinant(scene, x, P, work):
     dgamma = _known(x[3], P[3, 3])
     if dgamma == 0.0:
         dgamma = -3.0 * sqrt(P[3, 3]) - 1e-6
-    rates = (dgamma, _known(x[4], P[4, 4]), _known(x[5], P[5, 5]))
-    return determinant_at(scene_of(scene), _COULOMB, x[0], rates, work)
+    p = scene_of(scene)
+    turning = 0.5 * (p.D * x[4] + p.d * x[5])
+    variance = 0.25 * (p.D * p.D * P[4, 4] + p.d * p.d * P[5, 5] + 2.0 * p.D * p.d * P[4, 5])
+    known = _known(turning, variance) != 0.0
+    rates = (dgamma, x[4] if known else 0.0, x[5] if known else 0.0)
+    return determinant_at(p, _COULOMB, x[0], rates, work)
 
 
 def jamming_risk(determinant: float) -> float:
