@@ -7,7 +7,8 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.memory import REACTIONS, SPEEDS, X, Y, Z
 from peg_on_hole_ros.estimation.pose import fill_pose
-from peg_on_hole_ros.estimation.reactions import contact_forces, slip, tilt_on_contacts
+from peg_on_hole_ros.estimation.reactions import contact_forces, tilt_on_contacts
+from peg_on_hole_ros.estimation.slip import slip
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 
 

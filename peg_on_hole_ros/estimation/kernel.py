@@ -1,22 +1,19 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import asin, fabs, floor, pi, sqrt
+from math import fabs, floor, pi, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.memory import (
     CROSS,
     GAIN,
     JOSEPH,
-    LEARNT,
     NOISE,
     PROCESS,
     RESIDUAL,
     ROWS,
     SAVED,
     SCALES,
-    SCENE,
     SLIDING,
-    SPEEDS,
     SPREAD,
     WITH,
     WORK,
@@ -31,7 +28,8 @@ from peg_on_hole_ros.estimation.memory import (
     row_of,
     times_Z,
 )
-from peg_on_hole_ros.estimation.reactions import creep_variance, friction_scales
+from peg_on_hole_ros.estimation.parameters import correct_parameters
+from peg_on_hole_ros.estimation.slip import creep_variance, friction_scales, surely_sliding
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
 from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 
@@ -40,9 +38,6 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
 SHORTEST_INTERVAL = 1e-3
-# What is learnt stays a peg on a hole with friction [-], [m].
-LEAST_FRICTION = 1e-3
-LEAST_CLEARANCE = 1e-7
 
 
 class Process(NamedTuple):
@@ -139,15 +134,6 @@ def _mirror(m):
             m[Z + 12 * j + i] = m[Z + 12 * i + j]
         for j in range(6, 12):
             m[Z + 12 * j + 3 + i] = m[Z + 12 * (3 + i) + j]
-
-
-@inlined
-def surely_sliding(m):
-    """Return 1.0 if every contact's slip is a standard deviation from rest, else 0.0."""
-    for i in range(3):
-        if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] < m[SPEEDS + 2 * i + 1]:
-            return 0.0
-    return 1.0
 
 
 @compiled
@@ -312,7 +298,7 @@ def correct(m):
     for i in range(12):
         m[X + i] += m[GAIN + i] * e0 + m[GAIN + 12 + i] * e1 + m[GAIN + 24 + i] * e2
     if m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0:
-        _correct_parameters(m)
+        correct_parameters(m)
     for i in range(12):
         g0, g1, g2 = m[GAIN + i], m[GAIN + 12 + i], m[GAIN + 24 + i]
         for j in range(12):
@@ -332,62 +318,3 @@ def correct(m):
     for i in range(12):
         for j in range(i):
             m[Z + 12 * j + i] = m[Z + 12 * i + j]
-
-
-@compiled
-def _correct_parameters(m):
-    """
-    Correct friction and peg diameter, or let their spread count only (Schmidt's filter).
-
-    With the optimal gain K of state and wrench, their covariance with a parameter falls by
-    K H times it whether the parameter itself is corrected or not. Only a peg that surely slides
-    at all contacts tells of them: elsewhere friction may point anywhere.
-    """
-    l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
-    o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
-    for k in range(2):
-        at = CROSS + 12 * k
-        t0, t1, t2 = m[at], m[at + 1], m[at + 2]
-        g0 = t0 * o0
-        g1 = (t1 - l10 * g0) * o1
-        g2 = (t2 - l20 * g0 - l21 * g1) * o2 * o2
-        g1 = (g1 - l21 * g2) * o1
-        g0 = (g0 - l10 * g1 - l20 * g2) * o0
-        learnt = m[LEARNT + k] * m[SLIDING]
-        m[WITH + 3 * k], m[WITH + 3 * k + 1], m[WITH + 3 * k + 2] = (
-            learnt * g0,
-            learnt * g1,
-            learnt * g2,
-        )
-    # Friction leads the peg diameter in CROSS, and stands elsewhere in the scene.
-    friction = m[SCENE + 7] + _gained(m, 0)
-    diameter = m[SCENE] + _gained(m, 1)
-    m[SCENE + 7] = min(max(friction, LEAST_FRICTION), 2.0)
-    if m[LEARNT + 1] * m[SLIDING] > 0.0:
-        hole = m[SCENE + 1]
-        m[SCENE] = min(diameter, hole - LEAST_CLEARANCE)
-        m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))
-    for k in range(2):
-        for n in range(2):
-            # The gain of whichever of the two is corrected; of both it is the same product.
-            by, of = (k, n) if m[LEARNT + k] * m[SLIDING] > 0.0 else (n, k)
-            m[ROWS + 2 * k + n] = (
-                m[WITH + 3 * by] * m[CROSS + 12 * of]
-                + m[WITH + 3 * by + 1] * m[CROSS + 12 * of + 1]
-                + m[WITH + 3 * by + 2] * m[CROSS + 12 * of + 2]
-            )
-    for k in range(4):
-        m[SPREAD + k] -= m[ROWS + k]
-    off = 0.5 * (m[SPREAD + 1] + m[SPREAD + 2])
-    m[SPREAD + 1] = m[SPREAD + 2] = off
-    for k in range(2):
-        at = CROSS + 12 * k
-        t0, t1, t2 = m[at], m[at + 1], m[at + 2]
-        for i in range(12):
-            m[at + i] -= m[GAIN + i] * t0 + m[GAIN + 12 + i] * t1 + m[GAIN + 24 + i] * t2
-
-
-@inlined
-def _gained(m, k):
-    at = WITH + 3 * k
-    return m[at] * m[RESIDUAL] + m[at + 1] * m[RESIDUAL + 1] + m[at + 2] * m[RESIDUAL + 2]

@@ -7,7 +7,6 @@ from peg_on_hole_ros.estimation.memory import (
     REACTIONS,
     ROWS,
     SCALES,
-    SPEEDS,
     SPREAD,
     SURPRISE,
     WITH,
@@ -173,50 +172,6 @@ def solve_around(p, m):
 
 
 @compiled
-def slip(p, m, gamma):
-    """
-    Fill SPEEDS with speed and variance of the peg's material points at K, B1, B2.
-
-    Parameters
-    ----------
-    p : SceneScalars
-    m : ndarray
-        Memory, of which rates and their covariance are used [m/s], [m^2/s^2].
-    gamma : float
-        Tilt at which the contacts are taken [rad].
-
-    """
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
-    dgamma, dpsi, dphi = m[X + 3], m[X + 4], m[X + 5]
-    z33, z44, z55 = m[Z + 39], m[Z + 52], m[Z + 65]
-    z34, z35, z45 = m[Z + 40], m[Z + 41], m[Z + 53]
-    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
-    for i in range(3):
-        if i == 0:
-            h0, h1, h2 = 2.0 * a1, 0.0, 0.0
-            e1, e2 = -0.5 * p.D, -0.5 * p.d
-            z0, z2 = -2.0 * a1 * c / s, 0.0
-        else:
-            side = b if i == 1 else -b
-            h0, h1, h2 = 2.0 * a1, side, side * c
-            e1, e2 = S1, S2
-            z0, z2 = 2.0 * S1, side * s
-        v_h = h0 * dgamma + h1 * dpsi + h2 * dphi
-        v_e = e1 * dpsi + e2 * dphi
-        v_z = z0 * dgamma + z2 * dphi
-        speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
-        # The rates' covariance through the velocity; the tilt's part is below it by |rate| * 1e-2.
-        over = 1.0 / (speed + 1e-300)
-        d0 = (v_h * h0 + v_z * z0) * over
-        d1 = (v_h * h1 + v_e * e1) * over
-        d2 = (v_h * h2 + v_e * e2 + v_z * z2) * over
-        variance = d0 * d0 * z33 + d1 * d1 * z44 + d2 * d2 * z55
-        variance += 2.0 * (d0 * d1 * z34 + d0 * d2 * z35 + d1 * d2 * z45)
-        m[SPEEDS + 2 * i] = speed
-        m[SPEEDS + 2 * i + 1] = variance
-
-
-@compiled
 def react(m, dy, acceleration_stddev):
     """
     Fill Y with the reactions of three-point contact at the estimate, and REACTIONS.
@@ -307,48 +262,3 @@ def rim_load(m):
     F_z = m[U + 2] + p.m * (c * p.g_z - s * g_h)
     couple = m[U + 3] * m[U + 3] + m[U + 4] * m[U + 4] + m[U + 5] * m[U + 5]
     return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)
-
-
-@compiled
-def friction_scales(p, m, slip_velocity_scale, widening):
-    """
-    Fill SCALES with the velocity scale of friction at each contact.
-
-    Where the slip may well be zero, the kink of dry friction lies inside the estimate's spread,
-    and a slope taken at the mean says nothing of it. The scale then grows by the slip's standard
-    deviation times `widening`; two standard deviations away from zero little of it is left, so
-    that friction keeps its size while the peg slides.
-
-    Parameters
-    ----------
-    p, m
-        As for `slip`, which fills SPEEDS here.
-    slip_velocity_scale : float
-        Smallest scale [m/s].
-    widening : float
-        Share of the slip's standard deviation; 0 keeps the smallest scale.
-
-    """
-    slip(p, m, m[X])
-    for i in range(3):
-        speed, variance = m[SPEEDS + 2 * i], max(m[SPEEDS + 2 * i + 1], 1e-30)
-        near = exp(-0.5 * speed * speed / variance)
-        m[SCALES + i] = sqrt(
-            slip_velocity_scale * slip_velocity_scale + widening * widening * variance * near
-        )
-
-
-@compiled
-def creep_variance(p, m, slip_velocity_scale, creep_time):
-    """
-    Return the growth of each angle's variance while no contact slides [rad^2/s].
-
-    Regularised friction lets a stuck peg creep at up to its velocity scale, and dry friction does
-    not: the difference is a slow error of the model, here white with the power of one that lasts
-    for creep_time [s].
-    """
-    fastest = max(m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4])
-    scale2 = slip_velocity_scale * slip_velocity_scale
-    stuck = scale2 / (scale2 + fastest * fastest)
-    rate = 2.0 * slip_velocity_scale / p.D
-    return rate * rate * stuck * creep_time
