@@ -1,9 +1,34 @@
-"""ROS settings of every test: this machine only, a domain of its own, set before rclpy loads."""
+"""
+ROS settings of every test, and a replayed bag for those that look at one.
 
+The settings (this machine only, a domain of its own) must stand before rclpy loads: nothing of
+the package but them is imported up here.
+"""
+
+import json
 import os
 import tempfile
+
+import pytest
 
 from peg_on_hole_ros.edges.local_dds import environment, free_domain
 
 os.environ.update(environment(free_domain()))
 os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="peg_on_hole_log_"))
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    from small_bags import write_bag
+
+    return write_bag(tmp_path_factory.mktemp("bag") / "a.mcap", count=400)
+
+
+@pytest.fixture(scope="module")
+def replayed(bag):
+    from peg_on_hole_ros.cli.main import main
+
+    folder = bag.parent
+    out, summary = folder / "out.mcap", folder / "summary.json"
+    assert main(["replay", str(bag), "--out", str(out), "--summary", str(summary)]) == 0
+    return out, json.loads(summary.read_text(encoding="utf-8"))

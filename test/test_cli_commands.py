@@ -15,19 +15,6 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 
-@pytest.fixture(scope="module")
-def bag(tmp_path_factory):
-    return write_bag(tmp_path_factory.mktemp("bag") / "a.mcap", count=400)
-
-
-@pytest.fixture(scope="module")
-def replayed(bag):
-    folder = bag.parent
-    out, summary = folder / "out.mcap", folder / "summary.json"
-    assert main(["replay", str(bag), "--out", str(out), "--summary", str(summary)]) == 0
-    return out, json.loads(summary.read_text(encoding="utf-8"))
-
-
 def test_solve_gives_the_reference_model_as_json(capsys):
     arguments = ["solve", "--state", "0.2,0.1,-0.3,-0.16,0.5,2", "--json"]
     assert main([*arguments, "--wrench", "1,2,-10,0.01,0.3,-0.02"]) == 0

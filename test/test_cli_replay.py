@@ -17,20 +17,7 @@ from peg_on_hole_ros.edges.bag_writer import BagWriter
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.edges.estimates import estimates
 from peg_on_hole_ros.edges.messages import STRING, joint_state
-from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
-
-
-@pytest.fixture(scope="module")
-def bag(tmp_path_factory):
-    return write_bag(tmp_path_factory.mktemp("bag") / "a.mcap", count=400)
-
-
-@pytest.fixture(scope="module")
-def replayed(bag):
-    folder = bag.parent
-    out, summary = folder / "out.mcap", folder / "summary.json"
-    assert main(["replay", str(bag), "--out", str(out), "--summary", str(summary)]) == 0
-    return out, json.loads(summary.read_text(encoding="utf-8"))
+from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 
 def test_replay_writes_the_topics_of_the_node_with_stamps_as_log_times(replayed):

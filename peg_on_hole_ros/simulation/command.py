@@ -3,8 +3,6 @@
 import numpy as np
 from numba import njit
 
-CHANNELS = 6  # gamma, psi, phi [rad], offset along h, e, z from the touching pose [m]
-
 
 def quintic(start, end, duration) -> np.ndarray:
     """
@@ -38,6 +36,8 @@ def quintic(start, end, duration) -> np.ndarray:
 def evaluate(knots, coefficients, t):
     """
     Return value, rate and acceleration of every channel at a time.
+
+    Channels: gamma, psi, phi [rad], offset along h, e, z from the touching pose [m].
 
     Parameters
     ----------
