@@ -1,21 +1,13 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
-from math import fsum, hypot, isfinite, sin, sqrt
+from math import fsum, isfinite
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.monitoring.alarms import Alarms
-from peg_on_hole_ros.monitoring.jamming import WedgingMargin, jamming_risk
-from peg_on_hole_ros.monitoring.mode import ContactMode, Evidence
-from peg_on_hole_ros.monitoring.transition import (
-    TransitionFlag,
-    gamma0_stddev,
-    time_to_transition,
-    transition_probability,
-)
+from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, Outputs, WrenchSample
 
@@ -26,8 +18,6 @@ CLOCK_JUMP_NS = 1_000_000_000
 TARE_SAMPLES = 100
 NIS_MEMORY = 20
 EXPECTED_NIS = 3.0
-# Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
-ABSURD = 10.0
 
 
 class Pipeline:
@@ -60,13 +50,12 @@ class Pipeline:
         self._orientation = orientation or PegJoints(configuration.joints)
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
         self._filter = ContactFilter(self.scene, configuration.filter, self._reduction.covariance)
-        self._mode = ContactMode(configuration.monitor)
-        self._flag = TransitionFlag(configuration.monitor)
-        self._alarms = Alarms(configuration.monitor)
-        self._margin = WedgingMargin(self._filter.scene_values)
-        noise = np.diagonal(self._reduction.covariance)
-        over_radius = 2 / self.scene.peg_diameter
-        self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
+        self._assessment = Assessment(
+            self.scene,
+            configuration.monitor,
+            self._reduction.covariance,
+            self._filter.scene_values,
+        )
         self.counts: Counter[str] = Counter()
         self.health: dict[str, float] = {}
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
@@ -81,9 +70,7 @@ class Pipeline:
         self._mean_nis: float | None = None
         self._in_contact = False
         self._recent.clear()
-        self._mode.restart()
-        self._flag.restart()
-        self._alarms.restart()
+        self._assessment.restart()
 
     def reset(self) -> str:
         """Restart filter and monitor; the tare stays. Returns what was done."""
@@ -158,7 +145,7 @@ class Pipeline:
             self.counts["rates_widened"] += 1
         elif result is Correction.RESET:
             self.counts["filter_restarted"] += 1
-            self._mode.restart()
+            self._assessment.restart_mode()
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it was dropped (counted)."""
@@ -185,14 +172,20 @@ class Pipeline:
             self._correct(measurement)
         self._advance(sample.t_ns)
         self.counts["wrench_used"] += 1
-        return self._outputs(sample.t_ns)
+        nis = EXPECTED_NIS if self._mean_nis is None else self._mean_nis
+        outputs = self._assessment.outputs(sample.t_ns, self._filter, nis)
+        self.health = {
+            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
+            "evaluations": float(self._filter.evaluations),
+        }
+        return outputs
 
     def _advance(self, t_ns: int):
         dt = (t_ns - self._t_ns) * 1e-9
         self._t_ns = t_ns
         if dt <= 0:
             return
-        in_contact = self._mode.mode == "three_point"
+        in_contact = self._assessment.mode == "three_point"
         if dt > self.configuration.filter.max_gap:
             self.counts["gap"] += 1
             in_contact = False
@@ -200,74 +193,3 @@ class Pipeline:
         self._in_contact = result is Prediction.CONTACT
         if result is Prediction.FAILED:
             self.counts["step_without_solution"] += 1
-
-    def _outputs(self, t_ns: int) -> Outputs:
-        scene, kalman = self.scene, self._filter
-        # Plain floats: arithmetic on numpy's scalars costs several times as much.
-        gamma, _, _, closing, _, _ = kalman.x.tolist()
-        gamma_variance, covariance, rate_variance = kalman.tilt_covariance()
-        gamma0, (_, clearance_stddev) = kalman.gamma0, kalman.peg_diameter
-        spread0 = gamma0_stddev(gamma0, scene.hole_diameter, clearance_stddev)
-        margin = gamma - gamma0
-        variance = gamma_variance + spread0**2
-        solution = kalman.reactions()
-        force, couple = kalman.rim_load()
-        # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
-        carried = hypot(force, 2 * couple / scene.peg_diameter)
-        # What a rim of this tilt may wedge against what it carries.
-        wedged = (carried + self._force_stddev) / sin(max(gamma, gamma0))
-        if solution is not None and max(map(abs, solution.normal)) > ABSURD * wedged:
-            solution = None
-        mode = self._mode.update(
-            Evidence(
-                t_ns * 1e-9,
-                carried,
-                self._force_stddev,
-                margin,
-                sqrt(variance),
-                None if solution is None else solution.normal,
-                None if solution is None else solution.normal_stddev,
-                EXPECTED_NIS if self._mean_nis is None else self._mean_nis,
-            )
-        )
-        three_point = mode == "three_point" and solution is not None
-        probability = transition_probability(gamma, sqrt(gamma_variance), gamma0, spread0)
-        flag = self._flag.update(probability, touching=mode in ("three_point", "two_point"))
-        monitor = {
-            "transition_probability": probability,
-            "three_point_validity": self._mode.validity,
-            "friction": kalman.friction[0],
-            "friction_stddev": kalman.friction[1],
-            "reactions_determined": 0.0,
-        }
-        risk = determinant = None
-        if solution is not None and mode in ("three_point", "unknown"):
-            # A wedged peg may fit no mode; what wedges it is its tilt and the direction of motion.
-            determinant = self._margin.determinant(kalman.x, kalman.P)
-            risk = jamming_risk(determinant)
-            monitor["jamming_risk"] = risk
-            monitor["determinant"] = determinant
-        # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
-        # and otherwise what a rim of this tilt may wedge against what it carries.
-        wide = self._force_stddev
-        if three_point:
-            forecast = time_to_transition(margin, closing, variance, rate_variance, covariance)
-            if forecast:
-                monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
-            band = self.configuration.monitor.singular_band
-            # Beside the singular set: little is known with a spread of a third of the mean.
-            spread_known = max(solution.normal_stddev) <= sum(solution.normal) / 9
-            clear = spread_known and min(determinant, abs(solution.determinant)) > band
-            monitor["reactions_determined"] = 1.0 if clear else 0.0
-        elif mode != "open":
-            wide = wedged
-        estimate = kalman.describe(three_point, wide)
-        normal, stddev = estimate.normal.tolist(), estimate.normal_stddev.tolist()
-        alarms = self._alarms.update(t_ns * 1e-9, mode, risk, determinant, normal, stddev)
-        self.health = {
-            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
-            "evaluations": float(kalman.evaluations),
-        }
-        return Outputs(
-            t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
-        )
