@@ -167,6 +167,21 @@ PARAMETERS: tuple[Parameter, ...] = (
         5.0,
     ),
     _filter(
+        "slow_slip",
+        "standard deviations of a slip within which it is not told from none, and the rates are "
+        "predicted as constant; 0: never",
+        "",
+        0.0,
+        10.0,
+    ),
+    _filter(
+        "slow_rate_noise",
+        "random walk of the rates while a slip is not told from none; per root of a second",
+        "rad/s",
+        1e-6,
+        1e3,
+    ),
+    _filter(
         "creep_time",
         "how long the model's creep of a stuck peg may last; 0 trusts it",
         "s",

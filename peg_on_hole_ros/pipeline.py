@@ -193,3 +193,5 @@ class Pipeline:
         self._in_contact = result is Prediction.CONTACT
         if result is Prediction.FAILED:
             self.counts["step_without_solution"] += 1
+        elif result is Prediction.SLOW:
+            self.counts["step_without_direction"] += 1

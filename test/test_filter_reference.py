@@ -32,8 +32,10 @@ def largest(found):
 def test_over_the_whole_bag_that_closes_with_slip():
     found, count = differences("closing_with_slip")
     assert len(found) == count - 1 > 600
-    # Only the start, from unknown rates, may be left to constant rates.
-    assert sum(item.prediction is Prediction.CONTACT for item in found) >= count - 3
+    kinds = [item.prediction for item in found]
+    # At first the noise of one wrench moves the peg as fast as it slips: then constant rates.
+    assert Prediction.SLOW in kinds and Prediction.FAILED not in kinds
+    assert kinds.count(Prediction.CONTACT) > 0.8 * count
     assert all(value < LIMIT for value in largest(found).values()), largest(found)
 
 
@@ -42,7 +44,7 @@ def test_over_the_whole_bag_that_ends_wedged():
     # Friction known: learnt, it follows the rounding of the singular equations in the end.
     found, count = differences("closing_without_slip", friction_stddev=0.0)
     assert len(found) == count - 1
-    regular = [item.prediction is Prediction.CONTACT for item in found]
+    regular = [item.prediction is not Prediction.FAILED for item in found]
     wedged = regular.index(False, 10)
     # The rigid model is singular at gamma = 0.0652, 0.66 s after the begin.
     assert 600 < wedged < count - 20

@@ -32,6 +32,7 @@ class Prediction(Enum):
     """What became of a prediction; the values are advice."""
 
     CONTACT = "three-point contact dynamics"
+    SLOW = "constant rates: no slip is told from none, and friction has no direction"
     FREE = "constant rates: no contact model is in force"
     FAILED = "constant rates: the contact equations gave no step, as at the singular set"
 
@@ -92,6 +93,7 @@ class ContactFilter:
             options.slip_widening,
             options.creep_time,
             options.friction_noise**2,
+            options.slow_slip,
         )
         self._memory = np.zeros(SIZE)
         self._dy = np.zeros((6, WIDTH))
@@ -101,6 +103,7 @@ class ContactFilter:
         self._P = self.Z[:6, :6]
         self.wrench_noise = part(self._memory, "NOISE", (6, 6))
         self._scales = part(self._memory, "SCALES")
+        self._slow = part(self._memory, "SLOW")
         self._R = part(self._memory, "R", (3, 3))
         part(self._memory, "PROCESS")[:] = self.process
         self.wrench_noise[:] = wrench_noise
@@ -174,12 +177,17 @@ class ContactFilter:
         options = self.options
         self.evaluations = self.pieces = 0
         self._since_correction += dt
+        self._slow[0] = 0.0
         if in_contact:
             status, self.evaluations, self.pieces = kernel.predict_contact(
                 self._memory, self._dy, self._slopes, dt
             )
             if status == CONVERGED:
                 return Prediction.CONTACT
+            if status == kernel.SLOW:
+                self._slow[0] = 1.0
+                kernel.predict_free(self._memory, self._slopes, dt, options.slow_rate_noise**2)
+                return Prediction.SLOW
             # A wrong friction coefficient leaves no step either: its spread is given back.
             back = self.spread[0, 0] + self._known[0] * dt / FORGET_FRICTION
             self.spread[0, 0] = max(self.spread[0, 0], min(back, self._known[0]))

@@ -29,7 +29,13 @@ from peg_on_hole_ros.estimation.memory import (
     times_Z,
 )
 from peg_on_hole_ros.estimation.parameters import correct_parameters
-from peg_on_hole_ros.estimation.slip import creep_variance, friction_scales, surely_sliding
+from peg_on_hole_ros.estimation.slip import (
+    creep_variance,
+    friction_scales,
+    slip,
+    slow_slip,
+    surely_sliding,
+)
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
 from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 
@@ -37,6 +43,8 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
+# Beside the outcomes of a step.
+SLOW = 2
 SHORTEST_INTERVAL = 1e-3
 
 
@@ -54,6 +62,8 @@ class Process(NamedTuple):
         See `friction_scales` and `creep_variance` [m/s], [-], [s].
     friction_density : float
         Spectral density of the random walk of the friction coefficient [1/s].
+    slow_slip : float
+        See `slip.slow_slip` [-].
 
     """
 
@@ -63,6 +73,7 @@ class Process(NamedTuple):
     slip_widening: float
     creep_time: float
     friction_density: float
+    slow_slip: float
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
@@ -164,7 +175,8 @@ def predict_contact(m, dy, slopes, dt):
     Returns
     -------
     status : int
-        CONVERGED, or FAILED with state and covariance untouched.
+        CONVERGED; FAILED, or SLOW where a slip is not told from none, with state and covariance
+        untouched.
     evaluations : int
         Of the six equations.
     pieces : int
@@ -173,13 +185,15 @@ def predict_contact(m, dy, slopes, dt):
     """
     p = scene_of(m)
     q = PROCESS
-    process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5])
+    process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6])
     x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
     for i in range(184):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
+    if slow_slip(m, process.slow_slip):
+        return SLOW, 0, 0
     creep = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
@@ -210,6 +224,11 @@ def predict_contact(m, dy, slopes, dt):
             for i in range(6):
                 m[X + i] = m[X1 + i]
         if status == CONVERGED:
+            slip(p, m, m[X])
+            if slow_slip(m, process.slow_slip):
+                for i in range(184):
+                    m[X + i] = m[SAVED + i]
+                return SLOW, evaluations, pieces
             for i in range(3):
                 m[Z + 13 * i] += creep * dt
             if m[SPREAD] > 0.0:

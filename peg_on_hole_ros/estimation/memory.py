@@ -9,7 +9,7 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 # vector instructions: the compiler sees that they do not overlap.
 _SIZES = {
     "SCENE": len(SceneScalars._fields),
-    "PROCESS": 6,  # see kernel.Process
+    "PROCESS": 7,  # see kernel.Process
     "X": 6,  # state
     "U": 6,  # wrench that is held
     "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows
@@ -17,6 +17,7 @@ _SIZES = {
     "SPREAD": 4,  # covariance of friction and peg diameter, (2, 2)
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "SLIDING": 1,  # 1: every contact surely slides
+    "SLOW": 1,  # 1: a slip is not told from none
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
@@ -46,6 +47,7 @@ _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
+SLOW = _AT["SLOW"]
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

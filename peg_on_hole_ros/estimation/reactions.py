@@ -4,9 +4,11 @@ from math import cos, exp, isfinite, nan, sin, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
     POINTS,
+    PROCESS,
     REACTIONS,
     ROWS,
     SCALES,
+    SLOW,
     SPREAD,
     SURPRISE,
     WITH,
@@ -19,6 +21,7 @@ from peg_on_hole_ros.estimation.memory import (
     row_of,
     times_Z,
 )
+from peg_on_hole_ros.estimation.slow_friction import add_friction, mean_friction
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_at,
     accelerate_with_derivatives,
@@ -44,7 +47,8 @@ def fuse_reactions(m, dy, acceleration_stddev):
 
     Where the answer at the estimate has accelerations that a held peg cannot have, the slip's
     direction is wrong, and with it all that follows. The answers around it are then weighed by how
-    well theirs fit; what still does not fit widens the covariance (Birge's ratio).
+    well theirs fit; what still does not fit widens the covariance (Birge's ratio). While a slip is
+    not told from none, friction of unknown direction takes the place of the answers around it.
 
     Parameters
     ----------
@@ -73,6 +77,9 @@ def fuse_reactions(m, dy, acceleration_stddev):
                 total += m[ROWS + 12 * i + k] * dy[j, k]
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
+    slow = m[SLOW] > 0.0
+    if slow:
+        add_friction(m)
     variance = acceleration_stddev * acceleration_stddev
     for n in range(7):
         m[SURPRISE + n] = 0.0
@@ -95,12 +102,12 @@ def fuse_reactions(m, dy, acceleration_stddev):
     least = m[SURPRISE]
     for i in range(6):
         m[Y + i] = m[POINTS + i]
-    if least > SURPRISE_LIMIT:
+    if least > SURPRISE_LIMIT and not slow:
         least = _weigh_points(m)
     growth = max(1.0, least / SURPRISE_LIMIT)
     for i in range(36):
         m[REACTIONS + i] *= growth
-    for n in range(3):
+    for n in range(0 if slow else 3):
         ahead, behind = POINTS + 6 * (1 + 2 * n), POINTS + 6 * (2 + 2 * n)
         for i in range(6):
             bend_i = 0.5 * (m[ahead + i] + m[behind + i]) - m[POINTS + i]
@@ -190,8 +197,15 @@ def react(m, dy, acceleration_stddev):
     x, u, y = m[X : X + 6], m[U : U + 6], m[Y : Y + 6]
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
     p = scene_of(m)
+    slow = m[SLOW] > 0.0
+    if slow:
+        mean_friction(p, m, m[PROCESS + 2])
     determinant = accelerate_with_derivatives(p, scales, x, u, work, y, dy)
-    solve_around(p, m)
+    if slow:
+        for i in range(6):
+            m[POINTS + i] = m[Y + i]
+    else:
+        solve_around(p, m)
     fuse_reactions(m, dy, acceleration_stddev)
     # A sum is finite only if all of its terms are.
     total = determinant

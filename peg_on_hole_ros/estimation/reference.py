@@ -1,13 +1,14 @@
 """The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
 
 from dataclasses import asdict
+from math import erf
 from types import SimpleNamespace
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
-from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
+from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -78,6 +79,7 @@ def implicit_euler(scene: Scene, full, h, slip_velocity_scale):
     """
     q, v0 = full[:3], full[RATES]
     v = v0
+    gamma0 = with_parameters(scene, full[FRICTION], full[DIAMETER]).gamma0
 
     def residual(v):
         moved = np.concatenate([q + h * v, v, full[6:]])
@@ -92,8 +94,10 @@ def implicit_euler(scene: Scene, full, h, slip_velocity_scale):
         step = np.linalg.solve(matrix, -r)
         fraction = 1.0
         while True:
-            trial, trial_slopes = residual(v + fraction * step)
-            if np.linalg.norm(trial) < np.linalg.norm(r) or fraction < 1e-4:
+            below = q[0] + h * (v + fraction * step)[0] <= gamma0
+            if not below:
+                trial, trial_slopes = residual(v + fraction * step)
+            if fraction < 1e-4 or not below and np.linalg.norm(trial) < np.linalg.norm(r):
                 break
             fraction /= 2
         if fraction < 1e-4:
@@ -135,7 +139,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.process = process
         self.wrench_noise = wrench_noise
         self.scales = np.full(3, process.slip_velocity_scale)
-        self.sliding = False
+        self.sliding = self.slow = False
         self.x = np.zeros(SIZE)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
@@ -147,6 +151,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
+        self.slow = False
         smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
         speed, variance = self.slip()
         self.sliding = bool((speed**2 >= variance).all())
@@ -165,8 +170,14 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if self.P[FRICTION, FRICTION] > 0:
             self.P[FRICTION, FRICTION] += self.process.friction_density * dt
 
+    def predict_slow(self, dt, rate_noise):
+        """Predict as if free: a slip is not told from none, and friction has no direction."""
+        self.predict_free(dt, rate_noise)
+        self.slow = True
+
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
+        self.slow = False
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.sliding = False
         self.F = np.eye(SIZE)
@@ -201,13 +212,40 @@ class ReferenceFilter(ExtendedKalmanFilter):
         )
         return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
+    def friction_columns(self, size):
+        """Return the answers to forces of a size [N] in each contact's plane, shape (6, 9)."""
+        here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
+        g = contact_geometry(here, self.x[0])
+        J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
+        A, _ = six_equations(here, self.x[:3], self.x[RATES], self.x[WRENCH], self.scales)
+        columns = []
+        for J_i, n, s in zip(J, normals(g), size):
+            T = s * (np.eye(3) - np.outer(n, n))
+            columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
+        return np.hstack(columns)
+
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
+        if self.slow:
+            speed, variance = self.slip()
+            # At rest no direction has a variance: nothing is known of friction then.
+            ratio = speed / np.sqrt(2 * variance + 1e-300)
+            share = np.clip([erf(value) for value in ratio], 1e-6, 1 - 1e-12)
+            wide = speed * np.sqrt(1 / share**2 - 1)
+            self.scales = np.maximum(wide, self.process.slip_velocity_scale)
         y, dy = solve_with_slopes(self.scene, self.x, self.scales)
         C = dy @ self.P @ dy.T
+        if self.slow:
+            size = self.x[FRICTION] * np.maximum(y[3:], 0.0) * np.sqrt(1 - share**2)
+            columns = self.friction_columns(size)
+            C = C + columns @ columns.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         inverse = np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         C = C - gain @ C[:3, :]
+        if self.slow:
+            mean = y - gain @ y[:3]
+            growth = max(1.0, y[:3] @ inverse @ y[:3] / SURPRISE_LIMIT)
+            return mean[3:], growth * C[3:, 3:]
         answers = [y]
         for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
             for sign in (1, -1):

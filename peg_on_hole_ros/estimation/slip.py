@@ -102,3 +102,19 @@ def surely_sliding(m):
         if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] < m[SPEEDS + 2 * i + 1]:
             return 0.0
     return 1.0
+
+
+@inlined
+def slow_slip(m, within):
+    """
+    Return whether every contact's slip is less than so many standard deviations from none.
+
+    Friction then has no direction that could be relied on. A step that assumes one accelerates
+    the estimate by what is wrong of it, and one that averages over the directions lets it run
+    away from a peg that slides slowly: it is up to the orientations how the peg goes on.
+    """
+    for i in range(3):
+        speed, variance = m[SPEEDS + 2 * i], m[SPEEDS + 2 * i + 1]
+        if speed * speed >= within * within * variance:
+            return False
+    return True
