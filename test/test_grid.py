@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ import grid
 from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth_of, with_noise
 from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
 from grid_summary import flat_rows, summary, verdicts
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample
+from peg_on_hole_ros.simulation.measure import measure
 
 SEEDS = 4
 
@@ -151,3 +155,19 @@ def test_slow_slip_is_not_followed_too_surely():
     assert figures["nees_median"] < 6.0
     # Friction of unknown direction leaves the reactions undetermined at times, and it is said so.
     assert 0.2 < figures["determined"] < 0.9
+
+
+@pytest.mark.parametrize("start", [0.1, 0.3])
+def test_friction_is_learnt_from_half_and_from_half_as_much_again(start):
+    truth, _ = truth_of(SMALLEST[0])
+    scene = replace(truth.plan.configuration.scene, friction=start, friction_stddev=0.05)
+    pipeline = Pipeline(replace(truth.plan.configuration, scene=scene))
+    found = []
+    for sample in measure(truth, 3):
+        if isinstance(sample, JointSample):
+            pipeline.on_joints(sample)
+        elif (outputs := pipeline.on_wrench(sample)) is not None:
+            found.append(outputs.monitor["friction"])
+    # The noise of the wrench leaves 0.2 % after 0.1 s of sliding.
+    np.testing.assert_allclose(found[300:], 0.2, rtol=0.05)
+    assert found[-1] == pytest.approx(0.2, rel=0.01)

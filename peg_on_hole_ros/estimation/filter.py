@@ -9,6 +9,7 @@ import numpy as np
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
@@ -17,6 +18,9 @@ from peg_on_hole_ros.options import FilterOptions
 
 # In this time without a step [s] all is forgotten of a friction coefficient that was learnt.
 FORGET_FRICTION = 0.02
+# In the same time, a coefficient that leaves no step is sought by this many of its standard
+# deviations below the stated one.
+SEEK_FRICTION = 2.0
 
 
 class Correction(Enum):
@@ -103,6 +107,7 @@ class ContactFilter:
         self._P = self.Z[:6, :6]
         self.wrench_noise = part(self._memory, "NOISE", (6, 6))
         self._scales = part(self._memory, "SCALES")
+        self._sliding = part(self._memory, "SLIDING")
         self._slow = part(self._memory, "SLOW")
         self._R = part(self._memory, "R", (3, 3))
         part(self._memory, "PROCESS")[:] = self.process
@@ -188,12 +193,27 @@ class ContactFilter:
                 self._slow[0] = 1.0
                 kernel.predict_free(self._memory, self._slopes, dt, options.slow_rate_noise**2)
                 return Prediction.SLOW
-            # A wrong friction coefficient leaves no step either: its spread is given back.
-            back = self.spread[0, 0] + self._known[0] * dt / FORGET_FRICTION
-            self.spread[0, 0] = max(self.spread[0, 0], min(back, self._known[0]))
+            self._doubt_friction(dt)
         self._scales[:] = options.slip_velocity_scale
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         return Prediction.FAILED if in_contact else Prediction.FREE
+
+    def _doubt_friction(self, dt):
+        """
+        Give friction its spread back: no step at its value, and a wrong one leaves none either.
+
+        A peg that surely slides where its friction would wedge it has less of it: as long as
+        friction is not known, it is then sought below. From there it is learnt; from above, where
+        the equations have no solution, it never would be.
+        """
+        known = self._known[0]
+        self.spread[0, 0] = min(self.spread[0, 0] + known * dt / FORGET_FRICTION, known)
+        if self._sliding[0] > 0.0 and self.spread[0, 0] > 0.9 * known > 0.0:
+            stddev = sqrt(known)
+            lowest = max(self.scalars.f - SEEK_FRICTION * stddev, LEAST_FRICTION)
+            lower = self.scene_values[7] - stddev * SEEK_FRICTION * dt / FORGET_FRICTION
+            self.scene_values[7] = max(lower, min(lowest, self.scene_values[7]))
+            self._cross[:12] = 0.0
 
     def correct(self, q, R) -> tuple[Correction, float]:
         """

@@ -14,6 +14,7 @@ from peg_on_hole_ros.estimation.memory import (
     SAVED,
     SCALES,
     SLIDING,
+    SPEEDS,
     SPREAD,
     WITH,
     WORK,
@@ -224,7 +225,11 @@ def predict_contact(m, dy, slopes, dt):
             for i in range(6):
                 m[X + i] = m[X1 + i]
         if status == CONVERGED:
-            slip(p, m, m[X])
+            # The slip that it had against the spread that it got: one that the step has stopped
+            # tells of friction.
+            speeds = m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4]
+            slip(p, m, m[X], True)
+            m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4] = speeds
             if slow_slip(m, process.slow_slip):
                 for i in range(184):
                     m[X + i] = m[SAVED + i]
