@@ -147,8 +147,8 @@ def test_writes_the_csv(ran, tmp_path, monkeypatch, capsys):
 
 
 def test_slow_slip_is_not_followed_too_surely():
-    # 3 mm/s, and the noise of one wrench alone moves the peg by 40: a filter that takes a direction
-    # of friction from that covers gamma in 27 % and has a NEES of 75.
+    # 3 mm/s, and the noise of one wrench alone moves the peg by 40: a filter that takes a
+    # direction of friction from that covers gamma in 27 % and has a NEES of 75.
     truth, _ = truth_of(Motion(1e-4, 0.2, 0.01, "slip"))
     figures = score_cell(truth, "nominal", range(3), range(1))["classes"]["outside"]
     assert min(figures["coverage"]) > 0.9, figures["coverage"]
