@@ -6,6 +6,7 @@ from math import fsum, isfinite
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
+from peg_on_hole_ros.estimation.innovations import InnovationWatch
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.options import Configuration
@@ -56,6 +57,7 @@ class Pipeline:
             self._reduction.covariance,
             self._filter.scene_values,
         )
+        self._watch = InnovationWatch()
         self.counts: Counter[str] = Counter()
         self.health: dict[str, float] = {}
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
@@ -68,8 +70,9 @@ class Pipeline:
         self._waiting.clear()
         self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
         self._mean_nis: float | None = None
-        self._in_contact = False
+        self._in_contact = self._touching = False
         self._recent.clear()
+        self._watch.restart()
         self._assessment.restart()
 
     def reset(self) -> str:
@@ -139,6 +142,10 @@ class Pipeline:
             # Constant rates say nothing for or against three contacts: what they miss by must not
             # keep the mode from being tried again.
             self._nis.append(nis if self._in_contact else EXPECTED_NIS)
+            if self._touching:
+                self._watch.add(nis)
+                if self._watch.too_large:
+                    self.counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
         self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.INFLATED:
@@ -178,6 +185,8 @@ class Pipeline:
             "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
             "evaluations": float(self._filter.evaluations),
         }
+        if self._watch.median is not None:
+            self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
         return outputs
 
     def _advance(self, t_ns: int):
@@ -191,6 +200,8 @@ class Pipeline:
             in_contact = False
         result = self._filter.predict(dt, in_contact)
         self._in_contact = result is Prediction.CONTACT
+        # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
+        self._touching = self._in_contact or self._assessment.mode == "unknown"
         if result is Prediction.FAILED:
             self.counts["step_without_solution"] += 1
         elif result is Prediction.SLOW:

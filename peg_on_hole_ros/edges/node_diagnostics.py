@@ -5,6 +5,7 @@ from collections import Counter
 
 from peg_on_hole_ros.edges.messages import HARDWARE_ID
 from peg_on_hole_ros.edges.plain import header
+from peg_on_hole_ros.estimation.innovations import TOO_LARGE
 
 OK, WARN = 0, 1
 NAME = "peg_on_hole"
@@ -66,7 +67,7 @@ class Diagnostics:
         status = [
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns),
-            _status("filter", OK, "running" if self._outputs else "no estimate", health),
+            self._filter(health),
         ]
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
@@ -85,6 +86,15 @@ class Diagnostics:
         else:
             text = "all messages used"
         return _status("input", WARN if silent or lost else OK, text, values | counts)
+
+    def _filter(self, health):
+        if health.get("nis_median", 0.0) > TOO_LARGE:
+            text = (
+                "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the "
+                "hole's direction, and the stated noise"
+            )
+            return _status("filter", WARN, text, health)
+        return _status("filter", OK, "running" if self._outputs else "no estimate", health)
 
     def _timing(self, elapsed_ns):
         received = sum(self._received.values())

@@ -1,0 +1,78 @@
+"""Wrong settings of a cell show in the innovations, a right one does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from grid_cells import SMALLEST, truth_of
+from peg_on_hole_ros.edges.node_diagnostics import WARN, Diagnostics
+from peg_on_hole_ros.estimation.innovations import TOO_LARGE, WINDOW, InnovationWatch
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample
+from peg_on_hole_ros.simulation.dynamics import rotation
+from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+
+
+def test_the_median_is_that_of_the_window():
+    values = np.random.default_rng(4).chisquare(3, 1000)
+    watch = InnovationWatch()
+    for n, value in enumerate(values, 1):
+        watch.add(value)
+        expected = np.median(values[max(n - WINDOW, 0) : n])
+        assert watch.median == (pytest.approx(expected) if n >= WINDOW else None)
+    watch.restart()
+    assert watch.median is None
+
+
+def test_noise_alone_is_not_too_large():
+    # Half of a window above the limit, by chance: once in 1e6 windows.
+    share = chi2(3).sf(TOO_LARGE)
+    assert (0.5 - share) / np.sqrt(share * (1 - share) / WINDOW) > 4
+
+
+def tilted(sample, angle):
+    q = np.array(sample.position)
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ rotation(q)
+    position = (
+        np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]),
+        np.arctan2(-R[1, 2], -R[0, 2]),
+        np.arctan2(-R[2, 1], R[2, 0]),
+    )
+    return sample._replace(position=tuple(float(angle) for angle in position))
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return truth_of(SMALLEST[0])[0]
+
+
+@pytest.mark.parametrize("wrong", ["nothing", "lever", "tare", "hole"])
+def test_what_is_wrong_is_seen_within_half_a_second(truth, wrong):
+    configuration, exact = truth.plan.configuration, sensor_wrench(truth)
+    scene = replace(configuration.scene, friction_stddev=0.0)
+    configuration = replace(configuration, scene=scene)
+    if wrong == "lever":
+        x, y, z = configuration.wrench.sensor_xyz
+        moved = replace(configuration.wrench, sensor_xyz=(x + 0.001, y, z))
+        configuration = replace(configuration, wrench=moved)
+    elif wrong == "tare":
+        exact = exact + [2.0, 0, 0, 0, 0, 0]
+    pipeline, first_ns = Pipeline(configuration), None
+    for sample in measure(truth, 7, exact=exact):
+        if isinstance(sample, JointSample):
+            pipeline.on_joints(tilted(sample, np.radians(0.2)) if wrong == "hole" else sample)
+        else:
+            pipeline.on_wrench(sample)
+        if first_ns is None and pipeline.counts["innovations_too_large"]:
+            first_ns = sample.t_ns - START_NS
+    report, _ = Diagnostics().report(0, 10**9, dict(pipeline.counts), pipeline.health)
+    status = next(item for item in report["status"] if item["name"].endswith("filter"))
+    if wrong == "nothing":
+        assert first_ns is None and pipeline.health["nis_median"] == pytest.approx(2.37, abs=0.5)
+        assert status["level"] != WARN
+    else:
+        assert first_ns <= 0.5e9, first_ns
+        assert status["level"] == WARN and "sensor_xyz" in status["message"]
