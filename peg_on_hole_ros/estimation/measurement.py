@@ -45,7 +45,8 @@ class WrenchReduction:
     covariance : ndarray, shape (6, 6)
         Of the reduced wrench [N^2, N^2 m, N^2 m^2].
     tare : ndarray, shape (6,)
-        Subtracted from the sensor's wrench after the sign [N], [N m].
+        Subtracted from the sensor's wrench after the sign [N], [N m]; until one is taken, the bias
+        of the configuration.
 
     """
 
@@ -57,7 +58,7 @@ class WrenchReduction:
         self.matrix = np.block([[R_PS, np.zeros((3, 3))], [skew(r_P) @ R_PS, R_PS]])
         stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
         self.covariance = self.matrix @ np.diag(np.square(stddev)) @ self.matrix.T
-        self.tare = np.zeros(6)
+        self.tare = self.sign * np.array([*options.bias_force, *options.bias_torque])
         self._payload_mass = options.payload_mass
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         self._payload_arm = skew(payload_P - center_P)
