@@ -23,9 +23,8 @@ FRICTIONS = (0.05, 0.15, 0.3, 0.6)
 LARGE = 1e3
 # So many in a row (0.3 s at 500 Hz) are summed to see how much the scores vary.
 BLOCK = 30
-# What the delay really scatters by over simulated recordings [s] (0.3 to 1.7 ms off, where the
-# scores promise 0.2 to 0.3): noise in the slopes looks like knowledge of it. Carried to the
-# others, which go along with it.
+# Least spread of the delay [s], carried to the others: the scores promise 0.2 to 0.3 ms, a few
+# simulated recordings of one cycle were 0.3 to 1.7 ms off.
 DELAY_STDDEV = 1e-3
 
 
