@@ -36,9 +36,9 @@ def parameters(found: Calibration) -> dict[str, object]:
         "joints.position_stddev": joints.position_stddev,
         "joints.delay": joints.delay,
     }
-    clearance = next(one for one in found.estimates if one.name == "clearance")
-    if clearance.seen:
-        values["scene.clearance_stddev"] = (clearance.high - clearance.low) / (2 * 1.96)
+    for one in found.estimates:
+        if one.name in ("friction", "clearance") and one.seen:
+            values[f"scene.{one.name}_stddev"] = (one.high - one.low) / (2 * 1.96)
     # Nine digits: clearances of 0.1 mm to a nanometre, and no rounding tails.
     return {
         name: [_short(v) for v in value] if isinstance(value, (tuple, list)) else _short(value)

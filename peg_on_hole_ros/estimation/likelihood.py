@@ -148,8 +148,10 @@ def innovations(record: Recording, parts: list[slice], configuration: Configurat
         gate_threshold=inf,
         max_step=min(configuration.filter.max_step, STEP),
     )
-    reduction = WrenchReduction(configuration.wrench, configuration.scene)
-    kalman = ContactFilter(configuration.scene, options, reduction.covariance)
+    # Nor learnt: the values given are those in question.
+    scene = replace(configuration.scene, friction_stddev=0.0, clearance_stddev=0.0)
+    reduction = WrenchReduction(configuration.wrench, scene)
+    kalman = ContactFilter(scene, options, reduction.covariance)
     # A wrench is held around its stamp, not up to it: that would look like a delay.
     half = 0.5 * float(np.median(np.diff(record.wrench_t)))
     record = record._replace(wrench_t=record.wrench_t + half)
