@@ -38,7 +38,7 @@ def run(arguments) -> int:
     record = read_recording(bag, configuration)
     with Progress("calibrating") as progress:
         found = calibrate(record, configuration, progress)
-    values = start | calibration_text.parameters(found)
+    values = start | calibration_text.parameters(found, to_parameters(configuration))
     from_parameters(values)
     heading = calibration_text.heading(found, str(bag.path), origin)
     Path(arguments.out).write_text(write_parameters(values, heading), encoding="utf-8")
@@ -96,14 +96,17 @@ def _orientation(configuration):
 
 def _text(found, out):
     lines = [
-        table(("", "value", "95 % interval", "unit"), calibration_text.rows(found)),
+        table(
+            ("", "start", "likeliest", "95 % interval", "unit", "written"),
+            calibration_text.rows(found),
+        ),
         "",
         f"{found.seconds:.2f} s of steady sliding, {found.innovations} joint states; "
         f"{calibration_text.verdict(found)}",
     ]
     missing = calibration_text.not_seen(found)
     if missing:
-        lines += ["not seen in this recording, kept as they were:"]
+        lines += ["not seen in this recording:"]
         lines += [f"  {line}" for line in missing]
     lines.append(f"written: {out}; use it with `peg-on-hole replay BAG --config {out}`")
     return "\n".join(lines)

@@ -1,15 +1,13 @@
 """
-Parameters of a cell from a recording, with intervals.
+Parameters of a cell from a recording, by the greatest likelihood of the filter's innovations.
 
-Noise levels come from the noise itself, and are held: a fit would let them take up what the model
-does not explain. Friction, biases, tilt, delay and clearance then make the six equations fit best,
-robustly; the innovations of the filter under them are the check. The filter's likelihood itself
-is no better a guide: it is rough in the delay, flat along friction and force, and blind where a
-friction a few percent off leaves no motion. What the recording does not tell keeps its value.
+Two searches, as what moves the peg and what scatters the sensors are told by different things:
+friction, biases, tilt, delay and clearance by the mean of the innovations, noise levels by their
+spread. What the recording does not tell, or does not tell from the start, stays as it was.
 """
 
 from collections.abc import Callable
-from math import inf
+from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -17,27 +15,31 @@ import numpy as np
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.estimation.inverse_dynamics import fit
 from peg_on_hole_ros.estimation.likelihood import (
+    CLEARANCE,
+    DELAY,
+    FRICTION,
+    IS_NOISE,
     NAMES,
+    NOISE,
     QUANTITIES,
     SETTLE,
     START,
     configured,
+    coordinates,
     innovations,
-    start_values,
-    with_noise,
+    natural,
 )
 from peg_on_hole_ros.estimation.noise_levels import noise_levels
-from peg_on_hole_ros.estimation.recording import Recording, motion, steady
+from peg_on_hole_ros.estimation.recording import Recording, motion, smoothed, steady
+from peg_on_hole_ros.estimation.scoring import RANGES, greatest
+from peg_on_hole_ros.estimation.selection import NORMAL_95, USEFUL, conditional, kept_ones
 from peg_on_hole_ros.options import Configuration
 
-# A normal variable lies within so many standard deviations in 95 of 100 cases.
-NORMAL_95 = 1.96
-# Noise in the slopes makes scores look sharper than they are. Set by hand after intervals of a
-# few simulated recordings of one cycle missed; not yet confirmed over many seeds and scenes.
-WIDENING = 1.4
 # Joint states beyond this are left out, evenly: they cost time and add little.
-MOST_JOINTS = 6000
+MOST_JOINTS = 4000
 FEWEST_INNOVATIONS = 100
+# The weights of the first search rest on a guess of the noise; off by more, it is done again.
+NOISE_OFF = log(1.2)
 
 
 class Estimate(NamedTuple):
@@ -47,12 +49,10 @@ class Estimate(NamedTuple):
     Attributes
     ----------
     name, unit : str
-    value : float
-        If not seen, that of the start.
-    low, high : float
-        95 % interval.
+    start, best, low, high, value : float
+        Of the start; most likely, with its 95 % interval; as the configuration has it now.
     seen : bool
-        Whether the recording tells it.
+        Whether the interval is narrow enough to tell a cell anything.
     partner : str
         Of a parameter that is not seen, another that looks nearly the same; empty: none.
 
@@ -60,11 +60,18 @@ class Estimate(NamedTuple):
 
     name: str
     unit: str
-    value: float
+    start: float
+    best: float
     low: float
     high: float
+    value: float
     seen: bool
     partner: str
+
+    @property
+    def changed(self) -> bool:
+        """Whether the value is another than at the start."""
+        return self.value != self.start
 
 
 class Calibration(NamedTuple):
@@ -74,12 +81,14 @@ class Calibration(NamedTuple):
     Attributes
     ----------
     configuration : Configuration
-        The start with all that was seen put in.
+        The start with all that was found put in.
     estimates : tuple of Estimate
-        QUANTITIES, and then the noise levels.
+        In the order of QUANTITIES.
     nis_before, nis : float
-        Mean normalised innovation squared at the start and at the end; 3 if all is right,
-        infinite where the parameters leave no motion.
+        Mean normalised innovation squared at the start and at the end; 3 if all is right.
+    lost_before, lost : float
+        Share of the innovations where the parameters leave no motion; these count 64 in the mean.
+    converged : bool
     innovations : int
     seconds : float
         Of steady sliding that was used [s].
@@ -96,6 +105,9 @@ class Calibration(NamedTuple):
     estimates: tuple[Estimate, ...]
     nis_before: float
     nis: float
+    lost_before: float
+    lost: float
+    converged: bool
     innovations: int
     seconds: float
     least_tilt: float
@@ -114,8 +126,9 @@ def calibrate(
     Parameters
     ----------
     record : Recording
+        Read under the configuration of the start.
     start : Configuration
-        Everything that is not calibrated, and where the search begins.
+        Everything that is not calibrated, and what the result is held against.
     progress : callable
         Told the share done, 0 to 1.
 
@@ -125,11 +138,7 @@ def calibrate(
         The recording shows no steady sliding on three contacts, or none that the model fits.
 
     """
-    levels = noise_levels(record)
-    noisy, noise = _noise(start, levels)
-    scale = noisy.joints.position_stddev / start.joints.position_stddev
-    record = record._replace(covariance=record.covariance * scale**2)
-    parts = _thinned(steady(record, noisy))
+    parts = _thinned(steady(record, start))
     count = sum(part.stop - part.start - START - SETTLE for part in parts)
     if count < FEWEST_INNOVATIONS:
         raise BagError(
@@ -138,29 +147,43 @@ def calibrate(
             f"more than gamma0 ({start.scene.gamma0:.3g} rad) and turned and tilted by "
             "0.1 rad/s and more; or the scene's diameters are not those of the recording"
         )
-    progress(0.05)
-    origin = start_values(start)
-    before = innovations(record, parts, noisy)
-    values, covariance = fit(record, parts, noisy, origin)
-    covariance = covariance * WIDENING**2
-    progress(0.6)
+    moved, rows = motion(record), np.concatenate([np.arange(p.start, p.stop) for p in parts])
+    x0, smooth = coordinates(start), smoothed(record)
+    limits = _limits(start, moved.q[rows, 0].min())
+    runs = _Runs(parts, start, progress)
+    guess = fit(record, parts, start, limits)
+    for i, level in zip(range(NOISE.start, NOISE.stop), noise_levels(record)):
+        if level:
+            guess[i] = log(level) + (x0[i] if NAMES[i] == "position_stddev" else 0.0)
+    guess = np.clip(guess, *limits)
+    peak = runs.search(smooth, guess, x0, ~IS_NOISE, limits)
+    noise = runs.search(record, peak.x, x0, IS_NOISE, limits)
+    if np.abs(noise.x - peak.x).max() > NOISE_OFF:
+        peak = runs.search(smooth, noise.x, x0, ~IS_NOISE, limits)
+    x, covariance = noise.x.copy(), np.zeros((len(x0), len(x0)))
+    x[~IS_NOISE] = peak.x[~IS_NOISE]
+    covariance[np.ix_(~IS_NOISE, ~IS_NOISE)] = peak.covariance
+    covariance[np.ix_(IS_NOISE, IS_NOISE)] = noise.covariance
     stddev = np.sqrt(np.diagonal(covariance))
-    seen = stddev <= [quantity.useful for quantity in QUANTITIES]
-    if not seen.all():
-        # Their spread stays in the intervals of the others.
-        values, _ = fit(record, parts, noisy, origin, seen)
-    progress(0.9)
-    found = innovations(record, parts, configured(noisy, values))
+    kept = kept_ones(x - x0, covariance)
+    final = conditional(x, covariance, x0, kept)
+    if kept.any() and not kept.all():
+        free = ~kept & ~IS_NOISE
+        if free.any():
+            final = runs.search(smooth, final, x0, free, limits).x
+        free = ~kept & IS_NOISE
+        if free.any():
+            final = runs.search(record, final, x0, free, limits).x
+    before, after = (runs.once(record, at) for at in (x0, final))
     progress(1.0)
-    moved = motion(record)
-    rows = np.concatenate([np.arange(part.start, part.stop) for part in parts])
-    estimates = _estimates(values, stddev, seen, covariance) + noise
     turns = moved.rates[rows, 2]
     return Calibration(
-        configured(noisy, values),
-        estimates,
-        inf if before is None else float(before.nis.mean()),
-        inf if found is None else float(found.nis.mean()),
+        configured(start, final),
+        _estimates(x0, x, stddev, final, covariance),
+        *(float(found.nis.mean()) for found in (before, after)),
+        before.lost,
+        after.lost,
+        peak.converged and noise.converged,
         count,
         float(sum(record.joint_t[part.stop - 1] - record.joint_t[part.start] for part in parts)),
         float(moved.q[rows, 0].min() / start.scene.gamma0),
@@ -169,22 +192,48 @@ def calibrate(
     )
 
 
-def _noise(start, levels):
-    wrench, joints = start.wrench, start.joints
-    was = (wrench.force_stddev, wrench.torque_stddev, joints.position_stddev)
-    units, factors = ("N", "N m", "rad"), (1.0, 1.0, joints.position_stddev)
-    names = ("force_stddev", "torque_stddev", "position_stddev")
+class _Runs:
+    """Runs of the filter over one recording, counted for the progress."""
+
+    # Of a usual calibration.
+    USUAL = 160
+
+    def __init__(self, parts, start, progress):
+        self._parts, self._start, self._progress = parts, start, progress
+        self._count = 0
+
+    def once(self, record, x):
+        self._count += 1
+        # Ever nearer to the end, also where it takes longer than usual.
+        self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
+        return innovations(record, self._parts, self._start, x)
+
+    def search(self, record, x, centre, free, limits):
+        scatter = bool(free[IS_NOISE].any())
+        peak = greatest(lambda x: self.once(record, x), x, centre, free, limits, scatter)
+        if peak is None:
+            raise BagError(
+                "the contact model has no finite motion under the wrenches of this recording: "
+                "look for a wrong wrench.acts_on, sensor pose, unit or diameter"
+            )
+        return peak
+
+
+def _limits(start, least_tilt):
+    """Return the least and the greatest coordinates."""
+    low, high = np.full((2, len(QUANTITIES)), np.inf)
+    low = -low
+    low[FRICTION], high[FRICTION] = 1e-4, 2.0
+    low[DELAY], high[DELAY] = -0.1, 0.1
     # The least that a configuration may hold.
-    least = (1e-6, 1e-7, 1e-9)
-    estimates, values = [], []
-    for name, unit, level, old, factor, floor in zip(names, units, levels, was, factors, least):
-        seen = level is not None and level.value * factor > floor
-        value = level.value * factor if seen else old
-        half = NORMAL_95 * level.stddev * factor if seen else inf
-        low = max(value - half, 0.0)
-        estimates.append(Estimate(name, unit, value, low, value + half, seen, ""))
-        values.append(value)
-    return with_noise(start, *values), tuple(estimates)
+    low[NOISE] = np.log([1e-6, 1e-7, 1e-9])
+    # The least tilt that was seen on three contacts is above gamma0.
+    scene = start.scene
+    clearance = scene.hole_diameter - scene.peg_diameter
+    most = scene.hole_diameter * (1 - np.cos(0.99 * least_tilt))
+    low[CLEARANCE] = log(0.05 * clearance)
+    high[CLEARANCE] = log(max(most, 1.001 * clearance))
+    return low, high
 
 
 def _thinned(parts):
@@ -204,18 +253,18 @@ def _thinned(parts):
     return pieces[::every]
 
 
-def _estimates(values, stddev, seen, covariance):
-    correlation = covariance / np.outer(stddev, stddev)
+def _estimates(x0, x, stddev, final, covariance):
+    seen = stddev <= USEFUL
+    # A coordinate that was never told apart has the spread of its prior.
+    correlation = np.abs(covariance / np.outer(stddev, stddev)) - np.eye(len(x))
     estimates = []
     for i, quantity in enumerate(QUANTITIES):
-        others = np.abs(correlation[i])
-        others[i] = 0.0
-        nearest = int(np.argmax(others))
-        partner = NAMES[nearest] if not seen[i] and others[nearest] > 0.9 else ""
-        half = NORMAL_95 * stddev[i]
-        row = (quantity.name, quantity.unit, float(values[i]))
-        estimates.append(Estimate(*row, *(values[i] - half, values[i] + half), seen[i], partner))
-    return tuple(
-        estimate._replace(low=float(estimate.low), high=float(estimate.high), seen=bool(seen[i]))
-        for i, estimate in enumerate(estimates)
-    )
+        nearest = int(np.argmax(correlation[i]))
+        partner = NAMES[nearest] if not seen[i] and correlation[i, nearest] > 0.9 else ""
+        half = NORMAL_95 * min(stddev[i], RANGES[i])
+        values = (x0[i], x[i], x[i] - half, x[i] + half, final[i])
+        values = (natural(quantity, value) for value in values)
+        estimates.append(
+            Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), partner)
+        )
+    return tuple(estimates)

@@ -11,6 +11,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, WrenchInput
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
+# Width of the mean over the wrench [s]; its steps stay far below those of a guided motion.
+SMOOTHING = 0.016
 # Local parabolas over this many joint states on either side of one [-].
 HALF_WINDOW = 10
 # Below this slip a contact may stick, and within this time of it friction has no one value.
@@ -88,6 +90,42 @@ def recording(wrenches: list[WrenchSample], measurements: list[AngleMeasurement]
         q,
         covariance.reshape(-1, 3, 3)[first_j],
     )
+
+
+def turned(record: Recording, R_HM) -> Recording:
+    """Return the recording in hole axes, given the axes M of its angles in those, shape (3, 3)."""
+    R = np.einsum("ij,jkn->ikn", R_HM, peg_axes(record.q.T))
+    psi = np.arctan2(-R[1, 2], -R[0, 2])
+    s, c = np.sin(psi), np.cos(psi)
+    gamma = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
+    phi = np.arctan2(c * R[1, 0] - s * R[0, 0], c * R[1, 1] - s * R[0, 1])
+    q = np.column_stack([gamma, np.unwrap(psi), np.unwrap(phi)])
+    by_angle = np.linalg.solve(turning_axes(q), R_HM @ turning_axes(record.q))
+    covariance = by_angle @ record.covariance @ np.swapaxes(by_angle, 1, 2)
+    return record._replace(q=q, covariance=covariance)
+
+
+def turning_axes(q) -> np.ndarray:
+    """Return the axes about which gamma, psi and phi turn, as columns, shape (m, 3, 3)."""
+    (g, psi), zero = q.T[:2], np.zeros(len(q))
+    s, c = np.sin(psi), np.cos(psi)
+    eps, z = (s, -c, zero), (zero, zero, zero + 1.0)
+    zeta = (-c * np.sin(g), -s * np.sin(g), np.cos(g))
+    return np.array([eps, z, zeta]).transpose(2, 1, 0)
+
+
+def smoothed(record: Recording) -> Recording:
+    """
+    Return the recording with the mean of the wrench over SMOOTHING, centred.
+
+    White noise keeps its weight in every slower motion, and loses what differs from sample to
+    sample: with that the likelihood of a delay jumps with how samples and steps happen to lie.
+    """
+    count = 2 * round(SMOOTHING / np.median(np.diff(record.wrench_t)) / 2) + 1
+    weights = np.hanning(count + 2)[1:-1]
+    padded = np.pad(record.wrench, ((count // 2, count // 2), (0, 0)), mode="edge")
+    columns = (np.convolve(column, weights / weights.sum(), "valid") for column in padded.T)
+    return record._replace(wrench=np.column_stack(list(columns)))
 
 
 def motion(record: Recording) -> Motion:

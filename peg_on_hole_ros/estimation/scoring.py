@@ -1,0 +1,143 @@
+"""Greatest likelihood by Fisher's scoring, and the curvature that intervals come from."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.likelihood import QUANTITIES, Innovations
+
+STEPS = np.array([quantity.step for quantity in QUANTITIES])
+RANGES = np.array([quantity.range for quantity in QUANTITIES])
+MOST_ITERATIONS = 8
+MOST_HALVINGS = 4
+# The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
+# of a standard deviation in each of ten directions.
+ENOUGH = 0.05
+# So many innovations in a row are summed to see how much the scores vary. Those of a filter that
+# is right are independent, those under a smoothed wrench or coloured noise are not.
+BLOCK = 25
+
+
+class Peak(NamedTuple):
+    """
+    Where the likelihood is greatest.
+
+    Attributes
+    ----------
+    x : ndarray, shape (14,)
+    covariance : ndarray, shape (k, k)
+        Of the k coordinates that were free: from the curvature, a wide prior, and how much the
+        scores vary where that is more than the curvature promises.
+    found : Innovations
+    converged : bool
+
+    """
+
+    x: np.ndarray
+    covariance: np.ndarray
+    found: Innovations
+    converged: bool
+
+
+def greatest(
+    run: Callable[[np.ndarray], Innovations | None],
+    x: np.ndarray,
+    centre: np.ndarray,
+    free: np.ndarray,
+    limits: tuple[np.ndarray, np.ndarray],
+    scatter: bool,
+) -> Peak | None:
+    """
+    Return the peak near x, or None where the filter has no finite innovations there.
+
+    Parameters
+    ----------
+    run : callable
+        From coordinates to innovations.
+    x, centre : ndarray, shape (14,)
+        Where to begin, and the centre of the prior, of spread `Quantity.range`.
+    free : ndarray of bool, shape (14,)
+        What is searched for.
+    limits : tuple of ndarray, shape (14,)
+        Least and greatest coordinates.
+    scatter : bool
+        Whether the innovations' covariances follow the coordinates within a step, as they must
+        for noise levels. Other parameters shall explain the motion alone: through covariances
+        that are never quite right they would be off by one to two standard deviations.
+
+    """
+    chosen = np.flatnonzero(free)
+    weight = np.diag(RANGES[chosen] ** -2.0)
+
+    def at(x, root=None):
+        found = run(np.clip(x, *limits))
+        if found is None or scatter or root is None:
+            return found
+        return found._replace(root=root)
+
+    def value(found, x):
+        gone = (x - centre)[chosen]
+        return float(found.log_likelihood.sum() - 0.5 * gone @ weight @ gone)
+
+    found = at(x)
+    if found is None:
+        return None
+    for _ in range(MOST_ITERATIONS):
+        root = found.root
+        scores, information = _slopes(found, lambda x, root=root: at(x, root), x, chosen)
+        slope = scores.sum(axis=0) - weight @ (x - centre)[chosen]
+        move = np.linalg.solve(information + weight, slope)
+        converged = bool(0.5 * slope @ move < ENOUGH)
+        if converged:
+            break
+        best = value(found, x)
+        for _ in range(MOST_HALVINGS):
+            trial = x.copy()
+            trial[chosen] += move
+            trial = np.clip(trial, *limits)
+            there = at(trial, root)
+            if there is not None and value(there, trial) > best:
+                break
+            move = 0.5 * move
+        else:
+            # Rough at this scale: no step that the curvature suggests is better.
+            break
+        x, found = trial, there if scatter else at(trial)
+    return Peak(x, _widened(np.linalg.inv(information + weight), scores), found, converged)
+
+
+def _slopes(found, run, x, chosen):
+    """Return the scores of all innovations, shape (n, k), and Fisher's information."""
+    over = np.linalg.inv(found.root)
+    scores, means, spreads = [], [], []
+    for i in chosen:
+        sides = []
+        for step in (-STEPS[i], STEPS[i]):
+            beside = x.copy()
+            beside[i] += step
+            # Where it has no finite innovations, the difference is one-sided.
+            there = run(beside)
+            sides.append((0.0, found) if there is None else (step, there))
+        (low_step, low), (high_step, high) = sides
+        width = high_step - low_step or np.inf
+        scores.append((high.log_likelihood - low.log_likelihood) / width)
+        means.append(np.einsum("nij,nj->ni", over, (high.residual - low.residual) / width))
+        wider = (_square(high.root) - _square(low.root)) / width
+        spreads.append(over @ wider @ np.swapaxes(over, 1, 2))
+    mean, spread = (np.array(part).reshape(len(chosen), -1) for part in (means, spreads))
+    return np.array(scores).T, mean @ mean.T + 0.5 * spread @ spread.T
+
+
+def _square(root):
+    return root @ np.swapaxes(root, 1, 2)
+
+
+def _widened(inverse, scores):
+    """Return a covariance, each standard deviation at least that which the scores show."""
+    blocks = np.add.reduceat(scores, np.arange(0, len(scores), BLOCK), axis=0)
+    blocks = blocks - blocks.mean(axis=0)
+    few = len(blocks) / max(len(blocks) - len(inverse), 1)
+    shown = few * np.diagonal(inverse @ (blocks.T @ blocks) @ inverse)
+    ratio = np.sqrt(np.maximum(shown / np.diagonal(inverse), 1.0))
+    return inverse * np.outer(ratio, ratio)
