@@ -162,7 +162,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _joints(
         "hole_rpy",
-        "hole axes in the root link, or in the axes of the peg's own angles (roll, pitch, yaw); an "
+        "hole axes in the root link, or in those of the peg's own angles (roll, pitch, yaw); an "
         "error here is one of gamma",
         "rad",
         -6.3,

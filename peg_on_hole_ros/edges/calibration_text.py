@@ -84,7 +84,7 @@ def not_seen(found: Calibration) -> list[str]:
 def _reason(estimate, found):
     name = estimate.name
     if name.endswith("_stddev"):
-        reason = "the scatter of the motion is told by other noise; take it from the sensor at rest"
+        reason = "other noise scatters the motion as much; take it from the sensor at rest"
     elif name == "clearance":
         reason = (
             f"the tilt came no nearer to gamma0 than {found.least_tilt:.2g} times; record a peg "

@@ -30,7 +30,7 @@ from peg_on_hole_ros.estimation.likelihood import (
     natural,
 )
 from peg_on_hole_ros.estimation.noise_levels import noise_levels
-from peg_on_hole_ros.estimation.recording import Recording, motion, smoothed, steady
+from peg_on_hole_ros.estimation.recording import Recording, motion, quiet, smoothed, steady
 from peg_on_hole_ros.estimation.scoring import RANGES, greatest
 from peg_on_hole_ros.estimation.selection import NORMAL_95, USEFUL, conditional, kept_ones
 from peg_on_hole_ros.options import Configuration
@@ -148,18 +148,18 @@ def calibrate(
             "0.1 rad/s and more; or the scene's diameters are not those of the recording"
         )
     moved, rows = motion(record), np.concatenate([np.arange(p.start, p.stop) for p in parts])
-    x0, smooth = coordinates(start), smoothed(record)
+    x0 = coordinates(start)
     limits = _limits(start, moved.q[rows, 0].min())
-    runs = _Runs(parts, start, progress)
+    runs = _Runs(record, parts, start, limits, progress)
     guess = fit(record, parts, start, limits)
     for i, level in zip(range(NOISE.start, NOISE.stop), noise_levels(record)):
         if level:
             guess[i] = log(level) + (x0[i] if NAMES[i] == "position_stddev" else 0.0)
     guess = np.clip(guess, *limits)
-    peak = runs.search(smooth, guess, x0, ~IS_NOISE, limits)
-    noise = runs.search(record, peak.x, x0, IS_NOISE, limits)
+    peak = runs.of_motion(guess, x0, ~IS_NOISE)
+    noise = runs.of_noise(peak.x, x0, IS_NOISE)
     if np.abs(noise.x - peak.x).max() > NOISE_OFF:
-        peak = runs.search(smooth, noise.x, x0, ~IS_NOISE, limits)
+        peak = runs.of_motion(noise.x, x0, ~IS_NOISE)
     x, covariance = noise.x.copy(), np.zeros((len(x0), len(x0)))
     x[~IS_NOISE] = peak.x[~IS_NOISE]
     covariance[np.ix_(~IS_NOISE, ~IS_NOISE)] = peak.covariance
@@ -170,11 +170,11 @@ def calibrate(
     if kept.any() and not kept.all():
         free = ~kept & ~IS_NOISE
         if free.any():
-            final = runs.search(smooth, final, x0, free, limits).x
+            final = runs.of_motion(final, x0, free).x
         free = ~kept & IS_NOISE
         if free.any():
-            final = runs.search(record, final, x0, free, limits).x
-    before, after = (runs.once(record, at) for at in (x0, final))
+            final = runs.of_noise(final, x0, free).x
+    before, after = (runs.once(at) for at in (x0, final))
     progress(1.0)
     turns = moved.rates[rows, 2]
     return Calibration(
@@ -196,21 +196,28 @@ class _Runs:
     """Runs of the filter over one recording, counted for the progress."""
 
     # Of a usual calibration.
-    USUAL = 160
+    USUAL = 120
 
-    def __init__(self, parts, start, progress):
-        self._parts, self._start, self._progress = parts, start, progress
-        self._count = 0
+    def __init__(self, record, parts, start, limits, progress):
+        self._record, self._smooth, self._quiet = record, smoothed(record), quiet(record)
+        self._parts, self._start, self._limits = parts, start, limits
+        self._progress, self._count = progress, 0
 
-    def once(self, record, x):
+    def once(self, x, record=None):
         self._count += 1
         # Ever nearer to the end, also where it takes longer than usual.
         self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
-        return innovations(record, self._parts, self._start, x)
+        return innovations(record or self._record, self._parts, self._start, x)
 
-    def search(self, record, x, centre, free, limits):
-        scatter = bool(free[IS_NOISE].any())
-        peak = greatest(lambda x: self.once(record, x), x, centre, free, limits, scatter)
+    def of_motion(self, x, centre, free):
+        run, still = (lambda x, r=r: self.once(x, r) for r in (self._smooth, self._quiet))
+        return self._known(greatest(run, x, centre, free, self._limits, still))
+
+    def of_noise(self, x, centre, free):
+        return self._known(greatest(self.once, x, centre, free, self._limits))
+
+    @staticmethod
+    def _known(peak):
         if peak is None:
             raise BagError(
                 "the contact model has no finite motion under the wrenches of this recording: "
@@ -264,7 +271,5 @@ def _estimates(x0, x, stddev, final, covariance):
         half = NORMAL_95 * min(stddev[i], RANGES[i])
         values = (x0[i], x[i], x[i] - half, x[i] + half, final[i])
         values = (natural(quantity, value) for value in values)
-        estimates.append(
-            Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), partner)
-        )
+        estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), partner))
     return tuple(estimates)

@@ -11,8 +11,9 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, WrenchInput
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
-# Width of the mean over the wrench [s]; its steps stay far below those of a guided motion.
+# Width of the mean over the wrench [s]; a guided motion changes little within it.
 SMOOTHING = 0.016
+QUIET = 0.04
 # Local parabolas over this many joint states on either side of one [-].
 HALF_WINDOW = 10
 # Below this slip a contact may stick, and within this time of it friction has no one value.
@@ -114,18 +115,23 @@ def turning_axes(q) -> np.ndarray:
     return np.array([eps, z, zeta]).transpose(2, 1, 0)
 
 
-def smoothed(record: Recording) -> Recording:
+def smoothed(record: Recording, width: float = SMOOTHING) -> Recording:
     """
-    Return the recording with the mean of the wrench over SMOOTHING, centred.
+    Return the recording with the mean of the wrench over a width [s], centred.
 
     White noise keeps its weight in every slower motion, and loses what differs from sample to
     sample: with that the likelihood of a delay jumps with how samples and steps happen to lie.
     """
-    count = 2 * round(SMOOTHING / np.median(np.diff(record.wrench_t)) / 2) + 1
+    count = 2 * round(width / np.median(np.diff(record.wrench_t)) / 2) + 1
     weights = np.hanning(count + 2)[1:-1]
     padded = np.pad(record.wrench, ((count // 2, count // 2), (0, 0)), mode="edge")
     columns = (np.convolve(column, weights / weights.sum(), "valid") for column in padded.T)
     return record._replace(wrench=np.column_stack(list(columns)))
+
+
+def quiet(record: Recording) -> Recording:
+    """Return the recording with most of the noise of wrench and angles smoothed away."""
+    return smoothed(record, QUIET)._replace(q=motion(record).q)
 
 
 def motion(record: Recording) -> Motion:

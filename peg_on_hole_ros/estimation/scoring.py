@@ -12,8 +12,8 @@ RANGES = np.array([quantity.range for quantity in QUANTITIES])
 MOST_ITERATIONS = 8
 MOST_HALVINGS = 4
 # The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
-# of a standard deviation in each of ten directions.
-ENOUGH = 0.05
+# of a standard deviation in each of ten directions; or less than ROUGH, and none is better.
+ENOUGH, ROUGH = 0.05, 1.0
 # So many innovations in a row are summed to see how much the scores vary. Those of a filter that
 # is right are independent, those under a smoothed wrench or coloured noise are not.
 BLOCK = 25
@@ -46,7 +46,7 @@ def greatest(
     centre: np.ndarray,
     free: np.ndarray,
     limits: tuple[np.ndarray, np.ndarray],
-    scatter: bool,
+    quiet: Callable[[np.ndarray], Innovations | None] | None = None,
 ) -> Peak | None:
     """
     Return the peak near x, or None where the filter has no finite innovations there.
@@ -61,10 +61,12 @@ def greatest(
         What is searched for.
     limits : tuple of ndarray, shape (14,)
         Least and greatest coordinates.
-    scatter : bool
-        Whether the innovations' covariances follow the coordinates within a step, as they must
-        for noise levels. Other parameters shall explain the motion alone: through covariances
-        that are never quite right they would be off by one to two standard deviations.
+    quiet : callable, optional
+        As run, over the same recording with its noise smoothed away; where given, slopes are
+        taken there, and covariances stay during a step. Slopes along the noisy motion go with
+        the very noise that is in the innovations, and covariances are never quite right: each
+        would move values by one to two standard deviations. None, for noise levels: slopes of
+        mean and covariance where the innovations are.
 
     """
     chosen = np.flatnonzero(free)
@@ -72,9 +74,7 @@ def greatest(
 
     def at(x, root=None):
         found = run(np.clip(x, *limits))
-        if found is None or scatter or root is None:
-            return found
-        return found._replace(root=root)
+        return found if found is None or root is None else found._replace(root=root)
 
     def value(found, x):
         gone = (x - centre)[chosen]
@@ -84,12 +84,12 @@ def greatest(
     if found is None:
         return None
     for _ in range(MOST_ITERATIONS):
-        root = found.root
-        scores, information = _slopes(found, lambda x, root=root: at(x, root), x, chosen)
+        root = found.root if quiet else None
+        scores, information = _slopes(found, quiet or run, x, chosen, spread=not quiet)
         slope = scores.sum(axis=0) - weight @ (x - centre)[chosen]
         move = np.linalg.solve(information + weight, slope)
-        converged = bool(0.5 * slope @ move < ENOUGH)
-        if converged:
+        promised = float(0.5 * slope @ move)
+        if promised < ENOUGH:
             break
         best = value(found, x)
         for _ in range(MOST_HALVINGS):
@@ -101,15 +101,16 @@ def greatest(
                 break
             move = 0.5 * move
         else:
-            # Rough at this scale: no step that the curvature suggests is better.
             break
-        x, found = trial, there if scatter else at(trial)
-    return Peak(x, _widened(np.linalg.inv(information + weight), scores), found, converged)
+        x, found = trial, at(trial) if quiet else there
+    covariance = _widened(np.linalg.inv(information + weight), scores)
+    return Peak(x, covariance, found, promised < ROUGH)
 
 
-def _slopes(found, run, x, chosen):
+def _slopes(found, run, x, chosen, spread):
     """Return the scores of all innovations, shape (n, k), and Fisher's information."""
     over = np.linalg.inv(found.root)
+    white = np.einsum("nij,nj->ni", over, found.residual)
     scores, means, spreads = [], [], []
     for i in chosen:
         sides = []
@@ -121,12 +122,16 @@ def _slopes(found, run, x, chosen):
             sides.append((0.0, found) if there is None else (step, there))
         (low_step, low), (high_step, high) = sides
         width = high_step - low_step or np.inf
-        scores.append((high.log_likelihood - low.log_likelihood) / width)
         means.append(np.einsum("nij,nj->ni", over, (high.residual - low.residual) / width))
-        wider = (_square(high.root) - _square(low.root)) / width
+        wider = (_square(high.root) - _square(low.root)) / width * spread
         spreads.append(over @ wider @ np.swapaxes(over, 1, 2))
-    mean, spread = (np.array(part).reshape(len(chosen), -1) for part in (means, spreads))
-    return np.array(scores).T, mean @ mean.T + 0.5 * spread @ spread.T
+        scores.append(
+            0.5 * np.einsum("nij,ni,nj->n", spreads[-1], white, white)
+            - 0.5 * np.einsum("nii->n", spreads[-1])
+            - (means[-1] * white).sum(axis=1)
+        )
+    flat, wide = (np.array(part).reshape(len(chosen), -1) for part in (means, spreads))
+    return np.array(scores).T, flat @ flat.T + 0.5 * wide @ wide.T
 
 
 def _square(root):
