@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import (
@@ -163,7 +164,7 @@ def test_bias_delay_and_tilt_of_the_hole_are_put_in_and_taken_out_again():
     result = replace(plain, plan=replace(plain.plan, configuration=changed))
     samples = list(measure(result))
     assert [s.t_ns for s in samples] == sorted(s.t_ns for s in samples)
-    read = PegJoints(joints)
+    read, directly = PegJoints(joints), PegJoints(configuration.joints)
     for kind in (JointSample, WrenchSample):
         before = [s for s in measure(plain) if isinstance(s, kind)]
         after = [s for s in samples if isinstance(s, kind)]
@@ -176,4 +177,6 @@ def test_bias_delay_and_tilt_of_the_hole_are_put_in_and_taken_out_again():
             else:
                 assert new.t_ns == old.t_ns + 3_500_000
                 # 1e-9: gamma of some tenths, psi and phi by the sine of it.
-                assert read(new).q == pytest.approx(PegJoints(configuration.joints)(old).q, abs=1e-9)
+                assert read(new).q == pytest.approx(
+                    PegJoints(configuration.joints)(old).q, abs=1e-9
+                )

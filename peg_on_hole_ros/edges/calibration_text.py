@@ -67,9 +67,11 @@ def _row(one: Estimate):
     interval = f"{low} to {high}"
     if one.changed:
         return WORDS[one.name], start, best, interval, unit, value
-    if one.seen:
-        return WORDS[one.name], start, best, interval, unit, f"kept: not distinct from {start}"
-    return WORDS[one.name], start, "?", interval, unit, "kept: not seen"
+    if not one.seen:
+        return WORDS[one.name], start, "?", interval, unit, "kept: not seen"
+    inside = one.low <= one.start <= one.high
+    why = f"not distinct from {start}" if inside else "chance, as one of many"
+    return WORDS[one.name], start, best, interval, unit, f"kept: {why}"
 
 
 def not_seen(found: Calibration) -> list[str]:
@@ -109,7 +111,7 @@ def _reason(estimate, found):
     if estimate.partner:
         reason += f" (in this recording it looks like {WORDS[estimate.partner]})"
     if estimate.changed:
-        reason += "; changed nevertheless, with others: all at their start do not fit"
+        reason += "; changed nevertheless: at the start the recording is not explained"
     return reason
 
 
@@ -125,8 +127,6 @@ def verdict(found: Calibration) -> str:
             "wrong sensor pose (wrench.sensor_xyz, sensor_rpy), mass, payload or diameter, for "
             "filtered wrenches, or for a soft peg. The intervals are too narrow for that"
         )
-    if not found.converged:
-        return f"{text}: the search came to no end, so the values are not the most likely ones"
     if found.nis < NIS_LOW:
         return (
             f"{text}: the recording holds less noise than the configuration says; correlated or "

@@ -37,7 +37,8 @@ from peg_on_hole_ros.options import Configuration
 
 # Joint states beyond this are left out, evenly: they cost time and add little.
 MOST_JOINTS = 4000
-FEWEST_INNOVATIONS = 100
+# Ten blocks of them, by which the intervals are widened: see `scoring.BLOCK`.
+FEWEST_INNOVATIONS = 250
 # The weights of the first search rest on a guess of the noise; off by more, it is done again.
 NOISE_OFF = log(1.2)
 
@@ -88,7 +89,6 @@ class Calibration(NamedTuple):
         Mean normalised innovation squared at the start and at the end; 3 if all is right.
     lost_before, lost : float
         Share of the innovations where the parameters leave no motion; these count 64 in the mean.
-    converged : bool
     innovations : int
     seconds : float
         Of steady sliding that was used [s].
@@ -107,7 +107,6 @@ class Calibration(NamedTuple):
     nis: float
     lost_before: float
     lost: float
-    converged: bool
     innovations: int
     seconds: float
     least_tilt: float
@@ -183,7 +182,6 @@ def calibrate(
         *(float(found.nis.mean()) for found in (before, after)),
         before.lost,
         after.lost,
-        peak.converged and noise.converged,
         count,
         float(sum(record.joint_t[part.stop - 1] - record.joint_t[part.start] for part in parts)),
         float(moved.q[rows, 0].min() / start.scene.gamma0),
@@ -218,10 +216,11 @@ class _Runs:
 
     @staticmethod
     def _known(peak):
-        if peak is None:
+        if peak is None or not peak.converged:
             raise BagError(
-                "the contact model has no finite motion under the wrenches of this recording: "
-                "look for a wrong wrench.acts_on, sensor pose, unit or diameter"
+                "no parameters were found under which the contact model explains this recording: "
+                "look for a wrong wrench.acts_on, sensor pose, unit, mass or diameter, for "
+                "filtered wrenches, or for a soft peg"
             )
         return peak
 

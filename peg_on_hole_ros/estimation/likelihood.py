@@ -212,9 +212,10 @@ def _run(record, part, reduction, kalman, rows, residuals, roots, lost):
     waiting = list(zip(times, record.q[first : part.stop], record.covariance[first : part.stop]))
     i, settled, lost_to = 0, SETTLE, -1
     from_wrench = int(np.searchsorted(record.wrench_t, now, side="right"))
-    for k in range(from_wrench, len(record.wrench_t)):
-        t = record.wrench_t.item(k)
-        row = record.wrench[k]
+    for k in range(from_wrench, len(record.wrench_t) + 1):
+        # A delay may leave joint states after the last wrench, which then holds on.
+        t = record.wrench_t.item(k) if k < len(record.wrench_t) else inf
+        row = record.wrench[min(k, len(record.wrench_t) - 1)]
         kalman.hold(reduction.on_peg(row[:3], row[3:], kalman.x[:3]))
         while i < len(waiting) and waiting[i][0] <= t:
             at, q, R = waiting[i]
@@ -238,7 +239,7 @@ def _run(record, part, reduction, kalman, rows, residuals, roots, lost):
             if kalman.predict(t - now, True) is not Prediction.CONTACT:
                 lost_to = i + SETTLE
             now = t
-    return True
+    return False
 
 
 def _begin(kalman, record, chosen):
