@@ -177,6 +177,4 @@ def test_bias_delay_and_tilt_of_the_hole_are_put_in_and_taken_out_again():
             else:
                 assert new.t_ns == old.t_ns + 3_500_000
                 # 1e-9: gamma of some tenths, psi and phi by the sine of it.
-                assert read(new).q == pytest.approx(
-                    PegJoints(configuration.joints)(old).q, abs=1e-9
-                )
+                assert read(new).q == pytest.approx(directly(old).q, abs=1e-9)

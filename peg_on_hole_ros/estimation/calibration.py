@@ -163,7 +163,7 @@ def calibrate(
     x[~IS_NOISE] = peak.x[~IS_NOISE]
     covariance[np.ix_(~IS_NOISE, ~IS_NOISE)] = peak.covariance
     covariance[np.ix_(IS_NOISE, IS_NOISE)] = noise.covariance
-    stddev = np.sqrt(np.diagonal(covariance))
+    stddev = np.concatenate([peak.stddev, noise.stddev])
     kept = kept_ones(x - x0, covariance)
     final = conditional(x, covariance, x0, kept)
     if kept.any() and not kept.all():
@@ -262,7 +262,8 @@ def _thinned(parts):
 def _estimates(x0, x, stddev, final, covariance):
     seen = stddev <= USEFUL
     # A coordinate that was never told apart has the spread of its prior.
-    correlation = np.abs(covariance / np.outer(stddev, stddev)) - np.eye(len(x))
+    plain = np.sqrt(np.diagonal(covariance))
+    correlation = np.abs(covariance / np.outer(plain, plain)) - np.eye(len(x))
     estimates = []
     for i, quantity in enumerate(QUANTITIES):
         nearest = int(np.argmax(correlation[i]))

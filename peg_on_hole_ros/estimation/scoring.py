@@ -27,8 +27,10 @@ class Peak(NamedTuple):
     ----------
     x : ndarray, shape (14,)
     covariance : ndarray, shape (k, k)
-        Of the k coordinates that were free: from the curvature, a wide prior, and how much the
-        scores vary where that is more than the curvature promises.
+        Of the k coordinates that were free, from the curvature and a wide prior, as a whole wider
+        by how much the scores vary more than the curvature promises.
+    stddev : ndarray, shape (k,)
+        The same, each wider by its own measure.
     found : Innovations
     converged : bool
 
@@ -36,6 +38,7 @@ class Peak(NamedTuple):
 
     x: np.ndarray
     covariance: np.ndarray
+    stddev: np.ndarray
     found: Innovations
     converged: bool
 
@@ -103,8 +106,11 @@ def greatest(
         else:
             break
         x, found = trial, at(trial) if quiet else there
-    covariance = _widened(np.linalg.inv(information + weight), scores)
-    return Peak(x, covariance, found, promised < ROUGH)
+    inverse = np.linalg.inv(information + weight)
+    wider = _widening(inverse, scores)
+    stddev = np.sqrt(np.diagonal(inverse) * np.maximum(wider, 1.0))
+    # One measure for all keeps the directions in which the recording tells little.
+    return Peak(x, inverse * max(wider.mean(), 1.0), stddev, found, promised < ROUGH)
 
 
 def _slopes(found, run, x, chosen, spread):
@@ -138,11 +144,10 @@ def _square(root):
     return root @ np.swapaxes(root, 1, 2)
 
 
-def _widened(inverse, scores):
-    """Return a covariance, each standard deviation at least that which the scores show."""
+def _widening(inverse, scores):
+    """Return the variances that the scores show over those of the curvature, shape (k,)."""
     blocks = np.add.reduceat(scores, np.arange(0, len(scores), BLOCK), axis=0)
     blocks = blocks - blocks.mean(axis=0)
     few = len(blocks) / max(len(blocks) - len(inverse), 1)
     shown = few * np.diagonal(inverse @ (blocks.T @ blocks) @ inverse)
-    ratio = np.sqrt(np.maximum(shown / np.diagonal(inverse), 1.0))
-    return inverse * np.outer(ratio, ratio)
+    return shown / np.diagonal(inverse)
