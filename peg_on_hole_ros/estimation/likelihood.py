@@ -170,9 +170,11 @@ def innovations(record: Recording, parts, start: Configuration, x) -> Innovation
 
     """
     configuration = configured(start, x)
-    # Nothing is widened or gated here: either would hide what a wrong parameter does.
+    # Nothing is widened, gated or left to constant rates: that would hide what a wrong parameter
+    # does.
     options = replace(
         configuration.filter,
+        slow_slip=0.0,
         inflation_threshold=inf,
         gate_threshold=inf,
         max_step=min(configuration.filter.max_step, STEP),
