@@ -14,6 +14,8 @@ class WrenchInput:
     sensor_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force_stddev: float = 0.2
     torque_stddev: float = 0.005
+    bias_force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    bias_torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -25,6 +27,7 @@ class JointInput:
     source: str = "peg"
     names: tuple[str, ...] = ("gamma", "psi", "phi")
     position_stddev: float = 1.0e-4
+    delay: float = 0.0
     urdf: str = ""
     tip_frame: str = ""
     peg_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -112,6 +112,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e3,
     ),
     _wrench("torque_stddev", "noise of each torque component", "N m", 1e-7, 1e3),
+    _wrench(
+        "bias_force",
+        "what the unloaded sensor reads, sensor axes; a tare takes its place",
+        "N",
+        -1e4,
+        1e4,
+    ),
+    _wrench("bias_torque", "what the unloaded sensor reads, sensor axes", "N m", -1e4, 1e4),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
     _joints(
@@ -132,6 +140,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e-9,
         1.0,
     ),
+    _joints(
+        "delay",
+        "how much later joint states are stamped than a wrench of the same moment",
+        "s",
+        -0.5,
+        0.5,
+    ),
     _joints("urdf", "file of the robot's description, without xacro; needed for source robot"),
     _joints("tip_frame", "link of the URDF that carries the peg; needed for source robot"),
     _joints(
@@ -147,7 +162,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _joints(
         "hole_rpy",
-        "hole axes in the root link (roll, pitch, yaw); an error here is one of gamma",
+        "hole axes in the root link, or in those of the peg's own angles (roll, pitch, yaw); an "
+        "error here is one of gamma",
         "rad",
         -6.3,
         6.3,

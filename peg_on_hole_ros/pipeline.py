@@ -50,6 +50,7 @@ class Pipeline:
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
+        self._delay_ns = round(configuration.joints.delay * 1e9)
         self._filter = ContactFilter(self.scene, configuration.filter, self._reduction.covariance)
         self._assessment = Assessment(
             self.scene,
@@ -101,6 +102,7 @@ class Pipeline:
         if isinstance(measurement, str):
             self.counts[f"joints_dropped_{measurement}"] += 1
             return
+        measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
         if not self._started:
             self._filter.start(measurement.q, measurement.covariance)
             self._started = True
@@ -124,7 +126,7 @@ class Pipeline:
             self.counts["clock_jumped_back"] += 1
             self._restart()
             self.on_joints(sample)
-        elif lateness > self.configuration.filter.late_tolerance * 1e9:
+        elif lateness - max(self._delay_ns, 0) > self.configuration.filter.late_tolerance * 1e9:
             self.counts["joints_dropped_late"] += 1
         else:
             if lateness:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -36,7 +37,7 @@ def test_help_imports_nothing_heavy():
         check=True,
     )
     assert done.stdout.splitlines()[-1] == "loaded: []"
-    assert all(f"    {name} " in done.stdout for name in COMMANDS)
+    assert all(re.search(rf"^    {name}\s", done.stdout, re.M) for name in COMMANDS)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -227,3 +228,17 @@ def test_cut_off_bag_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
     assert 200 < content["outputs"] < 800
     assert Bag(out).topics["/peg_on_hole/state"].count == content["outputs"]
     fails(capsys, 4, f"{damage}; what lies before has been used", "inspect", path)
+
+
+def test_a_bag_without_sliding_cannot_be_calibrated(bag, tmp_path, capsys):
+    out = tmp_path / "c.yaml"
+    assert main(["calibrate", str(bag), "--out", str(out)]) == 3
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert error.startswith("peg-on-hole: error: only 0 joint states while all three contacts")
+    assert not out.exists()
+
+
+def test_a_calibration_does_not_overwrite_what_it_reads(bag, tmp_path, capsys):
+    start = config(tmp_path, "scene: {friction: 0.3}")
+    message = f"cannot write {start}: it is the file that is read"
+    fails(capsys, 2, message, "calibrate", bag, "--out", start, "--config", start)

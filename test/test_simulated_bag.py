@@ -1,11 +1,13 @@
 """Simulated bags: what they hold, and that the committed ones come out of their configurations."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.replay import CONFIGURATION_METADATA, stored_configuration
 from peg_on_hole_ros.edges.simulated_bag import write_bag
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import ROOT, SAMPLES, truth
@@ -42,18 +44,12 @@ def written(tmp_path_factory):
     return write
 
 
-def simulated_part(metadata):
+def simulated_part(bag):
     """Leave out the estimator's own settings: they may be tuned without a new simulation."""
-    kept = ("scene.", "wrench.", "joints.", "topics.")
-    tuned = ("scene.friction_stddev", "scene.clearance_stddev")
-    return {
-        record: {
-            k: v
-            for k, v in values.items()
-            if "." not in k or (k.startswith(kept) and k not in tuned)
-        }
-        for record, values in metadata.items()
-    }
+    configuration = stored_configuration(bag)
+    scene = replace(configuration.scene, friction_stddev=0.0, clearance_stddev=0.0)
+    used = (scene, configuration.wrench, configuration.joints, configuration.topics)
+    return used, {k: v for k, v in bag.metadata.items() if k != CONFIGURATION_METADATA}
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -61,7 +57,7 @@ def test_committed_bag_comes_out_of_its_configuration(name, written):
     committed = ROOT / "bags" / f"{name}.mcap"
     assert committed.stat().st_size <= 5_000_000
     again, before = Bag(written(name)), Bag(committed)
-    assert simulated_part(again.metadata) == simulated_part(before.metadata)
+    assert simulated_part(again) == simulated_part(before)
     count = 0
     for new, old in zip(rows(again), rows(before), strict=True):
         assert new[:3] == old[:3]

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import (
@@ -151,3 +152,29 @@ def test_joint_names_are_those_of_the_configuration():
         [0.2, 0, 0], [0, 0, 2.0], [0, 0, -1e-3], 0.04, Configuration(joints=joints)
     )
     assert next(measure(integrate(start))).names == ("tilt", "around", "spin")
+
+
+def test_bias_delay_and_tilt_of_the_hole_are_put_in_and_taken_out_again():
+    plain = odd_sensor()
+    configuration = plain.plan.configuration
+    bias, rpy = ((1.0, -2.0, 3.0), (0.1, 0.2, -0.3)), (0.01, -0.02, 0.3)
+    wrench = replace(configuration.wrench, bias_force=bias[0], bias_torque=bias[1])
+    joints = replace(configuration.joints, delay=0.0035, hole_rpy=rpy)
+    changed = replace(configuration, wrench=wrench, joints=joints)
+    result = replace(plain, plan=replace(plain.plan, configuration=changed))
+    samples = list(measure(result))
+    assert [s.t_ns for s in samples] == sorted(s.t_ns for s in samples)
+    read, directly = PegJoints(joints), PegJoints(configuration.joints)
+    for kind in (JointSample, WrenchSample):
+        before = [s for s in measure(plain) if isinstance(s, kind)]
+        after = [s for s in samples if isinstance(s, kind)]
+        assert len(before) == len(after)
+        for old, new in zip(before, after):
+            if kind is WrenchSample:
+                assert new.t_ns == old.t_ns
+                assert np.subtract(new.force, old.force) == pytest.approx(bias[0], abs=1e-12)
+                assert np.subtract(new.torque, old.torque) == pytest.approx(bias[1], abs=1e-12)
+            else:
+                assert new.t_ns == old.t_ns + 3_500_000
+                # 1e-9: gamma of some tenths, psi and phi by the sine of it.
+                assert read(new).q == pytest.approx(directly(old).q, abs=1e-9)

@@ -57,7 +57,7 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"peg-on-hole {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_replay, _simulate, _solve, _inspect, _compare, _node):
+    for add in (_replay, _simulate, _solve, _inspect, _calibrate, _compare, _node):
         add(commands)
     return top
 
@@ -134,6 +134,21 @@ def _inspect(commands):
     command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
     _config(command)
     command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _calibrate(commands):
+    command = _command(
+        commands,
+        "calibrate",
+        "friction, biases, noise, delay, hole tilt and clearance from a recording, with intervals",
+        "  peg-on-hole calibrate recording.mcap --out calibrated.yaml\n"
+        "  peg-on-hole replay recording.mcap --config calibrated.yaml",
+    )
+    command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
+    command.add_argument(
+        "--out", metavar="CONFIG.yaml", required=True, help="configuration to write"
+    )
+    command.add_argument("--config", metavar="START.yaml", help="configuration to start from")
 
 
 def _compare(commands):

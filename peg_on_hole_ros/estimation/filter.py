@@ -252,6 +252,12 @@ class ContactFilter:
         kernel.correct(self._memory)
         return result, nis
 
+    def last_innovation(self) -> tuple[list[float], list[float]]:
+        """Return the last innovation, 3 values, and the lower root of its covariance, by rows."""
+        l = part(self._memory, "S").tolist()
+        root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
+        return part(self._memory, "RESIDUAL").tolist(), root
+
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""
         determinant = react(self._memory, self._dy, self.options.acceleration_stddev)

@@ -1,6 +1,6 @@
 """From samples as received to measurements: the wrench on the peg, and its orientation."""
 
-from math import cos, isfinite, pi, sin
+from math import atan2, cos, hypot, isfinite, pi, sin
 
 import numpy as np
 
@@ -45,7 +45,8 @@ class WrenchReduction:
     covariance : ndarray, shape (6, 6)
         Of the reduced wrench [N^2, N^2 m, N^2 m^2].
     tare : ndarray, shape (6,)
-        Subtracted from the sensor's wrench after the sign [N], [N m].
+        Subtracted from the sensor's wrench after the sign [N], [N m]; until one is taken, the bias
+        of the configuration.
 
     """
 
@@ -57,7 +58,7 @@ class WrenchReduction:
         self.matrix = np.block([[R_PS, np.zeros((3, 3))], [skew(r_P) @ R_PS, R_PS]])
         stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
         self.covariance = self.matrix @ np.diag(np.square(stddev)) @ self.matrix.T
-        self.tare = np.zeros(6)
+        self.tare = self.sign * np.array([*options.bias_force, *options.bias_torque])
         self._payload_mass = options.payload_mass
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         self._payload_arm = skew(payload_P - center_P)
@@ -133,6 +134,35 @@ def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
     return np.array([[variance, 0, 0], [0, over, -c * over], [0, -c * over, over]])
 
 
+def angles_of(rotation) -> np.ndarray:
+    """
+    Return gamma, psi, phi of R_HP = Rz(psi) Ry(-gamma) Rz(phi).
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (3, 3)
+        Peg axes in hole axes.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        gamma in [0, pi], psi and phi in [-pi, pi] [rad].
+
+    Notes
+    -----
+    gamma comes from an arctangent, as an arccosine loses half the digits near zero. psi is the
+    direction in which the axis leans, of little meaning near zero and 0 where it leans nowhere;
+    phi is what remains once psi is turned back, so their sum is exact for any psi.
+
+    """
+    (xx, xy, xz), (yx, yy, yz), (_, _, zz) = np.asarray(rotation).tolist()
+    lean = hypot(xz, yz)
+    gamma = atan2(lean, zz)
+    psi = atan2(-yz, -xz) if lean else 0.0
+    s, c = sin(psi), cos(psi)
+    return np.array([gamma, psi, atan2(c * yx - s * xx, c * yy - s * xy)])
+
+
 class NamedPositions:
     """
     Picks the positions of some joints out of joint states, in any order, among others.
@@ -172,6 +202,7 @@ class PegJoints:
     def __init__(self, options: JointInput):
         self.stddev = options.position_stddev
         self._positions = NamedPositions(options.names)
+        self._R_HM = rotation_from_rpy(options.hole_rpy).T if any(options.hole_rpy) else None
 
     def __call__(self, sample: JointSample) -> AngleMeasurement | str:
         """Return the measurement, or `missing_joint`, `not_finite` or `out_of_range`."""
@@ -181,5 +212,7 @@ class PegJoints:
         gamma, psi, phi = position
         if not abs(gamma) < pi:
             return "out_of_range"
+        if self._R_HM is not None:
+            gamma, psi, phi = angles_of(self._R_HM @ peg_axes(position))
         covariance = angle_covariance(gamma, self.stddev)
         return AngleMeasurement(sample.t_ns, np.array([gamma, psi, phi], float), covariance)

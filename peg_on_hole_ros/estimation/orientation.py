@@ -1,7 +1,7 @@
 """From a robot's joints to the peg's angles: rotation matrices, their errors, and the joints'."""
 
 from collections.abc import Sequence
-from math import atan2, cos, hypot, pi, sin, tan
+from math import cos, pi, sin, tan
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ from peg_on_hole_ros.estimation.measurement import (
     SMALLEST_SINE,
     NamedPositions,
     angle_covariance,
+    angles_of,
     rotation_from_rpy,
 )
 from peg_on_hole_ros.options import JointInput
@@ -22,35 +23,6 @@ ORIENTATION_FLOOR = 1e-6
 # A joint this far beyond the limits of its description [rad] is another joint, or in degrees;
 # drivers do report a hair beyond them.
 LIMIT_MARGIN = 0.1
-
-
-def angles_of(rotation) -> np.ndarray:
-    """
-    Return gamma, psi, phi of R_HP = Rz(psi) Ry(-gamma) Rz(phi).
-
-    Parameters
-    ----------
-    rotation : ndarray, shape (3, 3)
-        Peg axes in hole axes.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        gamma in [0, pi], psi and phi in [-pi, pi] [rad].
-
-    Notes
-    -----
-    gamma comes from an arctangent, as an arccosine loses half the digits near zero. psi is the
-    direction in which the axis leans, of little meaning near zero and 0 where it leans nowhere;
-    phi is what remains once psi is turned back, so their sum is exact for any psi.
-
-    """
-    (xx, xy, xz), (yx, yy, yz), (_, _, zz) = np.asarray(rotation).tolist()
-    lean = hypot(xz, yz)
-    gamma = atan2(lean, zz)
-    psi = atan2(-yz, -xz) if lean else 0.0
-    s, c = sin(psi), cos(psi)
-    return np.array([gamma, psi, atan2(c * yx - s * xx, c * yy - s * xy)])
 
 
 def angle_errors(q) -> np.ndarray:

@@ -1,6 +1,7 @@
 """What the sensors say of a truth: wrench and orientation, with noise from a seed."""
 
 from collections.abc import Iterator
+from heapq import merge
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def _point_acceleration(truth, i, arm):
     return truth.centre[i, 2] + np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))
 
 
-def measured_angles(q: np.ndarray, error: np.ndarray) -> np.ndarray:
+def measured_angles(q: np.ndarray, error: np.ndarray, R_MH=None) -> np.ndarray:
     """
     Return gamma, psi, phi of orientations turned by small errors, exactly through R_HP.
 
@@ -76,6 +77,8 @@ def measured_angles(q: np.ndarray, error: np.ndarray) -> np.ndarray:
         [rad]
     error : ndarray, shape (n, 3)
         Rotation vectors in peg axes [rad].
+    R_MH : ndarray, shape (3, 3), optional
+        Hole axes in those that the angles are measured in; None: the same.
 
     Returns
     -------
@@ -86,6 +89,7 @@ def measured_angles(q: np.ndarray, error: np.ndarray) -> np.ndarray:
     out = np.empty_like(q)
     for i, (angles, w) in enumerate(zip(q, error, strict=True)):
         R = rotation(angles) @ _exponential(w)
+        R = R if R_MH is None else R_MH @ R
         out[i, 0] = np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2])
         out[i, 1] = np.arctan2(-R[1, 2], -R[0, 2])
         out[i, 2] = np.arctan2(-R[2, 1], R[2, 0])
@@ -120,8 +124,9 @@ def measure(
 
     Notes
     -----
-    Wrench: white noise of force_stddev and torque_stddev on every component. Orientation: a
-    rotation of the peg by a vector of three independent components of position_stddev.
+    Wrench: the bias, and white noise of force_stddev and torque_stddev on every component.
+    Orientation: a rotation of the peg by a vector of three independent components of
+    position_stddev, in axes in which the hole's are turned by hole_rpy, stamped late by delay.
 
     """
     plan = truth.plan
@@ -131,12 +136,21 @@ def measure(
     stddev = np.repeat([settings.force_stddev, settings.torque_stddev], 3)
     exact = sensor_wrench(truth) if exact is None else exact
     wrench = exact + wrench_noise.normal(size=(n, 6)) * stddev
+    wrench += [*settings.bias_force, *settings.bias_torque]
     q = truth.q[::every]
-    angles = measured_angles(q, joint_noise.normal(size=q.shape) * joints.position_stddev)
+    R_MH = sensor_axes(joints.hole_rpy) if any(joints.hole_rpy) else None
+    errors = joint_noise.normal(size=q.shape) * joints.position_stddev
+    angles = measured_angles(q, errors, R_MH)
     names = tuple(joints.names)
-    for i, t_ns in enumerate(truth.t_ns):
-        stamp = start_ns + int(t_ns)
-        if i % every == 0:
-            yield JointSample(stamp, names, tuple(angles[i // every].tolist()))
-        row = wrench[i].tolist()
-        yield WrenchSample(stamp, tuple(row[:3]), tuple(row[3:]))
+    late_ns = start_ns + round(joints.delay * 1e9)
+    yield from merge(
+        (
+            JointSample(late_ns + int(t_ns), names, tuple(row.tolist()))
+            for t_ns, row in zip(truth.t_ns[::every], angles)
+        ),
+        (
+            WrenchSample(start_ns + int(t_ns), tuple(row[:3].tolist()), tuple(row[3:].tolist()))
+            for t_ns, row in zip(truth.t_ns, wrench)
+        ),
+        key=lambda sample: sample.t_ns,
+    )

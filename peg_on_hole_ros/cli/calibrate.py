@@ -1,0 +1,112 @@
+"""`peg-on-hole calibrate`: friction, biases, noise, delay, tilt and clearance from a bag."""
+
+import sys
+from pathlib import Path
+
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.settings import check_places, load
+from peg_on_hole_ros.cli.table import table
+from peg_on_hole_ros.configuration import from_parameters, to_parameters
+from peg_on_hole_ros.edges import calibration_text
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
+from peg_on_hole_ros.edges.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
+from peg_on_hole_ros.errors import BagDamaged, BagError
+from peg_on_hole_ros.estimation.calibration import calibrate
+from peg_on_hole_ros.estimation.measurement import PegJoints
+from peg_on_hole_ros.estimation.recording import Recording, recording
+from peg_on_hole_ros.options import Configuration
+
+
+def run(arguments) -> int:
+    """Calibrate, write the configuration, print what was found; exit code 4 for a damaged bag."""
+    configuration, _ = load(arguments.config)
+    check_places(arguments.config or arguments.bag, [arguments.out])
+    check_places(arguments.bag, [arguments.out])
+    with Progress("reading") as progress:
+        bag = Bag(arguments.bag, progress)
+    start, origin = {}, "the defaults"
+    if arguments.config:
+        start, origin = read_parameters(arguments.config), arguments.config
+    else:
+        stored = stored_configuration(bag)
+        if stored is not None:
+            configuration, origin = stored, f"that in {bag.path}"
+            start = to_parameters(stored)
+            print(f"configuration: {origin}", file=sys.stderr)
+    record = read_recording(bag, configuration)
+    with Progress("calibrating") as progress:
+        found = calibrate(record, configuration, progress)
+    values = start | calibration_text.parameters(found, to_parameters(configuration))
+    from_parameters(values)
+    heading = calibration_text.heading(found, str(bag.path), origin)
+    Path(arguments.out).write_text(write_parameters(values, heading), encoding="utf-8")
+    print(_text(found, arguments.out))
+    if bag.damage:
+        raise BagDamaged(bag.damage)
+    return 0
+
+
+def read_recording(bag: Bag, configuration: Configuration) -> Recording:
+    """
+    Return the wrenches and orientations of a bag that can be used.
+
+    Raises
+    ------
+    BagError
+        A needed topic is missing, of another type, or without a message that can be used.
+
+    """
+    needed = check_bag(bag, configuration)
+    wrench_topic, joints_topic = list(needed)[:2]
+    orientation = _orientation(configuration)
+    wrenches, measurements = [], []
+    total = sum(bag.topics[topic].count for topic in (wrench_topic, joints_topic))
+    with Progress("decoding") as progress:
+        for count, item in enumerate(bag.messages((wrench_topic, joints_topic))):
+            progress(count / total)
+            if item.topic == wrench_topic:
+                sample = wrench_sample(item.message)
+                if not isinstance(sample, Malformed):
+                    wrenches.append(sample)
+                continue
+            sample = joint_sample(item.message, configuration.joints.names)
+            if isinstance(sample, Malformed):
+                continue
+            measurement = orientation(sample)
+            if not isinstance(measurement, str):
+                measurements.append(measurement)
+    for topic, kept in ((wrench_topic, wrenches), (joints_topic, measurements)):
+        if len(kept) < 2:
+            raise BagError(
+                f"{bag.path}: {len(kept)} of {bag.topics[topic].count} messages on {topic} can be "
+                "used, a calibration needs many; `peg-on-hole inspect` says what is wrong"
+            )
+    return recording(wrenches, measurements)
+
+
+def _orientation(configuration):
+    if configuration.joints.source == "robot":
+        from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
+
+        return orientation_source(configuration.joints)
+    return PegJoints(configuration.joints)
+
+
+def _text(found, out):
+    lines = [
+        table(
+            ("", "start", "likeliest", "95 % interval", "unit", "written"),
+            calibration_text.rows(found),
+        ),
+        "",
+        f"{found.seconds:.2f} s of steady sliding, {found.innovations} joint states; "
+        f"{calibration_text.verdict(found)}",
+    ]
+    missing = calibration_text.not_seen(found)
+    if missing:
+        lines += ["not seen in this recording:"]
+        lines += [f"  {line}" for line in missing]
+    lines.append(f"written: {out}; use it with `peg-on-hole replay BAG --config {out}`")
+    return "\n".join(lines)

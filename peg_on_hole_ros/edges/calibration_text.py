@@ -1,0 +1,157 @@
+"""What a calibration found, in words and as parameters."""
+
+from math import degrees
+
+from peg_on_hole_ros.configuration import to_parameters
+from peg_on_hole_ros.estimation.calibration import Calibration, Estimate
+from peg_on_hole_ros.estimation.selection import NORMAL_95
+
+# A mean NIS outside of this, over hundreds of innovations, is no chance.
+NIS_LOW, NIS_HIGH = 2.5, 3.6
+# Shares of the innovations that show no motion, and then the NIS says nothing.
+LOST = 0.01
+
+WORDS = {
+    "friction": "friction",
+    **{f"bias_force_{axis}": f"force bias along {axis}" for axis in "xyz"},
+    **{f"bias_torque_{axis}": f"torque bias about {axis}" for axis in "xyz"},
+    "tilt_x": "tilt of the hole about its x",
+    "tilt_y": "tilt of the hole about its y",
+    "delay": "delay of the joint states",
+    "clearance": "clearance (D - d)",
+    "force_stddev": "noise of each force component",
+    "torque_stddev": "noise of each torque component",
+    "position_stddev": "noise of the orientation",
+}
+# Parameters that a calibration may change.
+PARAMETERS = (
+    "scene.peg_diameter",
+    "scene.friction",
+    "scene.gravity",
+    "wrench.force_stddev",
+    "wrench.torque_stddev",
+    "wrench.bias_force",
+    "wrench.bias_torque",
+    "joints.position_stddev",
+    "joints.delay",
+    "joints.hole_rpy",
+)
+SHOWN = {"rad": ("mrad", 1e3), "s": ("ms", 1e3), "m": ("um", 1e6)}
+
+
+def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object]:
+    """Return the parameters that differ from the start's, which are given in full."""
+    now = to_parameters(found.configuration)
+    values = {name: _short(now[name]) for name in PARAMETERS if now[name] != start[name]}
+    clearance = next(one for one in found.estimates if one.name == "clearance")
+    if clearance.changed:
+        values["scene.clearance_stddev"] = _short((clearance.high - clearance.low) / 2 / NORMAL_95)
+    return values
+
+
+def _short(value):
+    # Nine digits: clearances of 0.1 mm to a nanometre, and no rounding tails.
+    return list(map(_short, value)) if isinstance(value, list) else float(f"{value:.9g}")
+
+
+def rows(found: Calibration) -> list[tuple[str, ...]]:
+    """Return (what, start, most likely, 95 % interval, unit, what is written) as texts."""
+    return [_row(estimate) for estimate in found.estimates]
+
+
+def _row(one: Estimate):
+    unit, factor = SHOWN.get(one.unit, (one.unit, 1.0))
+    if one.name == "position_stddev":
+        unit, factor = "mrad", 1e3
+    start, best, low, high, value = (f"{factor * number:.5g}" for number in one[2:7])
+    interval = f"{low} to {high}"
+    if one.changed:
+        return WORDS[one.name], start, best, interval, unit, value
+    if not one.seen:
+        return WORDS[one.name], start, "?", interval, unit, "kept: not seen"
+    inside = one.low <= one.start <= one.high
+    why = f"not distinct from {start}" if inside else "chance, as one of many"
+    return WORDS[one.name], start, best, interval, unit, f"kept: {why}"
+
+
+def not_seen(found: Calibration) -> list[str]:
+    """Return one sentence for each parameter that the recording does not tell, and a remedy."""
+    return [
+        f"{WORDS[estimate.name]}: {_reason(estimate, found)}"
+        for estimate in found.estimates
+        if not estimate.seen
+    ]
+
+
+def _reason(estimate, found):
+    name = estimate.name
+    if name.endswith("_stddev"):
+        reason = "other noise scatters the motion as much; take it from the sensor at rest"
+    elif name == "clearance":
+        reason = (
+            f"the tilt came no nearer to gamma0 than {found.least_tilt:.2g} times; record a peg "
+            "that is closed to 1.1 times gamma0 or less"
+        )
+    elif name == "delay":
+        reason = "the motion was too even; record quick changes of speed and of force"
+    elif name == "bias_torque_z":
+        ways = "both ways" if found.both_ways else "one way only"
+        reason = (
+            "told from friction only while the peg turns both ways about its axis; it turned "
+            f"{ways}, by {degrees(found.turn):.0f} degrees"
+        )
+    elif name.startswith(("bias", "tilt")):
+        reason = (
+            "told from friction, weight and the other biases only while the peg turns about its "
+            f"axis and the hole's; it turned by {degrees(found.turn):.0f} degrees: record half a "
+            "turn or more, both ways"
+        )
+    else:
+        reason = "the contacts slid too little"
+    if estimate.partner:
+        reason += f" (in this recording it looks like {WORDS[estimate.partner]})"
+    if estimate.changed:
+        reason += "; changed nevertheless: at the start the recording is not explained"
+    return reason
+
+
+def verdict(found: Calibration) -> str:
+    """Return how well the calibrated model explains the recording."""
+    if found.lost > LOST:
+        text = f"in {100 * found.lost:.0f} % of the joint states the contact model has no motion"
+    else:
+        text = f"mean NIS {found.nis:.2f} (3 if all is right)"
+    if found.lost > LOST or found.nis > NIS_HIGH:
+        return (
+            f"{text}: the recording holds more than the model and its noise explain; look for a "
+            "wrong sensor pose (wrench.sensor_xyz, sensor_rpy), mass, payload or diameter, for "
+            "filtered wrenches, or for a soft peg. The intervals are too narrow for that"
+        )
+    if found.nis < NIS_LOW:
+        return (
+            f"{text}: the recording holds less noise than the configuration says; correlated or "
+            "repeated samples look like that"
+        )
+    return f"{text}: the model explains the recording"
+
+
+def heading(found: Calibration, bag: str, start: str) -> str:
+    """Return the comment above the configuration: origin, values, intervals, what is missing."""
+    before = f"mean NIS {found.nis_before:.2f}"
+    if found.lost_before > LOST:
+        before = f"no motion in {100 * found.lost_before:.0f} % of the joint states"
+    lines = [
+        f"Calibrated from {bag}, started from {start}:",
+        f"{found.seconds:.2f} s of steady sliding on three contacts, {found.innovations} joint",
+        f"states. {verdict(found)};",
+        f"before: {before}.",
+        "",
+        "Most likely values with 95 % intervals, and what is written:",
+    ]
+    for what, _, best, interval, unit, written in rows(found):
+        lines.append(f"  {what} {unit}: {best} ({interval}) -> {written}".replace(" :", ":"))
+    missing = not_seen(found)
+    if missing:
+        lines += ["", "Not seen in this recording:"]
+        lines += [f"  {line}" for line in missing]
+    return "\n".join(lines)
