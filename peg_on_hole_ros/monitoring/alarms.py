@@ -1,6 +1,5 @@
 """Alarms for the cell, each with its numbers and what can be done."""
 
-from peg_on_hole_ros.monitoring.mode import normal_probability
 from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
@@ -79,7 +78,7 @@ class Alarms:
         self._loss = Level(0.5, 0.99, o)
         self._overload = Level(0.8, 1.0, o)
 
-    def update(self, t, mode, risk, determinant, normal, normal_stddev) -> tuple[Alarm, ...]:
+    def update(self, t, mode, risk, determinant, lost, normal) -> tuple[Alarm, ...]:
         """
         Return the three alarms.
 
@@ -91,26 +90,23 @@ class Alarms:
             Contact mode.
         risk, determinant : float or None
             Jamming risk and the normalised determinant; None where they do not exist.
-        normal, normal_stddev : sequence of 3 float
+        lost : sequence of 3 float
+            Probability that K, B1, B2 alone has opened.
+        normal : sequence of 3 float
             Reactions [N].
 
         """
-        in_contact = mode == "three_point"
         level = self._jamming.update(t, risk if risk is not None else 0.0)
         values = () if risk is None else (("jamming_risk", risk), ("determinant", determinant))
         jamming = Alarm("jamming", level, JAMMING[level], values)
-        if not in_contact:
-            level = self._loss.update(t, 0.0)
-            loss = Alarm("contact_loss", level, CONTACT_LOSS[level][0], ())
-            level = self._overload.update(t, 0.0)
-            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
-
-        lost = [normal_probability(-n / max(s, 1e-9)) for n, s in zip(normal, normal_stddev)]
         highest = max(lost)
         level = self._loss.update(t, highest)
         text = CONTACT_LOSS[level][lost.index(highest)]
         loss = Alarm("contact_loss", level, text, tuple(zip(_OPEN_NAMES, lost)))
 
+        if mode != "three_point":
+            level = self._overload.update(t, 0.0)
+            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
         load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
         highest = max(load)
         level = self._overload.update(t, highest)
