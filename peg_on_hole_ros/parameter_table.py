@@ -269,15 +269,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e-5,
         1.0,
     ),
-    _monitor(
-        "rest_speed", "of the contacts, below which the peg counts as stuck", "m/s", 1e-6, 1.0
-    ),
+    _monitor("rest_speed", "of contacts, below which the peg is stuck", "m/s", 1e-6, 1.0),
     _monitor("transition_probability_on", "above it the transition is set", "", 0.5, 1.0),
     _monitor("transition_probability_off", "below it the transition is cleared", "", 0.0, 1.0),
     _monitor("transition_hold", "time above gamma0 that clears the transition", "s", 0.0, 60.0),
     _monitor(
         "forecast_acceleration_stddev",
-        "of a steady motion's tilt; the forecast adds what the tilt's acceleration has lately been",
+        "of a steady motion's tilt; the forecast adds what that has lately been",
         "rad/s^2",
         1e-4,
         1e3,

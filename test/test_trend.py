@@ -38,7 +38,7 @@ def track(rng, seconds, dt=2e-3, rate=-0.1):
     return np.array(xs), np.array(vs)
 
 
-def learn(tilts, rng, dt=2e-3, spread=ACCELERATION, rate=None):
+def learn(tilts, rng, dt=2e-3, spread=ACCELERATION):
     m = new_trend()
     for k, tilt in enumerate(tilts):
         q = np.array([tilt + rng.normal(0, NOISE), 0.0, 0.0])
@@ -63,20 +63,30 @@ def test_rate_and_forecast_keep_to_their_bounds():
         assert 0.5 < np.mean(np.square(errors)) < 1.4
 
 
+def driven(t):
+    """Return what the noise behind rate and acceleration adds to the position's variance."""
+    density = 2 * ACCELERATION**2 / MEMORY
+
+    def weight(s):
+        return MEMORY * s - MEMORY**2 * (1 - exp(-s / MEMORY))
+
+    white = density * quad(lambda s: weight(s) ** 2, 0, t)[0]
+    return white + trend._TREMBLE**2 * t**3 / 3
+
+
 def test_forecast_without_orientation_is_the_integral_of_the_model():
     m = new_trend()
     m[TILT : TILT + 3] = 0.2, -0.1, 0.4
     t = 0.13
     x, variance = position_after(m, TILT, t, ACCELERATION, MEMORY)
-    a = lambda s: 0.4 * exp(-s / MEMORY)
+
+    def a(s):
+        return 0.4 * exp(-s / MEMORY)
+
     expected = 0.2 - 0.1 * t + quad(lambda s: (t - s) * a(s), 0, t)[0]
     assert x == pytest.approx(expected, rel=1e-10)
     # The white noise behind the acceleration, each piece carried on to the end.
-    density = 2 * ACCELERATION**2 / MEMORY
-    weight = lambda s: MEMORY * s - MEMORY**2 * (1 - exp(-s / MEMORY))
-    driven = density * quad(lambda s: weight(s) ** 2, 0, t)[0]
-    tremble = trend._TREMBLE**2 * t**3 / 3
-    assert variance == pytest.approx(driven + tremble, rel=1e-6)
+    assert variance == pytest.approx(driven(t), rel=1e-6)
     rate, _ = rate_after(m, TILT, t, MEMORY)
     assert rate == pytest.approx(-0.1 + quad(a, 0, t)[0], rel=1e-10)
 
@@ -85,12 +95,9 @@ def test_forecast_without_orientation_is_the_integral_of_the_model():
 def test_both_forms_of_the_forecast_s_variance_meet(u):
     m = new_trend()
     t = u * MEMORY
-    density = 2 * ACCELERATION**2 / MEMORY
-    weight = lambda s: MEMORY * s - MEMORY**2 * (1 - exp(-s / MEMORY))
-    driven = density * quad(lambda s: weight(s) ** 2, 0, t)[0] + trend._TREMBLE**2 * t**3 / 3
     _, variance = position_after(m, TILT, t, ACCELERATION, MEMORY)
     # The first terms of the series are good to u.
-    assert variance == pytest.approx(driven, rel=0.1)
+    assert variance == pytest.approx(driven(t), rel=0.1)
 
 
 @pytest.mark.parametrize("acceleration", [-0.3, 0.0, 0.25])
@@ -100,7 +107,10 @@ def test_time_to_reach_is_where_the_mean_motion_crosses(acceleration):
     m[TILT + 3], m[TILT + 6], m[TILT + 8] = 1e-10, 1e-6, 1e-4
     level = 0.18
     time, stddev = time_to_reach(m, level, 0.0, 0.05, MEMORY)
-    mean = lambda t: position_after(m, TILT, t, 0.05, MEMORY)[0] - level
+
+    def mean(t):
+        return position_after(m, TILT, t, 0.05, MEMORY)[0] - level
+
     expected = brentq(mean, 0, 0.5)
     assert time == pytest.approx(expected, abs=1e-6)
     # Its spread to first order: that of the position over the speed there.
@@ -139,11 +149,11 @@ def test_a_peg_that_sticks_is_seen_at_once():
     m = learn(moving, rng, spread=0.04)
     assert rest_probability(m, 5e-4, 0.05) < 1e-6
     R = np.eye(3) * NOISE**2
-    for k in range(15):
+    for _ in range(15):
         q = np.array([moving[-1] + rng.normal(0, NOISE), 0.0, 0.0])
         follow(m, 2e-3, q, R, RATIO, 0.04, MEMORY)
     assert abs(m[TILT + 1]) < 0.02
-    for k in range(35):
+    for _ in range(35):
         q = np.array([moving[-1] + rng.normal(0, NOISE), 0.0, 0.0])
         follow(m, 2e-3, q, R, RATIO, 0.04, MEMORY)
     assert rest_probability(m, 5e-4, 0.05) > 0.9

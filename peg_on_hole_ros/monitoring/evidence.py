@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, Y, Z, X
+from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, X, Y, Z
 from peg_on_hole_ros.estimation.reactions import rim_load
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitoring import contacts, trend
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
     FREE,

@@ -8,7 +8,8 @@ class TransitionFlag:
     True once three-point contact has become two-point contact, with hysteresis and dwell.
 
     It can rise after contact above gamma0 only: a peg that comes upright through the air has not
-    gone through three-point contact. It falls once the tilt has surely been above gamma0 for a while.
+    gone through three-point contact. It falls once the tilt has surely been above gamma0 for
+    a while.
     """
 
     def __init__(self, options: MonitorOptions):

@@ -1,4 +1,4 @@
-"""The peg's motion as a smooth trend: tilt and turning with rate and acceleration, extrapolated."""
+"""The motion as a smooth trend: tilt and turning with rate and acceleration, extrapolated."""
 
 from math import erf, exp, fabs, floor, pi, sqrt
 
