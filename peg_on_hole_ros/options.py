@@ -71,7 +71,7 @@ class MonitorOptions:
     transition_probability_on: float = 0.9
     transition_probability_off: float = 0.1
     transition_hold: float = 0.1
-    forecast_acceleration_stddev: float = 0.04
+    forecast_acceleration_stddev: float = 0.025
     forecast_acceleration_time: float = 0.2
     jamming_warn: float = 0.7
     jamming_error: float = 0.95

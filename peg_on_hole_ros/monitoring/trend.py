@@ -23,7 +23,7 @@ SIZE = LAST + 4
 LONGEST = 30.0
 SQRT2 = sqrt(2.0)
 # White noise of the rates beside it: what a holder trembles [rad/s per root of a second].
-_TREMBLE = 0.003
+_TREMBLE = 0.002
 # A jump of the rate, as at touch-down and where the peg sticks: 1 of 2000 by chance.
 _JUMP = 12.0
 # Turning is that much quicker than tilting.
