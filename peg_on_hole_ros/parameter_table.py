@@ -281,6 +281,9 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e3,
     ),
     _monitor("forecast_acceleration_time", "how long an acceleration lasts", "s", 1e-3, 100.0),
+    _monitor(
+        "jamming_horizon", "how far the risk looks ahead; longer: more false ones", "s", 0.0, 10.0
+    ),
     _monitor("jamming_warn", "risk that gives the alarm jamming, level WARN", "", 0.0, 1.0),
     _monitor("jamming_error", "risk that gives the alarm jamming, level ERROR", "", 0.0, 1.0),
     _monitor("alarm_hysteresis", "share of a limit to fall below to clear an alarm", "", 0.0, 1.0),

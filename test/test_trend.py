@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from peg_on_hole_ros.monitoring import trend
 from peg_on_hole_ros.monitoring.trend import (
+    QUICK_TILT,
     TILT,
     TURN,
     follow,
@@ -161,7 +162,8 @@ def test_a_peg_that_sticks_is_seen_at_once():
 
 def test_rest_probability_is_the_share_of_draws():
     m = new_trend()
-    m[TILT + 1], m[TILT + 6], m[TURN + 1], m[TURN + 6] = 0.008, 0.004**2, -0.015, 0.01**2
+    m[QUICK_TILT + 1], m[QUICK_TILT + 6] = 0.008, 0.004**2
+    m[TURN + 1], m[TURN + 6] = -0.015, 0.01**2
     rng = np.random.default_rng(4)
     tilt, turn = rng.normal(0.008, 0.004, 100_000), rng.normal(-0.015, 0.01, 100_000)
     share = np.mean((0.05 * np.abs(tilt) < 5e-4) & (0.025 * np.abs(turn) < 5e-4))

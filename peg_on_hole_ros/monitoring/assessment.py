@@ -6,10 +6,11 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitoring import jamming
 from peg_on_hole_ros.monitoring.alarms import Alarms
 from peg_on_hole_ros.monitoring.contacts import no_knowledge
 from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
-from peg_on_hole_ros.monitoring.jamming import WedgingMargin, jamming_risk
+from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
@@ -39,7 +40,6 @@ class Assessment:
         self._mode = ContactMode(options)
         self._flag = TransitionFlag(options)
         self._alarms = Alarms(options)
-        self._margin = WedgingMargin(scene_values)
         noise = np.diagonal(wrench_covariance)
         over_radius = 2 / scene.peg_diameter
         self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
@@ -47,6 +47,8 @@ class Assessment:
         self._ratio = scene.peg_diameter / scene.hole_diameter
         self._contacts, self._motion = no_knowledge(), new_trend()
         self._shown = np.zeros(WIDTH)
+        self._limits, self._jamming = jamming.limits(options), jamming.new_memory()
+        self._risk = np.zeros(len(Risk._fields))
         self._t_ns: int | None = None
         self._oriented_ns: int | None = None
 
@@ -65,6 +67,7 @@ class Assessment:
         """Forget the mode: the estimate has begun anew."""
         self._mode.restart()
         self._contacts[:] = no_knowledge()
+        self._jamming[:] = jamming.new_memory()
         self._t_ns = self._oriented_ns = None
 
     def oriented(self, t_ns: int, q, R):
@@ -93,6 +96,12 @@ class Assessment:
             options.forecast_acceleration_stddev,
             options.forecast_acceleration_time,
         )
+
+    def _assess_risk(self, kalman, shown, dt, since):
+        contact, usable = 1.0 - shown.free, shown.usable > 0.0
+        memories = kalman.memory, self._motion, self._jamming, self._limits
+        jamming.assess(*memories, dt, since, contact, shown.below, shown.time, usable, self._risk)
+        return Risk(*self._risk.tolist())
 
     def outputs(self, t_ns: int, kalman: ContactFilter, nis: float) -> Outputs:
         """
@@ -147,13 +156,17 @@ class Assessment:
         if touch is not None:
             monitor["contact_age" if touch.onset else "free_age"] = t - touch.t
             monitor["contact_latency" if touch.onset else "free_latency"] = touch.latency
-        risk = determinant = None
-        if solution is not None and mode in ("three_point", "unknown"):
-            # A wedged peg may fit no mode; what wedges it is its tilt and the direction of motion.
-            determinant = self._margin.determinant(kalman.x, kalman.P)
-            risk = jamming_risk(determinant)
-            monitor["jamming_risk"] = risk
-            monitor["determinant"] = determinant
+        risk = self._assess_risk(kalman, shown, dt, since)
+        if mode != "open":
+            monitor["jamming_risk"] = risk.risk
+            monitor["jamming_wedging"] = risk.wedging
+            monitor["jamming_stall"] = risk.stall
+            monitor["jamming_load"] = risk.load
+            if risk.insertion:
+                monitor["insertion_ratio"] = risk.insertion
+                monitor["whitney_margin"] = risk.margin
+            else:
+                monitor["determinant"] = risk.determinant
         # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
         # and otherwise what a rim of this tilt may wedge against what it carries.
         wide = self._force_stddev
@@ -164,13 +177,13 @@ class Assessment:
             band = self._options.singular_band
             # Beside the singular set: little is known with a spread of a third of the mean.
             spread_known = max(solution.normal_stddev) <= sum(solution.normal) / 9
-            clear = spread_known and min(determinant, abs(solution.determinant)) > band
+            clear = spread_known and min(risk.determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
         elif mode != "open":
             wide = shown.wedged
         estimate = kalman.describe(three_point, wide)
         normal = estimate.normal.tolist()
-        alarms = self._alarms.update(t, mode, risk, determinant, shown[-3:], normal)
+        alarms = self._alarms.update(t, mode, risk, shown[-3:], normal)
         return Outputs(
             t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
         )

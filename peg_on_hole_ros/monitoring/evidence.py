@@ -26,6 +26,8 @@ from peg_on_hole_ros.options import MonitorOptions
 
 # Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
 ABSURD = 10.0
+# Reactions that pull by more than this many standard deviations are those of other contacts.
+PULL = 3.0
 
 
 class Settings(NamedTuple):
@@ -132,15 +134,20 @@ def show(f, hypotheses, motion, options, dt, since, nis, determinant, out):
     largest = max(fabs(f[Y + 3]), fabs(f[Y + 4]), fabs(f[Y + 5]))
     usable = determinant == determinant and largest <= ABSURD * wedged
     lost_K = lost_B1 = lost_B2 = 0.0
+    rest = rest_probability(motion, o[3], D)
     if usable:
-        lost_K = opening_evidence(f[Y + 3], f[REACTIONS + 21])
-        lost_B1 = opening_evidence(f[Y + 4], f[REACTIONS + 28])
-        lost_B2 = opening_evidence(f[Y + 5], f[REACTIONS + 35])
+        # At rest friction may be anything within its cone, and the equations' reactions are moot.
+        moves = 1.0 - rest
+        lost_K = moves * opening_evidence(f[Y + 3], f[REACTIONS + 21])
+        lost_B1 = moves * opening_evidence(f[Y + 4], f[REACTIONS + 28])
+        lost_B2 = moves * opening_evidence(f[Y + 5], f[REACTIONS + 35])
+        for i in range(3):
+            N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 0.0)
+            usable = usable and -PULL * sqrt(variance) < N
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
     load = load_evidence(carried, o[0])
     p = hypotheses
     weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other)
-    rest = rest_probability(motion, o[3], D)
     above = 1.0 - under
     out[0] = p[CLOSED] * above * (1.0 - rest)
     out[1] = (1.0 - p[FREE]) * under

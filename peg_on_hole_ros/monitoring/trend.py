@@ -13,9 +13,10 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 # One channel is position, rate, acceleration and the upper triangle of their covariance, 9 places.
 # The acceleration is an Ornstein-Uhlenbeck process (Singer, IEEE Trans. AES-6, 1970).
 CHANNEL = 9
-TILT, TURN = 0, CHANNEL
+# The tilt twice: as steady as the forecast takes it to be, and quick to follow a peg that brakes.
+TILT, TURN, QUICK_TILT = 0, CHANNEL, 2 * CHANNEL
 # psi and phi of the last orientation, and the turn that all of them add up to.
-LAST = 2 * CHANNEL
+LAST = 3 * CHANNEL
 # What the tilt's acceleration has lately been, squared [rad^2/s^4].
 LATELY = LAST + 3
 SIZE = LAST + 4
@@ -26,7 +27,7 @@ SQRT2 = sqrt(2.0)
 _TREMBLE = 0.002
 # A jump of the rate, as at touch-down and where the peg sticks: 1 of 2000 by chance.
 _JUMP = 12.0
-# Turning is that much quicker than tilting.
+# How much quicker turning is than tilting, and the quick tilt than the steady one.
 TURN_SHARE = 10.0
 
 
@@ -110,12 +111,16 @@ def follow(m, since, q, R, ratio, acceleration, memory):
     variance = R[1, 1] + ratio * (2.0 * R[1, 2] + ratio * R[2, 2])
     if since < 0.0:
         _start(m, TILT, q[0], R[0, 0], acceleration)
+        _start(m, QUICK_TILT, q[0], R[0, 0], TURN_SHARE * acceleration)
         _start(m, TURN, 0.0, variance, TURN_SHARE * acceleration)
         m[LAST], m[LAST + 1], m[LAST + 2], m[LATELY] = q[1], q[2], 0.0, 0.0
         return
+    quick = TURN_SHARE * acceleration
+    _predict(m, QUICK_TILT, since, quick, memory)
+    _correct(m, QUICK_TILT, q[0] - m[QUICK_TILT], R[0, 0], since, quick)
     acceleration = sqrt(acceleration * acceleration + m[LATELY])
     _predict(m, TILT, since, acceleration, memory)
-    _predict(m, TURN, since, TURN_SHARE * acceleration, memory)
+    _predict(m, TURN, since, quick, memory)
     _correct(m, TILT, q[0] - m[TILT], R[0, 0], since, acceleration)
     sure = max(m[TILT + 2] * m[TILT + 2] - m[TILT + 8], 0.0)
     m[LATELY] += min(since / memory, 1.0) * (sure - m[LATELY])
@@ -127,14 +132,14 @@ def follow(m, since, q, R, ratio, acceleration, memory):
     phi -= 2.0 * pi * floor(phi / (2.0 * pi) + 0.5)
     m[LAST + 2] += both + (ratio - 1.0) * phi
     residual = m[LAST + 2] - m[TURN]
-    _correct(m, TURN, residual, variance, since, TURN_SHARE * acceleration)
+    _correct(m, TURN, residual, variance, since, quick)
 
 
 @compiled
 def rest_probability(m, speed, D):
     """Return the probability that no contact moves faster than a speed [m/s]."""
     limit = speed / D
-    return _within(m, TILT, limit) * _within(m, TURN, 2.0 * limit)
+    return _within(m, QUICK_TILT, limit) * _within(m, TURN, 2.0 * limit)
 
 
 @compiled
