@@ -1,16 +1,14 @@
 """The risk that the peg jams within a short time, by its causes: wedging, stall, load."""
 
-from math import cos, exp, fabs, isfinite, sin, sqrt
+from math import cos, exp, fabs, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import NOISE, PROCESS, REACTIONS, SPREAD, WORK, U, X, Y, Z
+from peg_on_hole_ros.estimation.memory import NOISE, REACTIONS, SPREAD, WORK, U, X, Y
 from peg_on_hole_ros.mechanics.kernel import (
-    SceneScalars,
     closed_forms,
     compiled,
-    determinant_at,
     pose_of,
     scene_of,
 )
@@ -23,16 +21,11 @@ from peg_on_hole_ros.monitoring.trend import (
     position_after,
     rate_after,
 )
+from peg_on_hole_ros.monitoring.wedging_ahead import wedging_ahead
 from peg_on_hole_ros.options import MonitorOptions
 
 # docs/jamming.md has the definition and its derivation.
 
-# Places on the way at which the determinant is looked at, the last this share above gamma0.
-_POINTS, _END = 6, 1e-3
-# How far the determinant of rigid contact is that of a real one [-].
-_DETERMINANT_STDDEV = 0.03
-# Turning that is tried as a remedy, over the closing rate.
-SLIP = 10.0
 # Two running means give push and load with their trends [s].
 QUICK, SLOW = 0.01, 0.04
 # What push is usual for a motion is its mean over this time [s].
@@ -153,7 +146,9 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     stops = closing * _stops(motion, since, options, rest_rate, p.gamma0)
     determinant = path = slipping = 0.0
     if f[X] > p.gamma0 * (1.0 + _EDGE):
-        path, determinant, slipping = _path(p, f, rate, turn, turn_variance, rest_rate, horizon)
+        path, determinant, slipping = wedging_ahead(
+            p, f, rate, turn, turn_variance, rest_rate, horizon
+        )
     push, push_variance = _push(p, f)
     grows, more = _pushed(p, j, push, push_variance, horizon, dt, closing, contact)
     pushed = max(grows, more)
@@ -182,70 +177,6 @@ def _stops(motion, since, options, rest_rate, gamma0):
     )
     still = below((rate + rest_rate) / sqrt(max(variance, 1e-18)))
     return still * below((tilt - gamma0) / sqrt(max(tilt_variance, 1e-18)))
-
-
-@compiled
-def _path(p, f, rate, turn, turn_variance, rest_rate, horizon):
-    """
-    Return the probability of wedging on the way of a horizon, the determinant, that with slip.
-
-    A peg at rest counts as one that is closed without turning: so a jammed one is pushed.
-    """
-    ratio = p.d / p.D
-    along = f[X + 4] + ratio * f[X + 5]
-    variance = f[Z + 52] + ratio * (2.0 * f[Z + 53] + ratio * f[Z + 65])
-    # psi' and phi' alone are hardly known at a small tilt; they count where their slip is known.
-    dpsi = f[X + 4] if along * along > 9.0 * variance else 0.0
-    # A holder that does not turn the peg does not turn it by the noise of an estimate either, and
-    # so little would take much of the friction away.
-    swing = turn if turn * turn > 9.0 * turn_variance else 0.0
-    gamma = f[X]
-    dgamma = rate
-    end = gamma
-    if fabs(rate) < rest_rate:
-        dgamma = -rest_rate
-    elif rate < 0.0:
-        end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + _END), gamma))
-    uncertain = sqrt(max(f[SPREAD], 0.0))
-    shifted = _with_friction(p, p.f + uncertain)
-    rates = (dgamma, dpsi, (swing - dpsi) / ratio)
-    # K hardly slides near gamma0; friction that is not yet full there lets a slow peg through.
-    scale = f[PROCESS + 2]
-    scales = (scale, scale, scale)
-    worst = now = 0.0
-    where = gamma
-    for i in range(_POINTS):
-        at = gamma + (end - gamma) * i / (_POINTS - 1)
-        d = determinant_at(p, scales, at, rates, f[WORK:])
-        if i == 0:
-            now = d
-        spread = _DETERMINANT_STDDEV
-        if uncertain > 0.0:
-            slope = determinant_at(shifted, scales, at, rates, f[WORK:]) - d
-            spread = sqrt(spread * spread + slope * slope)
-        if isfinite(d) and isfinite(spread):
-            probability = below(-d / spread)
-            if probability > worst:
-                worst, where = probability, at
-        if end == gamma:
-            break
-    slipping = now
-    if worst > 0.5:
-        turned = (dgamma, dpsi, rates[2] + SLIP * fabs(dgamma))
-        slipping = determinant_at(p, scales, where, turned, f[WORK:])
-    return worst, _finite(now), _finite(slipping)
-
-
-@compiled
-def _finite(x):
-    return x if isfinite(x) else 0.0
-
-
-@compiled
-def _with_friction(p, friction):
-    """Return the scene with another coefficient; compiled code has no _replace."""
-    inertia = (p.m, p.Ie, p.Iz)
-    return SceneScalars(p.d, p.D, p.H_c, p.gamma0, *inertia, friction, p.g_x, p.g_y, p.g_z)
 
 
 @compiled
