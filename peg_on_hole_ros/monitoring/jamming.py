@@ -144,16 +144,19 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     turn_rest = below((2.0 * rest_rate - turn) / turn_spread)
     rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
     stops = closing * _stops(motion, since, options, rest_rate, p.gamma0)
+    # Just after a jolt the trend knows no direction: that is no motion that could lead anywhere.
+    known = fabs(rate) > 3.0 * spread
+    moves = 1.0 - rest if known else 0.0
     determinant = path = slipping = 0.0
     if f[X] > p.gamma0 * (1.0 + _EDGE):
         path, determinant, slipping = wedging_ahead(
-            p, f, rate, turn, turn_variance, rest_rate, horizon
+            p, f, rate if known else 0.0, turn, turn_variance, rest_rate, horizon
         )
     push, push_variance = _push(p, f)
     grows, more = _pushed(p, j, push, push_variance, horizon, dt, closing, contact)
     pushed = max(grows, more)
     above = contact * (1.0 - under)
-    wedging = above * ((1.0 - rest) * path + rest * path * pushed)
+    wedging = above * path * (moves + (1.0 - moves) * pushed)
     stall = above * min(stops * grows + rest * pushed, 1.0)
     load = above * _load(f, j, options, dt, time, usable, contact)
     insertion = margin = 0.0
