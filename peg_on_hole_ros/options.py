@@ -65,9 +65,18 @@ class MonitorOptions:
     """When the monitor speaks, and what it holds against the estimate."""
 
     contact_force_threshold: float = 1.0
-    mode_dwell: float = 0.02
+    mode_dwell: float = 0.01
+    mode_probability_on: float = 0.7
+    mode_probability_off: float = 0.3
+    mode_change_rate: float = 2.0
+    evidence_time: float = 0.005
+    rest_speed: float = 5.0e-4
     transition_probability_on: float = 0.9
-    transition_probability_off: float = 0.5
+    transition_probability_off: float = 0.1
+    transition_hold: float = 0.1
+    forecast_acceleration_stddev: float = 0.025
+    forecast_acceleration_time: float = 0.2
+    jamming_horizon: float = 0.2
     jamming_warn: float = 0.7
     jamming_error: float = 0.95
     alarm_hysteresis: float = 0.1

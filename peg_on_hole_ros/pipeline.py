@@ -149,6 +149,8 @@ class Pipeline:
                 if self._watch.too_large:
                     self.counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
+        if result is not Correction.GATED:
+            self._assessment.oriented(self._t_ns, q, R)
         self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.INFLATED:
             self.counts["rates_widened"] += 1

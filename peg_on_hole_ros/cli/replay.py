@@ -11,6 +11,7 @@ from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages import LATCHED
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configuration
 from peg_on_hole_ros.edges.series import Series
@@ -21,13 +22,14 @@ from peg_on_hole_ros.options import Configuration, NodeOptions
 
 PREFIX = "/peg_on_hole/"
 ALARM_HEAD = ("time [s]", "alarm", "level", "message")
+CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N]", "alarms")
 
 
 def run(arguments) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
     configuration, node = load(arguments.config)
-    outputs = [path for path in (arguments.out, arguments.report, arguments.summary) if path]
-    check_places(arguments.bag, outputs)
+    places = arguments.out, arguments.report, arguments.summary, arguments.cycles
+    check_places(arguments.bag, [path for path in places if path])
     with Progress("reading") as progress:
         bag = Bag(arguments.bag, progress)
     if not arguments.config:
@@ -38,6 +40,9 @@ def run(arguments) -> int:
     result, score = replay(bag, configuration, node, arguments.out, arguments.report)
     if arguments.summary:
         Path(arguments.summary).write_text(to_json(result) + "\n", encoding="utf-8")
+    if arguments.cycles:
+        lines = [json_line(record) + "\n" for record in result["cycles"]]
+        Path(arguments.cycles).write_text("".join(lines), encoding="utf-8")
     print(_text(result, score))
     if bag.damage:
         raise BagDamaged(bag.damage)
@@ -68,8 +73,8 @@ def replay(
     figures = _plotting() if report_path else None
     truth = _truth(bag)
     summary, series = Summary(), Series() if report_path else None
-    score = Score(truth) if truth else None
-    sinks = [sink for sink in (summary, score, series) if sink is not None]
+    score, cycles = Score(truth) if truth else None, Cycles()
+    sinks = [sink for sink in (summary, score, series, cycles) if sink is not None]
     with ExitStack() as stack:
         if out:
             latched = [PREFIX + suffix for suffix in LATCHED]
@@ -77,6 +82,7 @@ def replay(
             sinks.append(_Writer(stack.enter_context(writer)))
         progress = stack.enter_context(Progress("replaying"))
         replayed = replay_bag(bag, configuration, node.markers_rate, sinks, progress)
+    cycles.finish()
     content = {
         "version": VERSION,
         "bag": str(bag.path),
@@ -88,6 +94,7 @@ def replay(
             "events": replayed.events,
         },
         **summary.content(),
+        "cycles": cycles.records,
     }
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
     if score:
@@ -160,6 +167,20 @@ def _figures(content):
         yield f"largest N_{name} [N]", f"{normal:.4g}"
 
 
+def _cycle_rows(cycles, begun):
+    return [
+        (
+            f"{cycle['start_time'] - begun:.3f}",
+            cycle["outcome"],
+            f"{cycle['duration']:.3f}",
+            "-" if cycle["transition_time"] is None else f"{cycle['transition_time']:.3f}",
+            f"{max(cycle['peak_normal'].values()):.4g}",
+            str(cycle["alarm_count"]),
+        )
+        for cycle in cycles
+    ]
+
+
 def _alarm_rows(alarms):
     return [
         (f"{alarm['time']:.3f}", alarm["name"], alarm["level"], alarm["message"])
@@ -195,6 +216,11 @@ def _text(result, score):
             [("largest reaction [N]", *(f"{n:.4g}" for n in result["max_normal"].values()))],
         ),
     ]
+    if result["cycles"]:
+        lines += [
+            "",
+            table(CYCLE_HEAD, _cycle_rows(result["cycles"][:10], result["start_time"]), 1),
+        ]
     if result["alarms"]:
         rows = _alarm_rows(result["alarms"][:10])
         lines += ["", table(ALARM_HEAD, rows, 4)]

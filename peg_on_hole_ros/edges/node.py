@@ -17,6 +17,7 @@ from peg_on_hole_ros.edges import node_parameters
 from peg_on_hole_ros.edges.arrival_record import ArrivalRecord
 from peg_on_hole_ros.edges.arrivals import MOST_ARRIVALS, Arrivals
 from peg_on_hole_ros.edges.cdr import Encoder
+from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.messages import DIAGNOSTICS, LATCHED, TOPICS
@@ -64,6 +65,7 @@ class PegOnHoleNode(LifecycleNode):
             warm(self.configuration, to_ros)
             self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
             self._stream = message_stream(self.configuration, self.options.markers_rate)
+            self._cycles = Cycles()
             self._open_record()
             self._make_publishers()
         except Exception as error:  # rclpy drops those of transitions without a word
@@ -161,6 +163,8 @@ class PegOnHoleNode(LifecycleNode):
         for publisher in self._publishers_of.values():
             self.destroy_lifecycle_publisher(publisher)
         self._services_made, self._publishers_of = [], {}
+        if self._stream is not None:
+            self._log_cycle(self._cycles.finish())
         self._stream = None
         self.close()
 
@@ -179,6 +183,7 @@ class PegOnHoleNode(LifecycleNode):
             # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes.
             self._publishers_of[suffix].publish(self._encoders[suffix](fields))
         if messages:
+            self._log_cycle(self._cycles.add(self._stream.t_ns, messages))
             now_ns = self.get_clock().now().nanoseconds
             self._diagnostics.aged(now_ns - self._stream.t_ns if now_ns else None)
         self._diagnostics.received("wrench", time.monotonic_ns() - begun, bool(messages))
@@ -190,6 +195,10 @@ class PegOnHoleNode(LifecycleNode):
         if message is not None:
             self._stream.on_joints(message)
         self._diagnostics.received("joints", time.monotonic_ns() - begun)
+
+    def _log_cycle(self, record):
+        if record is not None:
+            self.get_logger().info(f"cycle: {json_line(record)}")
 
     def _deserialised(self, source, ros_type, payload):
         try:

@@ -153,10 +153,10 @@ class ContactFilter:
         cross = self._cross.reshape(2, 12)
         return np.block([[self.Z, cross.T], [cross, self.spread]])
 
-    def tilt_covariance(self) -> tuple[float, float, float]:
-        """Return the variance of gamma, its covariance with gamma', and the variance of gamma'."""
-        Z = self.Z
-        return Z.item(0), Z.item(3), Z.item(39)
+    @property
+    def memory(self) -> np.ndarray:
+        """All numbers of the filter, see `memory`, for other compiled code to read."""
+        return self._memory
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""

@@ -1,16 +1,39 @@
 """Alarms for the cell, each with its numbers and what can be done."""
 
-from peg_on_hole_ros.monitoring.mode import normal_probability
 from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
 OK, WARN, ERROR = 0, 1, 2
+# From here on the six equations' reactions are numbers to trust, a quarter of those frictionless.
+SAFE_DETERMINANT = 0.25
 
 # What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
-JAMMING = (
-    "no wedging ahead",
-    "friction nears the value at which the peg wedges: add slip, or close more slowly",
-    "the peg is wedged, or is about to: reverse, or turn the peg about its axis",
+NO_JAMMING = "nothing jams the peg ahead"
+# By cause, WARN and ERROR; the first is chosen where the mechanics shows that slip removes it.
+WEDGING_SLIP = (
+    "the peg nears the tilt at which friction wedges it: turn it about its axis as it closes, "
+    "slip takes the singularity away",
+    "the peg wedges, or is about to: stop pushing, reverse the tilt, and turn it about its axis "
+    "as it closes again, slip takes the singularity away",
+)
+WEDGING = (
+    "the peg nears the tilt at which friction wedges it, and turning does not help: close with "
+    "less friction, or from another tilt",
+    "the peg wedges, or is about to: stop pushing and reverse the tilt",
+)
+STALL = (
+    "the push grows and the motion dies: reduce the force on the peg, or turn it about its axis",
+    "the peg stalls against friction: stop pushing, reverse, and try again with less force or "
+    "with slip",
+)
+LOAD = (
+    "a contact's load nears its limit: reduce the force",
+    "a contact's load passes its limit, or is about to: reduce the force, or reverse",
+)
+IN_HOLE = (
+    "in the hole the load leaves what slides, by Whitney's diagram: push along the hole, take "
+    "side force and moment away",
+    "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
 )
 CONTACT_LOSS = (
     ("no contact is being lost",) * 3,
@@ -24,9 +47,24 @@ OVERLOAD = (
         f"contact {c} is over its allowed load: reverse, and reduce the force" for c in CONTACTS
     ),
 )
+_RISK_NAMES = (
+    "jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk", "determinant",
+    "determinant_with_slip", "insertion_ratio", "whitney_margin",
+)  # fmt: skip
 _OPEN_NAMES = tuple(f"open_probability_{c}" for c in CONTACTS)
 _NORMAL_NAMES = tuple(f"normal_{c}" for c in CONTACTS)
 _LIMIT_NAMES = tuple(f"max_normal_{c}" for c in CONTACTS)
+
+
+def jamming_cause(risk) -> tuple[str, str]:
+    """Return what is said of a risk at WARN and at ERROR: its likeliest cause, and the remedy."""
+    if risk.load >= max(risk.wedging, risk.stall):
+        return LOAD
+    if risk.insertion:
+        return IN_HOLE
+    if risk.stall > risk.wedging:
+        return STALL
+    return WEDGING_SLIP if risk.with_slip > SAFE_DETERMINANT else WEDGING
 
 
 class Level:
@@ -75,11 +113,12 @@ class Alarms:
     def restart(self):
         """Clear every alarm."""
         o = self.options
+        self._cause = STALL
         self._jamming = Level(o.jamming_warn, o.jamming_error, o)
         self._loss = Level(0.5, 0.99, o)
         self._overload = Level(0.8, 1.0, o)
 
-    def update(self, t, mode, risk, determinant, normal, normal_stddev) -> tuple[Alarm, ...]:
+    def update(self, t, mode, risk, lost, normal) -> tuple[Alarm, ...]:
         """
         Return the three alarms.
 
@@ -89,28 +128,28 @@ class Alarms:
             [s].
         mode : str
             Contact mode.
-        risk, determinant : float or None
-            Jamming risk and the normalised determinant; None where they do not exist.
-        normal, normal_stddev : sequence of 3 float
+        risk : Risk
+            Of jamming, with its causes.
+        lost : sequence of 3 float
+            Probability that K, B1, B2 alone has opened.
+        normal : sequence of 3 float
             Reactions [N].
 
         """
-        in_contact = mode == "three_point"
-        level = self._jamming.update(t, risk if risk is not None else 0.0)
-        values = () if risk is None else (("jamming_risk", risk), ("determinant", determinant))
-        jamming = Alarm("jamming", level, JAMMING[level], values)
-        if not in_contact:
-            level = self._loss.update(t, 0.0)
-            loss = Alarm("contact_loss", level, CONTACT_LOSS[level][0], ())
-            level = self._overload.update(t, 0.0)
-            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
-
-        lost = [normal_probability(-n / max(s, 1e-9)) for n, s in zip(normal, normal_stddev)]
+        level = self._jamming.update(t, risk.risk)
+        if risk.risk >= self.options.jamming_warn:
+            # The cause is kept while the alarm is held.
+            self._cause = jamming_cause(risk)
+        text = self._cause[level - 1] if level else NO_JAMMING
+        jamming = Alarm("jamming", level, text, tuple(zip(_RISK_NAMES, risk)))
         highest = max(lost)
         level = self._loss.update(t, highest)
         text = CONTACT_LOSS[level][lost.index(highest)]
         loss = Alarm("contact_loss", level, text, tuple(zip(_OPEN_NAMES, lost)))
 
+        if mode != "three_point":
+            level = self._overload.update(t, 0.0)
+            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
         load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
         highest = max(load)
         level = self._overload.update(t, highest)

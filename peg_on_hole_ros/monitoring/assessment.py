@@ -1,25 +1,23 @@
 """What an estimate says of the contact: mode, transition, risk, alarms, and what is published."""
 
-from math import hypot, sin, sqrt
+from math import sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitoring import jamming
 from peg_on_hole_ros.monitoring.alarms import Alarms
-from peg_on_hole_ros.monitoring.jamming import WedgingMargin, jamming_risk
-from peg_on_hole_ros.monitoring.mode import ContactMode, Evidence
-from peg_on_hole_ros.monitoring.transition import (
-    TransitionFlag,
-    gamma0_stddev,
-    time_to_transition,
-    transition_probability,
-)
+from peg_on_hole_ros.monitoring.contacts import no_knowledge
+from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
+from peg_on_hole_ros.monitoring.jamming import Risk
+from peg_on_hole_ros.monitoring.mode import ContactMode
+from peg_on_hole_ros.monitoring.transition import TransitionFlag
+from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.records import Outputs
 
-# Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
-ABSURD = 10.0
+_NO_DETERMINANT = float("nan")
 
 
 class Assessment:
@@ -38,15 +36,21 @@ class Assessment:
     """
 
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance, scene_values):
-        self._scene = scene
         self._options = options
         self._mode = ContactMode(options)
         self._flag = TransitionFlag(options)
         self._alarms = Alarms(options)
-        self._margin = WedgingMargin(scene_values)
         noise = np.diagonal(wrench_covariance)
         over_radius = 2 / scene.peg_diameter
         self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
+        self._settings = settings(options, self._force_stddev)
+        self._ratio = scene.peg_diameter / scene.hole_diameter
+        self._contacts, self._motion = no_knowledge(), new_trend()
+        self._shown = np.zeros(WIDTH)
+        self._limits, self._jamming = jamming.limits(options), jamming.new_memory()
+        self._risk = np.zeros(len(Risk._fields))
+        self._t_ns: int | None = None
+        self._oriented_ns: int | None = None
 
     @property
     def mode(self) -> str:
@@ -62,6 +66,42 @@ class Assessment:
     def restart_mode(self):
         """Forget the mode: the estimate has begun anew."""
         self._mode.restart()
+        self._contacts[:] = no_knowledge()
+        self._jamming[:] = jamming.new_memory()
+        self._t_ns = self._oriented_ns = None
+
+    def oriented(self, t_ns: int, q, R):
+        """
+        Take an orientation that the filter has used.
+
+        Parameters
+        ----------
+        t_ns : int
+            [ns].
+        q : ndarray, shape (3,)
+            gamma, psi, phi [rad].
+        R : ndarray, shape (3, 3)
+            Covariance [rad^2].
+
+        """
+        options = self._options
+        since = -1.0 if self._oriented_ns is None else (t_ns - self._oriented_ns) * 1e-9
+        self._oriented_ns = t_ns
+        follow(
+            self._motion,
+            since,
+            q,
+            R,
+            self._ratio,
+            options.forecast_acceleration_stddev,
+            options.forecast_acceleration_time,
+        )
+
+    def _assess_risk(self, kalman, shown, dt, since):
+        contact, usable = 1.0 - shown.free, shown.usable > 0.0
+        memories = kalman.memory, self._motion, self._jamming, self._limits
+        jamming.assess(*memories, dt, since, contact, shown.below, shown.time, usable, self._risk)
+        return Risk(*self._risk.tolist())
 
     def outputs(self, t_ns: int, kalman: ContactFilter, nis: float) -> Outputs:
         """
@@ -76,68 +116,74 @@ class Assessment:
             Running mean of the normalised innovation squared (3 degrees of freedom).
 
         """
-        scene = self._scene
-        # Plain floats: arithmetic on numpy's scalars costs several times as much.
-        gamma, _, _, closing, _, _ = kalman.x.tolist()
-        gamma_variance, covariance, rate_variance = kalman.tilt_covariance()
-        gamma0, (_, clearance_stddev) = kalman.gamma0, kalman.peg_diameter
-        spread0 = gamma0_stddev(gamma0, scene.hole_diameter, clearance_stddev)
-        margin = gamma - gamma0
-        variance = gamma_variance + spread0**2
+        t = t_ns * 1e-9
+        dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) * 1e-9
+        self._t_ns = t_ns
         solution = kalman.reactions()
-        force, couple = kalman.rim_load()
-        # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
-        carried = hypot(force, 2 * couple / scene.peg_diameter)
-        # What a rim of this tilt may wedge against what it carries.
-        wedged = (carried + self._force_stddev) / sin(max(gamma, gamma0))
-        if solution is not None and max(map(abs, solution.normal)) > ABSURD * wedged:
-            solution = None
-        mode = self._mode.update(
-            Evidence(
-                t_ns * 1e-9,
-                carried,
-                self._force_stddev,
-                margin,
-                sqrt(variance),
-                None if solution is None else solution.normal,
-                None if solution is None else solution.normal_stddev,
-                nis,
-            )
+        since = 0.0 if self._oriented_ns is None else (t_ns - self._oriented_ns) * 1e-9
+        show(
+            kalman.memory,
+            self._contacts,
+            self._motion,
+            self._settings,
+            dt,
+            since,
+            # Constant rates say nothing for or against three contacts.
+            nis if self._mode.mode == "three_point" else -1.0,
+            _NO_DETERMINANT if solution is None else solution.determinant,
+            self._shown,
         )
+        shown = Shown(*self._shown.tolist())
+        if not shown.usable:
+            solution = None
+        mode = self._mode.update(t, shown)
+        flag = self._flag.update(t, shown.below, 1.0 - shown.free)
         three_point = mode == "three_point" and solution is not None
-        probability = transition_probability(gamma, sqrt(gamma_variance), gamma0, spread0)
-        flag = self._flag.update(probability, touching=mode in ("three_point", "two_point"))
         monitor = {
-            "transition_probability": probability,
-            "three_point_validity": self._mode.validity,
+            "transition_probability": shown.below,
+            "three_point_validity": shown.three_point + shown.stuck,
+            "mode_probability_three_point": shown.three_point,
+            "mode_probability_two_point": shown.two_point,
+            "mode_probability_opened": shown.opened,
+            "mode_probability_stuck": shown.stuck,
+            "mode_probability_free": shown.free,
+            "mode_probability_unknown": shown.other,
             "friction": kalman.friction[0],
             "friction_stddev": kalman.friction[1],
             "reactions_determined": 0.0,
         }
-        risk = determinant = None
-        if solution is not None and mode in ("three_point", "unknown"):
-            # A wedged peg may fit no mode; what wedges it is its tilt and the direction of motion.
-            determinant = self._margin.determinant(kalman.x, kalman.P)
-            risk = jamming_risk(determinant)
-            monitor["jamming_risk"] = risk
-            monitor["determinant"] = determinant
+        touch = self._mode.touch
+        if touch is not None:
+            monitor["contact_age" if touch.onset else "free_age"] = t - touch.t
+            monitor["contact_latency" if touch.onset else "free_latency"] = touch.latency
+        risk = self._assess_risk(kalman, shown, dt, since)
+        if mode != "open":
+            monitor["jamming_risk"] = risk.risk
+            monitor["jamming_wedging"] = risk.wedging
+            monitor["jamming_stall"] = risk.stall
+            monitor["jamming_load"] = risk.load
+            if risk.insertion:
+                monitor["insertion_ratio"] = risk.insertion
+                monitor["whitney_margin"] = risk.margin
+            else:
+                monitor["determinant"] = risk.determinant
         # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
         # and otherwise what a rim of this tilt may wedge against what it carries.
         wide = self._force_stddev
         if three_point:
-            forecast = time_to_transition(margin, closing, variance, rate_variance, covariance)
-            if forecast:
-                monitor["time_to_transition"], monitor["time_to_transition_stddev"] = forecast
+            if shown.time >= 0.0:
+                monitor["time_to_transition"] = shown.time
+                monitor["time_to_transition_stddev"] = shown.time_stddev
             band = self._options.singular_band
             # Beside the singular set: little is known with a spread of a third of the mean.
             spread_known = max(solution.normal_stddev) <= sum(solution.normal) / 9
-            clear = spread_known and min(determinant, abs(solution.determinant)) > band
+            clear = spread_known and min(risk.determinant, abs(solution.determinant)) > band
             monitor["reactions_determined"] = 1.0 if clear else 0.0
         elif mode != "open":
-            wide = wedged
+            wide = shown.wedged
         estimate = kalman.describe(three_point, wide)
-        normal, stddev = estimate.normal.tolist(), estimate.normal_stddev.tolist()
-        alarms = self._alarms.update(t_ns * 1e-9, mode, risk, determinant, normal, stddev)
+        normal = estimate.normal.tolist()
+        alarms = self._alarms.update(t, mode, risk, shown[-3:], normal)
         return Outputs(
             t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
         )

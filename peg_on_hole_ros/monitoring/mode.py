@@ -1,64 +1,43 @@
-"""Which contact the peg is in, as far as wrench, tilt and innovations tell."""
+"""The contact mode that is declared, with dwell and hysteresis, and when contact came and went."""
 
-from math import erf, exp, sqrt
 from typing import NamedTuple
 
+from peg_on_hole_ros.monitoring.evidence import Shown
 from peg_on_hole_ros.options import MonitorOptions
 
 MODES = ("three_point", "two_point", "open", "unknown")
 
-# A running mean of the normalised innovation (3 degrees of freedom) above this is no noise: over
-# 20 corrections its standard deviation is about 0.5.
-NIS_LIMIT = 9.0
-_SMOOTHING = 0.005
 
-
-def normal_probability(z: float) -> float:
-    """Return the probability that a standard normal variable is below z."""
-    return 0.5 * (1.0 + erf(z / sqrt(2.0)))
-
-
-class Evidence(NamedTuple):
+class Touch(NamedTuple):
     """
-    What one wrench message shows.
+    Contact that came or went.
 
     Attributes
     ----------
+    onset : bool
+        True: contact came.
     t : float
-        [s].
-    contact_force, force_stddev : float
-        Size of the force that the rim must carry, and its noise [N].
-    tilt_margin, tilt_stddev : float
-        gamma - gamma0 and its standard deviation [rad].
-    normal, normal_stddev : sequence of 3 float or None
-        Reactions if the contact is three-point [N]; None if the equations have none.
-    nis : float
-        Running mean of the normalised innovation squared.
+        When it did, as far as can be told: where the evidence turned [s].
+    latency : float
+        From there until it was declared [s].
 
     """
 
+    onset: bool
     t: float
-    contact_force: float
-    force_stddev: float
-    tilt_margin: float
-    tilt_stddev: float
-    normal: object
-    normal_stddev: object
-    nis: float
+    latency: float
 
 
 class ContactMode:
     """
-    The contact mode, with dwell: a mode must be the best one for a while before it is declared.
+    The contact mode: declared once it is probable enough for a while, kept until it no longer is.
 
     Attributes
     ----------
     mode : str
         One of MODES.
-    validity : float
-        Probability that pose and wrench fit three-point contact.
-    below : float
-        Probability that gamma is below gamma0.
+    touch : Touch or None
+        The last time that contact came or went.
 
     """
 
@@ -69,41 +48,46 @@ class ContactMode:
     def restart(self):
         """Forget all evidence."""
         self.mode = "unknown"
-        self.validity = 0.0
-        self.below = 0.0
+        self.touch: Touch | None = None
         self._candidate = "unknown"
-        self._since = None
-        self._last = None
-        self._force = 0.0
-        self._press = 0.0
+        self._since = 0.0
+        self._touching: bool | None = None
+        self._turned = [0.0, 0.0]
 
-    def update(self, evidence: Evidence) -> str:
-        """Take one piece of evidence and return the mode."""
+    def update(self, t: float, shown: Shown) -> str:
+        """Take the probabilities at a time [s] and return the mode."""
         options = self.options
-        dt = 0.0 if self._last is None else evidence.t - self._last
-        first = self._last is None
-        self._last = evidence.t
-        gain = 1.0 if first else 1.0 - exp(-max(dt, 0.0) / _SMOOTHING)
-        self._force += gain * (evidence.contact_force - self._force)
-        margin = self._force - options.contact_force_threshold
-        touching = normal_probability(margin / max(evidence.force_stddev, 1e-9))
-        self.below = normal_probability(-evidence.tilt_margin / max(evidence.tilt_stddev, 1e-12))
-        press = 0.0
-        if evidence.normal is not None:
-            press = 1.0
-            for N, stddev in zip(evidence.normal, evidence.normal_stddev, strict=True):
-                press *= normal_probability(N / max(stddev, 1e-9))
-        self._press += gain * (press - self._press)
-        fits = 1.0 / (1.0 + exp(min(evidence.nis - NIS_LIMIT, 50.0)))
-        self.validity = touching * (1.0 - self.below) * self._press * fits
-        if touching < 0.5:
-            best = "open"
-        elif self.below > 0.5:
-            best = "two_point"
-        else:
-            best = "three_point" if self.validity > 0.5 else "unknown"
+        probabilities = {
+            "three_point": shown.three_point + shown.stuck,
+            "two_point": shown.two_point,
+            "open": shown.free,
+            "unknown": shown.opened + shown.other,
+        }
+        best = max(probabilities, key=probabilities.get)
+        if probabilities[best] < options.mode_probability_on:
+            kept = probabilities[self.mode] >= options.mode_probability_off
+            best = self.mode if kept else "unknown"
         if best != self._candidate:
-            self._candidate, self._since = best, evidence.t
-        if best != self.mode and evidence.t - self._since >= options.mode_dwell:
+            self._candidate, self._since = best, t
+        if best != self.mode and t - self._since >= options.mode_dwell:
             self.mode = best
+        self._update_touch(t, shown.free)
         return self.mode
+
+    def _update_touch(self, t, free):
+        # Evidence for the other side begins where that for this side was last strong.
+        certain = 1.0 - self.options.mode_probability_on
+        if free >= 1.0 - certain:
+            self._turned[0] = t
+        if free <= certain:
+            self._turned[1] = t
+        if self._touching is None:
+            self._touching = free <= 0.5 if self.mode != "unknown" else None
+        elif self._touching and self.mode == "open":
+            self._touching, self.touch = False, self._turn(False, self._turned[1], t)
+        elif not self._touching and free <= certain and self.mode != "open":
+            self._touching, self.touch = True, self._turn(True, self._turned[0], t)
+
+    @staticmethod
+    def _turn(onset, turned, t):
+        return Touch(onset, turned, t - turned)

@@ -1,0 +1,142 @@
+"""A record of each try to insert a peg, from the messages that the node publishes."""
+
+import json
+
+from peg_on_hole_ros.edges.messages import Message
+from peg_on_hole_ros.records import CONTACTS
+
+# Contact that is lost for less than this belongs to one try [ns].
+PAUSE_NS = 200_000_000
+LEVELS = ("OK", "WARN", "ERROR")
+# An alarm that flickers would fill the record; further ones are only counted.
+MOST_ALARMS = 100
+OUTCOMES = {
+    "inserted": "contact became two-point and was so at the end",
+    "jammed": "ended, without a transition, under an ERROR of the alarm jamming",
+    "aborted": "contact was given up before the transition",
+    "unfinished": "the recording or the node ended in contact before the transition",
+}
+
+
+def json_line(record: dict) -> str:
+    """Return a record as one line of JSON; a number that is not finite raises ValueError."""
+    return json.dumps(record, allow_nan=False)
+
+
+class Cycles:
+    """
+    Collects a record of each try, the same for node and replay.
+
+    A try begins where contact came and ends where it has gone for a while.
+
+    Attributes
+    ----------
+    records : list of dict
+        All that have ended, ready for JSON; see docs/command_line.md.
+
+    """
+
+    def __init__(self):
+        self.records: list[dict] = []
+        self._levels: dict[str, int] = {}
+        self._flag = False
+        self._mode = ""
+        self._open_ns: int | None = None
+        self._begin()
+
+    def _begin(self):
+        self._start_ns: int | None = None
+        self._latency = 0.0
+        self._transition_ns: int | None = None
+        self._last_ns = 0
+        self._peak = [0.0, 0.0, 0.0]
+        self._sum = [0.0, 0.0, 0.0]
+        self._count = 0
+        self._alarms: list[dict] = []
+        self._alarm_count = 0
+
+    def add(self, t_ns: int, messages: list[Message]) -> dict | None:
+        """Take the messages of one stamp [ns]; return the record of a try that ends with them."""
+        fields = {topic: message for topic, _, message in messages}
+        if "contact_mode" in fields:
+            self._mode = fields["contact_mode"]["data"]
+        risen = fields.get("transition", {"data": self._flag})["data"] and not self._flag
+        if "transition" in fields:
+            self._flag = fields["transition"]["data"]
+        touching = self._mode in ("three_point", "two_point")
+        touching |= self._start_ns is not None and self._mode == "unknown"
+        ended = None
+        if touching:
+            if self._start_ns is None:
+                self._start(t_ns, fields.get("monitor"))
+            self._open_ns, self._last_ns = None, t_ns
+            self._add_loads(fields)
+        elif self._start_ns is not None:
+            self._open_ns = t_ns if self._open_ns is None else self._open_ns
+            if t_ns - self._open_ns >= PAUSE_NS or t_ns < self._start_ns:
+                ended = self._end("aborted")
+        if risen and self._start_ns is not None:
+            self._transition_ns = t_ns
+        if "alarms" in fields:
+            self._add_alarms(t_ns, fields["alarms"]["status"])
+        return ended
+
+    def finish(self) -> dict | None:
+        """Return the record of a try that was under way, and end it."""
+        return None if self._start_ns is None else self._end("unfinished")
+
+    def _start(self, t_ns, monitor):
+        self._start_ns = t_ns
+        if monitor:
+            values = dict(zip(monitor["name"], monitor["position"]))
+            self._start_ns = t_ns - round(values.get("contact_age", 0.0) * 1e9)
+            self._latency = values.get("contact_latency", 0.0)
+
+    def _add_loads(self, fields):
+        if "contacts" not in fields or self._mode != "three_point":
+            return
+        for i, normal in enumerate(fields["contacts"]["effort"]):
+            self._peak[i] = max(self._peak[i], normal)
+            self._sum[i] += normal
+        self._count += 1
+
+    def _add_alarms(self, t_ns, statuses):
+        for status in statuses:
+            before = self._levels.get(status["name"], 0)
+            self._levels[status["name"]] = status["level"]
+            if status["level"] <= before or self._start_ns is None:
+                continue
+            self._alarm_count += 1
+            if len(self._alarms) < MOST_ALARMS:
+                self._alarms.append(
+                    {
+                        "time": (t_ns - self._start_ns) * 1e-9,
+                        "name": status["name"],
+                        "level": LEVELS[status["level"]],
+                        "message": status["message"],
+                    }
+                )
+
+    def _end(self, otherwise):
+        since = self._transition_ns
+        if since is not None and self._flag:
+            outcome = "inserted"
+        elif since is None and self._levels.get("jamming", 0) == 2:
+            outcome = "jammed"
+        else:
+            outcome = otherwise
+        count = max(self._count, 1)
+        record = {
+            "start_time": self._start_ns * 1e-9,
+            "contact_latency": self._latency,
+            "duration": (self._last_ns - self._start_ns) * 1e-9,
+            "outcome": outcome,
+            "transition_time": None if since is None else (since - self._start_ns) * 1e-9,
+            "peak_normal": dict(zip(CONTACTS, self._peak)),
+            "mean_normal": {n: total / count for n, total in zip(CONTACTS, self._sum)},
+            "alarms": self._alarms,
+            "alarm_count": self._alarm_count,
+        }
+        self.records.append(record)
+        self._begin()
+        return record

@@ -1,0 +1,105 @@
+"""Which contacts are closed: a small hidden Markov model over what each wrench shows."""
+
+from math import erfc, exp, fabs, log, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# Hypotheses: nothing touches; all three contacts are closed; K, B1 or B2 is open while others
+# carry; the rim carries the peg in some other way, for which there is no model.
+FREE, CLOSED, LOST_K, LOST_B1, LOST_B2, OTHER = range(6)
+COUNT = 6
+# What contacts change to, before any evidence: a peg that touches soon rests on all three.
+_PRIOR = (0.2, 0.6, 0.05, 0.05, 0.05, 0.05)
+# One piece of evidence counts no more than this, in nats: no outlier decides alone.
+MOST = 3.0
+# The running mean of the normalised innovation (3 degrees of freedom) at which the contact model
+# and "some other way" are equally likely; over 20 corrections its standard deviation is 0.5.
+EVEN_NIS = 9.0
+_NIS_SHARE = 0.5
+_MOST_MISFIT = 1.0
+# A model of contact that was given up is tried again after this time [s].
+RETRY = 0.05
+
+
+def no_knowledge() -> np.ndarray:
+    """Return the probabilities of all hypotheses before any evidence, shape (6,)."""
+    return np.array(_PRIOR)
+
+
+@compiled
+def below(z):
+    """Return the probability that a standard normal variable is below z."""
+    return 0.5 * erfc(-z * 0.7071067811865476)
+
+
+@compiled
+def _bounded(value):
+    return min(max(value, -MOST), MOST)
+
+
+@compiled
+def load_evidence(carried, threshold):
+    """Return log p(load | contact) - log p(load | nothing touches), both about the threshold."""
+    share = carried / max(threshold, 1e-9)
+    return _bounded(MOST * (share * share - 1.0))
+
+
+@compiled
+def opening_evidence(normal, variance):
+    """
+    Return log p(this contact is open) - log p(closed) by the reaction that it ought to carry.
+
+    Where a contact is open, the equations of three closed contacts ask it to pull.
+    """
+    z = normal / sqrt(max(variance, 1e-18))
+    if fabs(z) > 5.0:
+        return -MOST if z > 0.0 else MOST
+    return _bounded(log(below(-z) / below(z)))
+
+
+@compiled
+def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
+    """
+    Carry the probabilities over a time, then weigh them with one piece of evidence.
+
+    Parameters
+    ----------
+    p : ndarray, shape (6,)
+        Changed.
+    dt : float
+        Since the last evidence [s].
+    rate : float
+        How often a second contacts change [1/s].
+    correlation : float
+        Time in which noise and errors of the model repeat themselves [s]; evidence counts by the
+        share of it that has passed.
+    load, lost_K, lost_B1, lost_B2, other : float
+        Log ratios: contact against none; each opening, and another contact, against all closed.
+
+    """
+    change = 1.0 - exp(-rate * dt)
+    again = (1.0 - exp(-dt / RETRY)) * p[OTHER]
+    for i in range(COUNT):
+        p[i] += change * (_PRIOR[i] - p[i])
+    p[OTHER] -= again
+    p[CLOSED] += again
+    share = min(dt / correlation, 1.0)
+    p[FREE] *= exp(-share * load)
+    p[LOST_K] *= exp(share * lost_K)
+    p[LOST_B1] *= exp(share * lost_B1)
+    p[LOST_B2] *= exp(share * lost_B2)
+    p[OTHER] *= exp(share * other)
+    total = 0.0
+    for i in range(COUNT):
+        total += p[i]
+    for i in range(COUNT):
+        p[i] /= total
+
+
+@compiled
+def misfit_evidence(nis):
+    """Return log p(another contact) - log p(three contacts) by the running mean of the NIS."""
+    # A peg that breaks away surprises for some corrections: against the model it counts less.
+    return min(_bounded(_NIS_SHARE * (nis - EVEN_NIS)), _MOST_MISFIT)

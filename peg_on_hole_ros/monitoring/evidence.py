@@ -1,0 +1,164 @@
+"""All that one wrench shows of mode and forecast, by one compiled call on the filter's memory."""
+
+from math import fabs, hypot, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, X, Y, Z
+from peg_on_hole_ros.estimation.reactions import rim_load
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitoring.contacts import (
+    CLOSED,
+    FREE,
+    LOST_B1,
+    LOST_B2,
+    LOST_K,
+    OTHER,
+    below,
+    load_evidence,
+    misfit_evidence,
+    opening_evidence,
+    weigh,
+)
+from peg_on_hole_ros.monitoring.trend import rest_probability, time_to_reach
+from peg_on_hole_ros.options import MonitorOptions
+
+# Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
+ABSURD = 10.0
+# Reactions that pull by more than this many standard deviations are those of other contacts.
+PULL = 3.0
+
+
+class Settings(NamedTuple):
+    """The options that compiled code needs, as one tuple of floats; see `MonitorOptions`."""
+
+    threshold: float
+    rate: float
+    correlation: float
+    rest_speed: float
+    acceleration: float
+    memory: float
+    force_stddev: float
+
+
+def settings(options: MonitorOptions, force_stddev: float) -> np.ndarray:
+    """Return the options as an array, with the noise of a carried force [N]."""
+    return np.array(
+        Settings(
+            options.contact_force_threshold,
+            options.mode_change_rate,
+            options.evidence_time,
+            options.rest_speed,
+            options.forecast_acceleration_stddev,
+            options.forecast_acceleration_time,
+            force_stddev,
+        )
+    )
+
+
+class Shown(NamedTuple):
+    """
+    What is known after one wrench.
+
+    Attributes
+    ----------
+    three_point, two_point, opened, stuck, free, other : float
+        Probabilities, together 1.
+    below : float
+        Probability that gamma is below gamma0, clearance included.
+    time, time_stddev : float
+        Until gamma0 [s]; time below zero: there is none.
+    wedged : float
+        What a rim of this tilt may wedge against what it carries [N].
+    usable : float
+        1 where the reactions of three contacts are numbers to use.
+    lost_K, lost_B1, lost_B2 : float
+        Probability that this contact alone has opened.
+
+    """
+
+    three_point: float
+    two_point: float
+    opened: float
+    stuck: float
+    free: float
+    other: float
+    below: float
+    time: float
+    time_stddev: float
+    wedged: float
+    usable: float
+    lost_K: float
+    lost_B1: float
+    lost_B2: float
+
+
+WIDTH = len(Shown._fields)
+
+
+@compiled
+def show(f, hypotheses, motion, options, dt, since, nis, determinant, out):
+    """
+    Weigh the hypotheses with what a wrench shows.
+
+    Parameters
+    ----------
+    f : ndarray
+        Memory of the filter, after `reactions.react`.
+    hypotheses, motion : ndarray
+        Of `contacts.no_knowledge` and `trend.new_trend`.
+    options : ndarray
+        From `settings`.
+    dt, since : float
+        Since the last wrench, and since the last orientation [s].
+    nis : float
+        Running mean of the normalised innovation squared.
+    determinant : float
+        What `reactions.react` returned.
+    out : ndarray
+        Filled in the order of `Shown`.
+
+    """
+    o = options
+    force, couple = rim_load(f)
+    d, D, gamma0 = f[SCENE], f[SCENE + 1], f[SCENE + 3]
+    gamma = f[X]
+    # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
+    carried = hypot(force, 2.0 * couple / d)
+    wedged = (carried + o[6]) / sin(max(gamma, gamma0))
+    # cos(gamma0) = 1 - clearance / D.
+    slope = 1.0 / (D * sin(gamma0))
+    spread0 = max(f[SPREAD + 3], 0.0) * slope * slope
+    under = below((gamma0 - gamma) / sqrt(max(f[Z] + spread0, 1e-24)))
+    largest = max(fabs(f[Y + 3]), fabs(f[Y + 4]), fabs(f[Y + 5]))
+    usable = determinant == determinant and largest <= ABSURD * wedged
+    lost_K = lost_B1 = lost_B2 = 0.0
+    rest = rest_probability(motion, o[3], D)
+    if usable:
+        # At rest friction may be anything within its cone, and the equations' reactions are moot.
+        moves = 1.0 - rest
+        lost_K = moves * opening_evidence(f[Y + 3], f[REACTIONS + 21])
+        lost_B1 = moves * opening_evidence(f[Y + 4], f[REACTIONS + 28])
+        lost_B2 = moves * opening_evidence(f[Y + 5], f[REACTIONS + 35])
+        for i in range(3):
+            N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 0.0)
+            usable = usable and -PULL * sqrt(variance) < N
+    other = misfit_evidence(nis) if nis >= 0.0 else 0.0
+    load = load_evidence(carried, o[0])
+    p = hypotheses
+    weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other)
+    above = 1.0 - under
+    out[0] = p[CLOSED] * above * (1.0 - rest)
+    out[1] = (1.0 - p[FREE]) * under
+    out[2] = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * above
+    out[3] = p[CLOSED] * above * rest
+    out[4] = p[FREE]
+    out[5] = p[OTHER] * above
+    out[6] = under
+    time, stddev = time_to_reach(motion, gamma0, spread0, o[4], o[5])
+    out[7] = time - since if time > since else -1.0
+    out[8] = stddev
+    out[9] = wedged
+    out[10] = 1.0 if usable else 0.0
+    out[11], out[12], out[13] = p[LOST_K] * above, p[LOST_B1] * above, p[LOST_B2] * above

@@ -1,0 +1,120 @@
+"""Records of tries: known messages in, known records out."""
+
+import json
+
+import pytest
+
+from peg_on_hole_ros.cli.replay import replay
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.cycles import PAUSE_NS, Cycles, json_line
+from peg_on_hole_ros.edges.messages import BOOL, DIAGNOSTICS, JOINT_STATE, STRING, joint_state
+from peg_on_hole_ros.edges.simulated_bag import write_bag
+from peg_on_hole_ros.options import NodeOptions
+from simulated import truth
+
+MS = 1_000_000
+START = 7_000_000_000
+
+
+def said(mode=None, flag=None, normal=None, **levels):
+    messages = []
+    if normal is not None:
+        contacts = joint_state(0, ["K", "B1", "B2"], effort=normal)
+        messages.append(("contacts", JOINT_STATE, contacts))
+    if flag is not None:
+        messages.append(("transition", BOOL, {"data": flag}))
+    if mode is not None:
+        messages.append(("contact_mode", STRING, {"data": mode}))
+    if levels:
+        status = [{"name": n, "level": v, "message": f"{n} {v}"} for n, v in levels.items()]
+        messages.append(("alarms", DIAGNOSTICS, {"status": status}))
+    return messages
+
+
+def told(rows):
+    """Return the records of messages by stamp [ms]."""
+    cycles = Cycles()
+    for t_ms, messages in rows:
+        cycles.add(START + t_ms * MS, messages)
+    return cycles
+
+
+PAUSE_MS = PAUSE_NS // MS
+
+
+def test_a_try_that_goes_in():
+    monitor = joint_state(0, ["contact_age", "contact_latency"], [0.02, 0.02])
+    came = [*said("three_point", normal=[1.0, 2.0, 3.0]), ("monitor", JOINT_STATE, monitor)]
+    rows = [
+        (0, said("open", flag=False)),
+        (50, came),
+        (60, said(normal=[5.0, 2.0, 1.0], overload=1)),
+        (70, said(normal=[3.0, 8.0, 2.0], overload=2)),
+        (80, said(flag=True, overload=0)),
+        (90, said("two_point", normal=[0.0, 0.0, 0.0])),
+        (200, said("open")),
+        (200 + PAUSE_MS, said()),
+    ]
+    cycles = told(rows)
+    (record,) = cycles.records
+    assert cycles.finish() is None
+    alarms = record.pop("alarms")
+    assert [(alarm["name"], alarm["level"]) for alarm in alarms] == [
+        ("overload", "WARN"),
+        ("overload", "ERROR"),
+    ]
+    assert alarms[0]["time"] == pytest.approx(0.03, abs=1e-9)
+    assert record == {
+        "start_time": pytest.approx(7.03, abs=1e-9),
+        "contact_latency": 0.02,
+        "duration": pytest.approx(0.06, abs=1e-9),
+        "outcome": "inserted",
+        "transition_time": pytest.approx(0.05, abs=1e-9),
+        "peak_normal": {"K": 5.0, "B1": 8.0, "B2": 3.0},
+        "mean_normal": {"K": 3.0, "B1": 4.0, "B2": 2.0},
+        "alarm_count": 2,
+    }
+
+
+def test_short_losses_of_contact_do_not_end_a_try_and_long_ones_do():
+    rows = [(0, said("three_point", flag=False)), (10, said("open"))]
+    rows += [(PAUSE_MS, said("three_point")), (PAUSE_MS + 10, said("open"))]
+    assert told(rows).records == []
+    rows += [(2 * PAUSE_MS + 10, said()), (2 * PAUSE_MS + 20, said("three_point"))]
+    cycles = told(rows)
+    assert [record["outcome"] for record in cycles.records] == ["aborted"]
+    assert cycles.finish()["outcome"] == "unfinished"
+    assert len(cycles.records) == 2
+
+
+def test_outcomes_of_tries_that_do_not_go_in():
+    jammed = told([(0, said("three_point", flag=False)), (10, said("unknown", jamming=2))])
+    assert jammed.finish()["outcome"] == "jammed"
+    # In and out again: the flag has fallen.
+    back = told([(0, said("three_point")), (10, said(flag=True)), (20, said(flag=False))])
+    record = back.finish()
+    assert record["outcome"] == "unfinished"
+    assert record["transition_time"] == pytest.approx(0.01, abs=1e-9)
+    # What touches from the start on in no known way is no try yet.
+    assert told([(0, said("unknown"))]).finish() is None
+
+
+def test_the_working_cycle_has_two_tries(tmp_path):
+    scene = truth("working_cycle")
+    path = tmp_path / "cycle.mcap"
+    write_bag(path, scene)
+    content, _ = replay(Bag(path), scene.plan.configuration, NodeOptions())
+    first, second = content["cycles"]
+    assert (first["outcome"], second["outcome"]) == ("aborted", "inserted")
+    down = [t_ns * 1e-9 for t_ns, text in scene.events if text.startswith("touch-down")]
+    begin = content["start_time"]
+    # Touch-down is gentle: the threshold of 1 N is reached 45 ms later.
+    for record, t in zip((first, second), down):
+        assert record["start_time"] - begin == pytest.approx(t + 0.045, abs=0.015)
+    crossed = next(t for t, text in scene.events if text.startswith("transition")) * 1e-9
+    at = second["start_time"] - begin + second["transition_time"]
+    assert at == pytest.approx(crossed, abs=0.005)
+    three = scene.mode == "three_point"
+    peak = scene.normal[three & (scene.t_ns > 8_000_000_000)].max(axis=0)
+    assert second["peak_normal"]["K"] == pytest.approx(peak[0], rel=0.05)
+    assert json.loads(json_line(second)) == second

@@ -1,0 +1,246 @@
+"""Contact hypotheses, declared mode and flag, each against what it is defined to say."""
+
+from dataclasses import replace
+from itertools import product
+from math import erf, exp, sqrt
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitoring import contacts
+from peg_on_hole_ros.monitoring.contacts import (
+    CLOSED,
+    COUNT,
+    FREE,
+    LOST_B1,
+    LOST_K,
+    MOST,
+    OTHER,
+    load_evidence,
+    misfit_evidence,
+    no_knowledge,
+    opening_evidence,
+    weigh,
+)
+from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
+from peg_on_hole_ros.monitoring.mode import ContactMode
+from peg_on_hole_ros.monitoring.transition import TransitionFlag
+from peg_on_hole_ros.monitoring.trend import new_trend
+from peg_on_hole_ros.options import FilterOptions, MonitorOptions
+
+OPTIONS = MonitorOptions()
+SCENE = Scene()
+PRESSED = Shown(0.95, 0, 0.01, 0.0, 0.01, 0.03, 0.0, -1, 0, 0, 1, 0, 0, 0)
+
+
+def test_probabilities_are_those_of_the_sum_over_all_paths():
+    # No recursion: every sequence of hypotheses with its probability written out.
+    rate, correlation, dt = 20.0, 5e-3, 3e-3
+    evidence = [
+        (2.0, -1.0, 0.5, 0.2, -2.0),
+        (-1.5, 3.0, 0.0, 0.0, 1.0),
+        (0.3, 0.1, -3.0, 2.0, 0.7),
+        (1.0, -2.0, 0.4, 0.1, -0.3),
+    ]
+    prior = no_knowledge()
+    change, again = 1 - exp(-rate * dt), 1 - exp(-dt / contacts.RETRY)
+    step = (1 - change) * np.eye(COUNT) + change * prior
+    step = change * np.tile(prior, (COUNT, 1)) + (1 - change) * np.eye(COUNT)
+    step[OTHER, OTHER] -= again
+    step[OTHER, CLOSED] += again
+    share = dt / correlation
+    total = np.zeros(COUNT)
+    for path in product(range(COUNT), repeat=5):
+        weight = prior[path[0]]
+        for k in range(1, 5):
+            load, lost_K, lost_B1, lost_B2, other = evidence[k - 1]
+            log = np.array([-load, 0, lost_K, lost_B1, lost_B2, other])
+            weight *= step[path[k - 1], path[k]] * exp(share * log[path[k]])
+        total[path[-1]] += weight
+    p = no_knowledge()
+    for row in evidence:
+        weigh(p, dt, rate, correlation, *row)
+    np.testing.assert_allclose(p, total / total.sum(), rtol=1e-12)
+
+
+def test_evidence_is_the_ratio_of_its_probabilities_and_bounded():
+    for z in (-1.2, 0.0, 0.4, 1.5):
+        closed = 0.5 * (1 + erf(z / sqrt(2)))
+        expected = np.log((1 - closed) / closed)
+        assert opening_evidence(3.0 * z, 9.0) == pytest.approx(expected, rel=1e-12, abs=1e-14)
+    assert opening_evidence(1e6, 1.0) == -MOST
+    assert opening_evidence(-1e6, 0.0) == MOST
+    assert load_evidence(1.0, 1.0) == 0.0
+    assert load_evidence(1e9, 1.0) == -load_evidence(0.0, 1.0) == MOST
+    assert misfit_evidence(3.0) < 0.0 < misfit_evidence(50.0) <= MOST
+
+
+def settle(p, seconds=0.1, **given):
+    """Show one piece of evidence for a while; none for an opening, and against another contact."""
+    values = {"load": MOST, "lost_K": -MOST, "lost_B1": -MOST, "lost_B2": -MOST, "other": -MOST}
+    for _ in range(round(seconds * 1e3)):
+        weigh(p, 1e-3, OPTIONS.mode_change_rate, OPTIONS.evidence_time, *(values | given).values())
+    return p
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, CLOSED),
+        ({"load": -2.0}, FREE),
+        ({"lost_K": MOST}, LOST_K),
+        ({"lost_B1": 2.0}, LOST_B1),
+        ({"other": MOST}, OTHER),
+    ],
+)
+def test_lasting_evidence_decides_and_can_be_turned(given, expected):
+    p = settle(no_knowledge())
+    assert p[CLOSED] > 0.95
+    settle(p, **given)
+    assert p.argmax() == expected
+    assert p[expected] > 0.8
+    assert p.sum() == pytest.approx(1.0, abs=1e-12)
+    # However long it lasted: the other side is found again as soon.
+    settle(p, seconds=5.0, **given)
+    assert settle(p)[CLOSED] > 0.95
+
+
+def test_evidence_counts_by_time_and_not_by_messages():
+    often, seldom = no_knowledge(), no_knowledge()
+    for _ in range(64):
+        weigh(often, 2.5e-4, 1.0, 5e-3, -1.0, 0.5, -1.0, -1.0, -1.0)
+    for _ in range(16):
+        weigh(seldom, 1e-3, 1.0, 5e-3, -1.0, 0.5, -1.0, -1.0, -1.0)
+    # The two differ by what changes within a step.
+    np.testing.assert_allclose(often, seldom, atol=2e-3)
+
+
+def shown(gamma, force=-30.0, scene=SCENE):
+    """What a pressed peg at rest shows after a while."""
+    kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
+    kalman.start(np.array([gamma, 0.3, 0.1]), np.eye(3) * 1e-8)
+    kalman.hold(np.array([0.0, 0.0, force, 0.0, 0.0, 0.0]))
+    p, out = no_knowledge(), np.zeros(WIDTH)
+    motion = new_trend()
+    for _ in range(100):
+        solution = kalman.reactions()
+        determinant = float("nan") if solution is None else solution.determinant
+        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, determinant, out)
+        show(kalman.memory, p, motion, *arguments)
+    return Shown(*out.tolist())
+
+
+def test_probabilities_of_the_modes_add_up_and_follow_tilt_and_load():
+    gamma0 = SCENE.gamma0
+    for gamma in (gamma0 - 0.01, gamma0, gamma0 + 1e-4, gamma0 + 0.02, 0.3):
+        for force in (0.0, 4.9, -30.0):
+            s = shown(gamma, force=force)
+            assert sum(s[:6]) == pytest.approx(1.0, abs=1e-12)
+            assert np.isfinite(s).all()
+    assert shown(gamma0 - 0.01).two_point > 0.9
+    # 0.5 kg carried by the sensor: nothing is left for the rim.
+    assert shown(0.1, force=0.5 * 9.80665).free > 0.9
+    assert shown(gamma0).below == pytest.approx(0.5, abs=1e-9)
+
+
+def test_clearance_spread_reaches_the_probability():
+    scene = Scene(clearance_stddev=2e-5)
+    # One standard deviation of the clearance as a change of gamma0, by the exact formula.
+    wide = np.arccos((scene.peg_diameter - 1e-6) / scene.hole_diameter)
+    slope = (wide - scene.gamma0) / 1e-6
+    sigma = sqrt((slope * 2e-5) ** 2 + 1e-8)
+    found = shown(scene.gamma0 + sigma, scene=scene).below
+    # One-sided difference over a twentieth of the clearance's standard deviation.
+    assert found == pytest.approx(0.5 * (1 - erf(1 / sqrt(2))), rel=0.02)
+
+
+def declare(mode, given, start, duration=0.1):
+    """Show probabilities for a while; return when the mode changed last."""
+    changed, before = None, mode.mode
+    for k in range(round(duration * 1e3) + 1):
+        t = start + k * 1e-3
+        if mode.update(t, given) != before:
+            changed, before = t, mode.mode
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, "three_point"),
+        ({"three_point": 0.0, "stuck": 0.95}, "three_point"),
+        ({"three_point": 0.0, "two_point": 0.95}, "two_point"),
+        ({"three_point": 0.0, "free": 0.95}, "open"),
+        ({"three_point": 0.0, "opened": 0.5, "other": 0.45}, "unknown"),
+        ({"three_point": 0.5, "two_point": 0.45}, "unknown"),
+    ],
+)
+def test_mode_is_the_probable_one(given, expected):
+    mode = ContactMode(OPTIONS)
+    declare(mode, PRESSED._replace(**given), 0.0)
+    assert mode.mode == expected
+
+
+def test_a_mode_must_last_for_its_dwell_and_is_kept_between_the_thresholds():
+    mode = ContactMode(OPTIONS)
+    inside = PRESSED._replace(three_point=0.0, two_point=0.9)
+    changed = declare(mode, PRESSED, 0.0)
+    assert changed == pytest.approx(OPTIONS.mode_dwell, abs=1.5e-3)
+    declare(mode, inside, 1.0, duration=OPTIONS.mode_dwell - 2e-3)
+    assert mode.mode == "three_point"
+    # Neither is likely enough: what was declared stays, whichever leads.
+    for k in range(200):
+        three = 0.45 if k % 2 else 0.5
+        mode.update(2.0 + k * 1e-3, PRESSED._replace(three_point=three, two_point=0.9 - three))
+    assert mode.mode == "three_point"
+    assert declare(mode, inside, 3.0) == pytest.approx(3.0 + OPTIONS.mode_dwell, abs=1.5e-3)
+    assert mode.mode == "two_point"
+
+
+def test_contact_that_comes_and_goes_has_a_time_and_a_latency():
+    mode = ContactMode(OPTIONS)
+    free = PRESSED._replace(three_point=0.01, free=0.97)
+    doubt = PRESSED._replace(three_point=0.5, free=0.47)
+    declare(mode, free, 0.0)
+    assert mode.touch is None
+    declare(mode, doubt, 0.101, duration=0.004)
+    declare(mode, PRESSED, 0.106)
+    assert mode.touch.onset
+    assert mode.touch.t == pytest.approx(0.1, abs=1.5e-3)
+    assert mode.touch.latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
+    declare(mode, free, 0.3)
+    assert not mode.touch.onset
+    assert mode.touch.t == pytest.approx(0.3, abs=0.1)
+    assert mode.touch.latency == pytest.approx(OPTIONS.mode_dwell, abs=0.1)
+
+
+def test_flag_rises_out_of_contact_above_gamma0_only():
+    flag = TransitionFlag(OPTIONS)
+    assert not flag.update(0.0, 0.99, 0.99)
+    assert not flag.update(0.1, 0.0, 0.0)
+    assert not flag.update(0.2, 0.99, 0.99)
+    assert not flag.update(0.3, 0.01, 0.99)
+    assert not flag.update(0.4, 0.85, 0.99)
+    assert not flag.update(0.5, 0.99, 0.2)
+    assert flag.update(0.6, 0.95, 0.99)
+
+
+def test_flag_does_not_flicker():
+    rng = np.random.default_rng(5)
+    flag = TransitionFlag(OPTIONS)
+    flag.update(0.0, 0.0, 1.0)
+    # At gamma0 the probability is anywhere, from one sample to the next.
+    seen = [flag.update(k * 1e-3, p, 1.0) for k, p in enumerate(rng.uniform(0, 1, 5000))]
+    assert sum(a != b for a, b in zip(seen, seen[1:])) == 1
+    hold = OPTIONS.transition_hold
+    low = [flag.update(6.0 + k * 1e-3, 0.05, 1.0) for k in range(300)]
+    assert low.index(False) * 1e-3 == pytest.approx(hold, abs=2e-3)
+
+
+def test_dwell_and_thresholds_are_those_of_the_options():
+    slow = replace(OPTIONS, mode_dwell=0.05, mode_probability_on=0.97)
+    assert declare(ContactMode(slow), PRESSED, 0.0) is None
+    likely = PRESSED._replace(three_point=0.98)
+    assert declare(ContactMode(slow), likely, 0.0) == pytest.approx(0.05, abs=1.5e-3)
