@@ -154,7 +154,7 @@ def test_slow_slip_is_not_followed_too_surely():
     assert min(figures["coverage"]) > 0.9, figures["coverage"]
     assert figures["nees_median"] < 6.0
     # Friction of unknown direction leaves the reactions undetermined at times, and it is said so.
-    assert 0.2 < figures["determined"] < 0.9
+    assert figures["determined"] < 0.9
 
 
 @pytest.mark.parametrize("start", [0.1, 0.3])

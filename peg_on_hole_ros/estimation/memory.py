@@ -33,6 +33,7 @@ _SIZES = {
     "REACTIONS": 36,  # covariance of Y, (6, 6)
     "POINTS": 42,  # answers at the estimate, then ahead of and behind it in each rate, (7, 6)
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
+    "FRICTION": 54,  # what unknown friction makes of Y, three axes at each contact, (9, 6)
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
     "WORK": len(workspace()),
 }
@@ -47,7 +48,7 @@ _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
-SLOW = _AT["SLOW"]
+SLOW, FRICTION = _AT["SLOW"], _AT["FRICTION"]
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

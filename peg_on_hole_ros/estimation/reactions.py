@@ -3,8 +3,8 @@
 from math import cos, exp, isfinite, nan, sin, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
+    FRICTION,
     POINTS,
-    PROCESS,
     REACTIONS,
     ROWS,
     SCALES,
@@ -21,7 +21,7 @@ from peg_on_hole_ros.estimation.memory import (
     row_of,
     times_Z,
 )
-from peg_on_hole_ros.estimation.slow_friction import add_friction, mean_friction
+from peg_on_hole_ros.estimation.slow_friction import add_friction, unknown_friction
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_at,
     accelerate_with_derivatives,
@@ -48,7 +48,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
     Where the answer at the estimate has accelerations that a held peg cannot have, the slip's
     direction is wrong, and with it all that follows. The answers around it are then weighed by how
     well theirs fit; what still does not fit widens the covariance (Birge's ratio). While a slip is
-    not told from none, friction of unknown direction takes the place of the answers around it.
+    not told from none, friction of unknown direction widens it further.
 
     Parameters
     ----------
@@ -78,8 +78,6 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
     slow = m[SLOW] > 0.0
-    if slow:
-        add_friction(m)
     variance = acceleration_stddev * acceleration_stddev
     for n in range(7):
         m[SURPRISE + n] = 0.0
@@ -93,6 +91,10 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[SURPRISE + n] += acceleration * acceleration * over
             for i in range(6):
                 m[POINTS + 6 * n + i] -= column[i] * over * acceleration
+        for n in range(9 if slow else 0):
+            shared = m[FRICTION + 6 * n + a] * over
+            for i in range(6):
+                m[FRICTION + 6 * n + i] -= column[i] * shared
         for i in range(6):
             weight = column[i] * over
             for j in range(i + 1):
@@ -102,18 +104,20 @@ def fuse_reactions(m, dy, acceleration_stddev):
     least = m[SURPRISE]
     for i in range(6):
         m[Y + i] = m[POINTS + i]
-    if least > SURPRISE_LIMIT and not slow:
+    if least > SURPRISE_LIMIT:
         least = _weigh_points(m)
     growth = max(1.0, least / SURPRISE_LIMIT)
     for i in range(36):
         m[REACTIONS + i] *= growth
-    for n in range(0 if slow else 3):
+    for n in range(3):
         ahead, behind = POINTS + 6 * (1 + 2 * n), POINTS + 6 * (2 + 2 * n)
         for i in range(6):
             bend_i = 0.5 * (m[ahead + i] + m[behind + i]) - m[POINTS + i]
             for j in range(6):
                 bend_j = 0.5 * (m[ahead + j] + m[behind + j]) - m[POINTS + j]
                 m[REACTIONS + 6 * i + j] += bend_i * bend_j
+    if slow:
+        add_friction(m)
 
 
 @compiled
@@ -197,15 +201,10 @@ def react(m, dy, acceleration_stddev):
     x, u, y = m[X : X + 6], m[U : U + 6], m[Y : Y + 6]
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
     p = scene_of(m)
-    slow = m[SLOW] > 0.0
-    if slow:
-        mean_friction(p, m, m[PROCESS + 2])
     determinant = accelerate_with_derivatives(p, scales, x, u, work, y, dy)
-    if slow:
-        for i in range(6):
-            m[POINTS + i] = m[Y + i]
-    else:
-        solve_around(p, m)
+    if m[SLOW] > 0.0:
+        unknown_friction(p, m)
+    solve_around(p, m)
     fuse_reactions(m, dy, acceleration_stddev)
     # A sum is finite only if all of its terms are.
     total = determinant

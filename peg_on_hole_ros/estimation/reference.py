@@ -212,40 +212,28 @@ class ReferenceFilter(ExtendedKalmanFilter):
         )
         return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
-    def friction_columns(self, size):
-        """Return the answers to forces of a size [N] in each contact's plane, shape (6, 9)."""
+    def unknown_friction(self, normal):
+        """Return what friction of unknown direction makes of the answers, shape (6, 9)."""
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
         g = contact_geometry(here, self.x[0])
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
         A, _ = six_equations(here, self.x[:3], self.x[RATES], self.x[WRENCH], self.scales)
+        speed, variance = self.slip()
         columns = []
-        for J_i, n, s in zip(J, normals(g), size):
-            T = s * (np.eye(3) - np.outer(n, n))
+        for J_i, n, N, v, s2 in zip(J, normals(g), normal, speed, variance):
+            mean = erf(v / np.sqrt(2 * s2 + 1e-300))
+            size = self.x[FRICTION] * max(N, 0.0) * np.sqrt(1 - mean**2)
+            T = size * (np.eye(3) - np.outer(n, n))
             columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
         return np.hstack(columns)
 
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
-        if self.slow:
-            speed, variance = self.slip()
-            # At rest no direction has a variance: nothing is known of friction then.
-            ratio = speed / np.sqrt(2 * variance + 1e-300)
-            share = np.clip([erf(value) for value in ratio], 1e-6, 1 - 1e-12)
-            wide = speed * np.sqrt(1 / share**2 - 1)
-            self.scales = np.maximum(wide, self.process.slip_velocity_scale)
         y, dy = solve_with_slopes(self.scene, self.x, self.scales)
         C = dy @ self.P @ dy.T
-        if self.slow:
-            size = self.x[FRICTION] * np.maximum(y[3:], 0.0) * np.sqrt(1 - share**2)
-            columns = self.friction_columns(size)
-            C = C + columns @ columns.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         inverse = np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         C = C - gain @ C[:3, :]
-        if self.slow:
-            mean = y - gain @ y[:3]
-            growth = max(1.0, y[:3] @ inverse @ y[:3] / SURPRISE_LIMIT)
-            return mean[3:], growth * C[3:, 3:]
         answers = [y]
         for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
             for sign in (1, -1):
@@ -266,4 +254,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         for n in (1, 3, 5):
             bend = points[n : n + 2].mean(axis=0) - points[0]
             C = C + np.outer(bend, bend)
+        if self.slow:
+            columns = self.unknown_friction(y[3:])
+            columns = columns - gain @ columns[:3]
+            C = C + columns @ columns.T
         return mean[3:], C[3:, 3:]
