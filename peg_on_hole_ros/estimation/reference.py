@@ -152,11 +152,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         self.slow = False
-        smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
+        smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
         self.sliding = bool((speed**2 >= variance).all())
-        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
-        self.scales = np.sqrt(smallest**2 + widening**2 * variance * near)
+        self.scales = self.friction_scales()
         h = dt / pieces
         for _ in range(pieces):
             x1, F = implicit_euler(self.scene, self.x, h, self.scales)
@@ -170,10 +169,18 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if self.P[FRICTION, FRICTION] > 0:
             self.P[FRICTION, FRICTION] += self.process.friction_density * dt
 
+    def friction_scales(self):
+        """Return the velocity scales of friction, wide where the slip may be zero [m/s]."""
+        smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
+        speed, variance = self.slip()
+        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
+        return np.sqrt(smallest**2 + widening**2 * variance * near)
+
     def predict_slow(self, dt, rate_noise):
         """Predict as if free: a slip is not told from none, and friction has no direction."""
+        scales = self.friction_scales()
         self.predict_free(dt, rate_noise)
-        self.slow = True
+        self.scales, self.slow = scales, True
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
