@@ -12,10 +12,12 @@ from peg_on_hole_ros.simulation.contact_run import Model, contact_samples, run_c
 from peg_on_hole_ros.simulation.dynamics import scene_numbers
 from peg_on_hole_ros.simulation.guided import Guidance, guided_state
 from peg_on_hole_ros.simulation.holder import holder_numbers
-from peg_on_hole_ros.simulation.plan import Plan, holder_program
+from peg_on_hole_ros.simulation.plan import KINDS, Plan, holder_program
 
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 NEAR_TRANSITION = 2e-3
+# Where it stands among the scene's numbers.
+FRICTION = 6
 # How far a guided peg may cut into the rim [m]: what a newton makes the holder give way.
 OVERLAP = 5e-5
 
@@ -69,11 +71,27 @@ class Run:
         self.events.append((self.t, text))
 
     def stretch_end(self, kinds) -> float:
-        """Return where the phases of the given kinds that follow each other from now on end."""
-        k = self.phase_index(self.t)
-        while k < len(self.plan.phases) and self.plan.phases[k].kind in kinds:
+        """
+        Return where the phases of the given kinds that follow each other from now on end.
+
+        A phase with a friction of its own begins another stretch.
+
+        """
+        phases, k = self.plan.phases, self.phase_index(self.t)
+        first = k
+        while k < len(phases) and phases[k].kind in kinds:
+            if k > first and phases[k].friction is not None:
+                break
             k += 1
         return float(self.knots[k])
+
+    def take_friction(self) -> None:
+        """Let the friction of the phase that is entered hold from now on."""
+        friction = self.plan.phases[self.phase_index(self.t)].friction
+        if friction is not None:
+            p = self.model.p.copy()
+            p[FRICTION] = friction
+            self.model = self.model._replace(p=p)
 
     def done(self) -> bool:
         """Return whether the program is over or the simulation has ended by itself."""
@@ -136,6 +154,7 @@ def _check_clear(run, block):
 
 
 def _contact(run):
+    run.take_friction()
     plan, model = run.plan, run.model
     limits = plan.holder.force_limit, plan.holder.torque_limit
     if run.state is None:
@@ -167,7 +186,10 @@ def _contact_ended(run, what):
     kind = run.plan.phases[run.phase_index(run.t - 2e-9)].kind
     if what == "end":
         if run.t < run.knots[-1] - 1e-9:
-            name = run.plan.phases[run.phase_index(run.t)].name
+            phase = run.plan.phases[run.phase_index(run.t)]
+            if phase.kind != "free":
+                return
+            name = phase.name
             raise PegOnHoleError(
                 f"simulation.phases.{name} is free, but the contacts still carry load at its "
                 "begin; put a lift_off before it that raises the offset above 0"
@@ -227,6 +249,7 @@ def _two_point(run):
     while not run.done():
         phase = run.plan.phases[run.phase_index(run.t)]
         begin, end = run.t, float(run.knots[run.phase_index(run.t) + 1])
+        run.take_friction()
         target = phase.load or (at_K, at_wall)
         pieces = quintic([[at_K, at_wall], [0, 0], [0, 0]], [target, [0, 0], [0, 0]], end - begin)
         run.load = (None, loaded, pieces)
@@ -239,9 +262,17 @@ def _two_point(run):
 def _stuck(run):
     limits = run.plan.holder.force_limit, run.plan.holder.torque_limit
     run.state[3:] = 0
-    samples = run.until(run.knots[-1])
-    block, stays, reason = stuck_block(run.model, samples, run.state, limits)
-    run.blocks.append(block)
-    run.t = float(block["t"][-1]) if len(block["t"]) else run.t
+    begin = run.t
+    whole = True
+    while whole and run.t < run.knots[-1] - 1e-9:
+        run.take_friction()
+        end = run.stretch_end(tuple(KINDS))
+        samples = run.until(end)
+        block, stays, reason = stuck_block(run.model, samples, run.state, limits)
+        run.blocks.append(block)
+        whole = len(block["t"]) == len(samples)
+        run.t = end
+    last = [block["t"][-1] for block in run.blocks if len(block["t"])][-1]
+    run.t = max(begin, float(last))
     run.event(f"the wedged peg {reason}")
     run.ended_by = "jammed" if stays else "wedge gave way"
