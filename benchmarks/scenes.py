@@ -112,7 +112,9 @@ def flat_runs(variants):
     """Return the CSV's rows: a head, then one run a row."""
     head = ["told", "family", "number", "end", "duration", "events", "transition", "flag_error"]
     head += ["flag_missed", "flag_false", "forecast_z"]
-    head += [f"{a}_{x}" for a in ("jamming", "contact_loss", "overload") for x in ("false", "leads")]
+    head += [
+        f"{a}_{x}" for a in ("jamming", "contact_loss", "overload") for x in ("false", "leads")
+    ]
     rows = [head]
     for told, runs in variants.items():
         for r in runs:

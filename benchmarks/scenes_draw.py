@@ -286,14 +286,14 @@ def _tipped(draw):
     rates, before = _rates(setting), draw.even(0.1, 0.25)
     tilt = setting.speed * (before + 0.2) + draw.even(0.05, 0.12)
     start, phases = _touching(setting, tilt, rates, [-5e-4, 0.0, -setting.press])
-    phases["close"] = {"kind": "contact", "duration": before, "rates": rates}
+    phases["close"] = {"kind": "parted", "duration": before, "rates": rates}
     phases["tip"] = {
-        "kind": "contact",
+        "kind": "parted",
         "duration": draw.even(0.1, 0.2),
         "rates": rates,
         "offset": [draw.even(0.5e-3, 2e-3), draw.even(-1e-3, 1e-3), -draw.even(0.0, 5e-4)],
     }
-    phases["hold"] = {"kind": "contact", "duration": 0.1, "rates": rates}
+    phases["hold"] = {"kind": "parted", "duration": 0.1, "rates": rates}
     return setting, start, phases
 
 

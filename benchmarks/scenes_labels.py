@@ -68,7 +68,8 @@ def labels_of(truth) -> Labels:
     t = truth.t_ns * 1e-9
     gamma, gamma0 = truth.q[:, 0], truth.plan.configuration.scene.gamma0
     kind = np.where(truth.mode == "unknown", "", truth.mode).astype("U11")
-    lost = (truth.mode == "three_point") & truth.known & ~truth.closed.all(axis=1)
+    some = truth.closed.any(axis=1) & ~truth.closed.all(axis=1)
+    lost = (truth.mode == "unknown") & truth.known & some
     kind[lost] = "lost"
     events = []
     for first, last, cause in _stops(truth, t):

@@ -175,5 +175,3 @@ def calibration(labels, record) -> dict:
             for weights in (None, values[where], true[where].astype(float))
         ]
     return found
-
-

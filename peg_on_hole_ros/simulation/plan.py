@@ -13,6 +13,7 @@ from peg_on_hole_ros.simulation.command import quintic
 KINDS = {
     "free": "the holder guides the peg, nothing touches",
     "contact": "the peg moves on three contacts, the holder gives way",
+    "parted": "as contact, until a contact opens; then on those left, which give a little",
     "lift_off": "as contact, until the contacts let go; then as free",
     "two_point": "as contact, through the transition; then guided in the hole on two contacts",
 }
@@ -261,6 +262,11 @@ def _check_together(plan):
                 f"simulation.phases.{phase.name}: {phase.kind} does not follow two_point; in the "
                 "hole the simulation ends"
             )
+        if before == "parted" and phase.kind != "parted":
+            raise PegOnHoleError(
+                f"simulation.phases.{phase.name}: {phase.kind} does not follow parted; with a "
+                "contact open the simulation ends"
+            )
         if phase.load and phase.kind != "two_point":
             raise PegOnHoleError(
                 f"simulation.phases.{phase.name}.load is for two_point; elsewhere the reactions "
@@ -269,7 +275,7 @@ def _check_together(plan):
         if phase.friction is not None and phase.kind not in ("contact", "two_point"):
             raise PegOnHoleError(
                 f"simulation.phases.{phase.name}.friction is for contact and two_point; in "
-                f"{phase.kind} the contacts are let go: set it in the phase before or after"
+                f"{phase.kind} contacts let go: set it in the phase before"
             )
         before = phase.kind
 

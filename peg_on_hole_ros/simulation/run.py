@@ -6,16 +6,29 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.records import CONTACTS
-from peg_on_hole_ros.simulation.blocks import contact_block, guided_block, stuck_block
+from peg_on_hole_ros.simulation.blocks import (
+    contact_block,
+    guided_block,
+    parted_block,
+    stuck_block,
+)
 from peg_on_hole_ros.simulation.command import evaluate, quintic
 from peg_on_hole_ros.simulation.contact_run import Model, contact_samples, run_contact
 from peg_on_hole_ros.simulation.dynamics import scene_numbers
 from peg_on_hole_ros.simulation.guided import Guidance, guided_state
 from peg_on_hole_ros.simulation.holder import holder_numbers
+from peg_on_hole_ros.simulation.parted import parted_state, run_parted
 from peg_on_hole_ros.simulation.plan import KINDS, Plan, holder_program
 
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 NEAR_TRANSITION = 2e-3
+PARTED_ENDS = {
+    "end": "the program is over",
+    "gap": "a gap of 0.5 mm is reached, beyond which the simulation knows no more",
+    "transition": "gamma0 is reached, and the simulation ends",
+    "force limit": "the holder's force limit is reached",
+    "torque limit": "the holder's torque limit is reached",
+}
 # Where it stands among the scene's numbers.
 FRICTION = 6
 # How far a guided peg may cut into the rim [m]: what a newton makes the holder give way.
@@ -160,7 +173,7 @@ def _contact(run):
     if run.state is None:
         x = evaluate(run.knots, run.coefficients, run.t)
         run.state = np.concatenate([x[0, :3], x[1, :3]])
-    end = run.stretch_end(("contact", "lift_off", "two_point"))
+    end = run.stretch_end(("contact", "parted", "lift_off", "two_point"))
     samples = run.grid[run.taken :]
     total = run.knots[-1]
     result = run_contact(
@@ -211,6 +224,8 @@ def _contact_ended(run, what):
     elif what[:4] == "open":
         run.event(f"contact {what[5:]} opened at gamma = {gamma:.6f} rad")
         run.ended_by = f"contact {what[5:]} opened"
+        if kind == "parted":
+            _parted(run)
     else:
         run.event(f"{what} of the holder reached at gamma = {gamma:.6f} rad")
         run.ended_by = what
@@ -239,6 +254,18 @@ def _let_go(run):
         _guide(run, begin, run.until(t), mode)
         run.load = None
     _touch_down(run)
+
+
+def _parted(run):
+    """Go on with the contacts that are left, as far as that is known."""
+    plan, limits = run.plan, (run.plan.holder.force_limit, run.plan.holder.torque_limit)
+    normal = contact_samples(run.model, np.array([run.t]), run.state[None])[1][0]
+    begin, end = run.t, run.knots[-1]
+    state = parted_state(run.model, run.state, normal)
+    result = run_parted(run.model, begin, state, run.until(end), end, limits, plan.rtol)
+    run.blocks.append(parted_block(run.model, result.t, result.states))
+    run.t = float(result.t[-1]) if len(result.t) else begin
+    run.event(f"with that contact open: {PARTED_ENDS[result.ended_by]}")
 
 
 def _two_point(run):
