@@ -119,13 +119,13 @@ def flat_runs(variants):
     for told, runs in variants.items():
         for r in runs:
             flag, forecast = r["transition"], r["forecast"] or {}
-            events = " ".join(f"{cause}@{begin:.3f}" for cause, begin, _ in r["events"])
+            events = " ".join(f"{cause}@{begin:.3f}" for cause, begin, *_ in r["events"])
             row = [told, r["family"], r["number"], r["end"], r["duration"], events]
             row += [flag["true"], flag["error"], int(flag["missed"]), flag["false"]]
             row.append(forecast.get("z"))
             for alarm in ("jamming", "contact_loss", "overload"):
                 judged = r["alarms"][alarm]["error"]
-                leads = ("-" if x is None else f"{x:.3f}" for _, x in judged["events"])
+                leads = ("-" if x is None else f"{x:.3f}" for _, x, _ in judged["events"])
                 row += [judged["false"], " ".join(leads)]
             rows.append([f"{v:.6g}" if isinstance(v, float) else v for v in row])
     return rows
@@ -141,7 +141,8 @@ def main(arguments=None):
     parser.add_argument("--out", type=Path, required=True, help="figures, tables, pictures")
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
     options = parser.parse_args(arguments)
-    count = options.runs or (QUICK_RUNS if options.quick else 300)
+    count = QUICK_RUNS if options.quick else 300
+    count = count if options.runs is None else options.runs
     if count < 1:
         parser.error("--runs is at least 1")
     chosen = cases(count, "tuning" if options.tuning else "scoring")

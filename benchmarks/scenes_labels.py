@@ -24,11 +24,20 @@ CLASSES = ("three_point", "stuck", "two_point", "lost", "open")
 
 
 class Event(NamedTuple):
-    """What happened, from when until when [s]; the end is that of the record if it stayed."""
+    """
+    What happened, from when until when [s]; the end is that of the record if it stayed.
+
+    Attributes
+    ----------
+    onset : float
+        When the program entered the phase in which it happened: before, nothing pointed to it.
+
+    """
 
     cause: str
     begin: float
     end: float
+    onset: float
 
 
 class Labels(NamedTuple):
@@ -71,11 +80,17 @@ def labels_of(truth) -> Labels:
     some = truth.closed.any(axis=1) & ~truth.closed.all(axis=1)
     lost = (truth.mode == "unknown") & truth.known & some
     kind[lost] = "lost"
-    events = []
-    for first, last, cause in _stops(truth, t):
+    spans = _stops(truth, t)
+    for first, last, _ in spans:
         kind[first : last + 1] = "stuck"
-        events.append(Event(cause, t[first], t[last]))
-    events += _overloads(truth, t) + _losses(truth, t, kind)
+    spans += _overloads(truth) + _losses(truth, kind)
+    begins = holder_program(truth.plan)[0] - truth.plan.lead_in
+    events = []
+    for first, last, cause in spans:
+        phase = max(int(np.searchsorted(begins, t[first])) - 1, 0)
+        events.append(
+            Event(cause, float(t[first]), float(t[last]), max(float(begins[phase]), 0.0))
+        )
     below = gamma < gamma0
     return Labels(t, kind, below, _transition(t, gamma - gamma0, kind), tuple(events))
 
@@ -120,20 +135,17 @@ def _stops(truth, t):
     return found
 
 
-def _overloads(truth, t):
+def _overloads(truth):
     limits = np.asarray(truth.plan.configuration.monitor.max_normal)
     over = (truth.known[:, None] & (truth.normal > limits)).any(axis=1)
-    return [Event("overload", t[first], t[last]) for first, last in stretches(over)]
+    return [(first, last, "overload") for first, last in stretches(over)]
 
 
-def _losses(truth, t, kind):
+def _losses(truth, kind):
     """Return where a contact opened elsewhere than on the way into the hole."""
     touching = np.isin(kind, ("three_point", "stuck"))
-    parted = np.isin(kind, ("", "lost", "open"))
-    events = []
-    for first, last in stretches(parted):
-        if first and touching[first - 1]:
-            events.append(Event("contact_loss", t[first], t[last]))
+    parted = stretches(np.isin(kind, ("", "lost", "open")))
+    found = [(a, b, "contact_loss") for a, b in parted if a and touching[a - 1]]
     if truth.ended_by.startswith("contact ") and touching[-1]:
-        events.append(Event("contact_loss", t[-1], t[-1]))
-    return events
+        found.append((len(kind) - 1, len(kind) - 1, "contact_loss"))
+    return found

@@ -17,6 +17,16 @@ TAKEN_BACK = 0.05
 # The first of a record: the filter settles.
 SETTLE = 0.05
 BINS = 10
+# Modes that contradict what is true; `unknown` contradicts nothing.
+CONTRADICTS = {
+    "three_point": ("two_point", "open"),
+    "stuck": ("two_point", "open"),
+    "two_point": ("three_point", "open"),
+    "lost": ("three_point", "two_point"),
+    "open": ("three_point", "two_point"),
+}
+# A change of contact that is not declared within it [s] has not been seen.
+SEEN_WITHIN = 0.1
 # Which events each alarm speaks of, and which more make it right to have been raised.
 SPEAKS_OF = {
     "jamming": ("wedge", "stall"),
@@ -31,7 +41,7 @@ def score_run(labels: Labels, record: Record) -> dict:
     """Return everything that the tables need of one run."""
     return {
         "duration": float(labels.t[-1]),
-        "events": [[e.cause, float(e.begin), float(e.end)] for e in labels.events],
+        "events": [list(event) for event in labels.events],
         "transition": _transition(labels, record),
         "forecast": _forecast(labels, record),
         "alarms": {
@@ -47,6 +57,11 @@ def score_run(labels: Labels, record: Record) -> dict:
             for name in ALARMS
         },
         "confusion": confusion(labels, record),
+        "longest_wrong": longest_wrong(labels, record),
+        "onset": latencies(labels, record, ("open",), ("three_point",), ("three_point",)),
+        "loss": latencies(
+            labels, record, ("three_point", "stuck"), ("lost", "open", ""), ("open", "unknown")
+        ),
         "calibration": calibration(labels, record),
     }
 
@@ -107,14 +122,16 @@ def judge_alarm(raised, events, also, end) -> dict:
     Returns
     -------
     dict
-        `events`: for each its cause and the lead [s] (negative: late) or None; `right`, `false`:
-        of the times it was raised; `unjudged`: raised less than 50 ms before the record ends.
+        `events`: for each its cause, the lead [s] (negative: late) or None, and the lead from the
+        event's onset; `right`, `false`: of the times it was raised; `unjudged`: raised less than
+        50 ms before the record ends.
 
     """
     found = []
     for event in events:
         leads = [event.begin - r for r, c in raised if _meets(r, c, event)]
-        found.append([event.cause, max(leads) if leads else None])
+        lead = max(leads) if leads else None
+        found.append([event.cause, lead, event.begin - event.onset])
     right = false = unjudged = 0
     for r, c in raised:
         if any(_meets(r, c, event) or event.begin <= r <= event.end for event in [*events, *also]):
@@ -140,6 +157,39 @@ def confusion(labels, record) -> dict:
         if chosen.any():
             table[kind] = {mode: int((record.mode[chosen] == mode).sum()) for mode in modes}
     return table
+
+
+def longest_wrong(labels, record) -> float:
+    """Return the longest time for which a mode was declared that contradicts the truth [s]."""
+    wrong = np.zeros(len(labels.t), bool)
+    for kind, modes in CONTRADICTS.items():
+        wrong |= (labels.kind == kind) & np.isin(record.mode, modes)
+    wrong &= labels.t >= SETTLE
+    return float(max((labels.t[b] - labels.t[a] for a, b in stretches(wrong)), default=0.0))
+
+
+def latencies(labels, record, before, after, declared) -> list:
+    """
+    Return how long each true change took to be declared [s]; None if it was not within 0.1 s.
+
+    Parameters
+    ----------
+    before, after : tuple of str
+        Classes between which it is a change.
+    declared : tuple of str
+        Modes that say so.
+
+    """
+    changed = np.isin(labels.kind[:-1], before) & np.isin(labels.kind[1:], after)
+    found = []
+    for k in np.flatnonzero(changed & (labels.t[1:] >= SETTLE)) + 1:
+        since = labels.t - labels.t[k]
+        said = (since >= 0) & (since <= SEEN_WITHIN) & np.isin(record.mode, declared)
+        if said.any():
+            found.append(float(since[np.argmax(said)]))
+        elif since[-1] >= SEEN_WITHIN:
+            found.append(None)
+    return found
 
 
 def calibration(labels, record) -> dict:

@@ -35,13 +35,14 @@ def share(hits: int, count: int) -> dict:
 
 
 def spread(values) -> dict:
-    """Return median and 95 % quantile of values, and how many there are."""
+    """Return median, 95 % quantile and largest of values, and how many there are."""
     values = np.asarray(list(values), float)
     if not values.size:
-        return {"median": None, "p95": None, "count": 0}
+        return {"median": None, "p95": None, "max": None, "count": 0}
     return {
         "median": float(np.median(values)),
         "p95": float(np.quantile(values, 0.95)),
+        "max": float(values.max()),
         "count": int(values.size),
     }
 
@@ -79,9 +80,18 @@ def pooled(runs: list[dict]) -> dict:
             name: {level: _alarm(runs, name, level) for level in ("warn", "error")}
             for name in ALARMS
         },
+        "onset": _latency(runs, "onset"),
+        "loss": _latency(runs, "loss"),
+        "longest_wrong": spread(run["longest_wrong"] for run in runs),
         "confusion": _confusion(runs),
         "calibration": _calibration(runs),
     }
+
+
+def _latency(runs, name):
+    latencies = [x for run in runs for x in run[name]]
+    seen = [x for x in latencies if x is not None]
+    return {"seen": share(len(seen), len(latencies)), "latency": spread(seen)}
 
 
 def _alarm(runs, name, level):
@@ -89,10 +99,14 @@ def _alarm(runs, name, level):
     right, false = sum(j["right"] for j in judged), sum(j["false"] for j in judged)
     causes = {}
     for cause in CAUSES:
-        leads = [lead for j in judged for what, lead in j["events"] if what == cause]
+        events = [e for j in judged for e in j["events"] if e[0] == cause]
         if ALARM_OF.get(cause, cause) == name:
-            seen = [lead for lead in leads if lead is not None]
-            causes[cause] = {"recall": share(len(seen), len(leads)), "lead": spread(seen)}
+            seen = [lead for _, lead, _ in events if lead is not None]
+            causes[cause] = {
+                "recall": share(len(seen), len(events)),
+                "lead": spread(seen),
+                "from_onset": spread(room for _, _, room in events),
+            }
     return {
         "precision": share(right, right + false),
         "false_runs": sum(j["false"] > 0 for j in judged),
@@ -172,7 +186,14 @@ def tables(variants: dict[str, list[dict]]) -> str:
         parts += [f"Runs with a false alarm, {name}:", "", *_false_table(scores), ""]
     for name, scores in found.items():
         parts += [f"Modes, share of samples, {name}:", "", *_confusion_table(scores["all"]), ""]
-    parts += ["Expected calibration error:", "", *_calibration_table(found)]
+    parts += ["Changes of contact, and modes that contradict the truth:", ""]
+    parts += [
+        *_latency_table(found),
+        "",
+        "Expected calibration error:",
+        "",
+        *_calibration_table(found),
+    ]
     return "\n".join(parts)
 
 
@@ -194,8 +215,9 @@ def _transition_table(scores):
 
 def _alarm_table(found):
     lines = [
-        "| alarm, level | told | precision | cause | recall | lead, median [ms] |",
-        "|---|---|---|---|---|---|",
+        "| alarm, level | told | precision | cause | recall | lead, median [ms] "
+        "| from the onset [ms] |",
+        "|---|---|---|---|---|---|---|",
     ]
     for alarm in ALARMS:
         for level in ("error", "warn"):
@@ -205,7 +227,8 @@ def _alarm_table(found):
                 for cause, c in a["causes"].items():
                     lines.append(
                         f"| {alarm}, {level.upper()} | {name} | {precision} | {cause} "
-                        f"| {shown_share(c['recall'])} | {shown_ms(c['lead']['median'])} |"
+                        f"| {shown_share(c['recall'])} | {shown_ms(c['lead']['median'])} "
+                        f"| {shown_ms(c['from_onset']['median'])} |"
                     )
     return lines
 
@@ -228,6 +251,23 @@ def _confusion_table(score):
         count = sum(row.values())
         cells = " | ".join(f"{row[m] / count:.3f}" if count else "-" for m in modes)
         lines.append(f"| {kind} | {count} | {cells} |")
+    return lines
+
+
+def _latency_table(found):
+    lines = [
+        "| what | told | seen within 100 ms | median / 95 % / largest [ms] |",
+        "|---|---|---|---|",
+    ]
+    for name, words in (("onset", "contact begins"), ("loss", "contact is lost")):
+        for told, scores in found.items():
+            s = scores["all"][name]
+            times = " / ".join(shown_ms(s["latency"][k]) for k in ("median", "p95", "max"))
+            lines.append(f"| {words} | {told} | {shown_share(s['seen'])} | {times} |")
+    for told, scores in found.items():
+        s = scores["all"]["longest_wrong"]
+        times = " / ".join(shown_ms(s[k]) for k in ("median", "p95", "max"))
+        lines.append(f"| longest wrong mode of a run | {told} | - | {times} |")
     return lines
 
 
