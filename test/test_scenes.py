@@ -10,7 +10,7 @@ import scenes
 from resumable import kept, work_through
 from scenes_draw import FAMILIES, Case, estimator_of, plan_of
 from scenes_labels import CLASSES, Event, Labels, labels_of, stretches
-from scenes_play import ALARMS, Record, truth_of
+from scenes_play import ALARMS, Record
 from scenes_score import judge_alarm, score_run
 from scenes_table import by_family, pooled, tables, wilson
 from simulated import contact_plan, truth
@@ -148,13 +148,13 @@ def test_a_wedge_of_the_simulation_is_found_without_its_determinant():
 
 
 def test_onset_is_the_begin_of_the_phase():
-    case = Case("stall", 1)
-    plan = plan_of(case)
-    events = labels_of(truth_of(plan)[0]).events
-    assert [e.cause for e in events] == ["stall"]
-    # The lead-in is not recorded, so the press begins when the closing is over.
-    assert events[0].onset == pytest.approx(plan.phases[1].duration)
-    assert 0.005 < events[0].begin - events[0].onset < 0.15
+    move = {"kind": "contact", "duration": 0.1, "rates": [-0.16, 0, 2.0]}
+    plan = contact_plan([0.2, 0, 0], [-0.16, 0, 2.0], [0, 0, -1e-3], phases={"a": move, "b": move})
+    normal = np.full((N, 3), 50.0)
+    normal[90:95] = normal[50:55] = 600.0
+    # The lead-in of 20 ms is not recorded.
+    onsets = [e.onset for e in labels_of(made_up(plan=plan, normal=normal)).events]
+    assert onsets == [0.0, pytest.approx(0.08)]
 
 
 EVENT = Event("wedge", 0.2, 0.3, 0.0)

@@ -8,7 +8,13 @@ import pytest
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.simulation.contact_run import contact_samples
 from peg_on_hole_ros.simulation.dynamics import contacts
-from peg_on_hole_ros.simulation.parted import parted_motion, parted_state, pushes, run_parted
+from peg_on_hole_ros.simulation.parted import (
+    CONTACT_STIFFNESS,
+    parted_motion,
+    parted_state,
+    pushes,
+    run_parted,
+)
 from peg_on_hole_ros.simulation.run import Run
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import contact_plan
@@ -79,7 +85,9 @@ def test_agrees_with_rigid_contacts_while_all_are_closed():
     soft = run_parted(model, t[0], y, t, t[-1], (1e3, 1e3), 1e-8)
     assert soft.ended_by == "end" and len(soft.t) == len(t)
     np.testing.assert_allclose(soft.states[:, :3], rigid.q, atol=2e-5)
-    normal = np.array([pushes(model.p, _levels(s), model.scale)[2] for s in soft.states])
+    normal = np.array(
+        [pushes(model.p, _levels(s), model.scale, CONTACT_STIFFNESS)[2] for s in soft.states]
+    )
     np.testing.assert_allclose(normal[-10:], rigid.normal[-10:], rtol=0.03)
 
 
@@ -90,12 +98,12 @@ def test_contacts_that_give_begin_with_the_loads_of_rigid_ones():
     state = np.array([0.2, 0.4, 0.1, *rates])
     _, normal, force, moment = contact_samples(model, np.zeros(1), state[None])
     y = parted_state(model, state, normal[0])
-    points, forces, pushed, slip = pushes(model.p, _levels(y), model.scale)
+    points, forces, pushed, slip = pushes(model.p, _levels(y), model.scale, CONTACT_STIFFNESS)
     np.testing.assert_allclose(pushed, normal[0], rtol=1e-3)
     _, velocity, _, _ = contacts(model.p, state[:3], state[3:], model.scale)
     np.testing.assert_allclose(slip, np.linalg.norm(velocity, axis=1), rtol=1e-3)
     # The peg has moved by a few micrometres, on a spring of 2e4 N/m.
-    motion = parted_motion(0.0, y, *model)
+    motion = parted_motion(0.0, y, *model, CONTACT_STIFFNESS)
     np.testing.assert_allclose(motion[6:9], force[0], atol=0.5)
     np.testing.assert_allclose(motion[9:], moment[0], atol=0.02)
 

@@ -49,7 +49,9 @@ class PartedRun(NamedTuple):
     ended_by: str
 
 
-def parted_state(model: Model, state: np.ndarray, normal: np.ndarray) -> np.ndarray:
+def parted_state(
+    model: Model, state: np.ndarray, normal: np.ndarray, stiffness: float = CONTACT_STIFFNESS
+) -> np.ndarray:
     """
     Return the state in which contacts that give carry what rigid ones did, shape (12,).
 
@@ -60,12 +62,14 @@ def parted_state(model: Model, state: np.ndarray, normal: np.ndarray) -> np.ndar
         gamma, psi, phi and rates on three rigid contacts.
     normal : ndarray, shape (3,)
         Reactions there [N].
+    stiffness : float
+        Of the contacts [N/m].
 
     """
     out = np.zeros(12)
     out[:3], out[6:9] = state[:3], state[3:]
     normals = _normals(model.p, state[:3])
-    pressed = -np.maximum(normal, 0.0) / CONTACT_STIFFNESS
+    pressed = -np.maximum(normal, 0.0) / stiffness
     # Near gamma0 two normals are all but one: the smallest offset that fits.
     out[3:6] = np.linalg.lstsq(normals, pressed, rcond=1e-6)[0]
     return out
@@ -76,7 +80,7 @@ def _normals(p, q):
 
 
 @njit(cache=True)
-def pushes(p, x, scale):
+def pushes(p, x, scale, stiffness):
     """
     Return where the contacts are, how hard they push, and how fast they slip.
 
@@ -88,6 +92,8 @@ def pushes(p, x, scale):
         Angles and offset with rates.
     scale : float
         Of the regularised friction law [m/s].
+    stiffness : float
+        Of the contacts [N/m].
 
     Returns
     -------
@@ -101,7 +107,7 @@ def pushes(p, x, scale):
     points, _, normals, _ = contacts(p, q, np.zeros(3), 1.0)
     centre = mass_centre(p, x)
     w = angular_velocity(q, x[1, :3].copy())
-    damping = CONTACT_DAMPING * 2 * np.sqrt(CONTACT_STIFFNESS * p[3])
+    damping = CONTACT_DAMPING * 2 * np.sqrt(stiffness * p[3])
     forces, normal, slip = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     for i in range(3):
         gap = np.sum(normals[i] * x[0, 3:])
@@ -112,18 +118,18 @@ def pushes(p, x, scale):
         v = v - approach * n
         slip[i] = np.sqrt(np.sum(v * v))
         if gap < 0:
-            normal[i] = max(0.0, -CONTACT_STIFFNESS * gap - damping * approach)
+            normal[i] = max(0.0, -stiffness * gap - damping * approach)
         forces[i] = normal[i] * (n - p[6] * v / np.sqrt(slip[i] ** 2 + scale * scale))
     return points, forces, normal, slip
 
 
 @njit(cache=True)
-def parted_motion(t, y, p, holder, knots, coefficients, scale):
+def parted_motion(t, y, p, holder, knots, coefficients, scale, stiffness):
     """Return accelerations of angles and offset, and the holder's F and M, shape (12,)."""
     x = np.zeros((3, 6))
     x[0], x[1] = y[:6], y[6:]
     F, M = holder_pull(p, holder, evaluate(knots, coefficients, t), x)
-    points, forces, _, _ = pushes(p, x, scale)
+    points, forces, _, _ = pushes(p, x, scale, stiffness)
     # What has to be exerted is affine in the accelerations.
     F0, M0 = newton_euler(p, x, points, forces)
     A, r = np.empty((6, 6)), np.empty(6)
@@ -140,29 +146,33 @@ def parted_motion(t, y, p, holder, knots, coefficients, scale):
 
 
 @njit(cache=True)
-def parted_rate(t, y, p, holder, knots, coefficients, scale):
+def parted_rate(t, y, p, holder, knots, coefficients, scale, stiffness):
     """Return the time derivative of the state, shape (12,)."""
     out = np.empty(12)
     out[:6] = y[6:]
-    out[6:] = parted_motion(t, y, p, holder, knots, coefficients, scale)[:6]
+    out[6:] = parted_motion(t, y, p, holder, knots, coefficients, scale, stiffness)[:6]
     return out
 
 
 @njit(cache=True)
-def parted_jacobian(t, y, p, holder, knots, coefficients, scale):
+def parted_jacobian(t, y, p, holder, knots, coefficients, scale, stiffness):
     """Return the derivative of `parted_rate` by the state, central differences, (12, 12)."""
     J = np.empty((12, 12))
     for j in range(12):
         h = 1e-9 if j < 6 else 1e-8
         x = y.copy()
         x[j] += h
-        up = parted_rate(t, x, p, holder, knots, coefficients, scale)
+        up = parted_rate(t, x, p, holder, knots, coefficients, scale, stiffness)
         x[j] -= 2 * h
-        J[:, j] = (up - parted_rate(t, x, p, holder, knots, coefficients, scale)) / (2 * h)
+        J[:, j] = (up - parted_rate(t, x, p, holder, knots, coefficients, scale, stiffness)) / (
+            2 * h
+        )
     return J
 
 
-def run_parted(model: Model, t0, y, samples, t_end, limits, rtol) -> PartedRun:
+def run_parted(
+    model: Model, t0, y, samples, t_end, limits, rtol, stiffness=CONTACT_STIFFNESS
+) -> PartedRun:
     """
     Integrate by Radau IIA; it ends at a sample, not at the event itself.
 
@@ -178,14 +188,16 @@ def run_parted(model: Model, t0, y, samples, t_end, limits, rtol) -> PartedRun:
         Force [N] and torque [N m] of the holder that end the run.
     rtol : float
         The absolute tolerance is a hundredth of it, and of a nanometre's order for offsets.
+    stiffness : float
+        Of the contacts [N/m].
 
     """
     atol = np.full(12, rtol / 100)
     atol[3:6] = rtol / 1e5
     solver = Radau(
-        lambda t, x: parted_rate(t, x, *model), t0, np.asarray(y, float), t_end,
+        lambda t, x: parted_rate(t, x, *model, stiffness), t0, np.asarray(y, float), t_end,
         max_step=MAX_STEP, rtol=rtol, atol=atol,
-        jac=lambda t, x: parted_jacobian(t, x, *model),
+        jac=lambda t, x: parted_jacobian(t, x, *model, stiffness),
     )  # fmt: skip
     taken, states, k, ended = [], [], 0, ""
     while solver.status == "running" and not ended:
@@ -198,7 +210,7 @@ def run_parted(model: Model, t0, y, samples, t_end, limits, rtol) -> PartedRun:
         dense = solver.dense_output()
         while k < len(samples) and samples[k] <= solver.t and not ended:
             state = dense(samples[k]) if samples[k] > t0 else np.array(y, float)
-            ended = _ends(model, samples[k], state, limits)
+            ended = _ends(model, samples[k], state, limits, stiffness)
             if not ended:
                 taken.append(samples[k])
                 states.append(state)
@@ -206,12 +218,12 @@ def run_parted(model: Model, t0, y, samples, t_end, limits, rtol) -> PartedRun:
     return PartedRun(np.array(taken), np.array(states).reshape(-1, 12), ended or "end")
 
 
-def _ends(model, t, y, limits):
+def _ends(model, t, y, limits, stiffness):
     if y[0] < model.p[7] + TILT_LEFT:
         return "transition"
     if (_normals(model.p, y[:3]) @ y[3:6]).max() > LARGEST_GAP:
         return "gap"
-    load = parted_motion(t, y, *model)[6:]
+    load = parted_motion(t, y, *model, stiffness)[6:]
     if np.linalg.norm(load[:3]) > limits[0]:
         return "force limit"
     return "torque limit" if np.linalg.norm(load[3:]) > limits[1] else ""
