@@ -246,36 +246,36 @@ def _stall(draw):
     setting = setting_of(
         draw,
         clearance=draw.log(1e-4, 5e-4),
-        friction=draw.even(0.2, 0.4),
+        friction=draw.even(0.2, 0.45),
         speed=draw.log(0.06, 0.2),
         slide=0.0,
         slip=0.0 if draw.chance(0.7) else draw.sign() * draw.log(0.02, 0.2),
         press=draw.even(0.5e-3, 1.0e-3),
-        rotational_stiffness=draw.log(150.0, 500.0),
+        rotational_stiffness=draw.log(80.0, 300.0),
     )
-    rates, before = _rates(setting), draw.even(0.1, 0.25)
-    start, phases = _touching(setting, setting.speed * draw.even(0.35, 0.6), rates)
+    rates, before = _rates(setting), draw.even(0.1, 0.2)
+    start, phases = _touching(setting, setting.speed * draw.even(0.45, 0.7), rates)
     phases["close"] = {"kind": "contact", "duration": before, "rates": rates}
     phases["press"] = {
         "kind": "two_point",
-        "duration": draw.even(0.08, 0.2),
+        "duration": draw.even(0.2, 0.35),
         "rates": rates,
-        "offset": [0.0, 0.0, -draw.even(4e-3, 15e-3)],
+        "offset": [0.0, 0.0, -draw.even(4e-3, 14e-3)],
     }
-    phases["hold"] = {"kind": "two_point", "duration": 0.25, "rates": rates}
+    phases["hold"] = {"kind": "two_point", "duration": 0.2, "rates": rates}
     return setting, start, phases
 
 
 def _overpress(draw):
-    setting = setting_of(draw, max_normal=draw.log(100.0, 400.0))
-    rates, before = _rates(setting), draw.even(0.1, 0.25)
+    setting = setting_of(draw, max_normal=draw.log(200.0, 800.0))
+    rates, before = _rates(setting), draw.even(0.1, 0.2)
     start, phases = _touching(setting, setting.speed * 0.75, rates)
     phases["close"] = {"kind": "contact", "duration": before, "rates": rates}
     phases["press"] = {
         "kind": "contact",
-        "duration": draw.even(0.1, 0.3),
+        "duration": draw.even(0.2, 0.4),
         "rates": rates,
-        "offset": [0.0, 0.0, -draw.log(2e-3, 10e-3)],
+        "offset": [0.0, 0.0, -draw.log(3e-3, 12e-3)],
     }
     phases["hold"] = {"kind": "contact", "duration": 0.1, "rates": rates}
     return setting, start, phases
@@ -284,12 +284,12 @@ def _overpress(draw):
 def _tipped(draw):
     setting = setting_of(draw, slide=0.0, slip=0.0, press=draw.even(0.4e-3, 1e-3))
     rates, before = _rates(setting), draw.even(0.1, 0.25)
-    tilt = setting.speed * (before + 0.2) + draw.even(0.05, 0.12)
+    tilt = setting.speed * (before + 0.25) + draw.even(0.05, 0.12)
     start, phases = _touching(setting, tilt, rates, [-5e-4, 0.0, -setting.press])
     phases["close"] = {"kind": "parted", "duration": before, "rates": rates}
     phases["tip"] = {
         "kind": "parted",
-        "duration": draw.even(0.1, 0.2),
+        "duration": draw.even(0.15, 0.3),
         "rates": rates,
         "offset": [draw.even(0.5e-3, 2e-3), draw.even(-1e-3, 1e-3), -draw.even(0.0, 5e-4)],
     }
