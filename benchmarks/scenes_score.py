@@ -204,14 +204,16 @@ def calibration(labels, record) -> dict:
     settled = (labels.t >= SETTLE) & (labels.kind != "")
     touching = settled & np.isin(labels.kind, ("three_point", "two_point", "stuck"))
     three = np.isin(labels.kind, ("three_point", "stuck"))
-    apart = np.isin(labels.kind, ("open", "lost"))
+    kind = labels.kind
     asked = {
         "transition_probability": (touching, labels.below),
         "three_point_validity": (settled, three),
-        "mode_probability_three_point": (settled, labels.kind == "three_point"),
-        "mode_probability_two_point": (settled, labels.kind == "two_point"),
-        "mode_probability_open": (settled, apart),
-        "mode_probability_stuck": (settled, labels.kind == "stuck"),
+        "mode_probability_three_point": (settled, kind == "three_point"),
+        "mode_probability_two_point": (settled, kind == "two_point"),
+        "mode_probability_stuck": (settled, kind == "stuck"),
+        "mode_probability_opened": (settled, kind == "lost"),
+        "mode_probability_free": (settled, kind == "open"),
+        "mode_probability_open": (settled, np.isin(kind, ("open", "lost"))),
     }
     found = {}
     for name, (where, true) in asked.items():
