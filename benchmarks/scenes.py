@@ -11,6 +11,7 @@ that a run which was stopped goes on, and truths are not integrated again for an
 import argparse
 import csv
 import os
+import shutil
 import sys
 from functools import cache
 from pathlib import Path
@@ -30,6 +31,7 @@ PARTS = (
     "simulation",
 )  # fmt: skip
 VARIANTS = ("matched", "mismatch")
+MARKS = "<!-- tables -->", "<!-- end of tables -->"
 QUICK_RUNS = 2 * len(FAMILIES)
 
 
@@ -131,6 +133,17 @@ def flat_runs(variants):
     return rows
 
 
+def renew(page: Path, text: str, pictures: list[Path]) -> None:
+    """Put tables between a page's marks in place of those there, and pictures into its figures."""
+    before, rest = page.read_text().split(MARKS[0])
+    _, after = rest.split(MARKS[1])
+    page.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}")
+    (page.parent / "figures").mkdir(exist_ok=True)
+    for path in pictures:
+        if path.suffix == ".png":
+            shutil.copyfile(path, page.parent / "figures" / f"scenes_{path.name}")
+
+
 def main(arguments=None):
     """Run the scenes, write figures, tables and pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
@@ -139,6 +152,7 @@ def main(arguments=None):
     parser.add_argument("--mismatch", action="store_true", help="wrong friction, clearance too")
     parser.add_argument("--tuning", action="store_true", help="scenes for choosing thresholds")
     parser.add_argument("--out", type=Path, required=True, help="figures, tables, pictures")
+    parser.add_argument("--page", type=Path, help="renew tables, pictures of docs/scenes.md")
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
     options = parser.parse_args(arguments)
     count = QUICK_RUNS if options.quick else 300
@@ -156,7 +170,11 @@ def main(arguments=None):
     print(text)
     from scenes_plot import draw
 
-    for path in draw({name: by_family(runs) for name, runs in found.items()}, found, options.out):
+    families = {name: by_family(runs) for name, runs in found.items()}
+    pictures = draw(families, found, options.out)
+    if options.page:
+        renew(options.page, text, pictures)
+    for path in pictures:
         _say(f"written: {path}")
 
 

@@ -153,7 +153,7 @@ def _modes(scores):
     """Return the confusion of modes, and how often what was said to be probable was true."""
     count = len(scores)
     figure, axes = plt.subplots(
-        1, count + 1, figsize=(5.2 * (count + 1), 4.6), layout="constrained", squeeze=False
+        1, count + 1, figsize=(5.0 * (count + 1) + 2.5, 4.4), layout="constrained", squeeze=False
     )
     for axis, (variant, found) in zip(axes[0], scores.items(), strict=False):
         table = found["all"]["confusion"]
@@ -171,12 +171,12 @@ def _modes(scores):
         axis.set_title(f"Share of samples, {variant}")
     axis = axes[0, -1]
     axis.plot([0, 1], [0, 1], color="0.6", lw=1)
-    palette = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+    palette = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000", "0.5")
     for variant, found in scores.items():
         if variant != next(iter(scores)):
             continue
         for (name, c), colour, marker in zip(
-            sorted(found["all"]["calibration"].items()), palette, "osD^vP", strict=False
+            sorted(found["all"]["calibration"].items()), palette, "osD^vPX*", strict=False
         ):
             points = [(s, t) for s, t in zip(c["said"], c["true"], strict=True) if s is not None]
             label = f"{name.replace('mode_probability_', '')}, error {c['error']:.3f}"
@@ -184,5 +184,5 @@ def _modes(scores):
     axis.set_xlabel("probability stated")
     axis.set_ylabel("share of samples where it was true")
     axis.set_title(f"Calibration, {next(iter(scores))}")
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=1, frameon=False)
+    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure

@@ -361,7 +361,13 @@ def test_goes_on_with_what_it_has(ran, monkeypatch):
 def test_tables_and_pictures(ran, monkeypatch, capsys):
     folder, _, chosen, found = ran
     monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)
-    scenes.main(["--mismatch", "--out", str(folder), "--workers", "1"])
+    page = folder / "page.md"
+    page.write_text(f"Before\n{scenes.MARKS[0]}\nold\n{scenes.MARKS[1]}\nAfter\n")
+    scenes.main(["--mismatch", "--out", str(folder), "--workers", "1", "--page", str(page)])
+    parts = page.read_text().split("\n\n", 1)
+    assert parts[0] == f"Before\n{scenes.MARKS[0]}" and "old" not in parts[1]
+    assert parts[1].endswith(f"\n\n{scenes.MARKS[1]}\nAfter\n")
+    assert (folder / "figures" / "scenes_modes.png").stat().st_size > 10_000
     text = capsys.readouterr().out
     assert text.strip() == tables(found).strip() == (folder / "scenes.md").read_text().strip()
     assert "| insertion | 1 | 1 |" in text and "| jamming, ERROR | mismatch |" in text
