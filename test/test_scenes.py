@@ -362,10 +362,10 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
     folder, _, chosen, found = ran
     monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)
     page = folder / "page.md"
-    page.write_text(f"Before\n{scenes.MARKS[0]}\nold\n{scenes.MARKS[1]}\nAfter\n")
+    page.write_text(f"Before\n{scenes.MARKS[0]}\nwhat stood here\n{scenes.MARKS[1]}\nAfter\n")
     scenes.main(["--mismatch", "--out", str(folder), "--workers", "1", "--page", str(page)])
     parts = page.read_text().split("\n\n", 1)
-    assert parts[0] == f"Before\n{scenes.MARKS[0]}" and "old" not in parts[1]
+    assert parts[0] == f"Before\n{scenes.MARKS[0]}" and "what stood here" not in parts[1]
     assert parts[1].endswith(f"\n\n{scenes.MARKS[1]}\nAfter\n")
     assert (folder / "figures" / "scenes_modes.png").stat().st_size > 10_000
     text = capsys.readouterr().out

@@ -13,9 +13,9 @@ from peg_on_hole_ros.simulation.command import quintic
 KINDS = {
     "free": "the holder guides the peg, nothing touches",
     "contact": "the peg moves on three contacts, the holder gives way",
-    "parted": "as contact, until a contact opens; then on those left, which give a little",
     "lift_off": "as contact, until the contacts let go; then as free",
     "two_point": "as contact, through the transition; then guided in the hole on two contacts",
+    "parted": "as contact, until a contact opens; then on those left, which give a little",
 }
 
 
