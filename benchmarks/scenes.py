@@ -24,7 +24,7 @@ from scenes_score import score_run
 from scenes_table import by_family, tables
 
 HERE = Path(__file__).parent
-OWN = ("scenes_draw.py", "scenes_labels.py", "scenes_play.py", "scenes_score.py")
+OWN = [f"scenes_{name}.py" for name in ("setting", "families", "draw", "labels", "play", "score")]
 # What the figures depend on.
 PARTS = (
     "pipeline.py", "options.py", "records.py", "mechanics", "estimation", "monitoring",
