@@ -10,20 +10,17 @@ of other sources, seeds or settings are not taken for those asked for.
 
 import argparse
 import csv
-import hashlib
-import json
-import multiprocessing
 import os
-import random
 import sys
-import time
 from pathlib import Path
 
 from grid_cells import FULL, FULL_HELD_OUT, NOISE, QUICK, SMALLEST, Motion, truth_of
 from grid_score import QUANTITIES, score_cell
 from grid_summary import flat_rows, summary
-from peg_on_hole_ros.numba_cache import PACKAGE
 from peg_on_hole_ros.simulation.measure import sensor_wrench
+from resumable import keep, work_through
+from resumable import kept as kept_tree
+from resumable import sources_key as sources_key_of
 
 HERE = Path(__file__).parent
 SPREAD = 0.0
@@ -35,14 +32,9 @@ SOURCES = ("mechanics", "estimation", "monitoring", "simulation")
 
 def sources_key() -> str:
     """Return a name for the state of everything that the figures come from."""
-    digest = hashlib.sha256()
-    files = [PACKAGE / name for name in ("pipeline.py", "options.py", "records.py")]
-    files += [HERE / name for name in ("grid_cells.py", "grid_score.py", "consistency.py")]
-    for part in SOURCES:
-        files += sorted((PACKAGE / part).glob("*.py"))
-    for path in files:
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+    own = ("grid_cells.py", "grid_score.py", "consistency.py")
+    parts = ("pipeline.py", "options.py", "records.py", *SOURCES)
+    return sources_key_of(parts, [HERE / name for name in own])
 
 
 def file_of(folder: Path, motion: Motion, noise: str) -> Path:
@@ -52,13 +44,8 @@ def file_of(folder: Path, motion: Motion, noise: str) -> Path:
 
 def kept(path: Path, key: str, seeds: int, spread: float):
     """Return a cell's figures if they are those asked for, else None."""
-    try:
-        cell = json.loads(path.read_text())
-    except (OSError, ValueError):
-        return None
     asked = {"key": key, "seeds_asked": seeds, "friction_stddev": spread}
-    fits = all(cell.get(name) == value for name, value in asked.items())
-    return cell if fits else None
+    return kept_tree(path, asked)
 
 
 def score_motion(task):
@@ -76,10 +63,7 @@ def score_motion(task):
             first = range(FIRST_SEED, FIRST_SEED + seeds)
             start = range(FIRST_START_SEED, FIRST_START_SEED + start_seeds)
             cell |= score_cell(truth, noise, first, start, exact, spread)
-        path = file_of(folder, motion, noise)
-        partial = path.with_suffix(f".{os.getpid()}.tmp")
-        partial.write_text(json.dumps(cell, indent=1))
-        partial.replace(path)
+        keep(file_of(folder, motion, noise), cell)
     return str(motion), end
 
 
@@ -116,15 +100,7 @@ def run(motions, levels, seeds, folder: Path, workers=2, report=print, spread=SP
         if missing:
             tasks.append((motion, missing, seeds, start_seeds, folder, key, spread))
     report(f"{len(motions)} motions at {len(levels)} noise levels, {len(tasks)} to compute")
-    begin = time.monotonic()
-    context = multiprocessing.get_context("spawn")
-    # Of a run that is stopped, what is there shall be of every kind.
-    random.Random(0).shuffle(tasks)
-    if workers > 1 and len(tasks) > 1:
-        with context.Pool(workers) as pool:
-            _watch(pool.imap_unordered(score_motion, tasks), len(tasks), begin, report)
-    else:
-        _watch(map(score_motion, tasks), len(tasks), begin, report)
+    work_through(score_motion, tasks, workers, report)
     return collect(motions, levels, seeds, folder, spread)
 
 
@@ -133,13 +109,6 @@ def collect(motions, levels, seeds, folder: Path, spread=SPREAD):
     key = sources_key()
     cells = [kept(file_of(folder, m, n), key, seeds, spread) for m in motions for n in levels]
     return [cell for cell in cells if cell is not None]
-
-
-def _watch(done, count, begin, report):
-    for i, (name, end) in enumerate(done, 1):
-        spent = time.monotonic() - begin
-        left = spent / i * (count - i)
-        report(f"  {i}/{count} {name}: {end}; {spent:.0f} s, about {left:.0f} s to go")
 
 
 def main(arguments=None):

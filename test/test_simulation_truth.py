@@ -279,3 +279,28 @@ def test_guidance_into_the_rim_is_refused():
     cuts = contact_plan([0.3, 0, 0], [0, 0, 0], [0, 0, 0.001], phases=phases)
     with pytest.raises(PegOnHoleError, match="phases.dive: the guided peg would cut .* mm into"):
         integrate(cuts)
+
+
+def test_friction_jumps_where_a_phase_says_so():
+    rates = [-0.16, 0, 2.0]
+    phases = {
+        "before": {"kind": "contact", "duration": 0.05, "rates": rates},
+        "after": {"kind": "contact", "duration": 0.05, "rates": rates, "friction": 0.35},
+    }
+    result = integrate(contact_plan([0.2, 0, 0], rates, [0, 0, -1e-3], phases=phases))
+    assert result.ended_by == "end" and len(result.t_ns) == 81
+    # |F| = N sqrt(1 + f^2) at a contact that slides: normal and friction stand at right angles.
+    share = np.linalg.norm(result.contact_force, axis=2) / result.normal
+    for name, friction in (("before", 0.2), ("after", 0.35)):
+        chosen = result.phase == name
+        # The last sample before the jump is that of the jump itself.
+        chosen[np.flatnonzero(chosen)[[0, -1]]] = False
+        np.testing.assert_allclose(share[chosen], np.hypot(1, friction), rtol=1e-4)
+    # Rates go on without a step: friction's moment of 0.1 N m on Iz makes some 200 rad/s^2.
+    assert np.abs(np.diff(result.rates, axis=0)).max() < 0.2
+
+
+def test_friction_of_a_phase_that_lets_go_is_refused():
+    phases = {"leave": {"kind": "lift_off", "duration": 0.1, "friction": 0.3}}
+    with pytest.raises(PegOnHoleError, match="phases.leave.friction is for contact and two_point"):
+        contact_plan([0.2, 0, 0], [0, 0, 1.0], [0, 0, -1e-3], phases=phases)

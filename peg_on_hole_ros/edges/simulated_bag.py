@@ -85,6 +85,12 @@ def _contacts(truth, i, t_ns):
     return joint_state(t_ns, CONTACTS, truth.closed[i], truth.slip_speed[i], truth.normal[i])
 
 
+def _phase(phase):
+    tree = asdict(phase)
+    # Without a jump there is nothing to say, and older bags say nothing.
+    return tree if phase.friction is not None else {k: tree[k] for k in tree if k != "friction"}
+
+
 def _metadata(truth, seed):
     plan = truth.plan
     settings, joints = plan.configuration.wrench, plan.configuration.joints
@@ -99,8 +105,8 @@ def _metadata(truth, seed):
             f"each axis; wrench {plan.wrench_rate} Hz, joint states {plan.joint_rate} Hz"
         ),
         "holder": json.dumps(asdict(plan.holder)),
-        "start": json.dumps(asdict(plan.start)),
-        "phases": json.dumps([asdict(phase) for phase in plan.phases]),
+        "start": json.dumps(_phase(plan.start)),
+        "phases": json.dumps([_phase(phase) for phase in plan.phases]),
         "integrator": (
             f"Radau IIA of order 5, rtol {plan.rtol:g}; friction regularised at "
             f"{plan.slip_velocity_scale:g} m/s"

@@ -12,6 +12,7 @@ from peg_on_hole_ros.simulation.guided import (
     newton_euler,
 )
 from peg_on_hole_ros.simulation.holder import holder_wrench, mass_centre
+from peg_on_hole_ros.simulation.parted import CONTACT_STIFFNESS, parted_motion, pushes
 from peg_on_hole_ros.simulation.stuck import rest_residual
 
 # Share of the load that may stay unbalanced: rounding.
@@ -88,6 +89,25 @@ def contact_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
         for k in range(3):
             block["contact_point"][i, k] = hole_axes(state[1], points[k])
             block["contact_force"][i, k] = hole_axes(state[1], normal[i, k] * direction[k])
+    return block
+
+
+def parted_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
+    """Return the samples of a motion in which contacts come and go."""
+    block = _empty(t, "unknown")
+    for i, y in enumerate(states):
+        x = np.zeros((3, 6))
+        x[0], x[1] = y[:6], y[6:]
+        motion = parted_motion(t[i], y, *model, CONTACT_STIFFNESS)
+        x[2] = motion[:6]
+        _pose(model.p, block, i, x)
+        block["gap"][i] = _gaps(model.p, x)
+        block["force"][i], block["moment"][i] = motion[6:9], motion[9:]
+        points, forces, normal, slip = pushes(model.p, x, model.scale, CONTACT_STIFFNESS)
+        block["contact_point"][i], block["contact_force"][i] = points, forces
+        block["normal"][i], block["closed"][i], block["slip_speed"][i] = normal, normal > 0, slip
+    block["mode"][block["closed"].all(axis=1)] = "three_point"
+    block["mode"][~block["closed"].any(axis=1)] = "open"
     return block
 
 

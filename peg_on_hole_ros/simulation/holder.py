@@ -133,7 +133,7 @@ def cross(a, b):
 
 
 @njit(cache=True)
-def holder_wrench(p, holder, command, state):
+def holder_pull(p, holder, command, true):
     """
     Return the force and the moment about the mass centre of the holder on the peg, hole axes.
 
@@ -144,10 +144,8 @@ def holder_wrench(p, holder, command, state):
     ----------
     p, holder : ndarray
         From `scene_numbers`, `holder_numbers`.
-    command : ndarray, shape (3, 6)
-        From `command.evaluate`.
-    state : ndarray, shape (6,)
-        gamma, psi, phi, and their rates, in three-point contact.
+    command, true : ndarray, shape (3, 6)
+        Angles and offset with rates, as from `command.evaluate`.
 
     Returns
     -------
@@ -155,12 +153,10 @@ def holder_wrench(p, holder, command, state):
         [N], [N m]
 
     """
-    true = np.zeros((3, 6))
-    true[0, :3], true[1, :3] = state[:3], state[3:]
     C, C_command = mass_centre(p, true), mass_centre(p, command)
-    R, R_command = rotation(state[:3]), rotation(command[0, :3])
+    R, R_command = rotation(true[0, :3]), rotation(command[0, :3])
     w, w_command = (
-        angular_velocity(state[:3], state[3:]),
+        angular_velocity(true[0, :3], true[1, :3]),
         angular_velocity(command[0, :3], command[1, :3]),
     )
     lever, lever_command = R @ holder[:3], R_command @ holder[:3]
@@ -171,6 +167,14 @@ def holder_wrench(p, holder, command, state):
     M = M + cross(lever, F)
     F = F - p[3] * p[8:11]
     return F, M
+
+
+@njit(cache=True)
+def holder_wrench(p, holder, command, state):
+    """Return `holder_pull` on a peg in three-point contact, of gamma, psi, phi and rates."""
+    true = np.zeros((3, 6))
+    true[0, :3], true[1, :3] = state[:3], state[3:]
+    return holder_pull(p, holder, command, true)
 
 
 @njit(cache=True)

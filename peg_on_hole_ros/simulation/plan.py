@@ -15,6 +15,7 @@ KINDS = {
     "contact": "the peg moves on three contacts, the holder gives way",
     "lift_off": "as contact, until the contacts let go; then as free",
     "two_point": "as contact, through the transition; then guided in the hole on two contacts",
+    "parted": "as contact, until a contact opens; then on those left, which give a little",
 }
 
 
@@ -50,6 +51,9 @@ class Phase:
         down to press; None: as before.
     load : tuple of 2 float or None
         two_point: normal reactions at K and at the wall at its end [N]; None: as before.
+    friction : float or None
+        Coulomb coefficient of all contacts from its begin on; None: as before, at first the
+        scene's.
 
     """
 
@@ -60,6 +64,7 @@ class Phase:
     rates: tuple[float, float, float] = (0.0, 0.0, 0.0)
     offset: tuple[float, float, float] | None = None
     load: tuple[float, float] | None = None
+    friction: float | None = None
 
 
 @dataclass(frozen=True)
@@ -122,6 +127,7 @@ _RANGES = {
     "rates": (-100.0, 100.0, "rad/s"),
     "offset": (-0.1, 0.5, "m"),
     "load": (0.0, 1e5, "N"),
+    "friction": (0.0, 2.0, ""),
 }
 _LENGTHS = {"angles": 3, "rates": 3, "offset": 3, "load": 2}
 _TOP = ("origin", "seed", "wrench_rate", "joint_rate", "lead_in", "settle", "slip_velocity_scale")
@@ -206,13 +212,15 @@ def _number(name, value, where):
 
 
 def _phase(name, tree, where):
-    _known(tree, ("kind", "duration", "angles", "rates", "offset", "load"), where)
+    _known(tree, ("kind", "duration", "friction", *_LENGTHS), where)
     kind = tree.get("kind")
     if kind not in KINDS:
         raise PegOnHoleError(f"{where}.kind = {kind!r} is not one of {', '.join(KINDS)}")
     if "duration" not in tree:
         raise PegOnHoleError(f"{where}.duration is missing [s]")
     values = {"duration": _number("duration", tree["duration"], f"{where}.duration")}
+    if "friction" in tree:
+        values["friction"] = _number("friction", tree["friction"], f"{where}.friction")
     for key, length in _LENGTHS.items():
         if key in tree:
             value = tree[key]
@@ -254,10 +262,20 @@ def _check_together(plan):
                 f"simulation.phases.{phase.name}: {phase.kind} does not follow two_point; in the "
                 "hole the simulation ends"
             )
+        if before == "parted" and phase.kind != "parted":
+            raise PegOnHoleError(
+                f"simulation.phases.{phase.name}: {phase.kind} does not follow parted; with a "
+                "contact open the simulation ends"
+            )
         if phase.load and phase.kind != "two_point":
             raise PegOnHoleError(
                 f"simulation.phases.{phase.name}.load is for two_point; elsewhere the reactions "
                 "come out of the motion"
+            )
+        if phase.friction is not None and phase.kind not in ("contact", "two_point"):
+            raise PegOnHoleError(
+                f"simulation.phases.{phase.name}.friction is for contact and two_point; in "
+                f"{phase.kind} contacts let go: set it in the phase before"
             )
         before = phase.kind
 

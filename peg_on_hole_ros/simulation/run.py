@@ -6,16 +6,31 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.records import CONTACTS
-from peg_on_hole_ros.simulation.blocks import contact_block, guided_block, stuck_block
+from peg_on_hole_ros.simulation.blocks import (
+    contact_block,
+    guided_block,
+    parted_block,
+    stuck_block,
+)
 from peg_on_hole_ros.simulation.command import evaluate, quintic
 from peg_on_hole_ros.simulation.contact_run import Model, contact_samples, run_contact
 from peg_on_hole_ros.simulation.dynamics import scene_numbers
 from peg_on_hole_ros.simulation.guided import Guidance, guided_state
 from peg_on_hole_ros.simulation.holder import holder_numbers
-from peg_on_hole_ros.simulation.plan import Plan, holder_program
+from peg_on_hole_ros.simulation.parted import parted_state, run_parted
+from peg_on_hole_ros.simulation.plan import KINDS, Plan, holder_program
 
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 NEAR_TRANSITION = 2e-3
+PARTED_ENDS = {
+    "end": "the program is over",
+    "gap": "a gap of 0.5 mm is reached, beyond which the simulation knows no more",
+    "transition": "gamma0 is reached, and the simulation ends",
+    "force limit": "the holder's force limit is reached",
+    "torque limit": "the holder's torque limit is reached",
+}
+# Where it stands among the scene's numbers.
+FRICTION = 6
 # How far a guided peg may cut into the rim [m]: what a newton makes the holder give way.
 OVERLAP = 5e-5
 
@@ -69,11 +84,27 @@ class Run:
         self.events.append((self.t, text))
 
     def stretch_end(self, kinds) -> float:
-        """Return where the phases of the given kinds that follow each other from now on end."""
-        k = self.phase_index(self.t)
-        while k < len(self.plan.phases) and self.plan.phases[k].kind in kinds:
+        """
+        Return where the phases of the given kinds that follow each other from now on end.
+
+        A phase with a friction of its own begins another stretch.
+
+        """
+        phases, k = self.plan.phases, self.phase_index(self.t)
+        first = k
+        while k < len(phases) and phases[k].kind in kinds:
+            if k > first and phases[k].friction is not None:
+                break
             k += 1
         return float(self.knots[k])
+
+    def take_friction(self) -> None:
+        """Let the friction of the phase that is entered hold from now on."""
+        friction = self.plan.phases[self.phase_index(self.t)].friction
+        if friction is not None:
+            p = self.model.p.copy()
+            p[FRICTION] = friction
+            self.model = self.model._replace(p=p)
 
     def done(self) -> bool:
         """Return whether the program is over or the simulation has ended by itself."""
@@ -136,12 +167,13 @@ def _check_clear(run, block):
 
 
 def _contact(run):
+    run.take_friction()
     plan, model = run.plan, run.model
     limits = plan.holder.force_limit, plan.holder.torque_limit
     if run.state is None:
         x = evaluate(run.knots, run.coefficients, run.t)
         run.state = np.concatenate([x[0, :3], x[1, :3]])
-    end = run.stretch_end(("contact", "lift_off", "two_point"))
+    end = run.stretch_end(("contact", "parted", "lift_off", "two_point"))
     samples = run.grid[run.taken :]
     total = run.knots[-1]
     result = run_contact(
@@ -167,7 +199,10 @@ def _contact_ended(run, what):
     kind = run.plan.phases[run.phase_index(run.t - 2e-9)].kind
     if what == "end":
         if run.t < run.knots[-1] - 1e-9:
-            name = run.plan.phases[run.phase_index(run.t)].name
+            phase = run.plan.phases[run.phase_index(run.t)]
+            if phase.kind != "free":
+                return
+            name = phase.name
             raise PegOnHoleError(
                 f"simulation.phases.{name} is free, but the contacts still carry load at its "
                 "begin; put a lift_off before it that raises the offset above 0"
@@ -189,6 +224,8 @@ def _contact_ended(run, what):
     elif what[:4] == "open":
         run.event(f"contact {what[5:]} opened at gamma = {gamma:.6f} rad")
         run.ended_by = f"contact {what[5:]} opened"
+        if kind == "parted":
+            _parted(run)
     else:
         run.event(f"{what} of the holder reached at gamma = {gamma:.6f} rad")
         run.ended_by = what
@@ -219,6 +256,18 @@ def _let_go(run):
     _touch_down(run)
 
 
+def _parted(run):
+    """Go on with the contacts that are left, as far as that is known."""
+    plan, limits = run.plan, (run.plan.holder.force_limit, run.plan.holder.torque_limit)
+    normal = contact_samples(run.model, np.array([run.t]), run.state[None])[1][0]
+    begin, end = run.t, run.knots[-1]
+    state = parted_state(run.model, run.state, normal)
+    result = run_parted(run.model, begin, state, run.until(end), end, limits, plan.rtol)
+    run.blocks.append(parted_block(run.model, result.t, result.states))
+    run.t = float(result.t[-1]) if len(result.t) else begin
+    run.event(f"with that contact open: {PARTED_ENDS[result.ended_by]}")
+
+
 def _two_point(run):
     _take_over(run, touching=True)
     normal = run.load[0]
@@ -227,6 +276,7 @@ def _two_point(run):
     while not run.done():
         phase = run.plan.phases[run.phase_index(run.t)]
         begin, end = run.t, float(run.knots[run.phase_index(run.t) + 1])
+        run.take_friction()
         target = phase.load or (at_K, at_wall)
         pieces = quintic([[at_K, at_wall], [0, 0], [0, 0]], [target, [0, 0], [0, 0]], end - begin)
         run.load = (None, loaded, pieces)
@@ -239,9 +289,17 @@ def _two_point(run):
 def _stuck(run):
     limits = run.plan.holder.force_limit, run.plan.holder.torque_limit
     run.state[3:] = 0
-    samples = run.until(run.knots[-1])
-    block, stays, reason = stuck_block(run.model, samples, run.state, limits)
-    run.blocks.append(block)
-    run.t = float(block["t"][-1]) if len(block["t"]) else run.t
+    begin = run.t
+    whole = True
+    while whole and run.t < run.knots[-1] - 1e-9:
+        run.take_friction()
+        end = run.stretch_end(tuple(KINDS))
+        samples = run.until(end)
+        block, stays, reason = stuck_block(run.model, samples, run.state, limits)
+        run.blocks.append(block)
+        whole = len(block["t"]) == len(samples)
+        run.t = end
+    last = [block["t"][-1] for block in run.blocks if len(block["t"])][-1]
+    run.t = max(begin, float(last))
     run.event(f"the wedged peg {reason}")
     run.ended_by = "jammed" if stays else "wedge gave way"

@@ -1,0 +1,80 @@
+"""Long work that goes on where it was stopped: figures kept in files, keyed by their sources."""
+
+import hashlib
+import json
+import multiprocessing
+import os
+import random
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from peg_on_hole_ros.numba_cache import PACKAGE
+
+
+def sources_key(parts: Iterable[str], files: Iterable[Path]) -> str:
+    """
+    Return a name for the state of everything that figures come from.
+
+    Parameters
+    ----------
+    parts : iterable of str
+        Folders or modules of the package.
+    files : iterable of Path
+        Further sources.
+
+    """
+    digest = hashlib.sha256()
+    found = list(files)
+    for part in parts:
+        path = PACKAGE / part
+        found += sorted(path.glob("*.py")) if path.is_dir() else [path]
+    for path in found:
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def keep(path: Path, tree: dict) -> None:
+    """Write a tree as JSON; a run that is stopped meanwhile leaves the file as it was."""
+    partial = path.with_suffix(f".{os.getpid()}.tmp")
+    partial.write_text(json.dumps(tree, indent=1))
+    partial.replace(path)
+
+
+def kept(path: Path, asked: dict):
+    """Return a file's tree if it holds what is asked for, else None."""
+    try:
+        tree = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+    return tree if all(tree.get(name) == value for name, value in asked.items()) else None
+
+
+def work_through(function: Callable, tasks: list, workers: int, report: Callable) -> None:
+    """
+    Call a function with every task, on several processes, and report the progress.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module; returns (name, what became of it).
+    tasks : list
+    workers : int
+    report : callable
+
+    """
+    tasks, begin = list(tasks), time.monotonic()
+    # Of a run that is stopped, what is there shall be of every kind.
+    random.Random(0).shuffle(tasks)
+    if workers > 1 and len(tasks) > 1:
+        with multiprocessing.get_context("spawn").Pool(workers) as pool:
+            _watch(pool.imap_unordered(function, tasks), len(tasks), begin, report)
+    else:
+        _watch(map(function, tasks), len(tasks), begin, report)
+
+
+def _watch(done, count, begin, report):
+    for i, (name, end) in enumerate(done, 1):
+        spent = time.monotonic() - begin
+        left = spent / i * (count - i)
+        report(f"  {i}/{count} {name}: {end}; {spent:.0f} s, about {left:.0f} s to go")

@@ -1,0 +1,186 @@
+"""
+Score transition, forecast, modes and alarms over insertion scenes with drawn parameters.
+
+    python benchmarks/scenes.py [--runs 300] [--quick] [--mismatch] [--tuning] --out DIR
+
+Labels come from the simulated motion and loads alone. Scenes of `--tuning` are for choosing
+thresholds; those scored otherwise share no seed with them. Truths and figures are kept in DIR, so
+that a run which was stopped goes on, and truths are not integrated again for another monitor.
+"""
+
+import argparse
+import csv
+import os
+import shutil
+import sys
+from functools import cache
+from pathlib import Path
+
+from resumable import keep, kept, sources_key, work_through
+from scenes_draw import FAMILIES, Case, estimator_of, noise_seed, plan_of
+from scenes_labels import labels_of
+from scenes_play import play, truth_of
+from scenes_score import score_run
+from scenes_table import by_family, tables
+
+HERE = Path(__file__).parent
+OWN = [f"scenes_{name}.py" for name in ("setting", "families", "draw", "labels", "play", "score")]
+# What the figures depend on.
+PARTS = (
+    "pipeline.py", "options.py", "records.py", "mechanics", "estimation", "monitoring",
+    "simulation",
+)  # fmt: skip
+VARIANTS = ("matched", "mismatch")
+MARKS = "<!-- tables -->", "<!-- end of tables -->"
+QUICK_RUNS = 2 * len(FAMILIES)
+
+
+@cache
+def figures_key() -> str:
+    """Return a name for the state of everything that the figures come from."""
+    return sources_key(PARTS, [HERE / name for name in OWN])
+
+
+def cases(runs: int, of: str = "scoring") -> list[Case]:
+    """Return so many scenes, of all families in turn."""
+    return [Case(FAMILIES[i % len(FAMILIES)], i // len(FAMILIES), of) for i in range(runs)]
+
+
+def file_of(folder: Path, case: Case, variant: str) -> Path:
+    """Return where a run's figures are kept."""
+    return folder / "runs" / f"{case}_{variant}.json"
+
+
+def score_case(task):
+    """Compute and keep the figures of one scene; returns its name and how its truth ended."""
+    case, variants, folder, key = task
+    plan = plan_of(case)
+    truth, why = truth_of(plan, folder / "truths")
+    for variant in variants:
+        tree = {"key": key, "variant": variant, **case._asdict(), "end": why}
+        if truth is not None:
+            configuration = estimator_of(case, plan, variant == "mismatch")
+            record = play(truth, configuration, noise_seed(case))
+            tree |= {"end": truth.ended_by, **score_run(labels_of(truth), record)}
+        keep(file_of(folder, case, variant), tree)
+    return str(case), why or truth.ended_by
+
+
+def run(chosen, variants, folder: Path, workers=1, report=print) -> dict[str, list[dict]]:
+    """
+    Compute what is missing of the runs and return all, {variant: runs}.
+
+    Scenes that could not be begun are told and left out.
+
+    """
+    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    key = figures_key()
+    tasks = []
+    for case in chosen:
+        missing = [v for v in variants if kept(file_of(folder, case, v), {"key": key}) is None]
+        if missing:
+            tasks.append((case, missing, folder, key))
+    report(f"{len(chosen)} scenes, {' and '.join(variants)}: {len(tasks)} to compute")
+    work_through(score_case, tasks, workers, report)
+    found = {v: [kept(file_of(folder, c, v), {"key": key}) for c in chosen] for v in variants}
+    begun = {v: [r for r in runs if "duration" in r] for v, runs in found.items()}
+    for r in found[variants[0]]:
+        if "duration" not in r:
+            report(f"  left out: {r['family']} {r['number']}: {r['end']}")
+    return begun
+
+
+def flat_scores(variants):
+    """Return the CSV's rows: a head, then one number a row with its interval and count."""
+    rows = [["told", "family", "score", "value", "low", "high", "count"]]
+
+    def walk(told, family, name, value):
+        if isinstance(value, dict) and "hits" in value:
+            numbers = [value[k] for k in ("value", "low", "high", "count")]
+            rows.append([told, family, name, *numbers])
+        elif isinstance(value, dict):
+            for key, part in value.items():
+                walk(told, family, f"{name}.{key}" if name else key, part)
+        elif not isinstance(value, list):
+            rows.append([told, family, name, value, "", "", ""])
+
+    for told, runs in variants.items():
+        for family, scores in by_family(runs).items():
+            walk(told, family, "", scores)
+    return rows
+
+
+def flat_runs(variants):
+    """Return the CSV's rows: a head, then one run a row."""
+    head = ["told", "family", "number", "end", "duration", "events", "transition", "flag_error"]
+    head += ["flag_missed", "flag_false", "forecast_z"]
+    head += [
+        f"{a}_{x}" for a in ("jamming", "contact_loss", "overload") for x in ("false", "leads")
+    ]
+    rows = [head]
+    for told, runs in variants.items():
+        for r in runs:
+            flag, forecast = r["transition"], r["forecast"] or {}
+            events = " ".join(f"{cause}@{begin:.3f}" for cause, begin, *_ in r["events"])
+            row = [told, r["family"], r["number"], r["end"], r["duration"], events]
+            row += [flag["true"], flag["error"], int(flag["missed"]), flag["false"]]
+            row.append(forecast.get("z"))
+            for alarm in ("jamming", "contact_loss", "overload"):
+                judged = r["alarms"][alarm]["error"]
+                leads = ("-" if x is None else f"{x:.3f}" for _, x, _ in judged["events"])
+                row += [judged["false"], " ".join(leads)]
+            rows.append([f"{v:.6g}" if isinstance(v, float) else v for v in row])
+    return rows
+
+
+def renew(page: Path, text: str, pictures: list[Path]) -> None:
+    """Put tables between a page's marks in place of those there, and pictures into its figures."""
+    before, rest = page.read_text().split(MARKS[0])
+    _, after = rest.split(MARKS[1])
+    page.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}")
+    (page.parent / "figures").mkdir(exist_ok=True)
+    for path in pictures:
+        if path.suffix == ".png":
+            shutil.copyfile(path, page.parent / "figures" / f"scenes_{path.name}")
+
+
+def main(arguments=None):
+    """Run the scenes, write figures, tables and pictures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--runs", type=int, help="scenes (300; quick: 18)")
+    parser.add_argument("--quick", action="store_true", help="two scenes of each family")
+    parser.add_argument("--mismatch", action="store_true", help="wrong friction, clearance too")
+    parser.add_argument("--tuning", action="store_true", help="scenes for choosing thresholds")
+    parser.add_argument("--out", type=Path, required=True, help="figures, tables, pictures")
+    parser.add_argument("--page", type=Path, help="renew tables, pictures of docs/scenes.md")
+    parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
+    options = parser.parse_args(arguments)
+    count = QUICK_RUNS if options.quick else 300
+    count = count if options.runs is None else options.runs
+    if count < 1:
+        parser.error("--runs is at least 1")
+    chosen = cases(count, "tuning" if options.tuning else "scoring")
+    variants = VARIANTS if options.mismatch else VARIANTS[:1]
+    found = run(chosen, variants, options.out, options.workers, _say)
+    for name, rows in (("scores", flat_scores(found)), ("runs", flat_runs(found))):
+        with (options.out / f"{name}.csv").open("w", newline="") as file:
+            csv.writer(file).writerows(rows)
+    text = tables(found)
+    (options.out / "scenes.md").write_text(text + "\n")
+    print(text)
+    from scenes_plot import draw
+
+    families = {name: by_family(runs) for name, runs in found.items()}
+    pictures = draw(families, found, options.out)
+    if options.page:
+        renew(options.page, text, pictures)
+    for path in pictures:
+        _say(f"written: {path}")
+
+
+def _say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""
+What truly happened in a scene: read off the simulated motion and loads, and off nothing else.
+
+No label looks at a determinant, a risk, or anything that the monitor computes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.simulation.command import evaluate
+from peg_on_hole_ros.simulation.plan import holder_program
+
+# The fastest contact is slower [m/s]: at rest. A tenth of what the slowest scene commands.
+STILL = 3e-4
+# The holder's program goes on faster [m/s], or it does not push.
+PUSHING = 1.5e-3
+# Shorter stops [s] are reversals of the motion.
+SHORTEST_STOP = 0.01
+# A peg that stays under so many times the load at which it stopped is wedged.
+HELD = 2.0
+CAUSES = ("wedge", "stall", "overload", "contact_loss")
+CLASSES = ("three_point", "stuck", "two_point", "lost", "open")
+
+
+class Event(NamedTuple):
+    """
+    What happened, from when until when [s]; the end is that of the record if it stayed.
+
+    Attributes
+    ----------
+    onset : float
+        When the program entered the phase in which it happened: before, nothing pointed to it.
+
+    """
+
+    cause: str
+    begin: float
+    end: float
+    onset: float
+
+
+class Labels(NamedTuple):
+    """
+    The truth of a scene as it is scored.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        [s]
+    kind : ndarray of str, shape (n,)
+        A member of CLASSES; empty where loads fade while the peg is let go.
+    below : ndarray of bool, shape (n,)
+        gamma < gamma0.
+    transition : float or None
+        When gamma passed gamma0 in contact [s].
+    events : tuple of Event
+
+    """
+
+    t: np.ndarray
+    kind: np.ndarray
+    below: np.ndarray
+    transition: float | None
+    events: tuple[Event, ...]
+
+
+def stretches(chosen: np.ndarray) -> list[tuple[int, int]]:
+    """Return first and last index of every run of True."""
+    padded = np.concatenate([[False], chosen, [False]]).astype(int)
+    edges = np.flatnonzero(np.diff(padded))
+    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def labels_of(truth) -> Labels:
+    """Return the labels of a truth."""
+    t = truth.t_ns * 1e-9
+    gamma, gamma0 = truth.q[:, 0], truth.plan.configuration.scene.gamma0
+    kind = np.where(truth.mode == "unknown", "", truth.mode).astype("U11")
+    some = truth.closed.any(axis=1) & ~truth.closed.all(axis=1)
+    lost = (truth.mode == "unknown") & truth.known & some
+    kind[lost] = "lost"
+    spans = _stops(truth, t)
+    for first, last, _ in spans:
+        kind[first : last + 1] = "stuck"
+    spans += _overloads(truth) + _losses(truth, kind)
+    begins = holder_program(truth.plan)[0] - truth.plan.lead_in
+    events = []
+    for first, last, cause in spans:
+        phase = max(int(np.searchsorted(begins, t[first])) - 1, 0)
+        events.append(
+            Event(cause, float(t[first]), float(t[last]), max(float(begins[phase]), 0.0))
+        )
+    below = gamma < gamma0
+    return Labels(t, kind, below, _transition(t, gamma - gamma0, kind), tuple(events))
+
+
+def _transition(t, margin, kind):
+    """Return when the tilt first falls below gamma0 while the peg touches [s]."""
+    touching = np.isin(kind, ("three_point", "two_point"))
+    passed = np.flatnonzero((margin[1:] < 0) & (margin[:-1] >= 0) & touching[1:])
+    if not passed.size:
+        return None
+    k = passed[0]
+    share = margin[k] / (margin[k] - margin[k + 1])
+    return float(t[k] + share * (t[k + 1] - t[k]))
+
+
+def _commanded_speed(truth, t):
+    """Return how fast the holder's program moves the peg's surface or presses, about [m/s]."""
+    knots, coefficients = holder_program(truth.plan)
+    rates = np.array([evaluate(knots, coefficients, x + truth.plan.lead_in)[1] for x in t])
+    radius = truth.plan.configuration.scene.hole_diameter / 2
+    return radius * np.abs(rates[:, :3]).sum(axis=1) + np.abs(rates[:, 3:]).sum(axis=1)
+
+
+def _stops(truth, t):
+    """Return first and last sample of every stop under a holder that pushes, and its cause."""
+    wedged = (truth.mode == "unknown") & ~truth.known
+    contact = (truth.mode == "three_point") | wedged
+    still = contact & ((truth.slip_speed.max(axis=1) < STILL) | wedged)
+    pushed = still & (_commanded_speed(truth, t) > PUSHING)
+    load = np.linalg.norm(truth.moment, axis=1), np.linalg.norm(truth.force, axis=1)
+    found = []
+    for first, last in stretches(still):
+        # At rest from the begin: nothing has stopped.
+        if first == 0 or not contact[first - 1]:
+            continue
+        # When the push begins later than the rest, the peg had been put down to rest.
+        if t[last] - t[first] < SHORTEST_STOP or not pushed[first : first + 5].all():
+            continue
+        grown = max(x[last] / max(x[first], 1e-9) for x in load)
+        stays = last == len(t) - 1
+        found.append((first, last, "wedge" if stays and grown >= HELD else "stall"))
+    return found
+
+
+def _overloads(truth):
+    limits = np.asarray(truth.plan.configuration.monitor.max_normal)
+    over = (truth.known[:, None] & (truth.normal > limits)).any(axis=1)
+    return [(first, last, "overload") for first, last in stretches(over)]
+
+
+def _losses(truth, kind):
+    """Return where a contact opened elsewhere than on the way into the hole."""
+    touching = np.isin(kind, ("three_point", "stuck"))
+    parted = stretches(np.isin(kind, ("", "lost", "open")))
+    found = [(a, b, "contact_loss") for a, b in parted if a and touching[a - 1]]
+    if truth.ended_by.startswith("contact ") and touching[-1]:
+        found.append((len(kind) - 1, len(kind) - 1, "contact_loss"))
+    return found
