@@ -9,8 +9,9 @@ from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load, out_folder
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.edges.partial_table import PartialTable
+from peg_on_hole_ros.edges.partial_table import PartialTable, write_table
 from peg_on_hole_ros.numba_cache import source_key
+from peg_on_hole_ros.study import regularisation
 from peg_on_hole_ros.study import stability as study
 
 COUNT, QUICK_COUNT = 24, 6
@@ -32,11 +33,17 @@ def run(arguments: Namespace) -> int:
         rows.close()
         raise
     rows.finish()
-    from peg_on_hole_ros.edges.stability_plots import figure
+    from peg_on_hole_ros.edges import regularisation_plots, stability_plots
 
-    written = save(figure(study.MAPS, study.ALL_METHODS, found), folder / "stability")
+    picture = stability_plots.figure(study.MAPS, study.ALL_METHODS, found)
+    written = [rows.path, *save(picture, folder / "stability")]
+    effects = regularisation.effects(configuration)
+    path = folder / "regularisation.csv"
+    write_table(path, regularisation.COLUMNS, effects)
+    picture = regularisation_plots.figure(effects, configuration.filter.slip_velocity_scale)
+    written += [path, *save(picture, folder / "regularisation")]
     print(summary(found))
-    print(f"{folder / 'stability.csv'}, {', '.join(map(str, written))}")
+    print(", ".join(map(str, written)))
     return 0
 
 

@@ -63,17 +63,22 @@ class PartialTable:
     def finish(self) -> None:
         """Write the finished file under its name and remove the partial one."""
         self._file.close()
-        done = self.path.with_name(self.path.name + ".tmp")
-        with done.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self.columns)
-            writer.writerows(self.rows)
-        done.replace(self.path)
+        write_table(self.path, self.columns, self.rows)
         self._partial.unlink()
 
     def close(self) -> None:
         """Leave the partial file for another run."""
         self._file.close()
+
+
+def write_table(path: Path, columns, rows) -> None:
+    """Write a CSV file that appears under its name when it is whole."""
+    done = path.with_name(path.name + ".tmp")
+    with done.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([[_text(value) for value in row] for row in rows])
+    done.replace(path)
 
 
 def _text(value) -> str:

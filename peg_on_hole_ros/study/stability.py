@@ -171,7 +171,9 @@ def places(map_: Map, count: int) -> Iterator[list[Place]]:
         yield row
 
 
-def initial(place: Place, configuration: Configuration) -> tuple[Scene, np.ndarray, np.ndarray]:
+def initial(
+    place: Place, configuration: Configuration, scale=None
+) -> tuple[Scene, np.ndarray, np.ndarray]:
     """Return scene, state and wrench of a place; every contact carries LOAD at the start."""
     D = configuration.scene.hole_diameter
     scene = replace(
@@ -182,7 +184,7 @@ def initial(place: Place, configuration: Configuration) -> tuple[Scene, np.ndarr
     direction = np.array([-1.0, 0.0, 2.0 if place.turning else 0.0]) / D
     state = np.concatenate([[scene.gamma0 + place.excess, 0.3, 0.0], place.slip * direction])
     braking = -BRAKING * direction / np.linalg.norm(direction)
-    scale = configuration.filter.slip_velocity_scale
+    scale = scale or configuration.filter.slip_velocity_scale
     return scene, state, balancing_wrench(scene, state, (LOAD,) * 3, braking, scale)
 
 
