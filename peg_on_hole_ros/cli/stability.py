@@ -14,7 +14,7 @@ from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.study import regularisation
 from peg_on_hole_ros.study import stability as study
 
-COUNT, QUICK_COUNT = 24, 6
+COUNT, QUICK_COUNT = 20, 6
 _TRUTH, _VERDICT = study.COLUMNS.index("truth"), study.COLUMNS.index("verdict")
 
 

@@ -35,7 +35,7 @@ def figure(maps, methods, found) -> Figure:
     """
     fig = Figure(figsize=(1.75 * len(methods) + 1.6, 1.95 * len(maps) + 1.3), dpi=110)
     axes = fig.subplots(len(maps), len(methods), squeeze=False)
-    fig.subplots_adjust(0.085, 0.075, 0.99, 0.875, wspace=0.08, hspace=0.62)
+    fig.subplots_adjust(0.085, 0.075, 0.99, 0.875, wspace=0.16, hspace=0.62)
     for row, map_ in zip(axes, maps):
         _row(row, map_, methods, found)
     for axis, method in zip(axes[0], methods):
