@@ -21,6 +21,7 @@ ORDERS = {
     "ROS2": 2,
     "ROS3P": 3,
     "implicit Euler": 1,
+    "implicit Euler, halved": 1,
 }
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.edges.labels import place_labels
 from peg_on_hole_ros.study import filtering, implementations
@@ -15,16 +16,17 @@ STYLES = {
     "linearly implicit Euler": ("#cc79a7", "s"),
     "ROS2": ("#56b4e9", "p"),
     "ROS3P": ("#0072b2", "h"),
-    "implicit Euler": ("#009e73", "o"),
+    "implicit Euler": ("#7fceb9", "o"),
+    "implicit Euler, halved": ("#009e73", "o"),
     "Radau": ("#000000", "x"),
     "LSODA": ("#666666", "+"),
     "DOP853": ("#999999", "1"),
 }
-DEFAULT_INTEGRATOR = ("implicit Euler", 1e-3)
+DEFAULT_INTEGRATOR = ("implicit Euler, halved", 1e-3)
 
 
 def front(cost, error) -> list[int]:
-    """Return the places of the Pareto front, by rising cost: nothing else is cheaper and better."""
+    """Return the places on the Pareto front by rising cost: none is both dearer and worse."""
     kept, least = [], np.inf
     for k in np.lexsort((error, cost)):
         if error[k] < least:
@@ -98,7 +100,9 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
             axis.plot(cost[k], error[k], "o", color="black", markerfacecolor="none", markersize=15)
     colors = [STYLES[p.method][0] for p in shown]
     fig.canvas.draw()
-    place_labels(fig, axis, list(zip(cost, error)), texts, [7.5] * len(texts), weights, colors)
+    radii = [8.0 if text.startswith("default") else 3.0 for text in texts]
+    points = list(zip(cost, error))
+    place_labels(fig, axis, points, texts, [7.5] * len(texts), weights, colors, radii)
     return fig
 
 
@@ -106,8 +110,8 @@ def filters(scores, c_microseconds: float | None) -> Figure:
     """Draw the errors of filter variants over the bound against their cost."""
     fig = _figure((14, 7))
     panels = (
-        (fig.add_axes((0.06, 0.1, 0.43, 0.8)), "state", "angles and rates"),
-        (fig.add_axes((0.555, 0.1, 0.43, 0.8)), "reaction", "normal reactions"),
+        (fig.add_axes((0.065, 0.09, 0.42, 0.84)), "state", "angles and rates"),
+        (fig.add_axes((0.565, 0.09, 0.42, 0.84)), "reaction", "normal reactions"),
     )
     for axis, name, title in panels:
         shown = [s for s in scores if np.isfinite(getattr(s, f"{name}_ratio"))]
@@ -135,10 +139,17 @@ def filters(scores, c_microseconds: float | None) -> Figure:
         axis.set_title(title)
         axis.grid(alpha=0.25)
         axis.legend(loc="upper right", fontsize=9)
+        for side in (axis.xaxis, axis.yaxis):
+            side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            side.set_major_formatter(FormatStrFormatter("%g"))
+            side.set_minor_formatter(NullFormatter())
         fig.canvas.draw()
+        defaults = [s.name == filtering.DEFAULT for s in shown]
         place_labels(
             fig, axis, list(zip(cost, ratio)), [_named(s) for s in shown], [9] * len(shown),
-            ["bold" if s.name == filtering.DEFAULT else "normal" for s in shown],
+            ["bold" if default else "normal" for default in defaults],
+            radii=[7.0 if default else 4.0 for default in defaults],
+            bars=list(zip(cost, ratio - low, ratio + spread)),
         )  # fmt: skip
     return fig
 

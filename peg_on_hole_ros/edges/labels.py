@@ -7,7 +7,9 @@ _DIRECTIONS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, 
 _DISTANCES = (5, 10, 17, 26, 38, 54, 74)
 
 
-def place_labels(fig, axis, points, texts, sizes=None, weights=None, colors=None) -> list:
+def place_labels(
+    fig, axis, points, texts, sizes=None, weights=None, colors=None, radii=None, bars=()
+) -> list:  # fmt: skip
     """
     Label points; a label far from its point has a line to it.
 
@@ -22,6 +24,10 @@ def place_labels(fig, axis, points, texts, sizes=None, weights=None, colors=None
     texts : sequence of str
     sizes, weights, colors : sequence, optional
         Of the texts.
+    radii : sequence of float, optional
+        Of the markers [points].
+    bars : sequence of tuple
+        (x, low, high): vertical bars that no label covers, data coordinates.
 
     Returns
     -------
@@ -32,7 +38,12 @@ def place_labels(fig, axis, points, texts, sizes=None, weights=None, colors=None
     renderer = fig.canvas.get_renderer()
     pixels = axis.transData.transform(np.asarray(points, float))
     scale = fig.dpi / 72
-    taken = [_around(x, y, 3 * scale) for x, y in pixels]
+    radii = radii or [3.0] * len(texts)
+    taken = [_around(x, y, r * scale) for (x, y), r in zip(pixels, radii)]
+    barred = []
+    for x, low, high in bars:
+        (left, bottom), (_, top) = axis.transData.transform([(x, low), (x, high)])
+        barred.append((left - scale, bottom, left + scale, top))
     inside = axis.get_window_extent(renderer)
     frame = (inside.x0, inside.y0, inside.x1, inside.y1)
     labels = []
@@ -44,13 +55,13 @@ def place_labels(fig, axis, points, texts, sizes=None, weights=None, colors=None
         )  # fmt: skip
         extent = text.get_window_extent(renderer)
         width, height = extent.width, extent.height
-        others = taken[:k] + taken[k + 1 :]
-        offset = _free(x, y, width, height, others, frame, scale)
+        others = barred + taken[:k] + taken[k + 1 :]
+        offset = _free(x, y, radii[k], width, height, others, frame, scale)
         # The label's left end and middle are what is placed.
         text.set_position(offset)
         box = _box(x, y, offset, width, height, scale)
         taken.append(box)
-        if np.hypot(*_gap(x, y, box)) > 12 * scale:
+        if np.hypot(*_gap(x, y, box)) > (9 + radii[k]) * scale:
             end = (min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3]))
             ends = axis.transData.inverted().transform([(x, y), end])
             axis.plot(*ends.T, color="grey", linewidth=0.5, zorder=1, scalex=False, scaley=False)
@@ -58,11 +69,11 @@ def place_labels(fig, axis, points, texts, sizes=None, weights=None, colors=None
     return labels
 
 
-def _free(x, y, width, height, taken, frame, scale):
+def _free(x, y, radius, width, height, taken, frame, scale):
     best, least = (5.0, 0.0), np.inf
     for distance in _DISTANCES:
         for dx, dy in _DIRECTIONS:
-            along = distance / np.hypot(dx, dy)
+            along = (distance + radius - 3) / np.hypot(dx, dy)
             left = dx * along - (width / scale if dx < 0 else width / scale / 2 if dx == 0 else 0)
             offset = (left, dy * (along + height / scale / 2))
             box = _box(x, y, offset, width, height, scale)

@@ -7,16 +7,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_scalars
-from peg_on_hole_ros.study.problems import YARDSTICKS, Problem, by_scipy
+from peg_on_hole_ros.study.problems import Problem, by_scipy
 from peg_on_hole_ros.study.scenes import true_wrench
-from peg_on_hole_ros.study.stability import differences
+from peg_on_hole_ros.study.stability import ANGLE_LOST, SPEED_LOST, differences
 from peg_on_hole_ros.study.steps import CONVERGED, METHODS, SCRATCH, advance
 
 STRETCH = 0.02
 STEPS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2)
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
-# A prediction that is further off than this is lost [rad].
-LOST = 0.1
 
 
 class Prediction(NamedTuple):
@@ -34,7 +32,7 @@ class Prediction(NamedTuple):
     speed_error : float
         The same of the fastest contact's speed [m/s].
     lost : float
-        Share of the stretches that fail or end further off than LOST.
+        Share of the stretches that fail, or end further off than ANGLE_LOST or SPEED_LOST.
     evaluations : float
         Of the six equations, a stretch.
     microseconds : float
@@ -156,7 +154,7 @@ def _scored(method, setting, parts, solutions, seconds):
         for problem, end, fine, true in zip(problems, ends, good, exact):
             total += 1
             angle, speed = differences(problem, end, true)
-            if not fine or not angle < LOST:
+            if not (fine and angle < ANGLE_LOST and speed < SPEED_LOST):
                 lost += 1
                 continue
             errors.append(angle)

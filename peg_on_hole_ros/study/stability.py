@@ -23,10 +23,11 @@ from peg_on_hole_ros.study.problems import (
     reactions,
     solve,
 )
-from peg_on_hole_ros.study.steps import CONVERGED, METHODS
+from peg_on_hole_ros.study.steps import CONVERGED, HALVED, METHODS
 
 DEFAULT = "filter's prediction"
-ALL_METHODS = (*METHODS, DEFAULT)
+# The filter is what halves steps.
+ALL_METHODS = (*METHODS[:HALVED], DEFAULT)
 # One standard deviation of a measured orientation [rad], and half of what counts as slow [m/s].
 ANGLE_TOLERANCE, SPEED_TOLERANCE = 1e-4, 1e-3
 # Beyond these no correction that follows is near enough to bring it back [rad], [m/s].

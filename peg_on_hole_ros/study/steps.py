@@ -20,8 +20,11 @@ METHODS = (
     "ROS2",
     "ROS3P",
     "implicit Euler",
+    "implicit Euler, halved",
 )
-EXPLICIT_EULER, SEMI_IMPLICIT, RK4, LINEARLY_IMPLICIT, ROS2, ROS3P, IMPLICIT = range(7)
+EXPLICIT_EULER, SEMI_IMPLICIT, RK4, LINEARLY_IMPLICIT, ROS2, ROS3P, IMPLICIT, HALVED = range(8)
+# A refused step is taken in halves so many times, as the filter does.
+MAX_HALVINGS = 7
 # A step that ends where the equations have no finite value: below gamma0, or blown up.
 NOT_FINITE = 2
 
@@ -206,6 +209,34 @@ def rosenbrock_step(method, p, scales, coefficients, interval, t, h, x, x1, m):
 
 
 @compiled
+def implicit_step(p, scales, coefficients, interval, t, h, x, x1, m, halvings):
+    """Fill x1 by implicit Euler, in up to 2^halvings parts where it is refused otherwise."""
+    dy = m[_DY:_SLOPES].reshape(6, WIDTH)
+    slopes = m[_SLOPES:_WORK].reshape(3, WIDTH)
+    start = m[_A : _A + 6]
+    evaluations, pieces = 0, 1
+    for _ in range(halvings + 1):
+        part = h / pieces
+        for i in range(6):
+            start[i] = x[i]
+        status = CONVERGED
+        for n in range(pieces):
+            _wrench(coefficients, interval, t + (n + 1) * part, m, _U)
+            status, more = implicit_euler(
+                p, scales, start, m[_U : _U + 6], part, x1, m[_Y : _Y + 6], dy, slopes, m[_WORK:]
+            )
+            evaluations += more
+            if status != CONVERGED:
+                break
+            for i in range(6):
+                start[i] = x1[i]
+        if status == CONVERGED:
+            return CONVERGED, evaluations
+        pieces *= 2
+    return FAILED, evaluations
+
+
+@compiled
 def advance(method, p, scales, coefficients, interval, t, h, count, x, x1, m):
     """
     Advance a state by equal steps of one method.
@@ -250,11 +281,9 @@ def advance(method, p, scales, coefficients, interval, t, h, count, x, x1, m):
                 method, p, scales, coefficients, interval, now, h, x, x1, m
             )
         else:
-            _wrench(coefficients, interval, now + h, m, _U)
-            dy = m[_DY:_SLOPES].reshape(6, WIDTH)
-            slopes = m[_SLOPES:_WORK].reshape(3, WIDTH)
-            status, more = implicit_euler(
-                p, scales, x, m[_U : _U + 6], h, x1, m[_Y : _Y + 6], dy, slopes, m[_WORK:]
+            halvings = MAX_HALVINGS if method == HALVED else 0
+            status, more = implicit_step(
+                p, scales, coefficients, interval, now, h, x, x1, m, halvings
             )
             evaluations += more
             if status != CONVERGED:
