@@ -72,7 +72,14 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
             face = color if shown[k].lost == 0 or marker in "x+1" else "white"
             axis.plot(cost[k], error[k], marker, color=color, markerfacecolor=face, markersize=7)
         axis.plot([], [], marker, color=color, label=name)
-    axis.plot([], [], "o", color="grey", markerfacecolor="white", label="some predictions lost")
+    axis.plot(
+        [],
+        [],
+        "o",
+        color="grey",
+        markerfacecolor="white",
+        label="some predictions lost (count as 0.1 rad)",
+    )
     axis.step(
         cost[on_front], error[on_front], where="post", color="black", linewidth=2.2, alpha=0.35,
         label="Pareto front, nothing lost",
@@ -88,7 +95,7 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
     right = axis.secondary_yaxis("right", functions=(lambda e: e / bound, lambda r: r * bound))
     right.set_ylabel("over the bound")
     axis.grid(alpha=0.25)
-    axis.legend(loc="lower left", ncols=2, fontsize=9)
+    axis.legend(loc="lower left", ncols=2, fontsize=9, framealpha=1)
     texts, weights = [], []
     for k, p in enumerate(shown):
         default = (p.method, p.setting) == DEFAULT_INTEGRATOR
@@ -167,12 +174,12 @@ def costs(found, why_no_c: str) -> Figure:
     names = [cost.name for cost in found]
     colors = ["#009e73" if name == implementations.DEFAULT else "#0072b2" for name in names]
     axis.barh(range(len(found)), values, color=colors, height=0.6)
-    axis.set(xscale="log", xlim=(min(values) / 2, max(values) * 12))
+    axis.set(xscale="log", xlim=(min(values) / 2, max(values) * 40))
     axis.set_yticks(range(len(found)), names)
     axis.invert_yaxis()
     for k, cost in enumerate(found):
-        times = f", {cost.over_c:.3g} times C" if np.isfinite(cost.over_c) else ""
-        axis.annotate(f"{cost.microseconds:.3g} µs{times}", (cost.microseconds, k), va="center",
+        times = f", {_short(cost.over_c)} times C" if np.isfinite(cost.over_c) else ""
+        axis.annotate(f"{_short(cost.microseconds)} µs{times}", (cost.microseconds, k), va="center",
                       xytext=(5, 0), textcoords="offset points")  # fmt: skip
     limit = next((c.microseconds for c in found if c.name == implementations.C), None)
     if limit:
@@ -180,6 +187,11 @@ def costs(found, why_no_c: str) -> Figure:
     axis.set_title("One step: wrench, prediction, correction, reactions" + why_no_c)
     axis.set_xlabel("computing time [µs]")
     return fig
+
+
+def _short(value):
+    """Return three digits, or all before the point."""
+    return f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
 
 
 def _line(axis, way, value, text):

@@ -52,6 +52,7 @@ def place_labels(
             texts[k], points[k], xytext=(0, 0), textcoords="offset points", va="center",
             fontsize=sizes[k] if sizes else 8, weight=weights[k] if weights else "normal",
             color=colors[k] if colors else "black", zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.3},
         )  # fmt: skip
         extent = text.get_window_extent(renderer)
         width, height = extent.width, extent.height

@@ -48,9 +48,10 @@ class PartialTable:
         with self._partial.open(newline="", encoding="utf-8") as file:
             if file.readline().rstrip("\n") != self._state:
                 return
-            rows = list(csv.reader(file))
+            lines = file.readlines()
         # The last line may be cut off within.
-        count = max(len(rows) - 1, 0) // group * group
+        rows = list(csv.reader(line for line in lines if line.endswith("\n")))
+        count = len(rows) // group * group
         self.rows = rows[:count]
 
     def add(self, rows) -> None:
