@@ -179,8 +179,8 @@ def costs(found, why_no_c: str) -> Figure:
     axis.invert_yaxis()
     for k, cost in enumerate(found):
         times = f", {_short(cost.over_c)} times C" if np.isfinite(cost.over_c) else ""
-        axis.annotate(f"{_short(cost.microseconds)} µs{times}", (cost.microseconds, k), va="center",
-                      xytext=(5, 0), textcoords="offset points")  # fmt: skip
+        text, place = f"{_short(cost.microseconds)} µs{times}", (cost.microseconds, k)
+        axis.annotate(text, place, xytext=(5, 0), textcoords="offset points", va="center")
     limit = next((c.microseconds for c in found if c.name == implementations.C), None)
     if limit:
         axis.axvline(limit, color="black", linewidth=1, linestyle="--")
