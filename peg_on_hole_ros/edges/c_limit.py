@@ -9,7 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.edges.c_translation import D, I, Matrix, P, Translation
+from peg_on_hole_ros.edges.c_translation import (
+    D,
+    I,
+    Matrix,
+    P,
+    Translation,
+    TranslationError,
+)
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 from peg_on_hole_ros.study.step_loop import run_steps
 
@@ -51,9 +58,13 @@ def build(flags=FLAGS):
     missing = compiler()
     if missing:
         return None, missing
+    try:
+        text = source()
+    except TranslationError as error:
+        return None, f"the step is not translated: {error}"
     with tempfile.TemporaryDirectory(prefix="peg_on_hole_c_") as folder:
         path, library = Path(folder) / "step.c", Path(folder) / "step.so"
-        path.write_text(source(), encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
         command = [COMPILER, *flags, str(path), "-o", str(library), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:

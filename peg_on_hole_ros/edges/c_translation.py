@@ -13,7 +13,10 @@ import textwrap
 from typing import NamedTuple
 
 D, I, P = "double", "long", "double *"  # noqa: E741
-_MATH = ("sin", "cos", "asin", "acos", "atan2", "sqrt", "exp", "log", "floor", "fabs", "hypot")
+_MATH = (
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "hypot", "exp", "expm1", "log",
+    "log1p", "erf", "erfc", "floor", "ceil", "fabs",
+)  # fmt: skip
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _COMPARISONS = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
