@@ -32,12 +32,13 @@ class Race:
         wrenches, angles, covariances = (
             np.ascontiguousarray(a).ravel() for a in self.bench._arrays
         )
-        kalman, spread = self.bench.kalman, configuration.filter.acceleration_stddev
+        kalman, options = self.bench.kalman, configuration.filter
         self.count = len(self.bench.steps)
         self.memory = kalman._memory
         self._arguments = (
             kalman._memory, kalman._dy, kalman._slopes, self.bench.dt, self.count,
-            wrenches, angles, covariances, spread,
+            wrenches, angles, covariances, options.acceleration_stddev,
+            options.slow_rate_noise**2, options.free_rate_noise**2,
         )  # fmt: skip
 
     def run(self, function) -> float:

@@ -124,12 +124,13 @@ def filters(scores, c_microseconds: float | None) -> Figure:
         shown = [s for s in scores if np.isfinite(getattr(s, f"{name}_ratio"))]
         cost = np.array([s.microseconds for s in shown])
         ratio = np.array([getattr(s, f"{name}_ratio") for s in shown])
-        spread = np.array([getattr(s, f"{name}_spread") for s in shown])
-        low = np.minimum(spread, 0.9 * ratio)
+        low = np.array([getattr(s, f"{name}_low") for s in shown])
+        high = np.array([getattr(s, f"{name}_high") for s in shown])
         axis.set(xscale="log", yscale="log")
         axis.set_xlim(min(cost.min(), c_microseconds or np.inf) / 1.7, cost.max() * 2.4)
-        axis.set_ylim(min(0.6, ratio.min() / 1.4), (ratio + spread).max() * 1.6)
-        axis.errorbar(cost, ratio, [low, spread], fmt="none", ecolor="#888888", capsize=3)
+        axis.set_ylim(min(0.6, low.min() / 1.4), high.max() * 1.6)
+        away = [ratio - low, high - ratio]
+        axis.errorbar(cost, ratio, away, fmt="none", ecolor="#888888", capsize=3)
         on_front = front(cost, ratio)
         axis.step(cost[on_front], ratio[on_front], where="post", color="black", linewidth=2.2,
                   alpha=0.35, label="Pareto front")  # fmt: skip
@@ -142,7 +143,7 @@ def filters(scores, c_microseconds: float | None) -> Figure:
         if c_microseconds:
             _line(axis, "v", c_microseconds, "the same step as C")
         axis.set_xlabel("computing time of a step, called from Python [µs]")
-        axis.set_ylabel("error over the bound, r.m.s.; bars: spread over seeds")
+        axis.set_ylabel("error over the bound, r.m.s.; bars: two seeds of three")
         axis.set_title(title)
         axis.grid(alpha=0.25)
         axis.legend(loc="upper right", fontsize=9)
@@ -156,7 +157,7 @@ def filters(scores, c_microseconds: float | None) -> Figure:
             fig, axis, list(zip(cost, ratio)), [_named(s) for s in shown], [9] * len(shown),
             ["bold" if default else "normal" for default in defaults],
             radii=[7.0 if default else 4.0 for default in defaults],
-            bars=list(zip(cost, ratio - low, ratio + spread)),
+            bars=list(zip(cost, low, high)),
         )  # fmt: skip
     return fig
 

@@ -71,9 +71,10 @@ class Score(NamedTuple):
     ----------
     name : str
     state_ratio, reaction_ratio : float
-        Root mean square of the error over the bound, over samples where the bound is sound.
-    state_spread, reaction_spread : float
-        Standard deviation of the ratio over the seeds.
+        Root mean square of the error over the bound, over samples where the bound is sound:
+        median over the seeds.
+    state_low, state_high, reaction_low, reaction_high : float
+        Between which the ratio is for two seeds of three.
     coverage : float
         Share of reactions within the stated 95 %.
     lost : float
@@ -85,9 +86,11 @@ class Score(NamedTuple):
 
     name: str
     state_ratio: float
-    state_spread: float
+    state_low: float
+    state_high: float
     reaction_ratio: float
-    reaction_spread: float
+    reaction_low: float
+    reaction_high: float
     coverage: float
     lost: float
     microseconds: float
@@ -186,7 +189,7 @@ def score(variant, configuration, motions, clock) -> Score:
     coverage = float(np.concatenate(inside).mean()) if inside else float("nan")
     runs = seeds * len(motions)
     return Score(
-        variant.name, *_mean_and_spread(states), *_mean_and_spread(reactions),
+        variant.name, *_over_seeds(states), *_over_seeds(reactions),
         coverage, lost / runs, 1e6 * float(np.min(seconds)),
     )  # fmt: skip
 
@@ -204,5 +207,5 @@ def _rms(parts):
     return float(np.sqrt(values.mean())) if len(values) else float("nan")
 
 
-def _mean_and_spread(values):
-    return float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else 0.0
+def _over_seeds(values):
+    return tuple(float(v) for v in np.quantile(values, (0.5, 1 / 6, 5 / 6)))

@@ -81,10 +81,11 @@ class _Run:
     def loop(self, function, clock, count=None):
         self.kalman._memory[:] = self.memory
         count, part = count or self.count, slice(_WARM, None)
+        options = self.configuration.filter
         arguments = (
             self.kalman._memory, np.zeros((6, WIDTH)), np.zeros((3, WIDTH)), self.dt, count,
             self.wrench[part].ravel(), self.angles[part].ravel(), self.covariances[part].ravel(),
-            self.configuration.filter.acceleration_stddev,
+            options.acceleration_stddev, options.slow_rate_noise**2, options.free_rate_noise**2,
         )  # fmt: skip
         begun = clock()
         function(*arguments)
@@ -112,6 +113,11 @@ class _Run:
     def reference(self, clock):
         kalman = self.kalman
         kalman._memory[:] = self.memory
+        slow = []
+        for k in range(_WARM, _WARM + _REFERENCE_STEPS):
+            self._step(k)
+            slow.append(kalman._slow[0] > 0)
+        kalman._memory[:] = self.memory
         reference = ReferenceFilter(self.configuration.scene, kalman.process, self.noise)
         learnt = kalman.friction[0], kalman.peg_diameter[0]
         reference.x = np.concatenate([kalman.x, kalman.u, learnt])
@@ -119,7 +125,10 @@ class _Run:
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])
-            reference.predict_contact(self.dt)
+            if slow[k - _WARM]:
+                reference.predict_slow(self.dt, self.configuration.filter.slow_rate_noise)
+            else:
+                reference.predict_contact(self.dt)
             reference.correct(self.angles[k], self.covariances[k])
             normal, _ = reference.reactions(self.configuration.filter.acceleration_stddev)
         seconds = (clock() - begun) / _REFERENCE_STEPS

@@ -245,7 +245,7 @@ def predicted(scene, state, wrench, place, configuration: Configuration):
         kalman.hold(wrench)
         outcome = kalman.predict(place.gap / count, in_contact=True)
         evaluations += kalman.evaluations
-        if outcome is not Prediction.CONTACT:
+        if outcome is Prediction.FAILED:
             return Solution(FAILED, kalman.x.copy(), evaluations), kalman.P.copy()
     return Solution(CONVERGED, kalman.x.copy(), evaluations), kalman.P.copy()
 
