@@ -57,7 +57,9 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"peg-on-hole {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for add in (_replay, _simulate, _solve, _inspect, _calibrate, _compare, _node):
+    for add in (
+        _replay, _simulate, _solve, _chart, _stability, _inspect, _calibrate, _compare, _node,
+    ):  # fmt: skip
         add(commands)
     return top
 
@@ -125,6 +127,34 @@ def _solve(commands):
         help="on the peg at its mass centre, hole axes, without gravity [N], [N m]; default 0",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _chart(commands):
+    command = _command(
+        commands,
+        "chart",
+        "speed against accuracy of integrators, filters and implementations",
+        "  peg-on-hole chart --out chart",
+    )
+    _study(command)
+
+
+def _stability(commands):
+    command = _command(
+        commands,
+        "stability",
+        "where each method holds, errs, diverges or refuses",
+        "  peg-on-hole stability --out stability --quick",
+    )
+    _study(command)
+
+
+def _study(command):
+    command.add_argument(
+        "--out", metavar="DIR", required=True, help="folder for PNG, SVG and CSV, made if missing"
+    )
+    command.add_argument("--quick", action="store_true", help="coarser, within a minute")
+    _config(command)
 
 
 def _inspect(commands):

@@ -41,3 +41,21 @@ def check_places(source: str, outputs: list[str]) -> None:
             raise PegOnHoleError(f"cannot write {path}: it is the file that is read")
     if len({Path(path).absolute() for path in outputs}) < len(outputs):
         raise PegOnHoleError("--out, --report and --summary name one file twice")
+
+
+def out_folder(path: str) -> Path:
+    """
+    Return a folder for results, made where it is missing.
+
+    Raises
+    ------
+    PegOnHoleError
+        It is a file, or cannot be made.
+
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise PegOnHoleError(f"cannot make the folder {folder}: {error.strerror}") from None
+    return folder

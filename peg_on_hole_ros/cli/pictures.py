@@ -1,0 +1,41 @@
+"""Pictures that commands write: as PNG and as SVG, the same bytes for the same numbers."""
+
+import importlib.util
+from pathlib import Path
+
+from peg_on_hole_ros.errors import PegOnHoleError
+
+
+def needed() -> None:
+    """
+    Refuse before the work, not after it, where pictures cannot be drawn.
+
+    Raises
+    ------
+    PegOnHoleError
+        matplotlib is missing.
+
+    """
+    if importlib.util.find_spec("matplotlib") is None:
+        raise PegOnHoleError(
+            "pictures need matplotlib, which is not installed: pip install "
+            "'peg_on_hole_ros[report]'"
+        )
+
+
+def save(figure, stem: Path) -> list[Path]:
+    """Write a picture as stem.png and stem.svg; return both paths."""
+    import matplotlib
+
+    written = []
+    with matplotlib.rc_context({"svg.hashsalt": "peg-on-hole", "svg.fonttype": "none"}):
+        for suffix in (".png", ".svg"):
+            path = stem.with_suffix(suffix)
+            # No date: the same numbers give the same file.
+            metadata = {"Date": None} if suffix == ".svg" else {"Software": None}
+            try:
+                figure.savefig(path, metadata=metadata)
+            except OSError as error:
+                raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
+            written.append(path)
+    return written

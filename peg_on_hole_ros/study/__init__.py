@@ -1,0 +1,1 @@
+"""What methods cost and how well they do: integrators, problems, maps of failure, scores."""

@@ -1,0 +1,139 @@
+"""Motions on three contacts that methods are compared on, and what the sensors say of them."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.bound import Bound, Meaning, Sensors, posterior_bound
+from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import JointSample
+from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
+from peg_on_hole_ros.simulation.plan import plan_from_tree
+from peg_on_hole_ros.simulation.truth import Truth, integrate
+
+LEAD_IN = 0.05
+# Tilt over gamma0 at the end, start offset [m], and rates [rad/s] at the ends of legs of LEG [s].
+_MOTIONS = {
+    "closing with slip": (1.25, (0.0, 0.0, -0.001), [(-0.16, 0, 2)] * 4),
+    "closing without slip": (1.25, (-0.0005, 0.0, -0.001), [(-0.16, 0, 0)] * 4),
+    "reversals": (
+        1.4,
+        (0.0, 0.0, -0.001),
+        [(-0.16, 0.6, 2), (-0.08, -0.6, -2), (0.03, 0.6, 2), (-0.16, 0.6, -2)],
+    ),
+}
+LEG = 0.15
+NAMES = tuple(_MOTIONS)
+
+
+class Recording(NamedTuple):
+    """
+    A measured motion as a filter takes it, a row a wrench; every row has an orientation or none.
+
+    Attributes
+    ----------
+    dt : float
+        Between two wrenches [s].
+    wrench : ndarray, shape (n, 6)
+        On the peg about its mass centre, peg axes [N], [N m].
+    angles : ndarray, shape (n, 3)
+        gamma, psi, phi [rad]; NaN where none was measured.
+    covariances : ndarray, shape (n, 3, 3)
+        [rad^2].
+
+    """
+
+    dt: float
+    wrench: np.ndarray
+    angles: np.ndarray
+    covariances: np.ndarray
+
+
+def truth_of(name: str, configuration: Configuration) -> Truth:
+    """Return the motion of a name of NAMES in the configuration's scene."""
+    end, offset, rates = _MOTIONS[name]
+    travel = LEG * sum((a[0] + b[0]) / 2 for a, b in zip(rates, rates[1:]))
+    start = end * configuration.scene.gamma0 - travel - LEAD_IN * rates[0][0]
+    phases = {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": _floats(rates[0])}}
+    for i, rate in enumerate(rates[1:]):
+        phases[f"leg{i}"] = {"kind": "contact", "duration": LEG, "rates": _floats(rate)}
+    tree = {
+        "lead_in": LEAD_IN,
+        "start": {
+            "angles": [start, 0.0, 0.0], "rates": _floats(rates[0]), "offset": list(offset),
+        },
+        "phases": phases,
+    }  # fmt: skip
+    truth = integrate(plan_from_tree(configuration, tree))
+    good = (truth.mode == "three_point") & truth.known
+    return first_samples(truth, len(good) if good.all() else int(np.argmin(good)))
+
+
+def _floats(values):
+    return [float(value) for value in values]
+
+
+def first_samples(truth: Truth, count: int) -> Truth:
+    """Return a truth of which only the first samples are left."""
+    n = len(truth.t_ns)
+    cut = {
+        name: value[:count]
+        for name, value in vars(truth).items()
+        if isinstance(value, np.ndarray) and len(value) == n
+    }
+    return replace(truth, **cut)
+
+
+def true_wrench(truth: Truth) -> np.ndarray:
+    """Return the wrench about the mass centre in peg axes [N], [N m], shape (n, 6)."""
+    R_HP = np.array([peg_axes(q) for q in truth.q])
+    parts = [np.einsum("nji,nj->ni", R_HP, value) for value in (truth.force, truth.moment)]
+    return np.hstack(parts)
+
+
+def recorded(truth: Truth, seed: int) -> Recording:
+    """Return what the sensors say of a truth, reduced to the mass centre."""
+    configuration = truth.plan.configuration
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    orientation = PegJoints(configuration.joints)
+    n = len(truth.t_ns)
+    wrench, angles = np.empty((n, 6)), np.full((n, 3), np.nan)
+    covariances = np.full((n, 3, 3), np.nan)
+    row, q = 0, None
+    for sample in measure(truth, seed, exact=sensor_wrench(truth)):
+        if isinstance(sample, JointSample):
+            q = orientation(sample)
+            continue
+        if q is not None:
+            angles[row], covariances[row] = q.q, q.covariance
+        wrench[row] = reduction.on_peg(sample.force, sample.torque, None if q is None else q.q)
+        row, q = row + 1, None
+    return Recording(1.0 / truth.plan.wrench_rate, wrench, angles, covariances)
+
+
+def bound_along(truth: Truth) -> Bound:
+    """Return the bound of any estimator along a truth, for what the configuration states."""
+    configuration = truth.plan.configuration
+    scene, options = configuration.scene, configuration.filter
+    every = truth.plan.wrench_rate // truth.plan.joint_rate
+    sensors = Sensors(
+        WrenchReduction(configuration.wrench, scene).covariance,
+        configuration.joints.position_stddev,
+        np.arange(len(truth.t_ns)) % every == 0,
+    )
+    return posterior_bound(
+        scene, truth.t_ns * 1e-9, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
+        options.initial_rate_stddev, truth.plan.slip_velocity_scale, options.acceleration_stddev,
+        options.friction_noise if scene.friction_stddev else 0.0,
+    )  # fmt: skip
+
+
+def rotation_bound(truth: Truth, bound: Bound) -> float:
+    """Return the bound on the size of the rotation error [rad]: median over sound samples."""
+    sound = bound.meaning == Meaning.SOUND
+    P, c = bound.state[sound], np.cos(truth.q[sound, 0])
+    square = P[:, 0, 0] + P[:, 1, 1] + P[:, 2, 2] + 2 * c * P[:, 1, 2]
+    return float(np.median(np.sqrt(square)))
