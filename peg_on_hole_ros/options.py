@@ -47,6 +47,7 @@ class FilterOptions:
     creep_time: float = 0.05
     max_step: float = 0.02
     max_gap: float = 0.1
+    late_window: float = 0.05
     late_tolerance: float = 0.004
     initial_rate_stddev: float = 1.0
     free_rate_noise: float = 0.3

@@ -208,8 +208,15 @@ PARAMETERS: tuple[Parameter, ...] = (
     _filter("max_gap", "silence of the wrench that restarts the filter", "s", 1e-3, 100.0),
     _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
     _filter(
+        "late_window",
+        "a message at most this late is put in its place and all since processed again; 0: none",
+        "s",
+        0.0,
+        1.0,
+    ),
+    _filter(
         "late_tolerance",
-        "a joint state later than this behind the wrench is dropped and counted",
+        "for late_window 0: joint states this late correct the present, later ones are dropped",
         "s",
         0.0,
         1.0,

@@ -8,7 +8,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.description import Description, description
-from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -171,6 +171,16 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._refused = 0
+
+    def snapshot(self):
+        """Return everything that the estimate depends on, for `restore`."""
+        # What follows in the memory is filled anew before it is read.
+        return self._memory[:SAVED].copy(), self._refused, self._since_correction
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; what follows is then bit for bit what followed it."""
+        memory, self._refused, self._since_correction = snapshot
+        self._memory[:SAVED] = memory
 
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""

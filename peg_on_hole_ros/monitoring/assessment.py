@@ -9,6 +9,7 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.alarms import Alarms
 from peg_on_hole_ros.monitoring.jamming import WedgingMargin, jamming_risk
 from peg_on_hole_ros.monitoring.mode import ContactMode, Evidence
+from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.monitoring.transition import (
     TransitionFlag,
     gamma0_stddev,
@@ -62,6 +63,14 @@ class Assessment:
     def restart_mode(self):
         """Forget the mode: the estimate has begun anew."""
         self._mode.restart()
+
+    def snapshot(self):
+        """Return all that the next outputs depend on beside the filter, for `restore`."""
+        return remember(self)
+
+    def restore(self, snapshot):
+        """Go back to a snapshot."""
+        recall(snapshot)
 
     def outputs(self, t_ns: int, kalman: ContactFilter, nis: float) -> Outputs:
         """
