@@ -204,7 +204,19 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         100.0,
     ),
+    _filter(
+        "integrator",
+        "method of a step; linearly_implicit costs less and errs where slip reverses",
+        choices=("implicit_euler", "linearly_implicit", "second_order"),
+    ),
     _filter("max_step", "longest integration step; a longer interval is divided", "s", 1e-5, 1.0),
+    _filter(
+        "step_tolerance",
+        "error of a rate that a step above 2.5 ms may make before it is divided",
+        "rad/s",
+        1e-6,
+        1e3,
+    ),
     _filter("max_gap", "silence of the wrench that restarts the filter", "s", 1e-3, 100.0),
     _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
     _filter(

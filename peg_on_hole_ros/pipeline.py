@@ -232,6 +232,8 @@ class Pipeline:
         self.health = {
             "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
             "evaluations": float(self._filter.evaluations),
+            "sub_steps": float(self._filter.pieces),
+            "steps_refused": float(self._filter.refused + self._filter.inaccurate),
         }
         if self._watch.median is not None:
             self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
@@ -289,3 +291,7 @@ class Pipeline:
             self._counts["step_without_solution"] += 1
         elif result is Prediction.SLOW:
             self._counts["step_without_direction"] += 1
+        elif self._filter.refused:
+            self._counts["step_divided_no_solution"] += 1
+        elif self._filter.inaccurate:
+            self._counts["step_divided_inaccurate"] += 1

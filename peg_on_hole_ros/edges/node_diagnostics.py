@@ -13,7 +13,8 @@ NAME = "peg_on_hole"
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
 _USUAL = re.compile(
-    "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed)$"
+    "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
+    "|step_divided_.*)$"
 )
 
 
