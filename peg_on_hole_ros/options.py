@@ -45,6 +45,7 @@ class FilterOptions:
     slow_slip: float = 1.0
     slow_rate_noise: float = 1.0
     creep_time: float = 0.05
+    method: str = "extended"
     integrator: str = "implicit_euler"
     max_step: float = 0.02
     step_tolerance: float = 0.01

@@ -205,6 +205,11 @@ PARAMETERS: tuple[Parameter, ...] = (
         100.0,
     ),
     _filter(
+        "method",
+        "Kalman filter; all but extended run in Python and are slow, for reference",
+        choices=("extended", "iterated", "unscented", "square_root"),
+    ),
+    _filter(
         "integrator",
         "method of a step; linearly_implicit costs less and errs where slip reverses",
         choices=("implicit_euler", "linearly_implicit", "second_order"),

@@ -5,7 +5,8 @@ from math import fsum, isfinite
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
+from peg_on_hole_ros.estimation.filter import Correction, Prediction
+from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import InnovationWatch
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
@@ -37,6 +38,8 @@ class Pipeline:
     orientation : callable or None
         From a JointSample to an AngleMeasurement, or to the reason why there is none; None reads
         the peg's own joints.
+    make : callable
+        From scene, filter options and the wrench's covariance to the filter.
 
     Attributes
     ----------
@@ -45,13 +48,13 @@ class Pipeline:
 
     """
 
-    def __init__(self, configuration: Configuration, orientation=None):
+    def __init__(self, configuration: Configuration, orientation=None, make=make_filter):
         self.configuration = configuration
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
         self._delay_ns = round(configuration.joints.delay * 1e9)
-        self._filter = ContactFilter(self.scene, configuration.filter, self._reduction.covariance)
+        self._filter = make(self.scene, configuration.filter, self._reduction.covariance)
         self._assessment = Assessment(
             self.scene,
             configuration.monitor,
@@ -239,7 +242,13 @@ class Pipeline:
             self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
         for measurement in unit.after:
             self._correct(measurement)
+        self._filter.mark(wrench.t_ns)
         return outputs
+
+    @property
+    def filter(self):
+        """The filter, for those who made it."""
+        return self._filter
 
     def _catch_up(self):
         """Process again from where the first late message was put; its outputs are not given."""

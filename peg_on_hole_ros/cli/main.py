@@ -88,6 +88,9 @@ def _replay(commands):
     command.add_argument("--out", metavar="OUT.mcap", help="write the node's topics")
     command.add_argument("--report", metavar="REPORT.html", help="write a page with plots")
     command.add_argument("--summary", metavar="SUMMARY.json", help="write the figures as JSON")
+    command.add_argument(
+        "--smooth", action="store_true", help="add the smoothed state to OUT.mcap (offline only)"
+    )
 
 
 def _simulate(commands):

@@ -113,8 +113,10 @@ class ContactFilter:
         self._sliding = part(self._memory, "SLIDING")
         self._slow = part(self._memory, "SLOW")
         self._R = part(self._memory, "R", (3, 3))
+        self._residual = part(self._memory, "RESIDUAL")
         part(self._memory, "PROCESS")[:] = self.process
-        part(self._memory, "METHOD")[:] = INTEGRATORS[options.integrator], options.step_tolerance
+        self.integrator = INTEGRATORS[options.integrator]
+        part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
         self.spread = part(self._memory, "SPREAD", (2, 2))
@@ -266,7 +268,7 @@ class ContactFilter:
             self.start(q, R)
             return Correction.RESET, nis
         if not nis <= options.inflation_threshold:
-            kernel.widen_rates(self._memory, self._since_correction, nis / 3.0 - 1.0)
+            self._widen(nis / 3.0 - 1.0)
             after = kernel.innovation(self._memory, q)
             result = Correction.INFLATED
         if not after <= options.gate_threshold:
@@ -276,8 +278,8 @@ class ContactFilter:
             self.start(q, R)
             return Correction.RESET, nis
         self._refused = 0
+        self._update()
         self._since_correction = 0.0
-        kernel.correct(self._memory)
         return result, nis
 
     def last_innovation(self) -> tuple[list[float], list[float]]:
@@ -285,6 +287,15 @@ class ContactFilter:
         l = part(self._memory, "S").tolist()
         root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
         return part(self._memory, "RESIDUAL").tolist(), root
+
+    def _widen(self, factor):
+        kernel.widen_rates(self._memory, self._since_correction, factor)
+
+    def _update(self):
+        kernel.correct(self._memory)
+
+    def mark(self, t_ns: int):
+        """Take note of a stamp [ns] that the estimate has come to; a smoother does."""
 
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.carry import carry, carry_all
 from peg_on_hole_ros.estimation.memory import (
+    CREEP,
     CROSS,
     GAIN,
     JOSEPH,
@@ -41,6 +42,7 @@ from peg_on_hole_ros.estimation.steps_choice import (
     INACCURATE,
     LONG_STEP,
     SECOND_ORDER,
+    contact_speed_gain,
     step_error,
     take_step,
 )
@@ -100,14 +102,6 @@ def hold_wrench(m):
 
 
 @compiled
-def contact_speed_gain(p, x, x1):
-    """Return how much speed a contact gains between two states, along or around the rim [m/s]."""
-    along = p.D * fabs(x1[3] - x[3])
-    around = 0.5 * fabs(p.D * (x1[4] - x[4]) + p.d * (x1[5] - x[5]))
-    return max(along, around)
-
-
-@compiled
 def predict_contact(m, dy, slopes, dt):
     """
     Predict over dt under three-point contact; halve the step until one is found that is good.
@@ -148,7 +142,7 @@ def predict_contact(m, dy, slopes, dt):
     friction_scales(p, m, smallest, process.slip_widening)
     if slow_slip(m, process.slow_slip):
         return SLOW, 0, 0
-    creep = creep_variance(p, m, smallest, process.creep_time)
+    creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))

@@ -36,6 +36,7 @@ _SIZES = {
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
     "STAGE": 192,  # of a step of two stages or of second derivatives, see steps_choice
+    "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "WORK": len(workspace()),
 }
@@ -56,7 +57,7 @@ RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (
     _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WITH", "WORK")
 )
-METHOD, STAGE, REFUSED = _AT["METHOD"], _AT["STAGE"], _AT["REFUSED"]
+METHOD, STAGE, CREEP, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "CREEP", "REFUSED"))
 
 
 def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:

@@ -80,3 +80,11 @@ def step_error(integrator, p, scales, x, u, h, x1, y, slopes, stage, work):
     e2 = fabs(slopes[2, 3] * r0 + slopes[2, 4] * r1 + slopes[2, 5] * r2)
     # A maximum would lose a NaN.
     return (max(e0, e1, e2) if e0 + e1 + e2 < inf else inf), count
+
+
+@compiled
+def contact_speed_gain(p, x, x1):
+    """Return how much speed a contact gains between two states, along or around the rim [m/s]."""
+    along = p.D * fabs(x1[3] - x[3])
+    around = 0.5 * fabs(p.D * (x1[4] - x[4]) + p.d * (x1[5] - x[5]))
+    return max(along, around)
