@@ -1,14 +1,13 @@
 """The contact filter: state, covariance and the wrench that is held, over compiled steps."""
 
-from enum import Enum
 from math import isfinite, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
+from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -22,42 +21,6 @@ FORGET_FRICTION = 0.02
 # In the same time, a coefficient that leaves no step is sought by this many of its standard
 # deviations below the stated one.
 SEEK_FRICTION = 2.0
-
-
-class Correction(Enum):
-    """What became of an orientation; the values are advice."""
-
-    USED = "used"
-    INFLATED = "used, after the rates' covariance was widened: the motion was not as predicted"
-    GATED = "refused: further from the prediction than both covariances allow"
-    RESET = "restarted from the measurement: refused too often in a row, or covariance lost"
-
-
-class Prediction(Enum):
-    """What became of a prediction; the values are advice."""
-
-    CONTACT = "three-point contact dynamics"
-    SLOW = "constant rates: no slip is told from none, and friction has no direction"
-    FREE = "constant rates: no contact model is in force"
-    FAILED = "constant rates: the contact equations gave no step, as at the singular set"
-
-
-class Reactions(NamedTuple):
-    """
-    Normal reactions at one estimate.
-
-    Attributes
-    ----------
-    normal, normal_stddev : tuple of 3 float
-        N_K, N_B1, N_B2 [N].
-    determinant : float
-        Of the six equations over its frictionless value.
-
-    """
-
-    normal: tuple[float, float, float]
-    normal_stddev: tuple[float, float, float]
-    determinant: float
 
 
 class ContactFilter:

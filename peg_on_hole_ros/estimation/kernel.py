@@ -1,6 +1,6 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import fabs, floor, pi, sqrt
+from math import floor, pi, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.carry import carry, carry_all
@@ -43,6 +43,7 @@ from peg_on_hole_ros.estimation.steps_choice import (
     LONG_STEP,
     SECOND_ORDER,
     contact_speed_gain,
+    friction_slack,
     step_error,
     take_step,
 )
@@ -157,16 +158,7 @@ def predict_contact(m, dy, slopes, dt):
             evaluations += count
             if status == CONVERGED:
                 gain = contact_speed_gain(p, m[SAVED : SAVED + 6], x1)
-                # What friction may be off by may speed a contact up as well.
-                slack = (
-                    3.0
-                    * sqrt(max(m[SPREAD], 0.0))
-                    * max(
-                        p.D * fabs(slopes[0, 12]),
-                        0.5 * fabs(p.D * slopes[1, 12] + p.d * slopes[2, 12]),
-                    )
-                )
-                if gain > limit + slack:
+                if gain > limit + friction_slack(p, m[SPREAD], slopes):
                     status = FAILED
             if status == CONVERGED and h > LONG_STEP:
                 error, count = step_error(

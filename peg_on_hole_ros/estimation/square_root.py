@@ -64,8 +64,11 @@ class SquareRootFilter(ContactFilter):
             F[range(3), range(3, 6)] = dt
             walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
             root = np.hstack([F @ root, noise * np.sqrt(dt) * walk])
-            # What was given back of the spread of friction.
-            added[FRICTION] = max(self.spread[0, 0] - friction, 0.0)
+            if result is Prediction.FAILED and self.spread[0, 0] != friction:
+                # It was given back of its spread, or is sought anew, apart from all else.
+                sought = not part(self._memory, "CROSS")[:12].any()
+                root[FRICTION] *= 0.0 if sought else 1.0
+                added[FRICTION] = max(self.spread[0, 0] - np.sum(root[FRICTION] ** 2), 0.0)
         self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added))]))
         return result
 

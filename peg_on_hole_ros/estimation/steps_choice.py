@@ -1,11 +1,11 @@
 """Which step the prediction takes, and how far a long one may be trusted."""
 
-from math import fabs, inf
+from math import fabs, inf, sqrt
 
 from peg_on_hole_ros.estimation.step import FAILED, implicit_euler
 from peg_on_hole_ros.estimation.steps_linear import linearly_implicit_euler
 from peg_on_hole_ros.estimation.steps_second_order import sdirk2
-from peg_on_hole_ros.mechanics.kernel import accelerate, compiled
+from peg_on_hole_ros.mechanics.kernel import accelerate, compiled, inlined
 
 IMPLICIT_EULER, LINEARLY_IMPLICIT, SECOND_ORDER = 0, 1, 2
 INTEGRATORS = {
@@ -88,3 +88,16 @@ def contact_speed_gain(p, x, x1):
     along = p.D * fabs(x1[3] - x[3])
     around = 0.5 * fabs(p.D * (x1[4] - x[4]) + p.d * (x1[5] - x[5]))
     return max(along, around)
+
+
+@inlined
+def friction_slack(p, friction_variance, slopes):
+    """Return how much speed a contact may gain in a step by what friction may be off by [m/s]."""
+    return (
+        3.0
+        * sqrt(max(friction_variance, 0.0))
+        * max(
+            p.D * fabs(slopes[0, 12]),
+            0.5 * fabs(p.D * slopes[1, 12] + p.d * slopes[2, 12]),
+        )
+    )
