@@ -263,20 +263,13 @@ class Pipeline:
             self._process(unit)
 
     def _snapshot(self):
-        return (
-            self._t_ns,
-            self._filter.snapshot(),
-            self._assessment.snapshot(),
-            tuple(self._nis),
-            self._mean_nis,
-            (self._in_contact, self._touching),
-            remember(self._watch),
-            dict(self._counts),
-        )
+        state = self._t_ns, self._mean_nis, self._in_contact, self._touching
+        parts = self._filter.snapshot(), self._assessment.snapshot(), remember(self._watch)
+        return state, parts, tuple(self._nis), dict(self._counts)
 
     def _restore(self, snapshot):
-        self._t_ns, kalman, assessment, nis, self._mean_nis, touch, watch, counts = snapshot
-        self._in_contact, self._touching = touch
+        state, (kalman, assessment, watch), nis, counts = snapshot
+        self._t_ns, self._mean_nis, self._in_contact, self._touching = state
         recall(watch)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)
