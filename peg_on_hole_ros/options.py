@@ -45,8 +45,12 @@ class FilterOptions:
     slow_slip: float = 1.0
     slow_rate_noise: float = 1.0
     creep_time: float = 0.05
+    method: str = "extended"
+    integrator: str = "implicit_euler"
     max_step: float = 0.02
+    step_tolerance: float = 0.01
     max_gap: float = 0.1
+    late_window: float = 0.05
     late_tolerance: float = 0.004
     initial_rate_stddev: float = 1.0
     free_rate_noise: float = 0.3

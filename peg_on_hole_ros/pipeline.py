@@ -5,10 +5,13 @@ from math import fsum, isfinite
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
+from peg_on_hole_ros.estimation.filter import Correction, Prediction
+from peg_on_hole_ros.estimation.filters import make_filter
+from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import InnovationWatch
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
+from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, Outputs, WrenchSample
 
@@ -26,8 +29,8 @@ class Pipeline:
     Samples in, outputs out; time is that of the stamps, and nothing else is read.
 
     Joint states wait until the wrench of their stamp is there, so that every prediction runs
-    under a wrench that was measured at its end; a late one corrects at once, moved along by the
-    estimated rates.
+    under a wrench that was measured at its end. A late message is put in its place, and all since
+    is processed again when the next wrench comes; what was given out before stays as it is.
 
     Parameters
     ----------
@@ -35,23 +38,23 @@ class Pipeline:
     orientation : callable or None
         From a JointSample to an AngleMeasurement, or to the reason why there is none; None reads
         the peg's own joints.
+    make : callable
+        From scene, filter options and the wrench's covariance to the filter.
 
     Attributes
     ----------
-    counts : collections.Counter
-        Every message by what became of it.
     health : dict of str to float
         State of the filter, for diagnostics.
 
     """
 
-    def __init__(self, configuration: Configuration, orientation=None):
+    def __init__(self, configuration: Configuration, orientation=None, make=make_filter):
         self.configuration = configuration
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
         self._delay_ns = round(configuration.joints.delay * 1e9)
-        self._filter = ContactFilter(self.scene, configuration.filter, self._reduction.covariance)
+        self._filter = make(self.scene, configuration.filter, self._reduction.covariance)
         self._assessment = Assessment(
             self.scene,
             configuration.monitor,
@@ -59,14 +62,25 @@ class Pipeline:
             self._filter.scene_values,
         )
         self._watch = InnovationWatch()
-        self.counts: Counter[str] = Counter()
+        # Fates that arrival decides, and those that going back decides anew.
+        self._arrival_counts: Counter[str] = Counter()
+        self._counts: Counter[str] = Counter()
+        window_ns = round(configuration.filter.late_window * 1e9)
+        self._history = History(window_ns and window_ns + max(self._delay_ns, 0))
         self.health: dict[str, float] = {}
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
         self._restart()
 
+    @property
+    def counts(self) -> Counter[str]:
+        """Every message by what became of it, and what else happened."""
+        return self._arrival_counts + self._counts
+
     def _restart(self):
         self._t_ns: int | None = None
+        self._last_wrench_ns: int | None = None
+        self._history.clear()
         self._started = False
         self._waiting.clear()
         self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
@@ -79,17 +93,20 @@ class Pipeline:
     def reset(self) -> str:
         """Restart filter and monitor; the tare stays. Returns what was done."""
         self._restart()
-        self.counts["reset"] += 1
+        self._arrival_counts["reset"] += 1
         return "filter and monitor restarted; they wait for a joint state"
 
     def tare(self) -> str:
         """Take the mean of the last wrenches as that of a free-hanging peg; return it as text."""
         if not self._recent or not self._started:
             return "nothing taken: no wrench and orientation have arrived yet"
+        # Wrenches before a tare cannot be processed again after it.
+        self._catch_up()
+        self._history.clear()
         force = np.mean([sample.force for sample in self._recent], axis=0)
         torque = np.mean([sample.torque for sample in self._recent], axis=0)
         taken = self._reduction.take_tare(force, torque, self._filter.x[:3])
-        self.counts["tare"] += 1
+        self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         return (
             f"tare over {len(self._recent)} samples, sensor axes "
@@ -100,18 +117,18 @@ class Pipeline:
         """Take a joint state; it corrects the estimate, and gives no output of its own."""
         measurement = self._orientation(sample)
         if isinstance(measurement, str):
-            self.counts[f"joints_dropped_{measurement}"] += 1
+            self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
         measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
         if not self._started:
             self._filter.start(measurement.q, measurement.covariance)
             self._started = True
             self._t_ns = measurement.t_ns
-            self.counts["joints_used"] += 1
+            self._counts["joints_used"] += 1
             return
         if measurement.t_ns > self._t_ns:
             if self._waiting and measurement.t_ns < self._waiting[-1].t_ns:
-                self.counts["joints_reordered"] += 1
+                self._arrival_counts["joints_reordered"] += 1
                 self._waiting = deque(
                     sorted([*self._waiting, measurement], key=lambda waiting: waiting.t_ns)
                 )
@@ -119,18 +136,30 @@ class Pipeline:
                 self._waiting.append(measurement)
             if len(self._waiting) > MAX_WAITING:
                 self._waiting.popleft()
-                self.counts["joints_dropped_without_wrench"] += 1
+                self._arrival_counts["joints_dropped_without_wrench"] += 1
             return
+        self._take_late_joints(sample, measurement)
+
+    def _take_late_joints(self, sample: JointSample, measurement: AngleMeasurement):
         lateness = self._t_ns - measurement.t_ns
-        if lateness > CLOCK_JUMP_NS:
-            self.counts["clock_jumped_back"] += 1
+        expected = max(self._delay_ns, 0)
+        if lateness - expected > CLOCK_JUMP_NS:
+            self._arrival_counts["clock_jumped_back"] += 1
             self._restart()
             self.on_joints(sample)
-        elif lateness - max(self._delay_ns, 0) > self.configuration.filter.late_tolerance * 1e9:
-            self.counts["joints_dropped_late"] += 1
+        elif not lateness:
+            self._history.add_after(measurement)
+            if not self._history.changed:
+                self._correct(measurement)
+        elif self._history.put_joints(measurement, self._t_ns):
+            self._arrival_counts["joints_late"] += 1
+        elif (
+            self._history.window_ns
+            or lateness - expected > self.configuration.filter.late_tolerance * 1e9
+        ):
+            self._arrival_counts["joints_dropped_late"] += 1
         else:
-            if lateness:
-                self.counts["joints_late"] += 1
+            self._arrival_counts["joints_late"] += 1
             self._correct(measurement, lateness * 1e-9)
 
     def _correct(self, measurement: AngleMeasurement, lateness: float = 0.0):
@@ -147,51 +176,107 @@ class Pipeline:
             if self._touching:
                 self._watch.add(nis)
                 if self._watch.too_large:
-                    self.counts["innovations_too_large"] += 1
+                    self._counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
         if result is not Correction.GATED:
             self._assessment.oriented(self._t_ns, q, R)
-        self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
+        self._counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.INFLATED:
-            self.counts["rates_widened"] += 1
+            self._counts["rates_widened"] += 1
         elif result is Correction.RESET:
-            self.counts["filter_restarted"] += 1
+            self._counts["filter_restarted"] += 1
             self._assessment.restart_mode()
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
-        """Take a wrench; returns the outputs at its stamp, or None if it was dropped (counted)."""
+        """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
         if not all(isfinite(value) for value in (*sample.force, *sample.torque)):
-            self.counts["wrench_dropped_not_finite"] += 1
+            self._arrival_counts["wrench_dropped_not_finite"] += 1
             return None
         if not self._started:
-            self.counts["wrench_dropped_before_joints"] += 1
+            self._arrival_counts["wrench_dropped_before_joints"] += 1
             return None
-        if self._recent and sample.t_ns == self._recent[-1].t_ns:
-            self.counts["wrench_dropped_repeated_stamp"] += 1
+        if sample.t_ns == self._last_wrench_ns:
+            self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
             return None
         if sample.t_ns < self._t_ns:
-            if self._t_ns - sample.t_ns > CLOCK_JUMP_NS:
-                self.counts["clock_jumped_back"] += 1
-                self._restart()
-            self.counts["wrench_dropped_late"] += 1
+            self._take_late_wrench(sample)
             return None
         self._recent.append(sample)
-        self._filter.hold(self._reduction.on_peg(sample.force, sample.torque, self._filter.x[:3]))
+        self._last_wrench_ns = sample.t_ns
+        self._catch_up()
+        joints = []
         while self._waiting and self._waiting[0].t_ns <= sample.t_ns:
-            measurement = self._waiting.popleft()
+            joints.append(self._waiting.popleft())
+        before = self._snapshot() if self._history.wants_snapshot else None
+        unit = Unit(sample, joints, before, self._t_ns)
+        self._history.append(unit)
+        return self._process(unit)
+
+    def _take_late_wrench(self, sample: WrenchSample):
+        if self._t_ns - sample.t_ns > CLOCK_JUMP_NS:
+            self._arrival_counts["clock_jumped_back"] += 1
+            self._arrival_counts["wrench_dropped_late"] += 1
+            self._restart()
+        elif self._history.has_wrench(sample.t_ns):
+            self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
+        elif self._history.put_wrench(sample, self._t_ns):
+            self._arrival_counts["wrench_late"] += 1
+        else:
+            self._arrival_counts["wrench_dropped_late"] += 1
+
+    def _process(self, unit: Unit) -> Outputs:
+        wrench = unit.wrench
+        self._filter.hold(self._reduction.on_peg(wrench.force, wrench.torque, self._filter.x[:3]))
+        for measurement in unit.joints:
             self._advance(measurement.t_ns)
             self._correct(measurement)
-        self._advance(sample.t_ns)
-        self.counts["wrench_used"] += 1
+        self._advance(wrench.t_ns)
+        self._counts["wrench_used"] += 1
         nis = EXPECTED_NIS if self._mean_nis is None else self._mean_nis
-        outputs = self._assessment.outputs(sample.t_ns, self._filter, nis)
+        outputs = self._assessment.outputs(wrench.t_ns, self._filter, nis)
         self.health = {
             "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
             "evaluations": float(self._filter.evaluations),
+            "sub_steps": float(self._filter.pieces),
+            "steps_refused": float(self._filter.refused + self._filter.inaccurate),
         }
         if self._watch.median is not None:
             self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
+        for measurement in unit.after:
+            self._correct(measurement)
+        self._filter.mark(wrench.t_ns)
         return outputs
+
+    @property
+    def filter(self):
+        """The filter, for those who made it."""
+        return self._filter
+
+    def _catch_up(self):
+        """Process again from where the first late message was put; its outputs are not given."""
+        units = self._history.take_changed()
+        if not units:
+            return
+        self._arrival_counts["went_back"] += 1
+        self._arrival_counts["wrench_reprocessed"] += len(units)
+        self._restore(units[0].before)
+        for unit in units:
+            unit.before, unit.begin_ns = self._snapshot(), self._t_ns
+            self._process(unit)
+
+    def _snapshot(self):
+        state = self._t_ns, self._mean_nis, self._in_contact, self._touching
+        parts = self._filter.snapshot(), self._assessment.snapshot(), remember(self._watch)
+        return state, parts, tuple(self._nis), dict(self._counts)
+
+    def _restore(self, snapshot):
+        state, (kalman, assessment, watch), nis, counts = snapshot
+        self._t_ns, self._mean_nis, self._in_contact, self._touching = state
+        recall(watch)
+        self._filter.restore(kalman)
+        self._assessment.restore(assessment)
+        self._nis = deque(nis, maxlen=NIS_MEMORY)
+        self._counts = Counter(counts)
 
     def _advance(self, t_ns: int):
         dt = (t_ns - self._t_ns) * 1e-9
@@ -200,13 +285,17 @@ class Pipeline:
             return
         in_contact = self._assessment.mode == "three_point"
         if dt > self.configuration.filter.max_gap:
-            self.counts["gap"] += 1
+            self._counts["gap"] += 1
             in_contact = False
         result = self._filter.predict(dt, in_contact)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
         self._touching = self._in_contact or self._assessment.mode == "unknown"
         if result is Prediction.FAILED:
-            self.counts["step_without_solution"] += 1
+            self._counts["step_without_solution"] += 1
         elif result is Prediction.SLOW:
-            self.counts["step_without_direction"] += 1
+            self._counts["step_without_direction"] += 1
+        elif self._filter.refused:
+            self._counts["step_divided_no_solution"] += 1
+        elif self._filter.inaccurate:
+            self._counts["step_divided_inaccurate"] += 1

@@ -34,6 +34,29 @@ def test_replay_writes_the_topics_of_the_node_with_stamps_as_log_times(replayed)
     assert stored["scene.hole_diameter"] == "0.05"
 
 
+def test_smoothed_state_is_added_and_changes_nothing_else(bag, replayed, tmp_path, capsys):
+    out, summary = tmp_path / "out.mcap", tmp_path / "s.json"
+    arguments = ["replay", str(bag), "--smooth", "--summary", str(summary)]
+    assert main([*arguments, "--out", str(out)]) == 0
+    plain, smooth = Bag(replayed[0]), Bag(out)
+    added = {f"/peg_on_hole/smoothed_state{end}" for end in ("", "_stddev")}
+    assert set(smooth.topics) - set(plain.topics) == added
+    states = [list(b.messages(["/peg_on_hole/state"])) for b in (plain, smooth)]
+    assert [m.message.position for m in states[0]] == [m.message.position for m in states[1]]
+    stamps = [m.log_ns for m in states[1]]
+    for topic in added:
+        found = list(smooth.messages([topic]))
+        assert [m.log_ns for m in found] == stamps
+        assert found[0].message.name == ["gamma", "psi", "phi"]
+        assert all(
+            math.isfinite(x) for x in (*found[9].message.position, *found[9].message.velocity)
+        )
+    assert json.loads(summary.read_text())["outputs"] == replayed[1]["outputs"]
+    capsys.readouterr()
+    message = "--smooth adds topics to an output: name one with --out OUT.mcap"
+    fails(capsys, 2, message, *arguments)
+
+
 def test_summary_fits_its_schema_and_counts_every_message(replayed):
     _, summary = replayed
     check(summary, SCHEMA)

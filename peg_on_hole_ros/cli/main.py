@@ -93,6 +93,9 @@ def _replay(commands):
     command.add_argument(
         "--cycles", metavar="CYCLES.jsonl", help="write a record of each try, a line of JSON each"
     )
+    command.add_argument(
+        "--smooth", action="store_true", help="add the smoothed state to OUT.mcap (offline only)"
+    )
 
 
 def _simulate(commands):

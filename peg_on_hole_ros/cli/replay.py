@@ -28,6 +28,8 @@ CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N
 def run(arguments) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
     configuration, node = load(arguments.config)
+    if arguments.smooth and not arguments.out:
+        raise PegOnHoleError("--smooth adds topics to an output: name one with --out OUT.mcap")
     places = arguments.out, arguments.report, arguments.summary, arguments.cycles
     check_places(arguments.bag, [path for path in places if path])
     with Progress("reading") as progress:
@@ -37,7 +39,9 @@ def run(arguments) -> int:
         if stored is not None:
             configuration = stored
             print(f"configuration: that in {bag.path}", file=sys.stderr)
-    result, score = replay(bag, configuration, node, arguments.out, arguments.report)
+    result, score = replay(
+        bag, configuration, node, arguments.out, arguments.report, arguments.smooth
+    )
     if arguments.summary:
         Path(arguments.summary).write_text(to_json(result) + "\n", encoding="utf-8")
     if arguments.cycles:
@@ -55,6 +59,7 @@ def replay(
     node: NodeOptions,
     out: str | Path | None = None,
     report_path: str | Path | None = None,
+    smooth: bool = False,
 ) -> tuple[dict, Score | None]:
     """
     Replay a bag; return the JSON of its summary, and the comparison with the truth if it has any.
@@ -67,6 +72,8 @@ def replay(
         For the rate of the markers.
     out, report_path : path, optional
         MCAP and HTML to write.
+    smooth : bool
+        Whether to add the smoothed state to `out`.
 
     """
     check_bag(bag, configuration)
@@ -76,12 +83,16 @@ def replay(
     score, cycles = Score(truth) if truth else None, Cycles()
     sinks = [sink for sink in (summary, score, series, cycles) if sink is not None]
     with ExitStack() as stack:
+        writer = None
         if out:
             latched = [PREFIX + suffix for suffix in LATCHED]
-            writer = BagWriter(out, configuration, latched=latched)
-            sinks.append(_Writer(stack.enter_context(writer)))
+            opened = BagWriter(out, configuration, latched=latched)
+            writer = _Writer(stack.enter_context(opened))
+            sinks.append(writer)
         progress = stack.enter_context(Progress("replaying"))
-        replayed = replay_bag(bag, configuration, node.markers_rate, sinks, progress)
+        replayed = replay_bag(
+            bag, configuration, node.markers_rate, sinks, progress, writer if smooth else None
+        )
     cycles.finish()
     content = {
         "version": VERSION,

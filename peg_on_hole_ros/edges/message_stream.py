@@ -4,6 +4,7 @@ from collections import Counter
 
 from peg_on_hole_ros.edges.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages import Message, OutputStream
+from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 
@@ -78,9 +79,13 @@ class MessageStream:
         return {"reset": self.pipeline.reset, "tare": self.pipeline.tare}[name]()
 
 
-def message_stream(configuration: Configuration, markers_rate: float = 10.0) -> MessageStream:
+def message_stream(
+    configuration: Configuration, markers_rate: float = 10.0, make=make_filter
+) -> MessageStream:
     """
     Return a new stream, with the robot's kinematics where the configuration names a URDF.
+
+    `make` makes the filter, see `Pipeline`.
 
     Raises
     ------
@@ -93,4 +98,4 @@ def message_stream(configuration: Configuration, markers_rate: float = 10.0) -> 
         from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
 
         orientation = orientation_source(configuration.joints)
-    return MessageStream(configuration, Pipeline(configuration, orientation), markers_rate)
+    return MessageStream(configuration, Pipeline(configuration, orientation, make), markers_rate)

@@ -121,6 +121,17 @@ def _state(outputs):
     yield "state_stddev", JOINT_STATE, joint_state(t_ns, ANGLES, stddev[:3], stddev[3:])
 
 
+def smoothed_messages(t_ns: int, state, covariance) -> list[Message]:
+    """Return `smoothed_state` and `smoothed_state_stddev`, which only a replay can give."""
+    # To (-pi, pi], as in the filter's own state.
+    angles = state[:3] - 2 * np.pi * np.ceil((state[:3] - np.pi) / (2 * np.pi)) * [0, 1, 1]
+    stddev = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+    return [
+        ("smoothed_state", JOINT_STATE, joint_state(t_ns, ANGLES, angles, state[3:])),
+        ("smoothed_state_stddev", JOINT_STATE, joint_state(t_ns, ANGLES, stddev[:3], stddev[3:])),
+    ]
+
+
 def _contacts(outputs):
     t_ns = outputs.t_ns
     contacts = joint_state(t_ns, CONTACTS, outputs.closed, outputs.slip_speed, outputs.normal)

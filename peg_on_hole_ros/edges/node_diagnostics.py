@@ -12,7 +12,10 @@ NAME = "peg_on_hole"
 
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
-_USUAL = re.compile("^(reset|tare|.*_used|joints_late|joints_reordered)$")
+_USUAL = re.compile(
+    "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
+    "|step_divided_.*)$"
+)
 
 
 class Diagnostics:
@@ -61,7 +64,8 @@ class Diagnostics:
 
         """
         new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
-        new = {name: count for name, count in new.items() if count and not _USUAL.search(name)}
+        # What a late message changed may also have undone something.
+        new = {name: count for name, count in new.items() if count > 0 and not _USUAL.search(name)}
         lost = {name: count for name, count in new.items() if _LOST.search(name)}
         self._counts = dict(counts)
         status = [

@@ -12,9 +12,11 @@ from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
-from peg_on_hole_ros.edges.messages import STRING, Message
+from peg_on_hole_ros.edges.messages import STRING, Message, smoothed_messages
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
+from peg_on_hole_ros.estimation.filters import make_filter
+from peg_on_hole_ros.estimation.smoother import SmoothingFilter
 from peg_on_hole_ros.options import Configuration
 
 _REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"
@@ -94,6 +96,7 @@ def replay_bag(
     markers_rate: float,
     sinks: Iterable[Sink],
     progress: Callable[[float], None] | None = None,
+    smoothed: Sink | None = None,
 ) -> Replayed:
     """
     Replay a bag.
@@ -108,20 +111,30 @@ def replay_bag(
         Each is given all output, in order.
     progress : callable, optional
         Called with the share that is done.
+    smoothed : Sink, optional
+        Is given the smoothed state of every stamp, after all other output.
 
     Raises
     ------
     BagError
         A needed topic is missing or of another type, or no message could be used.
+    PegOnHoleError
+        Smoothing is asked for with another filter than the extended one.
 
     """
+    if smoothed and configuration.filter.method != "extended":
+        raise PegOnHoleError(
+            f"filter.method = {configuration.filter.method!r} cannot be smoothed; the smoother "
+            "works on 'extended'"
+        )
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
     total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
     stream = message_stream(configuration, markers_rate)
     warm(configuration)
-    stream = message_stream(configuration, markers_rate)
+    make = SmoothingFilter if smoothed else make_filter
+    stream = message_stream(configuration, markers_rate, make)
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
     for count, item in enumerate(bag.messages(needed)):
@@ -136,6 +149,9 @@ def replay_bag(
             _event(stream, item.message.data)
         if progress and count % 256 == 0:
             progress(count / total)
+    if smoothed:
+        for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):
+            smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance))
     seconds = time.perf_counter() - begun
     for topic, source in ((wrench_topic, "wrench"), (joints_topic, "joints")):
         for _ in range(bag.undecodable[topic] - unreadable[topic]):

@@ -1,17 +1,17 @@
 """The contact filter: state, covariance and the wrench that is held, over compiled steps."""
 
-from enum import Enum
-from math import sqrt
-from typing import NamedTuple
+from math import isfinite, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.description import Description, description
-from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
+from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
+from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
@@ -21,42 +21,6 @@ FORGET_FRICTION = 0.02
 # In the same time, a coefficient that leaves no step is sought by this many of its standard
 # deviations below the stated one.
 SEEK_FRICTION = 2.0
-
-
-class Correction(Enum):
-    """What became of an orientation; the values are advice."""
-
-    USED = "used"
-    INFLATED = "used, after the rates' covariance was widened: the motion was not as predicted"
-    GATED = "refused: further from the prediction than both covariances allow"
-    RESET = "restarted from the measurement: refused too often in a row"
-
-
-class Prediction(Enum):
-    """What became of a prediction; the values are advice."""
-
-    CONTACT = "three-point contact dynamics"
-    SLOW = "constant rates: no slip is told from none, and friction has no direction"
-    FREE = "constant rates: no contact model is in force"
-    FAILED = "constant rates: the contact equations gave no step, as at the singular set"
-
-
-class Reactions(NamedTuple):
-    """
-    Normal reactions at one estimate.
-
-    Attributes
-    ----------
-    normal, normal_stddev : tuple of 3 float
-        N_K, N_B1, N_B2 [N].
-    determinant : float
-        Of the six equations over its frictionless value.
-
-    """
-
-    normal: tuple[float, float, float]
-    normal_stddev: tuple[float, float, float]
-    determinant: float
 
 
 class ContactFilter:
@@ -84,6 +48,8 @@ class ContactFilter:
         The fields of SceneScalars as they are now: friction and diameter may be learnt.
     evaluations, pieces : int
         Of the last prediction: how often the six equations were solved, and in how many steps.
+    refused, inaccurate : int
+        Attempts at it that were refused, since no step was found or since its error was too large.
 
     """
 
@@ -101,7 +67,7 @@ class ContactFilter:
         )
         self._memory = np.zeros(SIZE)
         self._dy = np.zeros((6, WIDTH))
-        self._slopes = np.zeros((3, WIDTH))
+        self._slopes = np.zeros((6, WIDTH))
         self.x, self.u = part(self._memory, "X"), part(self._memory, "U")
         self.Z = part(self._memory, "Z", (12, 12))
         self._P = self.Z[:6, :6]
@@ -110,7 +76,11 @@ class ContactFilter:
         self._sliding = part(self._memory, "SLIDING")
         self._slow = part(self._memory, "SLOW")
         self._R = part(self._memory, "R", (3, 3))
+        self._residual = part(self._memory, "RESIDUAL")
         part(self._memory, "PROCESS")[:] = self.process
+        self.integrator = INTEGRATORS[options.integrator]
+        part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
+        self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
         self.spread = part(self._memory, "SPREAD", (2, 2))
         self._cross = part(self._memory, "CROSS")
@@ -124,9 +94,11 @@ class ContactFilter:
         self._normal = part(self._memory, "Y")[3:]
         self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
         self._peg_height = scene.peg_height
-        self.evaluations = self.pieces = 0
+        self.evaluations = self.pieces = self.refused = self.inaccurate = 0
         self._refused = 0
         self._since_correction = 0.0
+        # How long the present wrench has been held, and the one before it was [s].
+        self._held = self._held_before = 0.0
 
     @property
     def P(self) -> np.ndarray:
@@ -172,28 +144,45 @@ class ContactFilter:
             self.spread[[0, 1], [0, 1]] = self._known
         self._refused = 0
 
+    def snapshot(self):
+        """Return everything that the estimate depends on, for `restore`."""
+        # What follows in the memory is filled anew before it is read.
+        times = self._since_correction, self._held, self._held_before
+        return self._memory[:SAVED].copy(), self._refused, times
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; what follows is then bit for bit what followed it."""
+        memory, self._refused, times = snapshot
+        self._since_correction, self._held, self._held_before = times
+        self._memory[:SAVED] = memory
+
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""
         self.u[:] = u
+        self._held_before, self._held = self._held, 0.0
         kernel.hold_wrench(self._memory)
 
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""
         options = self.options
-        self.evaluations = self.pieces = 0
+        self.evaluations = self.pieces = self.refused = self.inaccurate = 0
         self._since_correction += dt
         self._slow[0] = 0.0
+        self._held += dt
         if in_contact:
             status, self.evaluations, self.pieces = kernel.predict_contact(
                 self._memory, self._dy, self._slopes, dt
             )
+            self.refused, self.inaccurate = map(int, self._attempts.tolist())
             if status == CONVERGED:
                 return Prediction.CONTACT
             if status == kernel.SLOW:
                 self._slow[0] = 1.0
                 kernel.predict_free(self._memory, self._slopes, dt, options.slow_rate_noise**2)
                 return Prediction.SLOW
-            self._doubt_friction(dt)
+            # Held for long, the noise of one wrench leaves no step just as well.
+            if max(self._held, self._held_before) <= LONG_STEP:
+                self._doubt_friction(dt)
         self._scales[:] = options.slip_velocity_scale
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         return Prediction.FAILED if in_contact else Prediction.FREE
@@ -237,8 +226,12 @@ class ContactFilter:
         self._R[:] = R
         nis = kernel.innovation(self._memory, q)
         result, after = Correction.USED, nis
+        if not isfinite(nis):
+            # A covariance that has lost its meaning is not to be corrected, nor to leave.
+            self.start(q, R)
+            return Correction.RESET, nis
         if not nis <= options.inflation_threshold:
-            kernel.widen_rates(self._memory, self._since_correction, nis / 3.0 - 1.0)
+            self._widen(nis / 3.0 - 1.0)
             after = kernel.innovation(self._memory, q)
             result = Correction.INFLATED
         if not after <= options.gate_threshold:
@@ -248,8 +241,8 @@ class ContactFilter:
             self.start(q, R)
             return Correction.RESET, nis
         self._refused = 0
+        self._update()
         self._since_correction = 0.0
-        kernel.correct(self._memory)
         return result, nis
 
     def last_innovation(self) -> tuple[list[float], list[float]]:
@@ -257,6 +250,15 @@ class ContactFilter:
         l = part(self._memory, "S").tolist()
         root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
         return part(self._memory, "RESIDUAL").tolist(), root
+
+    def _widen(self, factor):
+        kernel.widen_rates(self._memory, self._since_correction, factor)
+
+    def _update(self):
+        kernel.correct(self._memory)
+
+    def mark(self, t_ns: int):
+        """Take note of a stamp [ns] that the estimate has come to; a smoother does."""
 
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""

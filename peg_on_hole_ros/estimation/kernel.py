@@ -1,22 +1,25 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import fabs, floor, pi, sqrt
+from math import floor, pi, sqrt
 from typing import NamedTuple
 
+from peg_on_hole_ros.estimation.carry import carry, carry_all
 from peg_on_hole_ros.estimation.memory import (
+    CREEP,
     CROSS,
     GAIN,
     JOSEPH,
+    METHOD,
     NOISE,
     PROCESS,
+    REFUSED,
     RESIDUAL,
-    ROWS,
     SAVED,
     SCALES,
     SLIDING,
     SPEEDS,
     SPREAD,
-    WITH,
+    STAGE,
     WORK,
     X1,
     R,
@@ -25,9 +28,6 @@ from peg_on_hole_ros.estimation.memory import (
     X,
     Y,
     Z,
-    add_parameters,
-    row_of,
-    times_Z,
 )
 from peg_on_hole_ros.estimation.parameters import correct_parameters
 from peg_on_hole_ros.estimation.slip import (
@@ -37,8 +37,17 @@ from peg_on_hole_ros.estimation.slip import (
     slow_slip,
     surely_sliding,
 )
-from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
-from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
+from peg_on_hole_ros.estimation.step import CONVERGED, FAILED
+from peg_on_hole_ros.estimation.steps_choice import (
+    INACCURATE,
+    LONG_STEP,
+    SECOND_ORDER,
+    contact_speed_gain,
+    friction_slack,
+    step_error,
+    take_step,
+)
+from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, scene_of
 
 # A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
@@ -94,81 +103,18 @@ def hold_wrench(m):
 
 
 @compiled
-def _carry(m, slopes, h, rate_noise):
-    """
-    Carry the joint covariance through one step, given G = d(rates)/d(state, wrench).
-
-    The angles move by h times the rates at the end, and the wrench stays: with W = G Z and
-    B = G Z G.T all of F Z F.T is made of Z, W and B.
-    """
-    for i in range(3):
-        row = row_of(slopes, i)
-        for j in range(12):
-            m[ROWS + 12 * i + j] = times_Z(row, m, j)
-    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
-    if uncertain:
-        add_parameters(m, slopes, 3)
-    for i in range(3):
-        for j in range(i + 1):
-            total = 0.0
-            if uncertain:
-                total = m[WITH + 2 * i] * slopes[j, 12] + m[WITH + 2 * i + 1] * slopes[j, 13]
-            for k in range(12):
-                total += m[ROWS + 12 * i + k] * slopes[j, k]
-            if i == j:
-                total += rate_noise * h
-            # Noise too: the implicit step moves the angle with the rate at its end.
-            corner = Z + 12 * i + j
-            m[corner + 39] = total
-            m[corner] += h * (m[ROWS + 12 * i + j] + m[ROWS + 12 * j + i] + h * total)
-            m[Z + 12 * i + 3 + j] = m[ROWS + 12 * j + i] + h * total
-            m[Z + 12 * j + 3 + i] = m[ROWS + 12 * i + j] + h * total
-    for i in range(3):
-        for j in range(6, 12):
-            m[Z + 12 * i + j] += h * m[ROWS + 12 * i + j]
-            m[Z + 36 + 12 * i + j] = m[ROWS + 12 * i + j]
-    _mirror(m)
-    if uncertain:
-        for i in range(3):
-            for k in range(2):
-                m[CROSS + 12 * k + i] += h * m[WITH + 2 * i + k]
-                m[CROSS + 12 * k + 3 + i] = m[WITH + 2 * i + k]
-
-
-@inlined
-def _mirror(m):
-    """Copy what is on the other side of the diagonal of Z, from where `_carry` has written."""
-    for i in range(3):
-        for j in range(i):
-            m[Z + 12 * j + i] = m[Z + 12 * i + j]
-            m[Z + 39 + 12 * j + i] = m[Z + 39 + 12 * i + j]
-        for j in range(3, 12):
-            m[Z + 12 * j + i] = m[Z + 12 * i + j]
-        for j in range(6, 12):
-            m[Z + 12 * j + 3 + i] = m[Z + 12 * (3 + i) + j]
-
-
-@compiled
-def contact_speed_gain(p, x, x1):
-    """Return how much speed a contact gains between two states, along or around the rim [m/s]."""
-    along = p.D * fabs(x1[3] - x[3])
-    around = 0.5 * fabs(p.D * (x1[4] - x[4]) + p.d * (x1[5] - x[5]))
-    return max(along, around)
-
-
-@compiled
 def predict_contact(m, dy, slopes, dt):
     """
-    Predict over dt under three-point contact; halve the step until Newton's method converges.
+    Predict over dt under three-point contact; halve the step until one is found that is good.
 
     Parameters
     ----------
     m : ndarray
-        Memory: state and joint covariance are changed; on return accelerations and reactions at
-        the end are at Y, and the velocity scales of friction that they were taken with at SCALES.
-    dy : ndarray, shape (6, 12)
-        Filled with the derivatives of Y.
-    slopes : ndarray, shape (3, 12)
+        Memory: state and joint covariance are changed; on return the velocity scales of friction
+        are at SCALES, and how many attempts were refused at REFUSED.
+    dy : ndarray, shape (6, WIDTH)
+        Scratch.
+    slopes : ndarray, shape (6, WIDTH)
         Scratch.
     dt : float
         [s].
@@ -188,14 +134,16 @@ def predict_contact(m, dy, slopes, dt):
     q = PROCESS
     process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6])
     x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
-    scales, work = m[SCALES : SCALES + 3], m[WORK:]
+    scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
+    integrator, tolerance = int(m[METHOD]), m[METHOD + 1]
+    m[REFUSED] = m[REFUSED + 1] = 0.0
     for i in range(184):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
     if slow_slip(m, process.slow_slip):
         return SLOW, 0, 0
-    creep = creep_variance(p, m, smallest, process.creep_time)
+    creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))
@@ -204,24 +152,28 @@ def predict_contact(m, dy, slopes, dt):
         h = dt / pieces
         status = CONVERGED
         for _ in range(pieces):
-            status, count = implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work)
+            status, count = take_step(
+                integrator, p, scales, x, u, h, x1, y, dy, slopes, stage, work
+            )
             evaluations += count
             if status == CONVERGED:
                 gain = contact_speed_gain(p, m[SAVED : SAVED + 6], x1)
-                # What friction may be off by may speed a contact up as well.
-                slack = (
-                    3.0
-                    * sqrt(max(m[SPREAD], 0.0))
-                    * max(
-                        p.D * fabs(slopes[0, 12]),
-                        0.5 * fabs(p.D * slopes[1, 12] + p.d * slopes[2, 12]),
-                    )
-                )
-                if gain > limit + slack:
+                if gain > limit + friction_slack(p, m[SPREAD], slopes):
                     status = FAILED
+            if status == CONVERGED and h > LONG_STEP:
+                error, count = step_error(
+                    integrator, p, scales, x, u, h, x1, y, slopes, stage, work
+                )
+                evaluations += count
+                if not error <= tolerance:
+                    status = INACCURATE
             if status != CONVERGED:
+                m[REFUSED + (1 if status == INACCURATE else 0)] += 1.0
                 break
-            _carry(m, slopes, h, process.rate_density)
+            if integrator == SECOND_ORDER:
+                carry_all(m, slopes, h, process.rate_density)
+            else:
+                carry(m, slopes, h, process.rate_density)
             for i in range(6):
                 m[X + i] = m[X1 + i]
         if status == CONVERGED:
@@ -254,7 +206,7 @@ def predict_free(m, slopes, dt, rate_noise):
         slopes[i, 3 + i] = 1.0
         m[X + i] += dt * m[X + 3 + i]
     m[SLIDING] = 0.0
-    _carry(m, slopes, dt, rate_noise)
+    carry(m, slopes, dt, rate_noise)
 
 
 @compiled

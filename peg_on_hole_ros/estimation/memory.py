@@ -18,6 +18,7 @@ _SIZES = {
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "SLIDING": 1,  # 1: every contact surely slides
     "SLOW": 1,  # 1: a slip is not told from none
+    "METHOD": 2,  # the integrator's number and its tolerance, see steps_choice
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
@@ -35,6 +36,9 @@ _SIZES = {
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
     "FRICTION": 54,  # what unknown friction makes of Y, three axes at each contact, (9, 6)
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
+    "STAGE": 192,  # of a step of two stages or of second derivatives, see steps_choice
+    "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
+    "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "WORK": len(workspace()),
 }
 
@@ -54,6 +58,7 @@ RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (
     _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WITH", "WORK")
 )
+METHOD, STAGE, CREEP, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "CREEP", "REFUSED"))
 
 
 def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:

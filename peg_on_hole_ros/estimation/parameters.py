@@ -17,7 +17,7 @@ from peg_on_hole_ros.estimation.memory import (
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # What is learnt stays a peg on a hole with friction [-], [m].
-LEAST_FRICTION = 1e-3
+LEAST_FRICTION, MOST_FRICTION = 1e-3, 2.0
 LEAST_CLEARANCE = 1e-7
 
 
@@ -49,7 +49,7 @@ def correct_parameters(m):
     # Friction leads the peg diameter in CROSS, and stands elsewhere in the scene.
     friction = m[SCENE + 7] + _gained(m, 0)
     diameter = m[SCENE] + _gained(m, 1)
-    m[SCENE + 7] = min(max(friction, LEAST_FRICTION), 2.0)
+    m[SCENE + 7] = min(max(friction, LEAST_FRICTION), MOST_FRICTION)
     if m[LEARNT + 1] * m[SLIDING] > 0.0:
         hole = m[SCENE + 1]
         m[SCENE] = min(diameter, hole - LEAST_CLEARANCE)

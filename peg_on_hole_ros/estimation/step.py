@@ -1,4 +1,4 @@
-"""One implicit step of the three-degree-of-freedom motion, with its exact derivatives."""
+"""The implicit Euler step, the default of `steps_choice`, with its exact derivatives."""
 
 from math import fabs, sqrt
 
@@ -20,7 +20,7 @@ def _entry(h, dy, i, j):
 
 
 @inlined
-def _inverse(h, dy):
+def inverse_of(h, dy):
     """Return the inverse of the iteration matrix, by rows: 3x3, well conditioned, by cofactors."""
     a00, a01, a02 = 1.0 + _entry(h, dy, 0, 0), _entry(h, dy, 0, 1), _entry(h, dy, 0, 2)
     a10, a11, a12 = _entry(h, dy, 1, 0), 1.0 + _entry(h, dy, 1, 1), _entry(h, dy, 1, 2)
@@ -35,7 +35,8 @@ def _inverse(h, dy):
 
 
 @inlined
-def _times(row, r0, r1, r2):
+def times_column(row, r0, r1, r2):
+    """Return a row of three times a column."""
     return row[0] * r0 + row[1] * r1 + row[2] * r2
 
 
@@ -98,13 +99,13 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
         if merit < 0.0 and trial != trial:
             return FAILED, evaluation + 1
         if merit < 0.0 or trial < merit or trial <= RATE_TOLERANCE * RATE_TOLERANCE:
-            row0, row1, row2 = _inverse(h, dy)
+            row0, row1, row2 = inverse_of(h, dy)
             if sqrt(trial) <= RATE_TOLERANCE + 1e-13 * size:
                 for j in range(WIDTH):
                     d0, d1, d2 = h * dy[0, j], h * dy[1, j], h * dy[2, j]
-                    slopes[0, j] = _times(row0, d0, d1, d2)
-                    slopes[1, j] = _times(row1, d0, d1, d2)
-                    slopes[2, j] = _times(row2, d0, d1, d2)
+                    slopes[0, j] = times_column(row0, d0, d1, d2)
+                    slopes[1, j] = times_column(row1, d0, d1, d2)
+                    slopes[2, j] = times_column(row2, d0, d1, d2)
                 for j in range(3):
                     slopes[0, 3 + j], slopes[1, 3 + j], slopes[2, 3 + j] = (
                         row0[j],
@@ -114,9 +115,9 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
                 return CONVERGED, evaluation + 1
             merit = trial
             v0, v1, v2 = x1[3], x1[4], x1[5]
-            d0 = -_times(row0, r0, r1, r2)
-            d1 = -_times(row1, r0, r1, r2)
-            d2 = -_times(row2, r0, r1, r2)
+            d0 = -times_column(row0, r0, r1, r2)
+            d1 = -times_column(row1, r0, r1, r2)
+            d2 = -times_column(row2, r0, r1, r2)
             fraction = 1.0
             halvings = 0
         else:

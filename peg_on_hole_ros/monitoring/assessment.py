@@ -12,6 +12,7 @@ from peg_on_hole_ros.monitoring.contacts import no_knowledge
 from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.mode import ContactMode
+from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import MonitorOptions
@@ -102,6 +103,14 @@ class Assessment:
         memories = kalman.memory, self._motion, self._jamming, self._limits
         jamming.assess(*memories, dt, since, contact, shown.below, shown.time, usable, self._risk)
         return Risk(*self._risk.tolist())
+
+    def snapshot(self):
+        """Return all that the next outputs depend on beside the filter, for `restore`."""
+        return remember(self)
+
+    def restore(self, snapshot):
+        """Go back to a snapshot."""
+        recall(snapshot)
 
     def outputs(self, t_ns: int, kalman: ContactFilter, nis: float) -> Outputs:
         """

@@ -1,0 +1,104 @@
+"""How the joint covariance goes with a step, given the step's derivatives."""
+
+from peg_on_hole_ros.estimation.memory import (
+    CROSS,
+    ROWS,
+    SPREAD,
+    WITH,
+    Z,
+    add_parameters,
+    row_of,
+    times_Z,
+)
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined
+
+
+@compiled
+def carry(m, slopes, h, rate_noise):
+    """
+    Carry the joint covariance through one step, given G = d(rates)/d(state, wrench).
+
+    The angles move by h times the rates at the end, and the wrench stays: with W = G Z and
+    B = G Z G.T all of F Z F.T is made of Z, W and B.
+    """
+    for i in range(3):
+        row = row_of(slopes, i)
+        for j in range(12):
+            m[ROWS + 12 * i + j] = times_Z(row, m, j)
+    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
+    if uncertain:
+        add_parameters(m, slopes, 3)
+    for i in range(3):
+        for j in range(i + 1):
+            total = 0.0
+            if uncertain:
+                total = m[WITH + 2 * i] * slopes[j, 12] + m[WITH + 2 * i + 1] * slopes[j, 13]
+            for k in range(12):
+                total += m[ROWS + 12 * i + k] * slopes[j, k]
+            if i == j:
+                total += rate_noise * h
+            # Noise too: the implicit step moves the angle with the rate at its end.
+            corner = Z + 12 * i + j
+            m[corner + 39] = total
+            m[corner] += h * (m[ROWS + 12 * i + j] + m[ROWS + 12 * j + i] + h * total)
+            m[Z + 12 * i + 3 + j] = m[ROWS + 12 * j + i] + h * total
+            m[Z + 12 * j + 3 + i] = m[ROWS + 12 * i + j] + h * total
+    for i in range(3):
+        for j in range(6, 12):
+            m[Z + 12 * i + j] += h * m[ROWS + 12 * i + j]
+            m[Z + 36 + 12 * i + j] = m[ROWS + 12 * i + j]
+    _mirror(m)
+    if uncertain:
+        for i in range(3):
+            for k in range(2):
+                m[CROSS + 12 * k + i] += h * m[WITH + 2 * i + k]
+                m[CROSS + 12 * k + 3 + i] = m[WITH + 2 * i + k]
+
+
+@inlined
+def _mirror(m):
+    """Copy what is on the other side of the diagonal of Z, from where `_carry` has written."""
+    for i in range(3):
+        for j in range(i):
+            m[Z + 12 * j + i] = m[Z + 12 * i + j]
+            m[Z + 39 + 12 * j + i] = m[Z + 39 + 12 * i + j]
+        for j in range(3, 12):
+            m[Z + 12 * j + i] = m[Z + 12 * i + j]
+        for j in range(6, 12):
+            m[Z + 12 * j + 3 + i] = m[Z + 12 * (3 + i) + j]
+
+
+@compiled
+def carry_all(m, slopes, h, rate_noise):
+    """Carry the joint covariance through a step whose angles have slopes of their own."""
+    for i in range(6):
+        row = row_of(slopes, i)
+        for j in range(12):
+            m[ROWS + 12 * i + j] = times_Z(row, m, j)
+    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
+    if uncertain:
+        add_parameters(m, slopes, 6)
+    for i in range(6):
+        # Rates come first in the slopes, angles in the state.
+        n = (i + 3) % 6
+        for j in range(i + 1):
+            l = (j + 3) % 6
+            total = 0.0
+            if uncertain:
+                total = m[WITH + 2 * n] * slopes[l, 12] + m[WITH + 2 * n + 1] * slopes[l, 13]
+            for k in range(12):
+                total += m[ROWS + 12 * n + k] * slopes[l, k]
+            m[Z + 12 * i + j] = total
+            m[Z + 12 * j + i] = total
+        for j in range(6, 12):
+            m[Z + 12 * i + j] = m[ROWS + 12 * n + j]
+            m[Z + 12 * j + i] = m[ROWS + 12 * n + j]
+        if uncertain:
+            m[CROSS + i] = m[WITH + 2 * n]
+            m[CROSS + 12 + i] = m[WITH + 2 * n + 1]
+    for i in range(3):
+        # The random walk of a rate, and what it carries into its angle.
+        m[Z + 13 * i] += rate_noise * h * h * h / 3.0
+        m[Z + 13 * i + 3] += 0.5 * rate_noise * h * h
+        m[Z + 13 * i + 36] += 0.5 * rate_noise * h * h
+        m[Z + 13 * i + 39] += rate_noise * h

@@ -1,0 +1,151 @@
+"""What was processed last, kept so that a late message can be put where it belongs."""
+
+from collections import deque
+
+from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
+
+# Wrenches that are kept at most. At 8 kHz these are 128 ms.
+MAX_KEPT = 1024
+# A snapshot takes some 2 kB, and a fifth of the time that a wrench does. It is due with every
+# eighth wrench while all comes in order: going back then begins up to seven wrenches earlier than
+# it would have to. After a late message it is due with each wrench for a while.
+STRIDE = 8
+ALERT = 1000
+
+
+class Unit:
+    """
+    One wrench, and the orientations since the wrench before it.
+
+    Attributes
+    ----------
+    wrench : WrenchSample
+    joints : list of AngleMeasurement
+        In order of their stamps, none above that of the wrench.
+    after : list of AngleMeasurement
+        Of the wrench's own stamp, that arrived after it.
+    before : object or None
+        Snapshot of everything that the estimate depends on, before this unit.
+    begin_ns : int
+        Stamp that the estimate had come to before it [ns].
+
+    """
+
+    __slots__ = ("wrench", "joints", "after", "before", "begin_ns")
+
+    def __init__(self, wrench, joints, before, begin_ns):
+        self.wrench, self.joints, self.after = wrench, joints, []
+        self.before, self.begin_ns = before, begin_ns
+
+
+class History:
+    """
+    The units of the last `window_ns`, oldest first.
+
+    Parameters
+    ----------
+    window_ns : int
+        How far back a message may be put [ns]; 0 keeps nothing.
+
+    """
+
+    def __init__(self, window_ns: int):
+        self.window_ns = window_ns
+        self._units: deque[Unit] = deque()
+        self._first: int | None = None
+        self._appended = self._alert = 0
+
+    def clear(self) -> None:
+        """Forget everything: nothing that happened so far can be gone back to."""
+        self._units.clear()
+        self._first = None
+        self._appended = self._alert = 0
+
+    @property
+    def changed(self) -> bool:
+        """Whether a message was put in that has not been processed."""
+        return self._first is not None
+
+    @property
+    def wants_snapshot(self) -> bool:
+        """Whether the next unit is to come with a snapshot."""
+        return self.window_ns > 0 and (self._alert > 0 or not self._appended % STRIDE)
+
+    def append(self, unit: Unit) -> None:
+        """Keep the newest unit, forget those that no late message within the window needs."""
+        if not self.window_ns:
+            return
+        units, oldest = self._units, unit.wrench.t_ns - self.window_ns
+        units.append(unit)
+        self._appended += 1
+        self._alert -= self._alert > 0
+        if unit.before is None:
+            return
+        # What is kept begins with a snapshot.
+        count = self._until_snapshot()
+        while count and (len(units) > MAX_KEPT or units[count - 1].wrench.t_ns < oldest):
+            for _ in range(count):
+                units.popleft()
+            count = self._until_snapshot()
+
+    def _until_snapshot(self):
+        for i in range(1, len(self._units)):
+            if self._units[i].before is not None:
+                return i
+        return 0
+
+    def add_after(self, measurement: AngleMeasurement) -> None:
+        """Keep an orientation of the newest wrench's stamp, that came after it."""
+        if self._units and self._units[-1].wrench.t_ns == measurement.t_ns:
+            self._units[-1].after.append(measurement)
+
+    def put_joints(self, measurement: AngleMeasurement, now_ns: int) -> bool:
+        """Put a late orientation in its place; False if that lies before what is kept."""
+        i = self._place(measurement.t_ns, now_ns)
+        if i is None:
+            return False
+        joints = self._units[i].joints
+        at = len(joints)
+        while at and joints[at - 1].t_ns > measurement.t_ns:
+            at -= 1
+        joints.insert(at, measurement)
+        self._change(i)
+        return True
+
+    def has_wrench(self, t_ns: int) -> bool:
+        """Return whether a wrench of this stamp [ns] is kept."""
+        return any(unit.wrench.t_ns == t_ns for unit in self._units)
+
+    def put_wrench(self, sample: WrenchSample, now_ns: int) -> bool:
+        """Put a late wrench in its place; False if that lies before what is kept."""
+        i = self._place(sample.t_ns, now_ns)
+        if i is None:
+            return False
+        later = self._units[i]
+        joints = [joint for joint in later.joints if joint.t_ns <= sample.t_ns]
+        later.joints = later.joints[len(joints) :]
+        self._units.insert(i, Unit(sample, joints, later.before, later.begin_ns))
+        self._change(i)
+        return True
+
+    def _change(self, i):
+        self._first = i if self._first is None else min(i, self._first)
+        self._alert = ALERT
+
+    def _place(self, t_ns, now_ns):
+        units = self._units
+        if not units or now_ns - t_ns > self.window_ns or t_ns <= units[0].begin_ns:
+            return None
+        i = len(units) - 1
+        while i and units[i - 1].wrench.t_ns >= t_ns:
+            i -= 1
+        return i
+
+    def take_changed(self) -> list[Unit]:
+        """Return the units from the last snapshot before a change on; they count as processed."""
+        if self._first is None:
+            return []
+        first, self._first = self._first, None
+        while self._units[first].before is None:
+            first -= 1
+        return list(self._units)[first:]

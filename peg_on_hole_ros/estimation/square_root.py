@@ -1,0 +1,99 @@
+"""The extended Kalman filter on a square root of its covariance."""
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.flow import DIAMETER, FRICTION, RATES, Flow, joint_mean, set_joint
+from peg_on_hole_ros.estimation.memory import part
+from peg_on_hole_ros.mechanics.kernel import WIDTH
+
+WRENCH = slice(6, 12)
+
+
+class SquareRootFilter(ContactFilter):
+    """
+    Extended Kalman filter on a square root S of the joint covariance, P = S S.T, by QR.
+
+    Predictions and corrections act on S alone, so P cannot lose its sign to rounding, and keeps
+    twice the digits. A correction is Joseph's form on S, which holds for any gain: that of
+    friction and peg diameter is zero where they are only considered.
+    """
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self._root = np.zeros((WIDTH, WIDTH))
+
+    def _set(self, mean, factor):
+        # The triangle of a QR decomposition, (14, n) to (14, 14).
+        self._root = np.linalg.qr(factor.T, mode="r").T
+        set_joint(self, mean, self._root @ self._root.T)
+
+    def start(self, q, R):
+        """Start from an orientation."""
+        super().start(q, R)
+        factor = np.zeros((WIDTH, WIDTH))
+        factor[:12, :12] = np.linalg.cholesky(self.Z)
+        # Friction and peg diameter may be known.
+        variance, axes = np.linalg.eigh(self.spread)
+        factor[12:, 12:] = axes * np.sqrt(np.maximum(variance, 0.0))
+        self._set(joint_mean(self), factor)
+
+    def hold(self, u):
+        """Hold a new wrench."""
+        super().hold(u)
+        factor = np.hstack([self._root, np.zeros((WIDTH, 6))])
+        factor[WRENCH, :WIDTH] = 0.0
+        factor[WRENCH, WIDTH:] = np.linalg.cholesky(self.wrench_noise)
+        self._set(joint_mean(self), factor)
+
+    def predict(self, dt, in_contact):
+        """Predict; the mean is the extended filter's."""
+        full, root, friction = joint_mean(self), self._root, self.spread[0, 0]
+        result = super().predict(dt, in_contact)
+        if result is Prediction.CONTACT:
+            flow = Flow(self, dt)
+            for _ in range(flow.pieces):
+                full, F = flow.step(full)
+                root = np.linalg.qr(np.hstack([F @ root, flow.walk()]).T, mode="r").T
+            added = flow.added()
+        else:
+            slow = result is Prediction.SLOW
+            options = self.options
+            noise = options.slow_rate_noise if slow else options.free_rate_noise
+            F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
+            F[range(3), range(3, 6)] = dt
+            walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
+            root = np.hstack([F @ root, noise * np.sqrt(dt) * walk])
+            if result is Prediction.FAILED and self.spread[0, 0] != friction:
+                # It was given back of its spread, or is sought anew, apart from all else.
+                sought = not part(self._memory, "CROSS")[:12].any()
+                root[FRICTION] *= 0.0 if sought else 1.0
+                added[FRICTION] = max(self.spread[0, 0] - np.sum(root[FRICTION] ** 2), 0.0)
+        self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added))]))
+        return result
+
+    def _widen(self, factor):
+        carried = np.zeros((WIDTH, WIDTH))
+        carried[RATES] = self._root[RATES]
+        carried[:3] = self._since_correction * self._root[RATES]
+        self._set(joint_mean(self), np.hstack([self._root, np.sqrt(factor) * carried]))
+
+    def _update(self):
+        noise, angles = np.linalg.cholesky(self._R), self._root[:3]
+        arrays = np.vstack([np.hstack([noise, angles]), np.zeros((WIDTH, 3 + WIDTH))])
+        arrays[3:, 3:] = self._root
+        lower = np.linalg.qr(arrays.T, mode="r").T
+        gain = np.linalg.solve(lower[:3, :3].T, lower[3:, :3].T).T
+        learnt = part(self._memory, "LEARNT") * part(self._memory, "SLIDING")
+        gain[FRICTION : DIAMETER + 1] *= learnt[:, None]
+        moved = joint_mean(self) + gain @ self._residual
+        self._set(moved, np.hstack([self._root - gain @ angles, gain @ noise]))
+
+    def snapshot(self):
+        """Return what `restore` takes back."""
+        return super().snapshot(), self._root.copy()
+
+    def restore(self, snapshot):
+        """Go back to a snapshot."""
+        kalman, self._root = snapshot
+        super().restore(kalman)

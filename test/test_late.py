@@ -1,0 +1,278 @@
+"""Late messages: put where they belong, everything since processed again, older ones counted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
+from peg_on_hole_ros.estimation.history import MAX_KEPT, STRIDE
+from peg_on_hole_ros.monitoring.remembering import recall, remember
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.simulation.measure import measure
+from simulated import truth
+
+SCENE = "closing_with_slip"
+MS = 1_000_000
+
+
+def pipeline(window=0.05, delay=0.0):
+    configuration = truth(SCENE).plan.configuration
+    options = replace(configuration.filter, late_window=window)
+    joints = replace(configuration.joints, delay=delay)
+    return Pipeline(replace(configuration, filter=options, joints=joints))
+
+
+def ordered(duration_ms=300):
+    samples = list(measure(truth(SCENE), 5))
+    # Off the wrench's stamps, so that arrival says nothing about which of the two comes first.
+    moved = [s._replace(t_ns=s.t_ns - 300_000) if type(s) is JointSample else s for s in samples]
+    return [s for s in moved if s.t_ns - moved[0].t_ns < duration_ms * MS]
+
+
+def shuffled(samples, most_ns, seed=3):
+    """Return samples as they arrive with delays up to most_ns; begin and end stay in order."""
+    rng = np.random.default_rng(seed)
+    last = samples[-1].t_ns
+    arrival = [s.t_ns + rng.integers(0, most_ns) for s in samples]
+    for i, sample in enumerate(samples):
+        if i == 0 or last - sample.t_ns < 5 * MS:
+            arrival[i] = sample.t_ns if i == 0 else sample.t_ns + most_ns
+    return [samples[i] for i in np.argsort(arrival, kind="stable")]
+
+
+def play(line, samples):
+    outputs = []
+    for sample in samples:
+        if isinstance(sample, WrenchSample):
+            found = line.on_wrench(sample)
+            if found is not None:
+                outputs.append(found)
+        else:
+            line.on_joints(sample)
+    return outputs
+
+
+def total(counts):
+    """Return how many messages have a fate."""
+    return sum(n for name, n in counts.items() if "_dropped_" in name or name.endswith("_used"))
+
+
+@pytest.mark.parametrize("most_ms", [3, 30])
+def test_a_shuffled_stream_ends_where_the_ordered_one_does(most_ms):
+    samples = ordered()
+    late = shuffled(samples, most_ms * MS)
+    assert late != samples
+    first, second = pipeline(), pipeline()
+    expected, found = play(first, samples), play(second, late)
+    # Bit for bit: the same operations in the same order.
+    np.testing.assert_array_equal(second._filter.x, first._filter.x)
+    np.testing.assert_array_equal(second._filter.Z, first._filter.Z)
+    for name in ("state", "state_covariance", "normal", "normal_stddev"):
+        np.testing.assert_array_equal(getattr(found[-1], name), getattr(expected[-1], name))
+    assert found[-1].monitor == expected[-1].monitor
+    assert found[-1].alarms == expected[-1].alarms
+    counts = second.counts
+    for name in ("joints_used", "wrench_used", "rates_widened"):
+        assert counts[name] == first.counts[name]
+    assert counts["joints_late"] > 20 and counts["wrench_late"] > 20
+    assert counts["wrench_reprocessed"] > counts["went_back"] > 10
+    assert not any("_dropped_" in name for name in counts)
+    assert total(counts) == len(samples)
+
+
+def test_without_a_window_the_shuffled_stream_ends_elsewhere():
+    samples = ordered()
+    first, second = pipeline(), pipeline(0.0)
+    play(first, samples)
+    play(second, shuffled(samples, 30 * MS))
+    assert (second._filter.x != first._filter.x).any()
+    assert second.counts["wrench_dropped_late"] > 20
+    assert second.counts["joints_dropped_late"] > 20
+    assert total(second.counts) == len(samples)
+
+
+def test_what_was_given_out_is_not_given_again():
+    samples = shuffled(ordered(), 10 * MS)
+    line = pipeline()
+    stamps = [outputs.t_ns for outputs in play(line, samples)]
+    assert all(late > early for early, late in zip(stamps, stamps[1:]))
+    assert len(stamps) + line.counts["wrench_late"] == line.counts["wrench_used"]
+
+
+def test_a_message_older_than_the_window_is_counted_and_changes_nothing():
+    samples = ordered(150)
+    old = [
+        next(s for s in samples[30:] if type(s) is kind) for kind in (JointSample, WrenchSample)
+    ]
+    rest = [s for s in samples if s not in old]
+    ends = []
+    for extra in ([], old):
+        line = pipeline(0.02)
+        play(line, [*rest[:-6], *extra, *rest[-6:]])
+        ends.append(line._filter.x.copy())
+    np.testing.assert_array_equal(*ends)
+    assert line.counts["joints_dropped_late"] == line.counts["wrench_dropped_late"] == 1
+    assert line.counts["went_back"] == 0
+
+
+def test_a_late_wrench_of_a_known_stamp_is_a_repetition():
+    samples = ordered(100)
+    again = [s for s in samples if type(s) is WrenchSample][-10]
+    line = pipeline()
+    play(line, [*samples, again])
+    assert line.counts["wrench_dropped_repeated_stamp"] == 1 and line.counts["went_back"] == 0
+
+
+def test_several_late_messages_go_back_once():
+    samples = ordered(100)
+    joints = [s for s in samples if type(s) is JointSample]
+    late = joints[-8:-4]
+    line, plain = pipeline(), pipeline()
+    rest = [s for s in samples if s not in late]
+    play(line, [*rest[:-3], *late, *rest[-3:]])
+    play(plain, samples)
+    assert line.counts["went_back"] == 1
+    # 8 joint states at 500 Hz: from the wrench of the first late one to the latest.
+    assert 8 <= line.counts["wrench_reprocessed"] <= 16 + STRIDE
+    np.testing.assert_array_equal(line._filter.x, plain._filter.x)
+
+
+def test_memory_is_bounded():
+    samples = ordered(200)
+    line = pipeline(0.02)
+    play(line, shuffled(samples, 15 * MS))
+    # One wrench a millisecond.
+    assert 20 <= len(line._history._units) <= 20 + 2 * STRIDE
+    wide = pipeline(1.0)
+    wrench = next(s for s in samples if type(s) is WrenchSample)
+    wide.on_joints(samples[0])
+    for k in range(MAX_KEPT + 100):
+        wide.on_wrench(wrench._replace(t_ns=wrench.t_ns + 100_000 * k))
+    assert MAX_KEPT - STRIDE < len(wide._history._units) < MAX_KEPT + STRIDE
+
+
+def test_a_tare_is_not_gone_back_behind():
+    samples = ordered(100)
+    late = next(s for s in samples[-40:] if type(s) is JointSample)
+    rest = [s for s in samples if s is not late]
+    line = pipeline()
+    play(line, rest[:-4])
+    assert line.tare().startswith("tare over")
+    play(line, [late, *rest[-4:]])
+    assert line.counts["joints_dropped_late"] == 1 and line.counts["went_back"] == 0
+
+
+def test_a_late_message_that_was_put_is_forgotten_by_a_reset():
+    samples = ordered(100)
+    late = next(s for s in samples[-40:] if type(s) is JointSample)
+    line = pipeline()
+    play(line, [*(s for s in samples if s is not late), late])
+    line.reset()
+    play(line, samples[-10:])
+    assert line.counts["went_back"] == 0
+
+
+def test_the_same_arrivals_give_the_same_bits():
+    late = shuffled(ordered(200), 20 * MS)
+    runs = [play(pipeline(), late) for _ in range(2)]
+    for one, other in zip(*runs):
+        np.testing.assert_array_equal(one.state, other.state)
+        np.testing.assert_array_equal(one.state_covariance, other.state_covariance)
+        assert one.monitor == other.monitor
+
+
+def test_joint_states_that_are_always_late_lose_little():
+    """A sensor that is 10 ms slow: reprocessed, the estimate is that of a fast one, 10 ms ago."""
+    samples = ordered()
+    slow = sorted(samples, key=lambda s: s.t_ns + 10 * MS * (type(s) is JointSample))
+    line = pipeline()
+    outputs = play(line, [samples[0], *(s for s in slow if s is not samples[0])])
+    result, errors = truth(SCENE), []
+    start = samples[0].t_ns + 300_000
+    for found in outputs[100:]:
+        row = np.searchsorted(result.t_ns, found.t_ns - start)
+        errors.append((found.state[0] - result.q[row, 0]) / np.sqrt(found.state_covariance[0, 0]))
+    # Predicted over 10 ms, with the covariance that this has; correlated over as long.
+    assert np.mean(np.square(errors)) < 2.0
+    assert line.counts["joints_dropped_late"] == 0
+
+
+def stamped(samples, delay_ns):
+    """Return samples whose joint states are stamped and arrive later by a delay."""
+    moved = [
+        s._replace(t_ns=s.t_ns + delay_ns) if isinstance(s, JointSample) else s for s in samples
+    ]
+    return sorted(moved, key=lambda s: s.t_ns)
+
+
+@pytest.mark.parametrize("delay_ms", [10, -10, 80])
+def test_a_known_delay_between_the_sensors_is_taken_out(delay_ms):
+    samples = ordered(200)
+    first = play_all(pipeline(), samples, 0)
+    second = play_all(pipeline(delay=delay_ms * 1e-3), samples, delay_ms * MS)
+    # Bit for bit, and also where the delay is longer than the window for what comes late.
+    np.testing.assert_array_equal(second._filter.x, first._filter.x)
+    np.testing.assert_array_equal(second._filter.Z, first._filter.Z)
+    assert not any("joints_dropped" in name for name in second.counts)
+    unknown = play_all(pipeline(), samples, delay_ms * MS)
+    assert (unknown._filter.x != first._filter.x).any()
+
+
+def play_all(line, samples, delay_ns):
+    """Play samples whose joint states are delayed; the last wrenches find all of them there."""
+    begin = samples[0]
+    last = [s for s in samples if isinstance(s, WrenchSample)][-1]
+    played = stamped(samples, delay_ns)
+    played.remove(begin._replace(t_ns=begin.t_ns + delay_ns))
+    played.remove(last)
+    play(line, [begin._replace(t_ns=begin.t_ns + delay_ns), *played, last])
+    return line
+
+
+def held(part):
+    """Return what a tree of objects holds, as text."""
+    if not hasattr(part, "__dict__"):
+        return repr(np.asarray(part).tolist() if isinstance(part, np.ndarray) else part)
+    return repr({name: held(value) for name, value in vars(part).items()})
+
+
+def test_an_assessment_goes_back_to_all_that_it_held():
+    samples = ordered(250)
+    line = pipeline()
+    play(line, samples[:100])
+    assessment = line._assessment
+    kept, before = remember(assessment), held(assessment)
+    for _ in range(2):
+        # As if the peg were pulled off: another mode, an alarm, a flag.
+        for sample in samples[100:]:
+            if isinstance(sample, WrenchSample):
+                line.on_wrench(sample._replace(force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0)))
+        assert held(assessment) != before
+        line.reset()
+        line.on_joints(samples[0])
+        recall(kept)
+        assert held(assessment) == before
+
+
+def test_an_array_that_others_look_at_is_restored_in_place():
+    assessment = pipeline()._assessment
+    scene = assessment._margin._scene
+    was = scene.copy()
+    kept = remember(assessment)
+    scene[:] = 0.0
+    recall(kept)
+    assert assessment._margin._scene is scene
+    np.testing.assert_array_equal(scene, was)
+
+
+def test_diagnostics_tell_what_was_lost_from_what_came_late():
+    report, lines = Diagnostics().report(
+        0, 1, {"wrench_late": 3, "joints_late": 2, "went_back": 4, "joints_dropped_late": 1}, {}
+    )
+    assert lines == ["joints dropped late: 1 times"]
+    diagnostics = Diagnostics()
+    diagnostics.report(0, 1, {"rates_widened": 3}, {})
+    # Going back may undo what was counted.
+    assert diagnostics.report(0, 1, {"rates_widened": 2}, {})[1] == []
