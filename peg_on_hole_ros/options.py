@@ -28,6 +28,7 @@ class JointInput:
     names: tuple[str, ...] = ("gamma", "psi", "phi")
     position_stddev: float = 1.0e-4
     delay: float = 0.0
+    delay_stddev: float = 0.0
     urdf: str = ""
     tip_frame: str = ""
     peg_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -147,6 +147,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         -0.5,
         0.5,
     ),
+    _joints(
+        "delay_stddev",
+        "how well the delay is known; what the peg turns in that time widens each orientation",
+        "s",
+        0.0,
+        0.1,
+    ),
     _joints("urdf", "file of the robot's description, without xacro; needed for source robot"),
     _joints("tip_frame", "link of the URDF that carries the peg; needed for source robot"),
     _joints(

@@ -54,6 +54,7 @@ class Pipeline:
         self._orientation = orientation or PegJoints(configuration.joints)
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
         self._delay_ns = round(configuration.joints.delay * 1e9)
+        self._delay_variance = configuration.joints.delay_stddev**2
         self._filter = make(self.scene, configuration.filter, self._reduction.covariance)
         self._assessment = Assessment(
             self.scene,
@@ -168,6 +169,9 @@ class Pipeline:
         if lateness:
             q = q + lateness * x[3:]
             R = R + lateness**2 * P[3:, 3:]
+        if self._delay_variance:
+            # What the peg turns in the time by which the stamp may be off.
+            R = R + self._delay_variance * np.outer(x[3:], x[3:])
         result, nis = self._filter.correct(q, R)
         if isfinite(nis):
             # Constant rates say nothing for or against three contacts: what they miss by must not

@@ -43,9 +43,10 @@ def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object
     """Return the parameters that differ from the start's, which are given in full."""
     now = to_parameters(found.configuration)
     values = {name: _short(now[name]) for name in PARAMETERS if now[name] != start[name]}
-    clearance = next(one for one in found.estimates if one.name == "clearance")
-    if clearance.changed:
-        values["scene.clearance_stddev"] = _short((clearance.high - clearance.low) / 2 / NORMAL_95)
+    spreads = {"clearance": "scene.clearance_stddev", "delay": "joints.delay_stddev"}
+    for one in found.estimates:
+        if one.name in spreads and one.changed:
+            values[spreads[one.name]] = _short((one.high - one.low) / 2 / NORMAL_95)
     return values
 
 
