@@ -258,13 +258,13 @@ def test_an_assessment_goes_back_to_all_that_it_held():
 
 def test_an_array_that_others_look_at_is_restored_in_place():
     assessment = pipeline()._assessment
-    scene = assessment._margin._scene
-    was = scene.copy()
+    contacts = assessment._contacts
+    was = contacts.copy()
     kept = remember(assessment)
-    scene[:] = 0.0
+    contacts[:] = 0.125
     recall(kept)
-    assert assessment._margin._scene is scene
-    np.testing.assert_array_equal(scene, was)
+    assert assessment._contacts is contacts
+    np.testing.assert_array_equal(contacts, was)
 
 
 def test_diagnostics_tell_what_was_lost_from_what_came_late():

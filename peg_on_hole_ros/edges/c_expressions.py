@@ -104,6 +104,8 @@ class Expressions:
         if isinstance(node.op, ast.FloorDiv) and kind == other == I:
             # Of counts and places, which are not negative.
             return f"({left} / {right})", I
+        if isinstance(node.op, ast.Mod) and kind == other == I:
+            return f"({left} % {right})", I
         if type(node.op) not in _OPERATORS:
             raise TranslationError(f"{self.tree.name}: operator in {ast.unparse(node)}")
         if isinstance(node.op, ast.Div):
@@ -151,6 +153,8 @@ class Expressions:
             return f"{name}({', '.join(texts)})", D
         if name == "isfinite":
             return f"isfinite({texts[0]})", I
+        if name == "reshape":
+            return self._value(node.func.value)[0], Matrix(int(texts[1]))
         target = self._called(node.func)
         if hasattr(target, "_fields"):
             return self._packed(arguments, target._fields)
