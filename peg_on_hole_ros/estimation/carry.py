@@ -3,12 +3,10 @@
 from peg_on_hole_ros.estimation.memory import (
     CROSS,
     ROWS,
-    SPREAD,
     WITH,
     Z,
-    add_parameters,
-    row_of,
-    times_Z,
+    covariance_entry,
+    times_covariance,
 )
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
@@ -21,20 +19,10 @@ def carry(m, slopes, h, rate_noise):
     The angles move by h times the rates at the end, and the wrench stays: with W = G Z and
     B = G Z G.T all of F Z F.T is made of Z, W and B.
     """
-    for i in range(3):
-        row = row_of(slopes, i)
-        for j in range(12):
-            m[ROWS + 12 * i + j] = times_Z(row, m, j)
-    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
-    if uncertain:
-        add_parameters(m, slopes, 3)
+    uncertain = times_covariance(m, slopes, 3)
     for i in range(3):
         for j in range(i + 1):
-            total = 0.0
-            if uncertain:
-                total = m[WITH + 2 * i] * slopes[j, 12] + m[WITH + 2 * i + 1] * slopes[j, 13]
-            for k in range(12):
-                total += m[ROWS + 12 * i + k] * slopes[j, k]
+            total = covariance_entry(m, slopes, i, j, uncertain)
             if i == j:
                 total += rate_noise * h
             # Noise too: the implicit step moves the angle with the rate at its end.
@@ -57,7 +45,7 @@ def carry(m, slopes, h, rate_noise):
 
 @inlined
 def _mirror(m):
-    """Copy what is on the other side of the diagonal of Z, from where `_carry` has written."""
+    """Copy what is on the other side of the diagonal of Z, from where `carry` has written."""
     for i in range(3):
         for j in range(i):
             m[Z + 12 * j + i] = m[Z + 12 * i + j]
@@ -71,23 +59,13 @@ def _mirror(m):
 @compiled
 def carry_all(m, slopes, h, rate_noise):
     """Carry the joint covariance through a step whose angles have slopes of their own."""
-    for i in range(6):
-        row = row_of(slopes, i)
-        for j in range(12):
-            m[ROWS + 12 * i + j] = times_Z(row, m, j)
-    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
-    if uncertain:
-        add_parameters(m, slopes, 6)
+    uncertain = times_covariance(m, slopes, 6)
     for i in range(6):
         # Rates come first in the slopes, angles in the state.
         n = (i + 3) % 6
         for j in range(i + 1):
             l = (j + 3) % 6
-            total = 0.0
-            if uncertain:
-                total = m[WITH + 2 * n] * slopes[l, 12] + m[WITH + 2 * n + 1] * slopes[l, 13]
-            for k in range(12):
-                total += m[ROWS + 12 * n + k] * slopes[l, k]
+            total = covariance_entry(m, slopes, n, l, uncertain)
             m[Z + 12 * i + j] = total
             m[Z + 12 * j + i] = total
         for j in range(6, 12):

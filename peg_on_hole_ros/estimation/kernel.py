@@ -53,9 +53,9 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, scene_of
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
-# Beside the outcomes of a step.
-SLOW = 2
 SHORTEST_INTERVAL = 1e-3
+# Of a prediction, beside the outcomes of a step.
+SLOW = INACCURATE + 1
 
 
 class Process(NamedTuple):

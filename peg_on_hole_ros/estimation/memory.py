@@ -110,3 +110,43 @@ def times_Z(row, m, j):
         + row[4] * m[z + 48] + row[5] * m[z + 60] + row[6] * m[z + 72] + row[7] * m[z + 84]
         + row[8] * m[z + 96] + row[9] * m[z + 108] + row[10] * m[z + 120] + row[11] * m[z + 132]
     )  # fmt: skip
+
+
+@inlined
+def times_covariance(m, slopes, count):
+    """
+    Fill ROWS with G Z, and WITH where friction or peg diameter are uncertain.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory.
+    slopes : ndarray, shape (count or more, 14)
+        G by rows: by state, wrench, friction and peg diameter.
+    count : int
+
+    Returns
+    -------
+    uncertain : bool
+        Whether friction or peg diameter take part.
+
+    """
+    for i in range(count):
+        row = row_of(slopes, i)
+        for j in range(12):
+            m[ROWS + 12 * i + j] = times_Z(row, m, j)
+    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
+    if uncertain:
+        add_parameters(m, slopes, count)
+    return uncertain
+
+
+@inlined
+def covariance_entry(m, slopes, i, j, uncertain):
+    """Return one entry of G Z G.T, after `times_covariance`."""
+    total = 0.0
+    if uncertain:
+        total = m[WITH + 2 * i] * slopes[j, 12] + m[WITH + 2 * i + 1] * slopes[j, 13]
+    for k in range(12):
+        total += m[ROWS + 12 * i + k] * slopes[j, k]
+    return total

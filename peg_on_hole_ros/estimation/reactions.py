@@ -6,20 +6,16 @@ from peg_on_hole_ros.estimation.memory import (
     FRICTION,
     POINTS,
     REACTIONS,
-    ROWS,
     SCALES,
     SLOW,
-    SPREAD,
     SURPRISE,
-    WITH,
     WORK,
     U,
     X,
     Y,
     Z,
-    add_parameters,
-    row_of,
-    times_Z,
+    covariance_entry,
+    times_covariance,
 )
 from peg_on_hole_ros.estimation.slow_friction import add_friction, unknown_friction
 from peg_on_hole_ros.mechanics.kernel import (
@@ -61,20 +57,10 @@ def fuse_reactions(m, dy, acceleration_stddev):
         Of each angle [rad/s^2].
 
     """
-    for i in range(6):
-        row = row_of(dy, i)
-        for j in range(12):
-            m[ROWS + 12 * i + j] = times_Z(row, m, j)
-    uncertain = m[SPREAD] > 0.0 or m[SPREAD + 3] > 0.0
-    if uncertain:
-        add_parameters(m, dy, 6)
+    uncertain = times_covariance(m, dy, 6)
     for i in range(6):
         for j in range(i + 1):
-            total = 0.0
-            if uncertain:
-                total = m[WITH + 2 * i] * dy[j, 12] + m[WITH + 2 * i + 1] * dy[j, 13]
-            for k in range(12):
-                total += m[ROWS + 12 * i + k] * dy[j, k]
+            total = covariance_entry(m, dy, i, j, uncertain)
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
     slow = m[SLOW] > 0.0
