@@ -23,7 +23,7 @@ import numpy as np
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.memory import SIZE, R, U
+from peg_on_hole_ros.estimation.memory import SIZE, R
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.options import Configuration
@@ -40,9 +40,7 @@ def run_compiled(m, dy, slopes, dt, wrenches, angles, covariances, acceleration_
     """Run all steps; return how often the six equations were solved."""
     total = 0
     for k in range(len(wrenches)):
-        for i in range(6):
-            m[U + i] = wrenches[k, i]
-        kernel.hold_wrench(m)
+        kernel.hold_wrench(m, wrenches[k])
         _, evaluations, _ = kernel.predict_contact(m, dy, slopes, dt)
         total += evaluations
         for i in range(9):

@@ -22,7 +22,7 @@ import numpy as np
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.memory import CROSS, SLOW, SPREAD, R, U, X, Z
+from peg_on_hole_ros.estimation.memory import CROSS, SLOW, SPREAD, R, X, Z
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 from side_by_side import bag_steps, filters
@@ -87,9 +87,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
         if k == 0:
             for i in range(3):
                 m[X + i], m[X + 3 + i] = angles[0, i], 0.0
-        for i in range(6):
-            m[U + i] = wrenches[k, i]
-        kernel.hold_wrench(m)
+        kernel.hold_wrench(m, wrenches[k])
         m[SLOW] = 0.0
         status, _, _ = kernel.predict_contact(m, dy, slopes, dt)
         if status == CONVERGED:

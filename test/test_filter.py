@@ -306,3 +306,37 @@ def test_wrench_noise_drives_the_state_and_enters_the_reactions():
     error = np.abs(joint[:6, 6:] - cross) / np.outer(size[:6], size[6:])
     assert error.max() < 0.04
     assert (np.abs(cross) / np.outer(size[:6], size[6:])).max() > 0.1
+
+
+def test_a_wrench_that_jumps_is_unknown_within_its_interval():
+    """Three filters of one state: noise alone, a jump, and a jump over two steps."""
+    changes = (
+        np.array([0.3, -0.2, 0.4, 4e-3, 0.0, -5e-3]),
+        np.array([0.0, 0.8, 1.0, 0.0, 0.0, 0.0]),
+    )
+    grown = []
+    for change in changes:
+        kalman = sliding()
+        before = kalman.u.copy()
+        kalman.hold(before + change)
+        kalman.predict(1e-3, True)
+        told = kalman.Z[:6, :6].copy()
+        known = sliding()
+        known.hold(before + change)
+        part(known._memory, "JUMP")[:] = 0.0
+        known.predict(1e-3, True)
+        np.testing.assert_array_equal(known.x, kalman.x)
+        grown.append(told - known.Z[:6, :6])
+    # A change within the noise of two wrenches tells nothing.
+    assert not grown[0].any()
+    # Where in the interval it came is unknown: a mean square of a third of the change, less the
+    # share that noise could make of it: 1.64 N^2 over twice 0.04 N^2, against 12.6.
+    size = changes[1] @ np.linalg.solve(WRENCH_NOISE, changes[1]) / 2
+    share = (1 - kernel.JUMP_LIMIT / size) / 3
+    x, scales = sliding().x, np.full(3, PLAIN.slip_velocity_scale)
+    _, _, slopes = one_step(x, before + changes[1], 1e-3, scales)
+    moved = slopes[:, 6:12] @ changes[1]
+    np.testing.assert_allclose(
+        grown[1][3:, 3:], share * np.outer(moved, moved), rtol=1e-6, atol=1e-15
+    )
+    np.testing.assert_allclose(grown[1][:3, :3], 1e-6 * grown[1][3:, 3:], rtol=1e-6, atol=1e-20)

@@ -157,6 +157,31 @@ def test_slow_slip_is_not_followed_too_surely():
     assert figures["determined"] < 0.9
 
 
+def test_unknown_friction_does_not_hide_a_slip_that_orientations_show():
+    """Between two orientations, friction uncertain by 0.05 moves the peg by more than it slips."""
+    truth, _ = truth_of(Motion(2e-5, 0.2, 0.16, "slip"))
+    scene = replace(truth.plan.configuration.scene, friction=0.25, friction_stddev=0.05)
+    pipeline = Pipeline(replace(truth.plan.configuration, scene=scene))
+    found = []
+    for sample in measure(truth, 3):
+        if isinstance(sample, JointSample):
+            pipeline.on_joints(sample)
+        elif (outputs := pipeline.on_wrench(sample)) is not None:
+            found.append(outputs.monitor)
+    # Without regard to that it stays at 0.05 for as long as it slides so.
+    assert found[200]["friction_stddev"] < 2e-3
+    assert found[200]["friction"] == pytest.approx(0.2, abs=4 * 2e-3)
+
+
+def test_a_wrench_that_jumps_in_reversals_keeps_gamma_covered():
+    # Low noise: what the wrench did between two samples is then more than its noise. Taken as
+    # held, gamma is covered in 71 % of the samples near the reversals, and the mean NIS is 6.6.
+    truth, _ = truth_of(Motion(2e-3, 0.2, 1.0, "reversals"))
+    found = score_cell(truth, "low", range(3), range(1))
+    assert found["classes"]["window"]["coverage"][0] > 0.85
+    assert found["nis"] < 3.5
+
+
 @pytest.mark.parametrize("start", [0.1, 0.3])
 def test_friction_is_learnt_from_half_and_from_half_as_much_again(start):
     truth, _ = truth_of(SMALLEST[0])

@@ -238,19 +238,8 @@ def test_no_interval_from_a_tenth_to_fifty_milliseconds_diverges(name, dt, metho
     # A wrench held for 50 ms is no longer the motion's: what it leads to may be off by what a
     # rate of 1 rad/s makes of an interval, and is back with the next orientation.
     assert np.abs(error[:, 0]).max() < 3e-3 + dt
-    # At 20 orientations a second most of those after a prediction that missed are gated.
-    assert (np.abs(error) < 4 * stddev + 1e-6).mean() > (0.9 if dt < 5e-2 else 0.8)
-    if dt < 5e-2:
-        assert np.abs(error[-1, 0]) < 5 * stddev[-1, 0] + 1e-4
-
-
-def test_the_linearly_implicit_step_loses_the_motion_where_the_default_does_not():
-    worst = {}
-    for method in ("implicit_euler", "linearly_implicit"):
-        # With friction known, and followed at any slip: else little is left to the step.
-        _, error, _ = run_at("working_cycle", method, 2e-2, 4.0, 0.0, friction_stddev=0.0)
-        worst[method] = np.abs(error[:, 0]).max()
-    assert worst["linearly_implicit"] > 10 * worst["implicit_euler"], worst
+    assert (np.abs(error) < 4 * stddev + 1e-6).mean() > 0.9
+    assert np.abs(error[-1, 0]) < 5 * stddev[-1, 0] + 1e-4
 
 
 @pytest.mark.parametrize("dt, given_back", [(2e-3, True), (5e-3, False)])

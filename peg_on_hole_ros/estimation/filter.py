@@ -82,6 +82,7 @@ class ContactFilter:
         part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
+        part(self._memory, "WEIGHT", (6, 6))[:] = np.linalg.inv(wrench_noise)
         self.spread = part(self._memory, "SPREAD", (2, 2))
         self._cross = part(self._memory, "CROSS")
         self.scene_values = part(self._memory, "SCENE")
@@ -158,9 +159,8 @@ class ContactFilter:
 
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""
-        self.u[:] = u
         self._held_before, self._held = self._held, 0.0
-        kernel.hold_wrench(self._memory)
+        kernel.hold_wrench(self._memory, np.asarray(u, float))
 
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""

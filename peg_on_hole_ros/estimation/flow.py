@@ -63,6 +63,8 @@ class Flow:
         self._scalars = SceneScalars(*kalman.scene_values.tolist())
         self.pieces, self.h = kalman.pieces, dt / kalman.pieces
         self._scales = part(memory, "SCALES").copy()
+        self.jumped = np.zeros(WIDTH)
+        self.jumped[:6] = part(memory, "JUMPED")
         self.creep = part(memory, "CREEP").item() * dt
         self.wander = self.process.friction_density * dt if kalman.spread[0, 0] > 0 else 0.0
         self._buffers = np.zeros((6, WIDTH)), np.zeros((6, WIDTH)), np.zeros(192), workspace()
@@ -141,7 +143,8 @@ class Flow:
                 return None, None, None
             total = F @ total
             noise = F @ noise @ F.T + walk
-        return full, total, noise + np.diag(self.added())
+        noise += np.diag(self.added()) + np.outer(self.jumped, self.jumped)
+        return full, total, noise
 
 
 def scaled_gain(C, P):

@@ -1,6 +1,6 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import floor, pi, sqrt
+from math import fabs, floor, pi, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.carry import carry, carry_all
@@ -9,6 +9,8 @@ from peg_on_hole_ros.estimation.memory import (
     CROSS,
     GAIN,
     JOSEPH,
+    JUMP,
+    JUMPED,
     METHOD,
     NOISE,
     PROCESS,
@@ -16,10 +18,12 @@ from peg_on_hole_ros.estimation.memory import (
     RESIDUAL,
     SAVED,
     SCALES,
+    SINCE,
     SLIDING,
     SPEEDS,
     SPREAD,
     STAGE,
+    WEIGHT,
     WORK,
     X1,
     R,
@@ -47,13 +51,19 @@ from peg_on_hole_ros.estimation.steps_choice import (
     step_error,
     take_step,
 )
-from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, scene_of
+from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 
 # A held peg's contacts do not gain speed faster than this [m/s^2]; the noise of a wrench gives
 # some 0.5 over a millisecond, and less over longer intervals. Where friction leaves rigid motion
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
 SHORTEST_INTERVAL = 1e-3
+# A wrench that is held for long, and stops all contacts to this share of their speed, may have
+# done so by its noise alone; at rest the spread shows nothing of that.
+STOPPED = 0.1
+# Noise alone changes a wrench by more than this, its covariances' part squared, in 5 of 100 cases
+# (six normal variables).
+JUMP_LIMIT = 12.6
 # Of a prediction, beside the outcomes of a step.
 SLOW = INACCURATE + 1
 
@@ -92,8 +102,36 @@ class Process(NamedTuple):
 
 
 @compiled
-def hold_wrench(m):
-    """Start on a new wrench: its noise is independent of the state's error so far."""
+def hold_wrench(m, u):
+    """
+    Start on a new wrench: its noise is independent of the state's error so far.
+
+    The wrench of an interval is measured at its end. Where it changed by more than its noise, as
+    it does when friction turns round, it may have done so anywhere within: the mean over the
+    interval then is off by any share of the change, with a mean square of a third of it.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory.
+    u : ndarray, shape (6,)
+        Wrench about the mass centre, peg axes [N], [N m].
+
+    """
+    size = any_before = 0.0
+    for i in range(6):
+        any_before += fabs(m[U + i])
+        m[JUMP + i] = u[i] - m[U + i]
+        m[U + i] = u[i]
+    for i in range(6):
+        for j in range(6):
+            size += m[WEIGHT + 6 * i + j] * m[JUMP + i] * m[JUMP + j]
+    # Two noises differ by twice the covariance of one. Before the first wrench there is none.
+    share = 0.0
+    if any_before > 0.0 and size > 2.0 * JUMP_LIMIT:
+        share = sqrt((1.0 - 2.0 * JUMP_LIMIT / size) / 3.0)
+    for i in range(6):
+        m[JUMP + i] *= share
     for i in range(6):
         for j in range(6):
             m[Z + 12 * i + 6 + j] = 0.0
@@ -141,6 +179,10 @@ def predict_contact(m, dy, slopes, dt):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
+    if m[SINCE] > 0.0:
+        # A slip that was told from none is not in doubt because of what unknown friction may have
+        # made of it since the last orientation.
+        slip(p, m, m[X], True)
     if slow_slip(m, process.slow_slip):
         return SLOW, 0, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
@@ -181,20 +223,39 @@ def predict_contact(m, dy, slopes, dt):
             # tells of friction.
             speeds = m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4]
             slip(p, m, m[X], True)
+            stopped = dt > LONG_STEP and process.slow_slip > 0.0
+            for i in range(3):
+                stopped = stopped and m[SPEEDS + 2 * i] < STOPPED * speeds[i]
             m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4] = speeds
-            if slow_slip(m, process.slow_slip):
+            if stopped or slow_slip(m, process.slow_slip):
                 for i in range(184):
                     m[X + i] = m[SAVED + i]
                 return SLOW, evaluations, pieces
+            _add_jump(m, slopes, pieces, dt / pieces)
             for i in range(3):
                 m[Z + 13 * i] += creep * dt
             if m[SPREAD] > 0.0:
                 m[SPREAD] += process.friction_density * dt
+            m[SINCE] = 1.0
             return CONVERGED, evaluations, pieces
         for i in range(184):
             m[X + i] = m[SAVED + i]
         pieces *= 2
     return FAILED, evaluations, pieces
+
+
+@inlined
+def _add_jump(m, slopes, pieces, h):
+    """Add what JUMP makes of the state; the slopes are those of the last of equal steps."""
+    for i in range(3):
+        moved = 0.0
+        for j in range(6):
+            moved += slopes[i, 6 + j] * m[JUMP + j]
+        m[JUMPED + 3 + i] = pieces * moved
+        m[JUMPED + i] = h * pieces * moved
+    for i in range(6):
+        for j in range(6):
+            m[Z + 12 * i + j] += m[JUMPED + i] * m[JUMPED + j]
 
 
 @compiled
@@ -260,6 +321,7 @@ def correct(m):
     the noise in the wrench that led to it. Residual, Cholesky factor and R are those that
     `innovation` left in the memory.
     """
+    m[SINCE] = 0.0
     l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
     o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
     e0, e1, e2 = m[RESIDUAL], m[RESIDUAL + 1], m[RESIDUAL + 2]

@@ -18,8 +18,12 @@ _SIZES = {
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "SLIDING": 1,  # 1: every contact surely slides
     "SLOW": 1,  # 1: a slip is not told from none
+    "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
+    "SINCE": 1,  # 1: predicted under contact, and not corrected since
     "METHOD": 2,  # the integrator's number and its tolerance, see steps_choice
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
+    "WEIGHT": 36,  # its inverse
+    "JUMPED": 6,  # what JUMP made of the state in a prediction
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
     "X1": 6,  # state at the end of a step
@@ -52,7 +56,8 @@ _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
-SLOW, FRICTION = _AT["SLOW"], _AT["FRICTION"]
+SLOW, SINCE, FRICTION = (_AT[name] for name in ("SLOW", "SINCE", "FRICTION"))
+JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("JUMP", "JUMPED", "WEIGHT"))
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from peg_on_hole_ros.estimation.kernel import JUMP_LIMIT
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
@@ -138,6 +139,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scene = scene
         self.process = process
         self.wrench_noise = wrench_noise
+        self.jump = np.zeros(6)
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = False
         self.x = np.zeros(SIZE)
@@ -145,6 +147,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def hold(self, u):
         """Hold a new wrench."""
+        change = u - self.x[WRENCH]
+        # Two noises differ by twice the covariance of one. Before the first wrench there is none.
+        size = change @ np.linalg.solve(self.wrench_noise, change) / 2
+        share = max(0.0, 1 - JUMP_LIMIT / max(size, 1e-300)) / 3 if self.x[WRENCH].any() else 0.0
+        self.jump = np.sqrt(share) * change
         self.x[WRENCH] = u
         self.P[WRENCH, :] = self.P[:, WRENCH] = 0
         self.P[WRENCH, WRENCH] = self.wrench_noise
@@ -163,6 +170,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
             self.F = np.vstack([F, np.eye(SIZE)[6:]])
             self.Q = _random_walk(self.process.rate_density, h)
             self.predict()
+        jumped = pieces * F[:, WRENCH] @ self.jump
+        self.P[STATE, STATE] += np.outer(jumped, jumped)
         stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
         creep = (2 * smallest / self.scene.hole_diameter) ** 2 * stuck
         self.P[range(3), range(3)] += creep * self.process.creep_time * dt
@@ -229,7 +238,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         columns = []
         for J_i, n, N, v, s2 in zip(J, normals(g), normal, speed, variance):
             mean = erf(v / np.sqrt(2 * s2 + 1e-300))
-            size = self.x[FRICTION] * max(N, 0.0) * np.sqrt(1 - mean**2)
+            friction = np.hypot(self.x[FRICTION], np.sqrt(self.P[FRICTION, FRICTION]))
+            size = friction * max(N, 0.0) * np.sqrt(1 - mean**2)
             T = size * (np.eye(3) - np.outer(n, n))
             columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
         return np.hstack(columns)

@@ -2,7 +2,15 @@
 
 from math import erf, sqrt
 
-from peg_on_hole_ros.estimation.memory import FRICTION, REACTIONS, SPEEDS, WORK, X, Y
+from peg_on_hole_ros.estimation.memory import (
+    FRICTION,
+    REACTIONS,
+    SPEEDS,
+    SPREAD,
+    WORK,
+    X,
+    Y,
+)
 from peg_on_hole_ros.estimation.slip import slip
 from peg_on_hole_ros.mechanics.kernel import answer_to_contact_force, closed_forms, compiled
 
@@ -15,7 +23,8 @@ def unknown_friction(p, m):
     Each contact's friction is taken as free in the plane of the contact, about its mean and apart
     from the others'. The direction of a slip v that is normal with standard deviation sigma has
     the mean erf(v / (sqrt(2) sigma)) and the variance that this leaves of a unit vector, here
-    along each axis, times the friction coefficient and the reaction.
+    along each axis, times the reaction and the friction coefficient (its root mean square where it
+    is not known).
 
     Parameters
     ----------
@@ -29,10 +38,11 @@ def unknown_friction(p, m):
     work = m[WORK:]
     s, c, a1, S1, b = geo[0], geo[1], geo[2], geo[4], geo[6]
     over = 1.0 / sqrt(0.25 * p.D * p.D + a1 * a1)
+    friction = sqrt(p.f * p.f + m[SPREAD])
     for n in range(3):
         # At rest no direction has a variance: nothing is known of friction then.
         mean = erf(m[SPEEDS + 2 * n] / sqrt(2.0 * m[SPEEDS + 2 * n + 1] + 1e-300))
-        size = p.f * max(m[Y + 3 + n], 0.0) * sqrt(1.0 - mean * mean)
+        size = friction * max(m[Y + 3 + n], 0.0) * sqrt(1.0 - mean * mean)
         side = 0.0 if n == 0 else (b if n == 1 else -b)
         n_h = c if n == 0 else -S1 * over
         n_e = side * over

@@ -55,12 +55,13 @@ class SquareRootFilter(ContactFilter):
             for _ in range(flow.pieces):
                 full, F = flow.step(full)
                 root = np.linalg.qr(np.hstack([F @ root, flow.walk()]).T, mode="r").T
-            added = flow.added()
+            added, jumped = flow.added(), flow.jumped
         else:
             slow = result is Prediction.SLOW
             options = self.options
             noise = options.slow_rate_noise if slow else options.free_rate_noise
             F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
+            jumped = np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt
             walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
             root = np.hstack([F @ root, noise * np.sqrt(dt) * walk])
@@ -69,7 +70,7 @@ class SquareRootFilter(ContactFilter):
                 sought = not part(self._memory, "CROSS")[:12].any()
                 root[FRICTION] *= 0.0 if sought else 1.0
                 added[FRICTION] = max(self.spread[0, 0] - np.sum(root[FRICTION] ** 2), 0.0)
-        self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added))]))
+        self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added)), jumped[:, None]]))
         return result
 
     def _widen(self, factor):

@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimation.kernel import (
     predict_contact,
     predict_free,
 )
-from peg_on_hole_ros.estimation.memory import SLOW, R, U
+from peg_on_hole_ros.estimation.memory import SLOW, R
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -52,9 +52,7 @@ def run_steps(
     """
     total = 0
     for k in range(count):
-        for i in range(6):
-            m[U + i] = wrenches[6 * k + i]
-        hold_wrench(m)
+        hold_wrench(m, wrenches[6 * k :])
         m[SLOW] = 0.0
         status, evaluations, _ = predict_contact(m, dy, slopes, dt)
         total += evaluations
