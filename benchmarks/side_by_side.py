@@ -12,8 +12,11 @@ import numpy as np
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.estimation.reference import FRICTION, ReferenceFilter
+from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
+from peg_on_hole_ros.estimation.reference import DIAMETER, ReferenceFilter
+from peg_on_hole_ros.estimation.reference_offsets import OffsetReference
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample
 
@@ -106,12 +109,36 @@ def unguarded(configuration: Configuration) -> Configuration:
 def filters(configuration: Configuration, first: Step) -> tuple[ContactFilter, ReferenceFilter]:
     """Return both filters, started alike."""
     reduction = WrenchReduction(configuration.wrench, configuration.scene)
-    kalman = ContactFilter(configuration.scene, configuration.filter, reduction.covariance)
+    scene, noise = configuration.scene, reduction.covariance
+    offsets = reduction.offsets(configuration)
+    kalman = make_filter(scene, configuration.filter, noise, offsets)
     kalman.start(first.q, first.R)
-    reference = ReferenceFilter(configuration.scene, kalman.process, reduction.covariance)
+    if offsets.variance.any():
+        reference = OffsetReference(scene, kalman.process, noise, offsets)
+    else:
+        reference = ReferenceFilter(scene, kalman.process, noise)
     reference.x[:12] = np.concatenate([kalman.x, kalman.u])
-    reference.P = kalman.joint_covariance()
+    carried = carried_states(kalman)
+    reference.P[np.ix_(carried, carried)] = kalman.joint_covariance()
+    known = np.setdiff1d(np.arange(reference.dim_x), carried)
+    reference.P[known, known] = 0.0
     return kalman, reference
+
+
+def carried_states(kalman: ContactFilter) -> list[int]:
+    """Return which states of the reference the filter carries."""
+    offsets = range(kalman.active.start, kalman.active.stop) if _offset(kalman) else ()
+    return [*range(14), *(14 + i for i in offsets)]
+
+
+def in_hole_axes(kalman, step: Step):
+    """Return the orientation of a step in the axes of the hole as a filter takes it to lie."""
+    turn = getattr(kalman, "in_hole_axes", None)
+    return turn(step.q, step.R) if turn else (step.q, step.R)
+
+
+def _offset(kalman):
+    return isinstance(kalman, OffsetFilter)
 
 
 def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Difference]:
@@ -124,7 +151,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         kalman.hold(step.u)
         prediction = kalman.predict(step.dt, in_contact=True)
         if step.q is not None:
-            kalman.correct(step.q, step.R)
+            kalman.correct(*in_hole_axes(kalman, step))
         found = kalman.reactions()
         between = perf_counter()
         reference.hold(step.u)
@@ -135,7 +162,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         else:
             reference.predict_free(step.dt, configuration.filter.free_rate_noise)
         if step.q is not None:
-            reference.correct(step.q, step.R)
+            reference.correct(*in_hole_axes(reference, step))
         normal, covariance = reference.reactions(spread)
         ended = perf_counter()
         yield Difference(
@@ -149,12 +176,18 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
 
 def state_difference(kalman: ContactFilter, reference: ReferenceFilter) -> tuple[float, float]:
     """Return `mean` and `covariance` of a Difference."""
-    learnt = [*range(6), *([FRICTION] if reference.P[FRICTION, FRICTION] > 0 else [])]
-    found = np.array([*kalman.x, *kalman.u, kalman.friction[0], kalman.peg_diameter[0]])
+    uncertain = [i for i in carried_states(kalman)[12:] if reference.P[i, i] > 0]
+    learnt = [*range(6), *(i for i in uncertain if i != DIAMETER)]
+    found = np.zeros(reference.dim_x)
+    found[:14] = *kalman.x, *kalman.u, kalman.friction[0], kalman.peg_diameter[0]
+    joint = np.zeros_like(reference.P)
+    if _offset(kalman):
+        found[14:] = kalman.offset
+    joint[np.ix_(carried_states(kalman), carried_states(kalman))] = kalman.joint_covariance()
     P = reference.P[np.ix_(learnt, learnt)]
     L = np.linalg.cholesky(P)
     mean = np.linalg.solve(L, (found - reference.x)[learnt])
-    difference = kalman.joint_covariance()[np.ix_(learnt, learnt)] - P
+    difference = joint[np.ix_(learnt, learnt)] - P
     covariance = np.linalg.solve(L, np.linalg.solve(L, difference).T)
     return float(np.abs(mean).max()), float(np.abs(covariance).max())
 

@@ -157,6 +157,18 @@ def _check_together(configuration):
                 raise PegOnHoleError(f"joints.{name} is empty, but joints.source robot needs it")
         if not joints.names:
             raise PegOnHoleError("joints.names is empty, but joints.source robot needs them")
+    for name in (
+        "wrench.bias_force_stddev",
+        "wrench.bias_torque_stddev",
+        "joints.hole_tilt_stddev",
+    ):
+        group, _, last = name.partition(".")
+        value, method = getattr(getattr(configuration, group), last), configuration.filter.method
+        if value and method != "extended":
+            raise PegOnHoleError(
+                f"{name} = {value:g} needs filter.method 'extended', which is {method!r}: the "
+                "others do not carry bias and tilt; set it to 0.0 or take 'extended'"
+            )
     for low, high in (
         ("transition_probability_off", "transition_probability_on"),
         ("jamming_warn", "jamming_error"),

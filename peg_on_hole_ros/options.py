@@ -16,6 +16,8 @@ class WrenchInput:
     torque_stddev: float = 0.005
     bias_force: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bias_torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    bias_force_stddev: float = 0.0
+    bias_torque_stddev: float = 0.0
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -35,6 +37,7 @@ class JointInput:
     peg_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hole_tilt_stddev: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,8 @@ class FilterOptions:
     contact_rate_noise: float = 0.005
     friction: str = "estimated"
     clearance: str = "considered"
+    wrench_bias: str = "estimated"
+    hole_tilt: str = "estimated"
     friction_noise: float = 0.002
     acceleration_stddev: float = 20.0
     inflation_threshold: float = 14.0

@@ -120,6 +120,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e4,
     ),
     _wrench("bias_torque", "what the unloaded sensor reads, sensor axes", "N m", -1e4, 1e4),
+    _wrench(
+        "bias_force_stddev",
+        "of each component of bias_force; 0: known, and six states less",
+        "N",
+        0.0,
+        1e4,
+    ),
+    _wrench("bias_torque_stddev", "of each component of bias_torque; 0: known", "N m", 0.0, 1e4),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
     _joints(
@@ -174,6 +182,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         "rad",
         -6.3,
         6.3,
+    ),
+    _joints(
+        "hole_tilt_stddev",
+        "how well hole_rpy has the direction of the hole's axis, about x and about y; 0: known, "
+        "and two states less",
+        "rad",
+        0.0,
+        0.2,
     ),
     _filter(
         "slip_velocity_scale",
@@ -268,6 +284,18 @@ PARAMETERS: tuple[Parameter, ...] = (
         "clearance",
         "what an uncertain clearance (scene.clearance_stddev) is: learnt, or only a wider bound",
         choices=("considered", "estimated"),
+    ),
+    _filter(
+        "wrench_bias",
+        "what an uncertain bias (wrench.bias_force_stddev, bias_torque_stddev) is: learnt, or "
+        "only a wider bound",
+        choices=("estimated", "considered"),
+    ),
+    _filter(
+        "hole_tilt",
+        "what an uncertain direction of the hole (joints.hole_tilt_stddev) is: learnt, or only a "
+        "wider bound",
+        choices=("estimated", "considered"),
     ),
     _filter(
         "friction_noise",

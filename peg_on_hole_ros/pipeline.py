@@ -55,7 +55,10 @@ class Pipeline:
         self._reduction = WrenchReduction(configuration.wrench, self.scene)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._delay_variance = configuration.joints.delay_stddev**2
-        self._filter = make(self.scene, configuration.filter, self._reduction.covariance)
+        offsets = self._reduction.offsets(configuration)
+        self._filter = make(self.scene, configuration.filter, self._reduction.covariance, offsets)
+        # Bias and tilt: most cells know them.
+        self._offset = self._filter if offsets.variance.any() else None
         self._assessment = Assessment(
             self.scene,
             configuration.monitor,
@@ -106,7 +109,10 @@ class Pipeline:
         self._history.clear()
         force = np.mean([sample.force for sample in self._recent], axis=0)
         torque = np.mean([sample.torque for sample in self._recent], axis=0)
-        taken = self._reduction.take_tare(force, torque, self._filter.x[:3])
+        gravity = self._offset.gravity if self._offset else None
+        taken = self._reduction.take_tare(force, torque, self._filter.x[:3], gravity)
+        if self._offset:
+            self._offset.tared(self._reduction.noise / len(self._recent))
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         return (
@@ -122,7 +128,7 @@ class Pipeline:
             return
         measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
         if not self._started:
-            self._filter.start(measurement.q, measurement.covariance)
+            self._filter.start(*self._in_hole_axes(measurement))
             self._started = True
             self._t_ns = measurement.t_ns
             self._counts["joints_used"] += 1
@@ -163,9 +169,13 @@ class Pipeline:
             self._arrival_counts["joints_late"] += 1
             self._correct(measurement, lateness * 1e-9)
 
+    def _in_hole_axes(self, measurement):
+        q, R = measurement.q, measurement.covariance
+        return self._offset.in_hole_axes(q, R) if self._offset else (q, R)
+
     def _correct(self, measurement: AngleMeasurement, lateness: float = 0.0):
         x, P = self._filter.x, self._filter.P
-        q, R = measurement.q, measurement.covariance
+        q, R = self._in_hole_axes(measurement)
         if lateness:
             q = q + lateness * x[3:]
             R = R + lateness**2 * P[3:, 3:]
@@ -230,7 +240,9 @@ class Pipeline:
 
     def _process(self, unit: Unit) -> Outputs:
         wrench = unit.wrench
-        self._filter.hold(self._reduction.on_peg(wrench.force, wrench.torque, self._filter.x[:3]))
+        gravity = self._offset.gravity if self._offset else None
+        q = self._filter.x[:3]
+        self._filter.hold(self._reduction.on_peg(wrench.force, wrench.torque, q, gravity))
         for measurement in unit.joints:
             self._advance(measurement.t_ns)
             self._correct(measurement)
@@ -246,6 +258,8 @@ class Pipeline:
         }
         if self._watch.median is not None:
             self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
+        if self._offset:
+            outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:
             self._correct(measurement)
         self._filter.mark(wrench.t_ns)

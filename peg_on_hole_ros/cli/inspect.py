@@ -24,7 +24,23 @@ def run(arguments) -> int:
     with Progress("reading") as progress:
         bag = Bag(arguments.bag, progress)
     result = inspect(bag, configuration)
+    told = None
+    if arguments.observability and result["replay"]["possible"]:
+        # It compiles the filter; the rest of the command does without.
+        from peg_on_hole_ros.edges import observability_text
+
+        with Progress("filtering") as progress:
+            told = observability_text.observe(bag, configuration, progress)
+        result["observability"] = observability_text.content(told)
+    if told and not arguments.json:
+        text = [_text(result), "", "of these parameters the motion tells"]
+        print("\n".join([*text, *(f"  {line}" for line in observability_text.lines(told))]))
+        return _ended(bag)
     print(to_json(result) if arguments.json else _text(result))
+    return _ended(bag)
+
+
+def _ended(bag):
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0

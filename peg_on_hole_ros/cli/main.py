@@ -165,10 +165,16 @@ def _inspect(commands):
         commands,
         "inspect",
         "topics, types, rates, gaps, clock trouble of a bag, and what a replay would use",
-        "  peg-on-hole inspect recording/",
+        "  peg-on-hole inspect recording/\n"
+        "  peg-on-hole inspect recording/ --config cell.yaml --observability",
     )
     command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
     _config(command)
+    command.add_argument(
+        "--observability",
+        action="store_true",
+        help="run the filter, and say which parameters the motion tells of",
+    )
     command.add_argument("--json", action="store_true", help="print JSON")
 
 

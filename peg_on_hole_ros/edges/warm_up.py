@@ -23,7 +23,8 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
         is to ROS messages.
 
     """
-    configuration = replace(configuration, joints=JointInput())
+    joints = JointInput(hole_tilt_stddev=configuration.joints.hole_tilt_stddev)
+    configuration = replace(configuration, joints=joints)
     stream = message_stream(configuration)
     scene = configuration.scene
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}

@@ -2,6 +2,9 @@
 
 from peg_on_hole_ros.estimation.memory import (
     CROSS,
+    OFFSET_CROSS,
+    OFFSET_SPREAD,
+    OFFSETS,
     ROWS,
     WITH,
     Z,
@@ -20,6 +23,8 @@ def carry(m, slopes, h, rate_noise):
     B = G Z G.T all of F Z F.T is made of Z, W and B.
     """
     uncertain = times_covariance(m, slopes, 3)
+    if m[OFFSETS + 1] > 0.0:
+        _carry_offsets(m, slopes, h, False)
     for i in range(3):
         for j in range(i + 1):
             total = covariance_entry(m, slopes, i, j, uncertain)
@@ -60,6 +65,8 @@ def _mirror(m):
 def carry_all(m, slopes, h, rate_noise):
     """Carry the joint covariance through a step whose angles have slopes of their own."""
     uncertain = times_covariance(m, slopes, 6)
+    if m[OFFSETS + 1] > 0.0:
+        _carry_offsets(m, slopes, h, True)
     for i in range(6):
         # Rates come first in the slopes, angles in the state.
         n = (i + 3) % 6
@@ -80,3 +87,22 @@ def carry_all(m, slopes, h, rate_noise):
         m[Z + 13 * i + 3] += 0.5 * rate_noise * h * h
         m[Z + 13 * i + 36] += 0.5 * rate_noise * h * h
         m[Z + 13 * i + 39] += rate_noise * h
+
+
+@inlined
+def _carry_offsets(m, slopes, h, second_order):
+    """Carry what the offsets share with the state; they move it by the wrench alone."""
+    for k in range(int(m[OFFSETS]), int(m[OFFSETS + 1])):
+        at, spread = OFFSET_CROSS + 12 * k, OFFSET_SPREAD + 10 * k
+        rate = angle = (0.0, 0.0, 0.0)
+        for i in range(6 if second_order else 3):
+            total = slopes[i, 12] * m[spread] + slopes[i, 13] * m[spread + 1]
+            for j in range(12):
+                total += slopes[i, j] * m[at + j]
+            if i < 3:
+                rate = (rate[1], rate[2], total)
+            else:
+                angle = (angle[1], angle[2], total)
+        for i in range(3):
+            m[at + i] = angle[i] if second_order else m[at + i] + h * rate[i]
+            m[at + 3 + i] = rate[i]

@@ -4,6 +4,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
@@ -33,6 +34,8 @@ class ContactFilter:
     options : FilterOptions
     wrench_noise : ndarray, shape (6, 6)
         Covariance of the wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
+    offsets : Offsets, optional
+        What is not known of bias and tilt; `OffsetFilter` alone carries any.
 
     Attributes
     ----------
@@ -53,7 +56,12 @@ class ContactFilter:
 
     """
 
-    def __init__(self, scene: Scene, options: FilterOptions, wrench_noise):
+    def __init__(self, scene: Scene, options: FilterOptions, wrench_noise, offsets=None):
+        if offsets is not None and offsets.variance.any():
+            raise PegOnHoleError(
+                f"{type(self).__name__} does not carry an uncertain bias or hole tilt: set "
+                "wrench.bias_force_stddev, bias_torque_stddev and joints.hole_tilt_stddev to 0.0"
+            )
         self.scalars = scene_scalars(scene)
         self.options = options
         self.process = kernel.Process(
@@ -224,7 +232,7 @@ class ContactFilter:
         """
         options = self.options
         self._R[:] = R
-        nis = kernel.innovation(self._memory, q)
+        nis = self._innovation(q)
         result, after = Correction.USED, nis
         if not isfinite(nis):
             # A covariance that has lost its meaning is not to be corrected, nor to leave.
@@ -232,7 +240,7 @@ class ContactFilter:
             return Correction.RESET, nis
         if not nis <= options.inflation_threshold:
             self._widen(nis / 3.0 - 1.0)
-            after = kernel.innovation(self._memory, q)
+            after = self._innovation(q)
             result = Correction.INFLATED
         if not after <= options.gate_threshold:
             self._refused += 1
@@ -250,6 +258,9 @@ class ContactFilter:
         l = part(self._memory, "S").tolist()
         root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
         return part(self._memory, "RESIDUAL").tolist(), root
+
+    def _innovation(self, q):
+        return kernel.innovation(self._memory, q)
 
     def _widen(self, factor):
         kernel.widen_rates(self._memory, self._since_correction, factor)

@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.flow import Flow, joint_mean, scaled_gain, set_joint
+from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
 from peg_on_hole_ros.estimation.square_root import SquareRootFilter
 
 
@@ -162,6 +163,8 @@ FILTERS = {
 }
 
 
-def make_filter(scene, options, wrench_noise) -> ContactFilter:
+def make_filter(scene, options, wrench_noise, offsets=None) -> ContactFilter:
     """Return the filter that the options name; parameters as for `ContactFilter`."""
-    return FILTERS[options.method](scene, options, wrench_noise)
+    if offsets is not None and offsets.variance.any() and options.method == "extended":
+        return OffsetFilter(scene, options, wrench_noise, offsets)
+    return FILTERS[options.method](scene, options, wrench_noise, offsets)

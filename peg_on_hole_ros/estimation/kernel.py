@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimation.memory import (
     JUMPED,
     METHOD,
     NOISE,
+    OFFSETS,
     PROCESS,
     REFUSED,
     RESIDUAL,
@@ -175,7 +176,9 @@ def predict_contact(m, dy, slopes, dt):
     scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
     integrator, tolerance = int(m[METHOD]), m[METHOD + 1]
     m[REFUSED] = m[REFUSED + 1] = 0.0
-    for i in range(184):
+    # The covariance of offsets that are known stays zero.
+    saved = 184 + 12 * int(m[OFFSETS + 1])
+    for i in range(saved):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
@@ -228,7 +231,7 @@ def predict_contact(m, dy, slopes, dt):
                 stopped = stopped and m[SPEEDS + 2 * i] < STOPPED * speeds[i]
             m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4] = speeds
             if stopped or slow_slip(m, process.slow_slip):
-                for i in range(184):
+                for i in range(saved):
                     m[X + i] = m[SAVED + i]
                 return SLOW, evaluations, pieces
             _add_jump(m, slopes, pieces, dt / pieces)
@@ -238,7 +241,7 @@ def predict_contact(m, dy, slopes, dt):
                 m[SPREAD] += process.friction_density * dt
             m[SINCE] = 1.0
             return CONVERGED, evaluations, pieces
-        for i in range(184):
+        for i in range(saved):
             m[X + i] = m[SAVED + i]
         pieces *= 2
     return FAILED, evaluations, pieces

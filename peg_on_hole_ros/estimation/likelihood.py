@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy, skew
+from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy, tilt_axes
 from peg_on_hole_ros.estimation.recording import Recording, turned, turning_axes
 from peg_on_hole_ros.options import Configuration
 
@@ -81,13 +81,6 @@ def coordinates(configuration: Configuration) -> np.ndarray:
 def natural(quantity: Quantity, coordinate: float) -> float:
     """Return a value from its coordinate in the search."""
     return exp(min(coordinate, 700.0)) if quantity.log else float(coordinate)
-
-
-def tilt_axes(tilt) -> np.ndarray:
-    """Return R_SH, axes of a hole turned by a small (x, y) [rad] in its own axes at the start."""
-    angle = float(np.hypot(*tilt))
-    K = skew([*tilt, 0.0])
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
 
 
 def configured(start: Configuration, x) -> Configuration:

@@ -4,9 +4,10 @@ from math import atan2, cos, hypot, isfinite, pi, sin
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.offsets import Offsets
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import JointInput, WrenchInput
+from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.records import AngleMeasurement, JointSample
 
 # Below this the two rotations about the axes are one for every sensor; the floor keeps the
@@ -32,6 +33,13 @@ def skew(r) -> np.ndarray:
     return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]], float)
 
 
+def tilt_axes(tilt) -> np.ndarray:
+    """Return R_SH, axes of a hole turned by a small (x, y) [rad] in its own axes at the start."""
+    angle = float(np.hypot(*tilt))
+    K = skew([*tilt, 0.0])
+    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
+
+
 class WrenchReduction:
     """
     The map from the sensor's wrench to the wrench on the peg at its mass centre, peg axes.
@@ -42,6 +50,8 @@ class WrenchReduction:
     ----------
     matrix : ndarray, shape (6, 6)
         From force and torque at the sensor, sensor axes, to those at the mass centre, peg axes.
+    noise : ndarray, shape (6,)
+        Variance of a wrench as received [N^2], [N^2 m^2].
     covariance : ndarray, shape (6, 6)
         Of the reduced wrench [N^2, N^2 m, N^2 m^2].
     tare : ndarray, shape (6,)
@@ -57,7 +67,8 @@ class WrenchReduction:
         r_P = np.array(options.sensor_xyz) - center_P
         self.matrix = np.block([[R_PS, np.zeros((3, 3))], [skew(r_P) @ R_PS, R_PS]])
         stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
-        self.covariance = self.matrix @ np.diag(np.square(stddev)) @ self.matrix.T
+        self.noise = np.square(stddev)
+        self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
         self.tare = self.sign * np.array([*options.bias_force, *options.bias_torque])
         self._payload_mass = options.payload_mass
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
@@ -65,7 +76,28 @@ class WrenchReduction:
         self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity)
 
-    def on_peg(self, force, torque, q) -> np.ndarray:
+    def offsets(self, configuration: Configuration) -> Offsets:
+        """Return what is not known of the sensor's zero and of the hole's direction."""
+        wrench, options = configuration.wrench, configuration.filter
+        stddev = [wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3
+        stddev += [configuration.joints.hole_tilt_stddev] * 2
+        weight = np.vstack([np.eye(3) * self._peg_mass, np.zeros((3, 3))])
+        weight[:3] += self._payload_mass * np.eye(3)
+        weight[3:] += self._payload_mass * self._payload_arm
+        return Offsets(
+            np.square(stddev),
+            -self.sign * self.matrix,
+            weight,
+            options.wrench_bias == "estimated",
+            options.hole_tilt == "estimated",
+        )
+
+    @property
+    def taken_off(self) -> np.ndarray:
+        """What is taken off, as the sensor reports it: tare or configured bias, shape (6,)."""
+        return self.sign * self.tare
+
+    def on_peg(self, force, torque, q, gravity_H=None) -> np.ndarray:
         """
         Return the wrench on the peg about its mass centre, peg axes, shape (6,).
 
@@ -75,6 +107,8 @@ class WrenchReduction:
             As received, sensor axes [N], [N m].
         q : ndarray, shape (3,)
             gamma, psi, phi [rad]; they matter only where there is a payload.
+        gravity_H : ndarray, shape (3,), optional
+            In the hole axes of q [m/s^2]; None: those of the configuration.
 
         """
         measured = np.array([*force, *torque])
@@ -82,12 +116,13 @@ class WrenchReduction:
         measured -= self.tare
         wrench = self.matrix @ measured
         if self._payload_mass:
-            weight_P = self._payload_mass * (peg_axes(q).T @ self._gravity_H)
+            gravity_H = self._gravity_H if gravity_H is None else gravity_H
+            weight_P = self._payload_mass * (peg_axes(q).T @ gravity_H)
             wrench[:3] += weight_P
             wrench[3:] += self._payload_arm @ weight_P
         return wrench
 
-    def take_tare(self, force, torque, q) -> np.ndarray:
+    def take_tare(self, force, torque, q, gravity_H=None) -> np.ndarray:
         """
         Take a wrench as that of a peg which hangs free, and return the new tare, shape (6,).
 
@@ -95,7 +130,7 @@ class WrenchReduction:
         would have the peg fall.
         """
         measured = self.sign * np.array([*force, *torque])
-        gravity_P = peg_axes(q).T @ self._gravity_H
+        gravity_P = peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H)
         hanging = np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
         if self._payload_mass:
             weight_P = self._payload_mass * gravity_P

@@ -15,7 +15,12 @@ _SIZES = {
     "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows
     "CROSS": 24,  # covariance of friction and of the peg diameter with state and wrench, (2, 12)
     "SPREAD": 4,  # covariance of friction and peg diameter, (2, 2)
+    "OFFSET_CROSS": 96,  # covariance of bias and hole tilt with state and wrench, (8, 12)
+    "OFFSET_SPREAD": 80,  # of them with friction, peg diameter and one another, (8, 10)
+    "GIVEN": 6,  # wrench that was held last, before any bias was taken off
+    "OFFSET": 8,  # bias at the sensor (6) and tilt of the hole (2), see offsets
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
+    "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
     "SLIDING": 1,  # 1: every contact surely slides
     "SLOW": 1,  # 1: a slip is not told from none
     "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
@@ -28,7 +33,7 @@ _SIZES = {
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
     "X1": 6,  # state at the end of a step
     "Y": 6,  # accelerations and reactions
-    "SAVED": 184,  # X, U, Z, CROSS and SPREAD before a prediction
+    "SAVED": 280,  # X, U, Z, CROSS, SPREAD and OFFSET_CROSS before a prediction
     "ROWS": 72,  # (6, 12)
     "GAIN": 36,  # of a correction, transposed, (3, 12)
     "JOSEPH": 144,
@@ -43,6 +48,13 @@ _SIZES = {
     "STAGE": 192,  # of a step of two stages or of second derivatives, see steps_choice
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
+    "LOAD": 48,  # from the offsets to the wrench on the peg, (6, 8)
+    "MASSES": 18,  # from gravity in peg axes to the wrench of peg and payload, (6, 3)
+    "GRAVITY": 3,  # in the axes of the configured hole
+    "TURN": 6,  # from a tilt of the hole to errors of the measured angles, (3, 2)
+    "JOINT": 484,  # joint covariance with all parameters, (22, 22), while it is corrected
+    "SEEN": 66,  # its covariance with what is measured, (22, 3)
+    "GAINS": 66,
     "WORK": len(workspace()),
 }
 
@@ -63,6 +75,11 @@ RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (
     _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WITH", "WORK")
 )
+OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
+    _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
+)
+LOAD, MASSES, GRAVITY, TURN = (_AT[name] for name in ("LOAD", "MASSES", "GRAVITY", "TURN"))
+JOINT, SEEN, GAINS = (_AT[name] for name in ("JOINT", "SEEN", "GAINS"))
 METHOD, STAGE, CREEP, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "CREEP", "REFUSED"))
 
 

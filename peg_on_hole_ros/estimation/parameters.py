@@ -46,14 +46,7 @@ def correct_parameters(m):
             learnt * g1,
             learnt * g2,
         )
-    # Friction leads the peg diameter in CROSS, and stands elsewhere in the scene.
-    friction = m[SCENE + 7] + _gained(m, 0)
-    diameter = m[SCENE] + _gained(m, 1)
-    m[SCENE + 7] = min(max(friction, LEAST_FRICTION), MOST_FRICTION)
-    if m[LEARNT + 1] * m[SLIDING] > 0.0:
-        hole = m[SCENE + 1]
-        m[SCENE] = min(diameter, hole - LEAST_CLEARANCE)
-        m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))
+    move_parameters(m, _gained(m, 0), _gained(m, 1))
     for k in range(2):
         for n in range(2):
             # The gain of whichever of the two is corrected; of both it is the same product.
@@ -78,3 +71,13 @@ def correct_parameters(m):
 def _gained(m, k):
     at = WITH + 3 * k
     return m[at] * m[RESIDUAL] + m[at + 1] * m[RESIDUAL + 1] + m[at + 2] * m[RESIDUAL + 2]
+
+
+@inlined
+def move_parameters(m, by_friction, by_diameter):
+    """Add to friction [-] and peg diameter [m], which stay a peg's on a hole."""
+    m[SCENE + 7] = min(max(m[SCENE + 7] + by_friction, LEAST_FRICTION), MOST_FRICTION)
+    if m[LEARNT + 1] * m[SLIDING] > 0.0:
+        hole = m[SCENE + 1]
+        m[SCENE] = min(m[SCENE] + by_diameter, hole - LEAST_CLEARANCE)
+        m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))

@@ -111,10 +111,10 @@ def implicit_euler(scene: Scene, full, h, slip_velocity_scale):
     return np.concatenate([q + h * v, v]), np.vstack([by_angles, by_rates])
 
 
-def _random_walk(density, h):
+def _random_walk(density, h, size):
     """Return the covariance that a random walk of the rates adds in an implicit step."""
     # The implicit step moves the angle with the rate at its end.
-    carried = np.zeros((SIZE, 3))
+    carried = np.zeros((size, 3))
     carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
     return density * h * carried @ carried.T
 
@@ -134,15 +134,15 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     """
 
-    def __init__(self, scene, process, wrench_noise):
-        super().__init__(dim_x=SIZE, dim_z=3)
+    def __init__(self, scene, process, wrench_noise, size=SIZE):
+        super().__init__(dim_x=size, dim_z=3)
         self.scene = scene
         self.process = process
         self.wrench_noise = wrench_noise
         self.jump = np.zeros(6)
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = False
-        self.x = np.zeros(SIZE)
+        self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
     def hold(self, u):
@@ -165,10 +165,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scales = self.friction_scales()
         h = dt / pieces
         for _ in range(pieces):
-            x1, F = implicit_euler(self.scene, self.x, h, self.scales)
+            x1, F = implicit_euler(self.scene, self.x[:SIZE], h, self.scales)
             self._motion = x1
-            self.F = np.vstack([F, np.eye(SIZE)[6:]])
-            self.Q = _random_walk(self.process.rate_density, h)
+            self.F = np.eye(self.dim_x)
+            self.F[STATE, :SIZE] = F
+            self.Q = _random_walk(self.process.rate_density, h, self.dim_x)
             self.predict()
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
@@ -196,21 +197,25 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.slow = False
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.sliding = False
-        self.F = np.eye(SIZE)
+        self.F = np.eye(self.dim_x)
         self.F[range(3), range(3, 6)] = dt
         self._motion = (self.F @ self.x)[STATE]
-        self.Q = _random_walk(rate_noise**2, dt)
+        self.Q = _random_walk(rate_noise**2, dt, self.dim_x)
         self.predict()
 
     def predict_x(self, u=0):
         """Put the implicit step where filterpy puts F x."""
         self.x = np.concatenate([self._motion, self.x[6:]])
 
+    def measured(self):
+        """Return the derivatives of the measured angles."""
+        return np.eye(self.dim_x)[:3]
+
     def correct(self, q, R):
         """Correct with an orientation q [rad] of covariance R by filterpy's update."""
-        H = np.eye(SIZE)[:3]
+        H = self.measured()
         parameters, spread = self.x[FRICTION:].copy(), self.P[FRICTION:, FRICTION:].copy()
-        self.update(q, lambda x: H, lambda x: H @ x, R=R)
+        self.update(q, lambda x: H, lambda x: x[:3], R=R)
         if not self.sliding:
             # Schmidt's filter: the optimal gain's covariance with them is right without their own.
             self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
@@ -246,15 +251,15 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
-        y, dy = solve_with_slopes(self.scene, self.x, self.scales)
-        C = dy @ self.P @ dy.T
+        y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
+        C = dy @ self.P[:SIZE, :SIZE] @ dy.T
         gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         inverse = np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
         C = C - gain @ C[:3, :]
         answers = [y]
         for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
             for sign in (1, -1):
-                moved = self.x.copy()
+                moved = self.x[:SIZE].copy()
                 moved[RATES] += sign * column
                 answers.append(solve(self.scene, moved, self.scales))
         answers = np.array(answers)

@@ -1,0 +1,124 @@
+"""What the motion of a bag tells of the parameters, in words."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import degrees, isfinite
+
+from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
+from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.replay import absolute, check_bag
+from peg_on_hole_ros.estimation.likelihood import QUANTITIES
+from peg_on_hole_ros.estimation.observability import NAMES, Observability, ObservingFilter
+from peg_on_hole_ros.options import Configuration
+
+UNITS = {quantity.name: quantity.unit for quantity in QUANTITIES}
+_TARE = "tare while the peg hangs free"
+# What a motion has to be like to tell of a parameter, by the begin of its name.
+REMEDIES = {
+    "friction": "press the peg on three contacts and let it slide, turning about its axis",
+    "clearance": "close to 1.1 times gamma0 or less, sliding",
+    "bias_force_z": f"press by changing forces while it slides, or {_TARE}",
+    "bias_torque_z": f"turn the peg about its axis both ways, or {_TARE}",
+    "bias": f"turn the peg about its axis by 90 degrees and more, and lean it anew, or {_TARE}",
+    "tilt": "let the lean of the peg go round the hole by 90 degrees and more",
+}
+
+
+def observe(
+    bag: Bag, configuration: Configuration, progress: Callable[[float], None] = lambda share: None
+) -> Observability:
+    """
+    Run the filter of a configuration over a bag, and return what its motion tells.
+
+    Raises
+    ------
+    BagError
+        A needed topic is missing or of another type.
+
+    """
+    check_bag(bag, configuration)
+    # The estimate only shows where to take the derivatives.
+    configuration = replace(
+        configuration,
+        wrench=replace(configuration.wrench, bias_force_stddev=0.0, bias_torque_stddev=0.0),
+        joints=replace(configuration.joints, hole_tilt_stddev=0.0),
+        filter=replace(configuration.filter, method="extended", late_window=0.0),
+    )
+    stream = message_stream(configuration, 0.0, ObservingFilter)
+    topics = [
+        absolute(configuration.topics.wrench),
+        absolute(configuration.topics.joint_states),
+    ]
+    total = sum(bag.topics[topic].count for topic in topics)
+    for count, item in enumerate(bag.messages(topics)):
+        take = stream.on_wrench if item.topic == topics[0] else stream.on_joints
+        take(item.message)
+        if count % 256 == 0:
+            progress(count / total)
+    return stream.pipeline.filter.observability()
+
+
+def content(found: Observability) -> dict:
+    """Return it for JSON; what does not exist is null."""
+    return {
+        "seconds": found.seconds,
+        "turn": found.turn,
+        "swing": found.swing,
+        "rank": found.rank,
+        "of": len(NAMES),
+        "condition": _finite(found.condition),
+        "parameters": {
+            name: {
+                "unit": UNITS[name],
+                "seen": bool(found.seen[i]),
+                "stddev_alone": _finite(found.alone[i]),
+                "stddev_together": float(found.together[i]),
+                "useful": float(found.useful[i]),
+                "looks_like": found.partner[i] or None,
+            }
+            for i, name in enumerate(NAMES)
+        },
+    }
+
+
+def _finite(value):
+    return float(value) if isfinite(value) else None
+
+
+def lines(found: Observability) -> list[str]:
+    """Return what a cell engineer reads."""
+    if not found.seconds:
+        return [
+            "nothing: the contacts never surely slide on three points; the peg is not pressed on "
+            "the rim above gamma0, or hardly moves"
+        ]
+    condition = f"{found.condition:.0f}" if isfinite(found.condition) else "above 1e7"
+    text = [
+        f"{found.rank} of {len(NAMES)} combinations, over {found.seconds:.2f} s in which all "
+        f"contacts slide; the peg turned by {degrees(found.turn):.0f} degrees about its axis, and "
+        f"its lean went round by {degrees(found.swing):.0f} degrees; best told over worst: "
+        f"{condition}"
+    ]
+    return text + [_line(found, i) for i in range(len(NAMES))]
+
+
+def _line(found, i):
+    name = NAMES[i]
+    unit, factor = SHOWN.get(UNITS[name], (UNITS[name], 1.0))
+
+    def size(value):
+        return f"{factor * value:.2g} {unit}".strip()
+
+    if found.seen[i]:
+        return f"{WORDS[name]}: seen, to {size(found.together[i])}; it can be estimated"
+    remedy = REMEDIES.get(name, REMEDIES[name.split("_")[0]])
+    alone, together = found.alone[i], size(found.together[i])
+    if not alone <= found.useful[i]:
+        moved = "moves nothing that is measured" if not isfinite(alone) else "moves too little"
+        return f"{WORDS[name]}: not seen ({together} at best), it {moved} here; {remedy}"
+    alike = f"looks like {WORDS[found.partner[i]]}" if found.partner[i] else "looks like others"
+    return (
+        f"{WORDS[name]}: not told apart ({together} at best, {size(alone)} if the others were "
+        f"known), in this motion it {alike}; {remedy}"
+    )

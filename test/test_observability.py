@@ -1,0 +1,134 @@
+"""What a motion tells of the parameters, against differences of the filter's own innovations."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges import observability_text
+from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.observability import (
+    NAMES,
+    ObservingFilter,
+    observability,
+)
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample
+from side_by_side import bag_samples
+from simulated import ROOT
+
+BAG = ROOT / "bags" / "closing_with_slip.mcap"
+
+
+@pytest.fixture(scope="module")
+def configuration():
+    found = from_parameters(read_parameters(ROOT / "config" / "closing_with_slip.yaml"))
+    scene = replace(found.scene, friction_stddev=0.0, clearance_stddev=0.0)
+    options = replace(found.filter, slow_slip=0.0)
+    return replace(found, scene=scene, filter=options)
+
+
+class Whitened(ContactFilter):
+    """Keeps the innovations over the root of their covariance, where all contacts slide."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.kept = []
+
+    def correct(self, q, R):
+        result = super().correct(q, R)
+        residual, root = self.last_innovation()
+        white = np.linalg.solve(np.reshape(root, (3, 3)), residual)
+        self.kept.append(white if self._sliding[0] else np.full(3, np.nan))
+        return result
+
+
+def run(configuration, make, count=900):
+    pipeline = Pipeline(configuration, make=make)
+    for sample, _ in zip(bag_samples(BAG, configuration), range(count)):
+        if isinstance(sample, JointSample):
+            pipeline.on_joints(sample)
+        else:
+            pipeline.on_wrench(sample)
+    return pipeline.filter
+
+
+def changed(configuration, name, by):
+    scene, wrench = configuration.scene, configuration.wrench
+    if name == "friction":
+        return replace(configuration, scene=replace(scene, friction=scene.friction + by))
+    if name == "clearance":
+        smaller = replace(scene, peg_diameter=scene.peg_diameter - by)
+        # A smaller peg of the same material would be another mass centre and inertia too.
+        kept = replace(
+            smaller,
+            transverse_inertia=scene.transverse_inertia,
+            axial_inertia=scene.axial_inertia,
+        )
+        return replace(configuration, scene=kept)
+    _, kind, axis = name.split("_")
+    values = list(getattr(wrench, f"bias_{kind}"))
+    values["xyz".index(axis)] += by
+    return replace(configuration, wrench=replace(wrench, **{f"bias_{kind}": tuple(values)}))
+
+
+@pytest.mark.parametrize(
+    ("name", "step"),
+    [("friction", 1e-4), ("clearance", 1e-8), ("bias_force_y", 1e-2), ("bias_torque_z", 1e-4)],
+)
+def test_information_is_that_of_differences(configuration, name, step):
+    found = run(configuration, ObservingFilter).information
+    ahead, behind = (
+        np.array(run(changed(configuration, name, by), Whitened).kept) for by in (step, -step)
+    )
+    told = np.nansum(((ahead - behind) / (2 * step)) ** 2)
+    i = NAMES.index(name)
+    # The filters also differ in where they take their tangents.
+    assert found[i, i] == pytest.approx(told, rel=0.1)
+
+
+def test_the_estimate_is_that_of_the_filter(configuration):
+    observing, plain = (run(configuration, make, 300) for make in (ObservingFilter, Whitened))
+    np.testing.assert_array_equal(observing.x, plain.x)
+    np.testing.assert_array_equal(observing.Z, plain.Z)
+
+
+def test_what_looks_alike_is_named_and_what_moves_nothing_too():
+    # Useful: 1 N, 0.05 N m. Told only as a sum; torque about x moves nothing.
+    information = np.diag([1e6, 1e14, 0, 1e6, 1e6, 0, 0, 1e8, 1e8, 1e8])
+    x, y = NAMES.index("bias_force_x"), NAMES.index("bias_torque_y")
+    along = np.zeros(10)
+    along[[x, y]] = 100.0, 2000.0
+    found = observability(information + np.outer(along, along), 1e-4, 1.0, 0.5, 0.1)
+    seen = dict(zip(NAMES, found.seen))
+    assert not seen["bias_force_x"] and not seen["bias_torque_y"] and not seen["bias_torque_x"]
+    assert sum(seen.values()) == 7 and found.rank == 8 and found.condition == np.inf
+    assert found.partner[x] == "bias_torque_y" and found.partner[y] == "bias_force_x"
+    assert np.isinf(found.alone[NAMES.index("bias_torque_x")])
+    text = "\n".join(observability_text.lines(found))
+    assert "8 of 10 combinations" in text and "turned by 29 degrees" in text
+    assert "force bias along x: not told apart" in text
+    assert "looks like torque bias about y; turn the peg about its axis by 90 degrees" in text
+    assert "torque bias about x: not seen" in text and "moves nothing that is measured" in text
+    assert "friction: seen, to 0.001; it can be estimated" in text
+
+
+def test_nothing_is_told_where_nothing_slides():
+    found = observability(np.zeros((10, 10)), 1e-4)
+    assert not found.seen.any() and found.rank == 0
+    assert "never surely slide" in observability_text.lines(found)[0]
+
+
+def test_inspect_says_it(capsys):
+    config = str(ROOT / "config" / "closing_with_slip.yaml")
+    assert main(["inspect", str(BAG), "--config", config, "--observability"]) == 0
+    text = capsys.readouterr().out
+    assert "force bias along x: not told apart" in text and "friction: seen" in text
+    assert main(["inspect", str(BAG), "--config", config, "--observability", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["observability"]
+    assert told["of"] == 10 and 6 <= told["rank"] < 10
+    assert told["parameters"]["bias_force_x"]["looks_like"] == "bias_torque_y"
