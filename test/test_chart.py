@@ -11,7 +11,7 @@ from peg_on_hole_ros.edges import chart_plots
 from peg_on_hole_ros.edges.labels import place_labels
 from peg_on_hole_ros.edges.partial_table import PartialTable
 from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.study import filtering, implementations, integration, scenes
+from peg_on_hole_ros.study import filtering, front, implementations, integration, scenes
 from peg_on_hole_ros.study import stability as study
 
 plt = pytest.importorskip("matplotlib.figure")
@@ -70,7 +70,7 @@ def test_a_table_of_another_state_is_not_gone_on_with(tmp_path):
 
 @pytest.fixture(scope="module")
 def motion():
-    truth = scenes.first_samples(scenes.truth_of("closing with slip", Configuration()), 220)
+    truth = scenes.first_samples(scenes.truth_of(scenes.CASES[0], Configuration()), 220)
     recordings = [scenes.recorded(truth, seed) for seed in (1, 2)]
     return truth, scenes.bound_along(truth), recordings
 
@@ -82,30 +82,49 @@ def clock():
 
 
 def test_default_filter_is_near_the_bound_and_others_are_not(motion):
-    configuration = Configuration()
     by_name = {v.name: v for v in filtering.variants({}.get)}
-    default = filtering.score(by_name[filtering.DEFAULT], configuration, [motion], clock)
-    slow = filtering.score(by_name["wrench at 100 Hz"], configuration, [motion], clock)
-    bare = filtering.score(
-        by_name["constant rates, no contact model"], configuration, [motion], clock
-    )
+    names = (filtering.DEFAULT, "wrench at 100 Hz", "constant rates, no contact model")
+    default, slow, bare = filtering.scores([by_name[n] for n in names], "a", motion, clock)
     # Two seeds of 0.2 s: chance moves the ratio by some tenths.
     assert 0.7 < default.state_ratio < 1.4 and 0.6 < default.reaction_ratio < 1.4
     assert default.lost == 0 and default.coverage > 0.85
     assert slow.state_ratio > 1.05 * default.state_ratio
-    assert np.isnan(bare.reaction_ratio)
+    assert np.isnan(bare.reaction_ratio) and np.isnan(bare.reaction_error)
+    # A tick of the clock for a run of 219 wrenches, or of 21: over the same time of motion.
+    assert default.microseconds == pytest.approx(1e6 / 219)
+    assert slow.microseconds == pytest.approx(1e6 / 21 / 10)
+    # Of the mean reaction, some 100 N: the wrench's noise is 0.2 N.
+    assert 1e-3 < default.reaction_error < 2e-2
 
 
 def test_the_same_seed_gives_the_same_score(motion):
-    variant, configuration = filtering.VARIANTS[0], Configuration()
-    first, again = (filtering.score(variant, configuration, [motion], clock) for _ in range(2))
+    chosen = [filtering.VARIANTS[0]]
+    first, again = (filtering.scores(chosen, "a", motion, clock)[0] for _ in range(2))
     assert first[:-1] == again[:-1]
+
+
+def test_a_method_is_another_filter(motion):
+    """The filter that a variant names is the one that runs."""
+    truth, bound, recordings = motion
+    chosen = [
+        filtering.Variant("default"),
+        filtering.Variant("unscented", {"method": "unscented"}),
+    ]
+    short = scenes.first_samples(truth, 60)
+    cut = bound._replace(**{name: getattr(bound, name)[:60] for name in bound._fields})
+    recording = recordings[0]._replace(
+        **{name: getattr(recordings[0], name)[:60] for name in ("wrench", "angles", "covariances")}
+    )
+    found = filtering.scores(chosen, "a", (short, cut, [recording]), clock)
+    assert found[0].state_error != found[1].state_error
 
 
 def test_filter_variants_that_are_methods_come_with_their_options(monkeypatch):
     assert len(filtering.variants({}.get)) == len(filtering.VARIANTS)
     monkeypatch.setattr(
-        filtering, "_METHODS", (("friction", "considered", "a method"), ("nothing", "x", "none"))
+        filtering,
+        "_METHODS",
+        (("friction", "considered", "a method", 2), ("nothing", "x", "none", 2)),
     )
     found = filtering.variants({"filter.friction": ("estimated", "considered")}.get)
     assert [variant.name for variant in found[len(filtering.VARIANTS) :]] == ["a method"]
@@ -136,7 +155,58 @@ def test_implementations_give_one_result(motion):
 
 def test_front_keeps_what_nothing_beats():
     cost, error = np.array([1.0, 2.0, 3.0, 2.0]), np.array([5.0, 1.0, 2.0, 4.0])
-    assert chart_plots.front(cost, error) == [0, 1]
+    assert front.front(cost, error) == [0, 1]
+
+
+@pytest.mark.parametrize(
+    "cost, error, expected",
+    [
+        (0.95, 0.95, False),  # better, but not by more than a tenth
+        (0.85, 1.02, True),
+        (0.85, 1.05, False),  # cheaper and worse: both are on the front
+        (1.02, 0.85, True),
+        (1.2, 0.5, False),  # dearer and better
+        (0.5, 0.5, True),
+    ],
+)
+def test_what_beats_the_default(cost, error, expected):
+    assert front.beats(cost, error) is expected
+
+
+def made_up(name, microseconds, error, coverage=0.95, lost=0.0, case="a"):
+    ratios = (error,) * 6
+    return filtering.Score(
+        case, name, 1.0, error, error, error, *ratios, coverage, lost, microseconds
+    )
+
+
+def test_the_default_competes_with_what_keeps_its_promise():
+    chosen = [filtering.Variant("default"), filtering.Variant("told", told=True)]
+    chosen += [filtering.Variant("half", every=2), filtering.Variant("other")]
+    default = made_up("default", 10.0, 0.02)
+    beaten = made_up("other", 10.0, 0.01)
+    aside = [
+        made_up("told", 5.0, 0.01),
+        made_up("half", 5.0, 0.02),
+        made_up("other", 5.0, 0.01, coverage=0.6),
+    ]
+    found = front.standings([default, *aside], chosen)[0]
+    assert found.on_front and found.competing == ("default",)
+    found = front.standings([default, *aside[:2], beaten], chosen)[0]
+    assert not found.on_front and found.by == "other"
+    assert (found.cost, found.error) == (1.0, 0.5)
+    lost = beaten._replace(lost=0.1)
+    assert front.standings([default, lost], chosen)[0].on_front
+    unsure = default._replace(coverage=0.5)
+    assert not front.standings([unsure, aside[2]], chosen)[0].on_front
+
+
+def test_motions_are_put_together_by_their_median():
+    scores = [made_up("default", k, k, case=f"case {k}") for k in (1.0, 2.0, 9.0)]
+    scores.append(made_up("default", 5.0, float("nan"), case="no bound"))
+    whole = front.overall(scores)[0]
+    assert whole.reaction_ratio == 2.0 and (whole.reaction_low, whole.reaction_high) == (1.5, 5.5)
+    assert whole.microseconds == 3.5
 
 
 def test_labels_cover_neither_points_nor_each_other():
@@ -163,25 +233,25 @@ def test_labels_cover_neither_points_nor_each_other():
 
 def test_pictures_of_the_chart_are_drawn(tmp_path, motion):
     # Made-up figures that are alike: labels and lines must bear it, also without C.
-    scores = [
-        filtering.Score(f"v{k}", 1.0, 0.9, 1.1, 1.0, 0.9, 1.1, 0.95, k / 10, 20.0)
-        for k in range(4)
-    ]
+    scores = [made_up(f"v{k}", 20.0, 0.01, lost=k / 10) for k in range(4)]
     scores[0] = scores[0]._replace(name=filtering.DEFAULT, reaction_ratio=float("nan"))
+    standings = front.standings(scores, [])
     predictions = [
         integration.Prediction(m, h, 1e-3 * h, 1e-3, 0.0, 1.0, 1e-3 / h)
         for m in ("RK4", "implicit Euler, halved") for h in (1e-4, 1e-3)
     ]  # fmt: skip
     costs = [implementations.Cost("kernel", 5.0, 4.0, float("nan"), 0.0)]
     for name, fig in (
-        ("a", chart_plots.filters(scores, None)),
+        ("a", chart_plots.filters(front.overall(scores), None)),
+        ("d", chart_plots.fronts(scores, standings)),
         ("b", chart_plots.integrators(predictions, 1e-4, None)),
         ("c", chart_plots.costs(costs, "\nno compiler")),
     ):
         paths = chart.save(fig, tmp_path / name)
         assert [path.suffix for path in paths] == [".png", ".svg"]
         assert all(path.stat().st_size > 5000 for path in paths)
-    assert "default" in chart.summary(scores, costs, "no compiler")
+    text = chart.summary(front.overall(scores), standings, costs, "no compiler")
+    assert "on the front in 1 of 1" in text
 
 
 @pytest.mark.parametrize("command", ["chart", "stability"])

@@ -14,11 +14,12 @@ from peg_on_hole_ros.edges.c_limit import build
 from peg_on_hole_ros.edges.partial_table import PartialTable, write_table
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.parameter_table import PARAMETERS
-from peg_on_hole_ros.study import filtering, implementations, integration, scenes
+from peg_on_hole_ros.study import filtering, front, implementations, integration, scenes
 from peg_on_hole_ros.study.problems import YARDSTICKS
 from peg_on_hole_ros.study.steps import METHODS
 
 SEEDS, QUICK_SEEDS = 10, 2
+QUICK_CASES = 4
 REPEATS, QUICK_REPEATS = 9, 3
 QUICK_TOLERANCES = (1e-3,)
 FIRST_SEED = 100
@@ -34,35 +35,37 @@ def run(arguments: Namespace) -> int:
     quick = arguments.quick
     state = f"# {source_key()} {quick} {asdict(configuration)}"
     with Progress("chart") as progress:
-        truths = [scenes.truth_of(name, configuration) for name in scenes.NAMES]
-        bounds = [scenes.bound_along(truth) for truth in truths]
-        bound = float(np.median([scenes.rotation_bound(t, b) for t, b in zip(truths, bounds)]))
-        progress(0.1)
-        recordings = _recordings(truths, QUICK_SEEDS if quick else SEEDS)
-        progress(0.15)
-        costs, note = _costs(configuration, truths[0], recordings[0][0], quick)
+        cases = scenes.CASES[:QUICK_CASES] if quick else scenes.CASES
+        motions = {}
+        for case in cases:
+            truth = scenes.truth_of(case, configuration)
+            motions[case.name] = truth, scenes.bound_along(truth)
+            progress(0.15 * len(motions) / len(cases))
+        plain = [motions[name] for name in scenes.NAMES]
+        truths = [truth for truth, _ in plain]
+        bound = float(np.median([scenes.rotation_bound(*motion) for motion in plain]))
+        costs, note = _costs(
+            configuration, truths[0], scenes.recorded(truths[0], FIRST_SEED), quick
+        )
         progress(0.25)
-        motions = list(zip(truths, bounds, recordings))
-        scores = _filters(folder, state, configuration, motions, progress)
+        variants = _variants(quick)
+        scores = _filters(folder, state, variants, motions, quick, progress)
         predictions = _integrators(folder, state, truths, quick, progress)
     write_table(folder / "chart_implementations.csv", implementations.Cost._fields, costs)
     from peg_on_hole_ros.edges import chart_plots
 
     limit = next((c.microseconds for c in costs if c.name == implementations.C), None)
+    standings = front.standings(scores, variants)
     pictures = {
         "chart_integrators": chart_plots.integrators(predictions, bound, limit),
-        "chart_filters": chart_plots.filters(scores, limit),
+        "chart_filters": chart_plots.filters(front.overall(scores), limit),
+        "chart_fronts": chart_plots.fronts(scores, standings),
         "chart_implementations": chart_plots.costs(costs, f"\n{note}" if limit is None else ""),
     }
     written = [path for name, fig in pictures.items() for path in save(fig, folder / name)]
-    print(summary(scores, costs, note))
+    print(summary(front.overall(scores), standings, costs, note))
     print(", ".join(map(str, written)))
     return 0
-
-
-def _recordings(truths, count):
-    seeds = range(FIRST_SEED, FIRST_SEED + count)
-    return [[scenes.recorded(truth, seed) for seed in seeds] for truth in truths]
 
 
 def _costs(configuration, truth, recording, quick):
@@ -72,20 +75,28 @@ def _costs(configuration, truth, recording, quick):
     return found, note
 
 
-def _filters(folder, state, configuration, motions, progress):
+def _variants(quick):
     choices = {parameter.name: parameter.choices for parameter in PARAMETERS}
-    rows = PartialTable(folder / "chart_filters.csv", filtering.Score._fields, state)
+    found = filtering.variants(choices.get)
+    # A quick look leaves out what takes a hundred times as long as the rest.
+    return [variant for variant in found if not quick or variant.seeds > filtering.SLOW_SEEDS]
+
+
+def _filters(folder, state, variants, motions, quick, progress):
+    path, group = folder / "chart_filters.csv", len(variants)
+    rows = PartialTable(path, filtering.Score._fields, state, group)
     try:
-        variants = filtering.variants(choices.get)
-        for k, variant in enumerate(variants):
-            if k >= len(rows.rows):
-                rows.add([filtering.score(variant, configuration, motions, CLOCK)])
-            progress(0.25 + 0.35 * (k + 1) / len(variants))
+        for k, (case, (truth, bound)) in enumerate(motions.items()):
+            if k * group >= len(rows.rows):
+                seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if quick else SEEDS))
+                recordings = [scenes.recorded(truth, seed) for seed in seeds]
+                rows.add(filtering.scores(variants, case, (truth, bound, recordings), CLOCK))
+            progress(0.25 + 0.5 * (k + 1) / len(motions))
     except BaseException:
         rows.close()
         raise
     rows.finish()
-    return [filtering.Score(*_numbers(row)) for row in rows.rows]
+    return [filtering.Score(*row[:2], *_numbers(row[2:])) for row in rows.rows]
 
 
 def _integrators(folder, state, truths, quick, progress):
@@ -98,12 +109,12 @@ def _integrators(folder, state, truths, quick, progress):
         for k, (method, setting) in enumerate(jobs):
             if k >= len(rows.rows):
                 rows.add([_predicted(kept, ends, method, setting, quick)])
-            progress(0.6 + 0.4 * (k + 1) / len(jobs))
+            progress(0.75 + 0.25 * (k + 1) / len(jobs))
     except BaseException:
         rows.close()
         raise
     rows.finish()
-    return [integration.Prediction(*_numbers(row)) for row in rows.rows]
+    return [integration.Prediction(row[0], *_numbers(row[1:])) for row in rows.rows]
 
 
 def _predicted(kept, ends, method, setting, quick):
@@ -114,11 +125,11 @@ def _predicted(kept, ends, method, setting, quick):
 
 
 def _numbers(row):
-    return [row[0], *(float(value) if value else float("nan") for value in row[1:])]
+    return [float(value) if value else float("nan") for value in row]
 
 
-def summary(scores, costs, note) -> str:
-    """Return the figures as two tables."""
+def summary(overall, standings, costs, note) -> str:
+    """Return the figures as three tables."""
     lines = [
         [
             s.name,
@@ -128,10 +139,18 @@ def summary(scores, costs, note) -> str:
             f"{100 * s.lost:.0f}",
             f"{s.microseconds:.1f}",
         ]
-        for s in scores
+        for s in overall
     ]
-    head = ["filter", "state/bound", "reactions/bound", "within 95 %", "lost %", "us a step"]
+    head = ["filter", "state/bound", "reactions/bound", "within 95 %", "lost %", "us a ms"]
     text = table(head, lines)
+    lines = [
+        [s.case, "yes" if s.on_front else s.by]
+        + (["", ""] if s.on_front else [f"{s.cost:.2f}", f"{s.error:.2f}"])
+        for s in standings
+    ]
+    head = ["motion", "default on front, or beaten by", "its cost", "its error"]
+    count = f"default on the front in {sum(s.on_front for s in standings)} of {len(standings)}"
+    text += f"\n\n{table(head, lines)}\n{count}"
     lines = [[c.name, f"{c.microseconds:.2f}", f"{c.over_c:.2f}", f"{c.difference:.1e}"]
              for c in costs]  # fmt: skip
     head = ["implementation", "us a step", "over C", "apart [sigma]"]

@@ -7,6 +7,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.edges.labels import place_labels
 from peg_on_hole_ros.study import filtering, implementations
+from peg_on_hole_ros.study.front import front
 
 # Okabe and Ito's colours, with markers of their own.
 STYLES = {
@@ -23,16 +24,6 @@ STYLES = {
     "DOP853": ("#999999", "1"),
 }
 DEFAULT_INTEGRATOR = ("implicit Euler, halved", 1e-3)
-
-
-def front(cost, error) -> list[int]:
-    """Return the places on the Pareto front by rising cost: none is both dearer and worse."""
-    kept, least = [], np.inf
-    for k in np.lexsort((error, cost)):
-        if error[k] < least:
-            kept.append(int(k))
-            least = error[k]
-    return kept
 
 
 def _figure(size):
@@ -113,19 +104,37 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
     return fig
 
 
-def filters(scores, c_microseconds: float | None) -> Figure:
-    """Draw the errors of filter variants over the bound against their cost."""
+def _cost_axes(axis):
+    axis.grid(alpha=0.25)
+    for side in (axis.xaxis, axis.yaxis):
+        side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        side.set_major_formatter(FormatStrFormatter("%g"))
+        side.set_minor_formatter(NullFormatter())
+
+
+def filters(overall, c_microseconds: float | None) -> Figure:
+    """
+    Draw the errors of filter variants over the bound against their cost.
+
+    Parameters
+    ----------
+    overall : list of study.front.Overall
+    c_microseconds : float or None
+        A whole filter step as C.
+
+    """
     fig = _figure((14, 7))
     panels = (
         (fig.add_axes((0.065, 0.09, 0.42, 0.84)), "state", "angles and rates"),
         (fig.add_axes((0.565, 0.09, 0.42, 0.84)), "reaction", "normal reactions"),
     )
     for axis, name, title in panels:
-        shown = [s for s in scores if np.isfinite(getattr(s, f"{name}_ratio"))]
+        shown = [s for s in overall if np.isfinite(getattr(s, f"{name}_ratio"))]
         cost = np.array([s.microseconds for s in shown])
-        ratio = np.array([getattr(s, f"{name}_ratio") for s in shown])
-        low = np.array([getattr(s, f"{name}_low") for s in shown])
-        high = np.array([getattr(s, f"{name}_high") for s in shown])
+        ratio, low, high = (
+            np.array([getattr(s, f"{name}_{part}") for s in shown])
+            for part in ("ratio", "low", "high")
+        )
         axis.set(xscale="log", yscale="log")
         axis.set_xlim(min(cost.min(), c_microseconds or np.inf) / 1.7, cost.max() * 2.4)
         axis.set_ylim(min(0.6, low.min() / 1.4), high.max() * 1.6)
@@ -141,16 +150,12 @@ def filters(scores, c_microseconds: float | None) -> Figure:
                       markerfacecolor="white" if s.lost else None)  # fmt: skip
         _line(axis, "h", 1.0, "Cramér–Rao bound")
         if c_microseconds:
-            _line(axis, "v", c_microseconds, "the same step as C")
-        axis.set_xlabel("computing time of a step, called from Python [µs]")
-        axis.set_ylabel("error over the bound, r.m.s.; bars: two seeds of three")
+            _line(axis, "v", c_microseconds, "a step as C")
+        axis.set_xlabel("computing time for a millisecond of motion, called from Python [µs]")
+        axis.set_ylabel("error over the bound, r.m.s.: median of the motions; bars: half of them")
         axis.set_title(title)
-        axis.grid(alpha=0.25)
         axis.legend(loc="upper right", fontsize=9)
-        for side in (axis.xaxis, axis.yaxis):
-            side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            side.set_major_formatter(FormatStrFormatter("%g"))
-            side.set_minor_formatter(NullFormatter())
+        _cost_axes(axis)
         fig.canvas.draw()
         defaults = [s.name == filtering.DEFAULT for s in shown]
         place_labels(
@@ -159,6 +164,58 @@ def filters(scores, c_microseconds: float | None) -> Figure:
             radii=[7.0 if default else 4.0 for default in defaults],
             bars=list(zip(cost, low, high)),
         )  # fmt: skip
+    return fig
+
+
+def fronts(scores, found) -> Figure:
+    """
+    Draw the reactions' error against cost in each motion, the front, and where the default is.
+
+    Parameters
+    ----------
+    scores : list of study.filtering.Score
+    found : list of study.front.Standing
+
+    """
+    columns = 4
+    rows = -(-len(found) // columns)
+    fig = _figure((16, 3.9 * rows))
+    for n, standing in enumerate(found):
+        axis = fig.add_subplot(rows, columns, n + 1)
+        shown = [s for s in scores if s.case == standing.case and np.isfinite(s.reaction_error)]
+        cost = np.array([s.microseconds for s in shown])
+        error = 100 * np.array([s.reaction_error for s in shown])
+        low = 100 * np.array([s.reaction_error_low for s in shown])
+        high = 100 * np.array([s.reaction_error_high for s in shown])
+        axis.set(xscale="log", yscale="log", title=standing.case)
+        axis.set_xlim(cost.min() / 1.6, cost.max() * 1.6)
+        axis.set_ylim(low.min() / 1.6, high.max() * 2.2)
+        axis.errorbar(cost, error, [error - low, high - error], fmt="none", ecolor="#bbbbbb")
+        competing = [k for k, s in enumerate(shown) if s.name in standing.competing]
+        kept = [competing[k] for k in front(cost[competing], error[competing])]
+        axis.step(cost[kept], error[kept], where="post", color="black", linewidth=2.2, alpha=0.35)
+        named = {filtering.DEFAULT, standing.by}
+        for k, s in enumerate(shown):
+            default = s.name == filtering.DEFAULT
+            axis.plot(cost[k], error[k], "o", color="#009e73" if default else "#0072b2",
+                      markersize=11 if default else 6,
+                      markerfacecolor=None if k in competing else "white")  # fmt: skip
+            if k in kept or s.name in named:
+                axis.annotate(
+                    s.name, (cost[k], error[k]), xytext=(0, 9 if default else -13),
+                    textcoords="offset points", fontsize=7.5, ha="center",
+                    weight="bold" if default else "normal",
+                )  # fmt: skip
+        _cost_axes(axis)
+        if n % columns == 0:
+            axis.set_ylabel("reactions' r.m.s. error [% of mean]")
+        if n >= len(found) - columns:
+            axis.set_xlabel("µs for a millisecond of motion")
+    fig.suptitle(
+        "Filters in each motion; green: default; white: does not compete; line: Pareto front",
+        y=0.995,
+    )
+    fig.tight_layout()
     return fig
 
 

@@ -29,6 +29,62 @@ LEG = 0.15
 NAMES = tuple(_MOTIONS)
 
 
+class Case(NamedTuple):
+    """
+    A motion in a scene that differs from the configuration's by factors.
+
+    Attributes
+    ----------
+    name : str
+    motion : str
+        Of NAMES.
+    clearance, friction, speed, noise : float
+        Factors of the clearance, the friction coefficient, the rates and all sensors' noise.
+
+    """
+
+    name: str
+    motion: str
+    clearance: float = 1.0
+    friction: float = 1.0
+    speed: float = 1.0
+    noise: float = 1.0
+
+
+CASES = (
+    *(Case(name, name) for name in NAMES),
+    Case("slow", "closing with slip", speed=1 / 16),
+    Case("fast", "closing with slip", speed=4.0),
+    Case("narrow", "closing with slip", clearance=0.2),
+    Case("wide", "closing with slip", clearance=5.0),
+    Case("slippery", "closing with slip", friction=0.25),
+    Case("rough", "closing with slip", friction=2.5),
+    Case("noisy", "closing with slip", noise=5.0),
+    Case("quiet", "closing without slip", noise=0.2),
+    Case("wide, reversals", "reversals", clearance=5.0),
+)
+
+
+def case_configuration(case: Case, configuration: Configuration) -> Configuration:
+    """Return the configuration of a case: what is there, and what the estimator is told."""
+    scene, wrench, joints = configuration.scene, configuration.wrench, configuration.joints
+    clearance = (scene.hole_diameter - scene.peg_diameter) * case.clearance
+    return replace(
+        configuration,
+        scene=replace(
+            scene,
+            peg_diameter=scene.hole_diameter - clearance,
+            friction=scene.friction * case.friction,
+        ),
+        wrench=replace(
+            wrench,
+            force_stddev=wrench.force_stddev * case.noise,
+            torque_stddev=wrench.torque_stddev * case.noise,
+        ),
+        joints=replace(joints, position_stddev=joints.position_stddev * case.noise),
+    )
+
+
 class Recording(NamedTuple):
     """
     A measured motion as a filter takes it, a row a wrench; every row has an orientation or none.
@@ -52,28 +108,24 @@ class Recording(NamedTuple):
     covariances: np.ndarray
 
 
-def truth_of(name: str, configuration: Configuration) -> Truth:
-    """Return the motion of a name of NAMES in the configuration's scene."""
-    end, offset, rates = _MOTIONS[name]
+def truth_of(case: Case, configuration: Configuration) -> Truth:
+    """Return the motion of a case, as long as it keeps three contacts."""
+    configuration = case_configuration(case, configuration)
+    end, offset, rates = _MOTIONS[case.motion]
+    rates = [[case.speed * float(value) for value in rate] for rate in rates]
     travel = LEG * sum((a[0] + b[0]) / 2 for a, b in zip(rates, rates[1:]))
     start = end * configuration.scene.gamma0 - travel - LEAD_IN * rates[0][0]
-    phases = {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": _floats(rates[0])}}
+    phases = {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": rates[0]}}
     for i, rate in enumerate(rates[1:]):
-        phases[f"leg{i}"] = {"kind": "contact", "duration": LEG, "rates": _floats(rate)}
+        phases[f"leg{i}"] = {"kind": "contact", "duration": LEG, "rates": rate}
     tree = {
         "lead_in": LEAD_IN,
-        "start": {
-            "angles": [start, 0.0, 0.0], "rates": _floats(rates[0]), "offset": list(offset),
-        },
+        "start": {"angles": [start, 0.0, 0.0], "rates": rates[0], "offset": list(offset)},
         "phases": phases,
-    }  # fmt: skip
+    }
     truth = integrate(plan_from_tree(configuration, tree))
     good = (truth.mode == "three_point") & truth.known
     return first_samples(truth, len(good) if good.all() else int(np.argmin(good)))
-
-
-def _floats(values):
-    return [float(value) for value in values]
 
 
 def first_samples(truth: Truth, count: int) -> Truth:
