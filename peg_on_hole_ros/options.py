@@ -48,6 +48,7 @@ class FilterOptions:
     slip_widening: float = 0.5
     slow_slip: float = 2.0
     slow_rate_noise: float = 1.0
+    wrench_jump: float = 1.0
     creep_time: float = 0.05
     method: str = "extended"
     integrator: str = "implicit_euler"

@@ -214,6 +214,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         10.0,
     ),
     _filter(
+        "wrench_jump",
+        "share of what a wrench that jumped between two samples may have done that widens the "
+        "state; 0: it is held as measured",
+        "",
+        0.0,
+        1.0,
+    ),
+    _filter(
         "slow_rate_noise",
         "random walk of the rates while a slip is not told from none; per root of a second",
         "rad/s",

@@ -199,6 +199,10 @@ def test_the_default_competes_with_what_keeps_its_promise():
     assert front.standings([default, lost], chosen)[0].on_front
     unsure = default._replace(coverage=0.5)
     assert not front.standings([unsure, aside[2]], chosen)[0].on_front
+    # What the filter saves is little of all that a wrench costs.
+    cheaper = made_up("other", 5.0, 0.02)
+    assert not front.standings([default, cheaper], chosen)[0].on_front
+    assert front.standings([default, cheaper], chosen, 50.0)[0].on_front
 
 
 def test_motions_are_put_together_by_their_median():
@@ -250,7 +254,7 @@ def test_pictures_of_the_chart_are_drawn(tmp_path, motion):
         paths = chart.save(fig, tmp_path / name)
         assert [path.suffix for path in paths] == [".png", ".svg"]
         assert all(path.stat().st_size > 5000 for path in paths)
-    text = chart.summary(front.overall(scores), standings, costs, "no compiler")
+    text = chart.summary(front.overall(scores), standings, standings, costs, "no compiler")
     assert "on the front in 1 of 1" in text
 
 

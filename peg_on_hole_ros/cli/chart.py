@@ -56,6 +56,9 @@ def run(arguments: Namespace) -> int:
 
     limit = next((c.microseconds for c in costs if c.name == implementations.C), None)
     standings = front.standings(scores, variants)
+    by_name = {cost.name: cost.microseconds for cost in costs}
+    besides = by_name[implementations.PIPELINE] - by_name[implementations.CALLED]
+    whole = front.standings(scores, variants, besides)
     pictures = {
         "chart_integrators": chart_plots.integrators(predictions, bound, limit),
         "chart_filters": chart_plots.filters(front.overall(scores), limit),
@@ -63,7 +66,7 @@ def run(arguments: Namespace) -> int:
         "chart_implementations": chart_plots.costs(costs, f"\n{note}" if limit is None else ""),
     }
     written = [path for name, fig in pictures.items() for path in save(fig, folder / name)]
-    print(summary(front.overall(scores), standings, costs, note))
+    print(summary(front.overall(scores), standings, whole, costs, note))
     print(", ".join(map(str, written)))
     return 0
 
@@ -128,7 +131,7 @@ def _numbers(row):
     return [float(value) if value else float("nan") for value in row]
 
 
-def summary(overall, standings, costs, note) -> str:
+def summary(overall, standings, whole, costs, note) -> str:
     """Return the figures as three tables."""
     lines = [
         [
@@ -143,14 +146,15 @@ def summary(overall, standings, costs, note) -> str:
     ]
     head = ["filter", "state/bound", "reactions/bound", "within 95 %", "lost %", "us a ms"]
     text = table(head, lines)
-    lines = [
-        [s.case, "yes" if s.on_front else s.by]
-        + (["", ""] if s.on_front else [f"{s.cost:.2f}", f"{s.error:.2f}"])
-        for s in standings
-    ]
-    head = ["motion", "default on front, or beaten by", "its cost", "its error"]
-    count = f"default on the front in {sum(s.on_front for s in standings)} of {len(standings)}"
-    text += f"\n\n{table(head, lines)}\n{count}"
+    for found, of in ((standings, "the filter"), (whole, "the pipeline with it")):
+        lines = [
+            [s.case, "yes" if s.on_front else s.by]
+            + (["", ""] if s.on_front else [f"{s.cost:.2f}", f"{s.error:.2f}"])
+            for s in found
+        ]
+        head = ["motion", "default on front, or beaten by", "its cost", "its error"]
+        count = f"cost of {of}: on the front in {sum(s.on_front for s in found)} of {len(found)}"
+        text += f"\n\n{table(head, lines)}\n{count}"
     lines = [[c.name, f"{c.microseconds:.2f}", f"{c.over_c:.2f}", f"{c.difference:.1e}"]
              for c in costs]  # fmt: skip
     head = ["implementation", "us a step", "over C", "apart [sigma]"]

@@ -72,6 +72,7 @@ class ContactFilter:
             options.creep_time,
             options.friction_noise**2,
             options.slow_slip,
+            options.wrench_jump,
         )
         self._memory = np.zeros(SIZE)
         self._dy = np.zeros((6, WIDTH))

@@ -85,6 +85,8 @@ class Process(NamedTuple):
         Spectral density of the random walk of the friction coefficient [1/s].
     slow_slip : float
         See `slip.slow_slip` [-].
+    wrench_jump : float
+        Share of what `hold_wrench` says of a jump that counts [-].
 
     """
 
@@ -95,6 +97,7 @@ class Process(NamedTuple):
     creep_time: float
     friction_density: float
     slow_slip: float
+    wrench_jump: float
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
@@ -130,7 +133,7 @@ def hold_wrench(m, u):
     # Two noises differ by twice the covariance of one. Before the first wrench there is none.
     share = 0.0
     if any_before > 0.0 and size > 2.0 * JUMP_LIMIT:
-        share = sqrt((1.0 - 2.0 * JUMP_LIMIT / size) / 3.0)
+        share = m[PROCESS + 7] * sqrt((1.0 - 2.0 * JUMP_LIMIT / size) / 3.0)
     for i in range(6):
         m[JUMP + i] *= share
     for i in range(6):
@@ -171,7 +174,9 @@ def predict_contact(m, dy, slopes, dt):
     """
     p = scene_of(m)
     q = PROCESS
-    process = Process(m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6])
+    process = Process(
+        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7]
+    )  # fmt: skip
     x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
     scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
     integrator, tolerance = int(m[METHOD]), m[METHOD + 1]

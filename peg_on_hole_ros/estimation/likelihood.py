@@ -168,6 +168,8 @@ def innovations(record: Recording, parts, start: Configuration, x) -> Innovation
     options = replace(
         configuration.filter,
         slow_slip=0.0,
+        # Reversals tell of a delay; what the wrench did within an interval would hide that.
+        wrench_jump=0.0,
         inflation_threshold=inf,
         gate_threshold=inf,
         max_step=min(configuration.filter.max_step, STEP),

@@ -9,7 +9,7 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 # vector instructions: the compiler sees that they do not overlap.
 _SIZES = {
     "SCENE": len(SceneScalars._fields),
-    "PROCESS": 7,  # see kernel.Process
+    "PROCESS": 8,  # see kernel.Process
     "X": 6,  # state
     "U": 6,  # wrench that is held
     "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows

@@ -151,7 +151,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         # Two noises differ by twice the covariance of one. Before the first wrench there is none.
         size = change @ np.linalg.solve(self.wrench_noise, change) / 2
         share = max(0.0, 1 - JUMP_LIMIT / max(size, 1e-300)) / 3 if self.x[WRENCH].any() else 0.0
-        self.jump = np.sqrt(share) * change
+        self.jump = self.process.wrench_jump * np.sqrt(share) * change
         self.x[WRENCH] = u
         self.P[WRENCH, :] = self.P[:, WRENCH] = 0
         self.P[WRENCH, WRENCH] = self.wrench_noise

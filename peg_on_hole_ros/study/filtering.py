@@ -55,6 +55,7 @@ VARIANTS = (
     Variant("clearance considered, 2 um", scene={"clearance_stddev": 2e-6}),
     Variant("no widening by slip", {"slip_widening": 0.0}),
     Variant("slow slip followed", {"slow_slip": 0.0}),
+    Variant("wrench held as measured", {"wrench_jump": 0.0}),
     Variant("no prior on accelerations", {"acceleration_stddev": 1e6}),
     Variant("wrench at 500 Hz", every=2),
     Variant("wrench at 100 Hz", every=10),

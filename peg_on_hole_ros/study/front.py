@@ -59,12 +59,24 @@ def beats(cost: float, error: float) -> bool:
     return (cost < 1 / WORTH and error <= SAME) or (error < 1 / WORTH and cost <= SAME)
 
 
-def standings(scores: list[Score], chosen: list[Variant]) -> list[Standing]:
+def standings(scores: list[Score], chosen: list[Variant], besides: float = 0.0):
     """
     Return where the default stands in the reactions of each motion.
 
     Who competes: what gives reactions at every wrench, knows no more than the default, loses no
     run, and has LEAST_COVERAGE; if the default has not, coverage does not count.
+
+    Parameters
+    ----------
+    scores : list of Score
+    chosen : list of Variant
+    besides : float
+        What a millisecond of motion costs beside the filter, whichever it is [us].
+
+    Returns
+    -------
+    list of Standing
+
     """
     apart = {variant.name for variant in chosen if variant.told or variant.every > 1}
     found = []
@@ -81,7 +93,7 @@ def standings(scores: list[Score], chosen: list[Variant]) -> list[Standing]:
             (error, cost, score.name)
             for score in others
             if beats(
-                cost := score.microseconds / default.microseconds,
+                cost := (score.microseconds + besides) / (default.microseconds + besides),
                 error := score.reaction_error / default.reaction_error,
             )
         ]
