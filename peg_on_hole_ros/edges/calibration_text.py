@@ -1,6 +1,6 @@
 """What a calibration found, in words and as parameters."""
 
-from math import degrees
+from math import degrees, sqrt
 
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.estimation.calibration import Calibration, Estimate
@@ -36,6 +36,8 @@ PARAMETERS = (
     "joints.delay",
     "joints.hole_rpy",
 )
+# Of a wrench's noise: a bias that is known better than this needs no states.
+WORTH = 0.1
 SHOWN = {"rad": ("mrad", 1e3), "s": ("ms", 1e3), "m": ("um", 1e6)}
 
 
@@ -47,7 +49,18 @@ def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object
     for one in found.estimates:
         if one.name in spreads and one.changed:
             values[spreads[one.name]] = _short((one.high - one.low) / 2 / NORMAL_95)
+    for bias, noise in (("bias_force", "force_stddev"), ("bias_torque", "torque_stddev")):
+        stddev = _of_components(found, bias)
+        if stddev > WORTH * now[f"wrench.{noise}"]:
+            values[f"wrench.{bias}_stddev"] = _short(stddev)
     return values
+
+
+def _of_components(found, bias):
+    """Return the root mean square of how well the components that are written are known."""
+    own = [one for one in found.estimates if one.name.startswith(bias) and one.changed]
+    squares = [((one.high - one.low) / 2 / NORMAL_95) ** 2 for one in own]
+    return sqrt(sum(squares) / len(own)) if own else 0.0
 
 
 def _short(value):
