@@ -70,6 +70,7 @@ class MonitorOptions:
     """When the monitor speaks, and what it holds against the estimate."""
 
     contact_force_threshold: float = 1.0
+    free_acceleration: float = 2.0
     mode_dwell: float = 0.01
     mode_probability_on: float = 0.7
     mode_probability_off: float = 0.3

@@ -299,6 +299,13 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter("gate_reset_count", "gated in a row that restart the filter", "", 1, 1_000_000),
     _monitor("contact_force_threshold", "reaction above which a contact is closed", "N", 0.0, 1e6),
+    _monitor(
+        "free_acceleration",
+        "of a peg that is carried through the air; force for it does not count as contact",
+        "m/s^2",
+        0.0,
+        1e3,
+    ),
     _monitor("mode_dwell", "time a new contact mode must last to be published", "s", 0.0, 10.0),
     _monitor("mode_probability_on", "a mode is published from this probability on", "", 0.5, 1.0),
     _monitor("mode_probability_off", "below it a published mode becomes unknown", "", 0.0, 0.5),

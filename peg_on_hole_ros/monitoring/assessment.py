@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import jamming
 from peg_on_hole_ros.monitoring.alarms import Alarms
+from peg_on_hole_ros.monitoring.carried import new_means
 from peg_on_hole_ros.monitoring.contacts import no_knowledge
 from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
 from peg_on_hole_ros.monitoring.jamming import Risk
@@ -47,6 +48,7 @@ class Assessment:
         self._settings = settings(options, self._force_stddev)
         self._ratio = scene.peg_diameter / scene.hole_diameter
         self._contacts, self._motion = no_knowledge(), new_trend()
+        self._means = new_means()
         self._shown = np.zeros(WIDTH)
         self._limits, self._jamming = jamming.limits(options), jamming.new_memory()
         self._risk = np.zeros(len(Risk._fields))
@@ -67,7 +69,7 @@ class Assessment:
     def restart_mode(self):
         """Forget the mode: the estimate has begun anew."""
         self._mode.restart()
-        self._contacts[:] = no_knowledge()
+        self._contacts[:], self._means[:] = no_knowledge(), new_means()
         self._jamming[:] = jamming.new_memory()
         self._t_ns = self._oriented_ns = None
 
@@ -133,6 +135,7 @@ class Assessment:
         show(
             kalman.memory,
             self._contacts,
+            self._means,
             self._motion,
             self._settings,
             dt,
