@@ -57,7 +57,7 @@ class FilterOptions:
     free_rate_noise: float = 0.3
     contact_rate_noise: float = 0.005
     friction: str = "estimated"
-    clearance: str = "considered"
+    clearance: str = "estimated"
     friction_noise: float = 0.002
     acceleration_stddev: float = 20.0
     inflation_threshold: float = 14.0

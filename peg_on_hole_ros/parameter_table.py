@@ -93,7 +93,13 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder", "kg m^2", 0.0, 1e4),
     _scene("gravity", "in hole axes; a hole need not be vertical", "m/s^2", -100.0, 100.0),
-    _scene("clearance_stddev", "of D - d; widens the bounds of the reactions", "m", 0.0, 0.01),
+    _scene(
+        "clearance_stddev",
+        "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
+        "m",
+        0.0,
+        0.01,
+    ),
     _scene(
         "friction_stddev", "of the friction coefficient; 0: known, and not estimated", "", 0.0, 1.0
     ),
@@ -267,7 +273,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _filter(
         "clearance",
         "what an uncertain clearance (scene.clearance_stddev) is: learnt, or only a wider bound",
-        choices=("considered", "estimated"),
+        choices=("estimated", "considered"),
     ),
     _filter(
         "friction_noise",

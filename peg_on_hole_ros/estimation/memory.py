@@ -16,7 +16,7 @@ _SIZES = {
     "CROSS": 24,  # covariance of friction and of the peg diameter with state and wrench, (2, 12)
     "SPREAD": 4,  # covariance of friction and peg diameter, (2, 2)
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
-    "SLIDING": 1,  # 1: every contact surely slides
+    "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
     "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
     "SINCE": 1,  # 1: predicted under contact, and not corrected since

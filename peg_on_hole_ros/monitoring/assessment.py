@@ -54,11 +54,22 @@ class Assessment:
         self._risk = np.zeros(len(Risk._fields))
         self._t_ns: int | None = None
         self._oriented_ns: int | None = None
+        self._on_trial = False
 
     @property
     def mode(self) -> str:
         """The contact mode that was declared last."""
         return self._mode.mode
+
+    @property
+    def on_contacts(self) -> bool:
+        """
+        Whether the peg is to be predicted on three contacts.
+
+        Beside the mode: where an uncertain clearance alone leaves it open whether the peg is
+        already in the hole, only the equations of three contacts can tell, by learning it.
+        """
+        return self._mode.mode == "three_point" or self._on_trial
 
     def restart(self):
         """Forget mode, flag and alarms."""
@@ -72,6 +83,7 @@ class Assessment:
         self._contacts[:], self._means[:] = no_knowledge(), new_means()
         self._jamming[:] = jamming.new_memory()
         self._t_ns = self._oriented_ns = None
+        self._on_trial = False
 
     def oriented(self, t_ns: int, q, R):
         """
@@ -141,7 +153,7 @@ class Assessment:
             dt,
             since,
             # Constant rates say nothing for or against three contacts.
-            nis if self._mode.mode == "three_point" else -1.0,
+            nis if self.on_contacts else -1.0,
             _NO_DETERMINANT if solution is None else solution.determinant,
             self._shown,
         )
@@ -150,6 +162,14 @@ class Assessment:
             solution = None
         mode = self._mode.update(t, shown)
         flag = self._flag.update(t, shown.below, 1.0 - shown.free)
+        clearance = kalman.clearance
+        options = self._options
+        self._on_trial = (
+            clearance[1] > 0.0
+            and not flag
+            and shown.three_point >= 1.0 - options.transition_probability_on
+            and shown.three_point + shown.two_point >= options.mode_probability_on
+        )
         three_point = mode == "three_point" and solution is not None
         monitor = {
             "transition_probability": shown.below,
@@ -162,6 +182,8 @@ class Assessment:
             "mode_probability_unknown": shown.other,
             "friction": kalman.friction[0],
             "friction_stddev": kalman.friction[1],
+            "clearance": clearance[0],
+            "clearance_stddev": clearance[1],
             "reactions_determined": 0.0,
         }
         touch = self._mode.touch
