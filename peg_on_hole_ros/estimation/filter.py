@@ -23,6 +23,9 @@ FORGET_FRICTION = 0.02
 SEEK_FRICTION = 2.0
 # Share of its stated variance that friction gets back with each surprise.
 SURPRISED = 0.5
+# No clearance is learnt better than to this share of its stated spread: contacts give, and holes
+# are not round.
+LEAST_CLEARANCE_SPREAD = 0.01
 
 
 class ContactFilter:
@@ -264,6 +267,9 @@ class ContactFilter:
         self._refused = 0
         self._update()
         self._sliding[1] = 0.0
+        if self._learns_clearance:
+            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+            self.spread[1, 1] = max(self.spread.item(3), least)
         self._since_correction = 0.0
         return result, nis
 
