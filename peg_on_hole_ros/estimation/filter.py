@@ -23,6 +23,8 @@ FORGET_FRICTION = 0.02
 SEEK_FRICTION = 2.0
 # Share of its stated variance that friction gets back with each surprise.
 SURPRISED = 0.5
+# A clearance counts as wide above this share of its stated spread.
+WIDE_CLEARANCE = 0.1
 # No clearance is learnt better than to this share of its stated spread: contacts give, and holes
 # are not round.
 LEAST_CLEARANCE_SPREAD = 0.01
@@ -85,6 +87,7 @@ class ContactFilter:
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
         part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
+        self._slow_slip = part(self._memory, "PROCESS")[6:]
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
         part(self._memory, "WEIGHT", (6, 6))[:] = np.linalg.inv(wrench_noise)
@@ -188,6 +191,11 @@ class ContactFilter:
         self._slow[0] = 0.0
         self._held += dt
         if in_contact:
+            if self._learns_clearance:
+                # A spread that is the clearance's own does not make the slip's direction doubtful.
+                wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
+                slow = min(options.slow_slip, 1.0) if wide else options.slow_slip
+                self._slow_slip[0] = slow
             status, self.evaluations, self.pieces = kernel.predict_contact(
                 self._memory, self._dy, self._slopes, dt
             )
