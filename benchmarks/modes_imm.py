@@ -283,14 +283,14 @@ def draw(results, path):
         axis.set_title(f"P({what}), {name.rsplit('_', 1)[0].replace('_', ' ')}")
         axis.set_xlabel("t [s]")
         axis.set_ylim(-0.03, 1.03)
-    axes[0].legend(frameon=False, loc="upper left", fontsize=9)
+    axes[0].legend(frameon=False, loc="center left", fontsize=9)
     for j, method in enumerate(METHODS):
         shares = [s[method]["wrong"] / s[method]["samples"] for _, _, s in results.values()]
         places = np.arange(len(names)) + (j - 1) * 0.27
         axes[2].barh(places, shares, 0.25, color=colours[method])
     axes[2].set_yticks(range(len(names)), [n.rsplit("_", 1)[0].replace("_", " ") for n in names])
     axes[2].invert_yaxis()
-    axes[2].set_xlabel("share of samples whose most probable mode is wrong")
+    axes[2].set_xlabel("share of samples told wrongly")
     figure.savefig(path, dpi=130)
 
 

@@ -118,9 +118,8 @@ def play(truth, configuration, seeds) -> Record:
     for tried, seed in enumerate(seeds):
         record = _tried(pipeline, truth, seed, start_ns)
         if tried:
-            for told in (record.flag, *record.alarms.values()):
-                # What still stands from the try before was not raised in this one.
-                told[: np.argmax(np.append(told, 0) == 0)] = 0
+            # A flag that still stands from the try before was not raised in this one.
+            record.flag[: np.argmax(~np.append(record.flag, False))] = False
         start_ns += int(truth.t_ns[-1]) + PAUSE_NS
     return record
 

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 from scenes_play import ALARMS  # noqa: E402
 from scenes_score import LEVELS  # noqa: E402
-from scenes_table import ALARM_OF  # noqa: E402
+from scenes_table import ALARM_OF, WITH_ALARMS  # noqa: E402
 
 COLOURS = {"matched": "#0072B2", "mismatch": "#D55E00", "second_try": "#009E73"}
 MARKERS = {"matched": "o", "mismatch": "s", "second_try": "^"}
@@ -97,6 +97,7 @@ def _alarms(scores, runs):
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(11, 4.8), layout="constrained", width_ratios=(3, 2)
     )
+    scores = {name: found for name, found in scores.items() if name in WITH_ALARMS}
     rows = []
     for alarm in ALARMS:
         some = next(iter(scores.values()))["all"]["alarms"][alarm]["error"]
