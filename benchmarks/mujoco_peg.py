@@ -103,30 +103,36 @@ def contact_forces(model, data, peg, psi):
     return total, normal
 
 
-def main():
-    """Run and write the trace."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[1])
-    parser.add_argument("out")
-    parser.add_argument("--slip", type=float, default=0.0)
-    parser.add_argument("--slide", type=float, default=0.0)
-    parser.add_argument("--closing", type=float, default=0.4)
-    parser.add_argument("--start", type=float, default=0.6)
-    parser.add_argument("--seconds", type=float, default=0.95)
-    args = parser.parse_args()
+def simulate(start_tilt, closing, slide, slip, seconds):
+    """
+    Return one row a millisecond.
 
+    Parameters
+    ----------
+    start_tilt, closing, slide, slip : float
+        Commanded: tilt at the begin [rad], and the rates -gamma', psi', phi' [rad/s].
+    seconds : float
+        How long.
+
+    Returns
+    -------
+    ndarray, shape (n, 31)
+        Time, q (3), rates (3), applied wrench (6), momentum's rate (6), N (3), forces (9).
+
+    """
     model = mujoco.MjModel.from_xml_string(scene())
     data = mujoco.MjData(model)
     peg = model.geom("peg").id
     inertia_P = model.body_inertia[1]
-    target = np.array([args.start, 0.0, 0.0])
-    rate = np.array([-args.closing, args.slide, args.slip])
+    target = np.array([start_tilt, 0.0, 0.0])
+    rate = np.array([-closing, slide, slip])
     data.qpos[:3] = three_point_center(target[0], 0.0) + 2e-6 * np.array([0, 0, 1])
     R = rotation(*target)
     mujoco.mju_mat2Quat(data.qpos[3:7], R.ravel())
     damp = 2 * DAMPING_RATIO * np.sqrt(STIFFNESS * MASS)
     turn_damp = 2 * DAMPING_RATIO * np.sqrt(TURNING_STIFFNESS * np.max(inertia_P))
     rows = []
-    for _ in range(round(args.seconds / (STEP * WINDOW))):
+    for _ in range(round(seconds / (STEP * WINDOW))):
         start, before = momentum(data, inertia_P), angles(axes_of(data))
         applied, forces, normals = np.zeros(6), np.zeros((3, 3)), np.zeros((3, 3))
         for _ in range(WINDOW):
@@ -161,7 +167,21 @@ def main():
         change = (end - start) / (WINDOW * STEP)
         N = np.linalg.norm(normals, axis=1)
         rows.append(np.concatenate([[data.time], q, rates, applied, change, N, forces.ravel()]))
-    table = np.array(rows)
+    return np.array(rows)
+
+
+def main():
+    """Run and write the trace."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[1])
+    parser.add_argument("out")
+    parser.add_argument("--slip", type=float, default=0.0)
+    parser.add_argument("--slide", type=float, default=0.0)
+    parser.add_argument("--closing", type=float, default=0.4)
+    parser.add_argument("--start", type=float, default=0.6)
+    parser.add_argument("--seconds", type=float, default=0.95)
+    args = parser.parse_args()
+
+    table = simulate(args.start, args.closing, args.slide, args.slip, args.seconds)
     names = ("t", "q", "rates", "wrench", "momentum_rate", "normal", "force")
     widths = (1, 3, 3, 6, 6, 3, 9)
     parts = np.split(table, np.cumsum(widths)[:-1], axis=1)

@@ -16,21 +16,26 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import scenes_engine
 from resumable import keep, kept, sources_key, work_through
-from scenes_draw import FAMILIES, Case, estimator_of, noise_seed, plan_of
+from scenes_draw import FAMILIES, Case, estimator_of, noise_seeds, plan_of
 from scenes_labels import labels_of
 from scenes_play import play, truth_of
 from scenes_score import score_run
 from scenes_table import by_family, tables
 
 HERE = Path(__file__).parent
-OWN = [f"scenes_{name}.py" for name in ("setting", "families", "draw", "labels", "play", "score")]
+OWN = [
+    f"scenes_{name}.py"
+    for name in ("setting", "families", "draw", "labels", "play", "score", "engine")
+]
 # What the figures depend on.
 PARTS = (
     "pipeline.py", "options.py", "records.py", "mechanics", "estimation", "monitoring",
     "simulation",
 )  # fmt: skip
-VARIANTS = ("matched", "mismatch")
+# What the estimator is told; the second try is that of a mismatch which has been through one.
+VARIANTS = ("matched", "mismatch", "second_try")
 MARKS = "<!-- tables -->", "<!-- end of tables -->"
 QUICK_RUNS = 2 * len(FAMILIES)
 
@@ -59,8 +64,9 @@ def score_case(task):
     for variant in variants:
         tree = {"key": key, "variant": variant, **case._asdict(), "end": why}
         if truth is not None:
-            configuration = estimator_of(case, plan, variant == "mismatch")
-            record = play(truth, configuration, noise_seed(case))
+            configuration = estimator_of(case, plan, variant != "matched")
+            tries = 2 if variant == "second_try" else 1
+            record = play(truth, configuration, noise_seeds(case, tries))
             tree |= {"end": truth.ended_by, **score_run(labels_of(truth), record)}
         keep(file_of(folder, case, variant), tree)
     return str(case), why or truth.ended_by
@@ -88,6 +94,34 @@ def run(chosen, variants, folder: Path, workers=1, report=print) -> dict[str, li
         if "duration" not in r:
             report(f"  left out: {r['family']} {r['number']}: {r['end']}")
     return begun
+
+
+def score_engine(task):
+    """Compute and keep the figures of one scene of another engine; returns its name and end."""
+    number, variants, folder, key = task
+    for variant in variants:
+        tree = {"key": key, **scenes_engine.score(number, variant)}
+        keep(engine_file(folder, number, variant), tree)
+    return f"mujoco_{number:03d}", "end"
+
+
+def engine_file(folder: Path, number: int, variant: str) -> Path:
+    """Return where a run's figures are kept."""
+    return folder / "runs" / f"mujoco_{number:03d}_{variant}.json"
+
+
+def run_engine(folder: Path, workers=1, report=print) -> dict[str, list[dict]]:
+    """Compute what is missing of the other engine's scenes and return all, {variant: runs}."""
+    (folder / "runs").mkdir(parents=True, exist_ok=True)
+    key, variants = figures_key(), scenes_engine.VARIANTS
+    files = {v: [engine_file(folder, n, v) for n in scenes_engine.numbers()] for v in variants}
+    tasks = [
+        (n, variants, folder, key)
+        for n, *paths in zip(scenes_engine.numbers(), *files.values(), strict=True)
+        if any(kept(path, {"key": key}) is None for path in paths)
+    ]
+    work_through(score_engine, tasks, workers, report)
+    return {v: [kept(path, {"key": key}) for path in paths] for v, paths in files.items()}
 
 
 def flat_scores(variants):
@@ -162,6 +196,9 @@ def main(arguments=None):
     chosen = cases(count, "tuning" if options.tuning else "scoring")
     variants = VARIANTS if options.mismatch else VARIANTS[:1]
     found = run(chosen, variants, options.out, options.workers, _say)
+    drawn = dict(found)
+    if options.mismatch:
+        found |= run_engine(options.out, options.workers, _say)
     for name, rows in (("scores", flat_scores(found)), ("runs", flat_runs(found))):
         with (options.out / f"{name}.csv").open("w", newline="") as file:
             csv.writer(file).writerows(rows)
@@ -170,8 +207,8 @@ def main(arguments=None):
     print(text)
     from scenes_plot import draw
 
-    families = {name: by_family(runs) for name, runs in found.items()}
-    pictures = draw(families, found, options.out)
+    families = {name: by_family(runs) for name, runs in drawn.items()}
+    pictures = draw(families, drawn, options.out)
     if options.page:
         renew(options.page, text, pictures)
     for path in pictures:

@@ -67,7 +67,12 @@ def estimator_of(case: Case, plan: Plan, mismatch: bool) -> Configuration:
     """
     if not mismatch:
         return plan.configuration
-    draw, scene = Draw([*case.seed, 2]), plan.configuration.scene
+    return told_wrongly(plan.configuration, Draw([*case.seed, 2]))
+
+
+def told_wrongly(configuration: Configuration, draw: Draw) -> Configuration:
+    """Return a configuration with friction and clearance off, and a spread of the clearance."""
+    scene = configuration.scene
     friction = scene.friction * (1 + draw.sign() * FRICTION_OFF)
     clearance = scene.hole_diameter - scene.peg_diameter
     told = clearance * (1 + draw.sign() * CLEARANCE_OFF)
@@ -77,9 +82,9 @@ def estimator_of(case: Case, plan: Plan, mismatch: bool) -> Configuration:
         peg_diameter=scene.hole_diameter - told,
         clearance_stddev=CLEARANCE_OFF * told,
     )
-    return replace(plan.configuration, scene=scene)
+    return replace(configuration, scene=scene)
 
 
-def noise_seed(case: Case) -> list[int]:
-    """Return the seed of the sensors' noise."""
-    return [*case.seed, 1]
+def noise_seeds(case: Case, tries: int = 1) -> list[list[int]]:
+    """Return the seeds of the sensors' noise in each try; that of the last is always the same."""
+    return [[*case.seed, 2 + before] for before in range(1, tries)] + [[*case.seed, 1]]

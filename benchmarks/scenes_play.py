@@ -16,6 +16,8 @@ from resumable import sources_key
 
 ALARMS = ("jamming", "contact_loss", "overload")
 MODES = ("three_point", "two_point", "open", "unknown")
+# Between one try and the next, without messages [ns].
+PAUSE_NS = 1_000_000_000
 # What a truth depends on besides its plan.
 TRUTH_SOURCES = ("simulation", "mechanics/scene.py")
 ROW_FIELDS = tuple(
@@ -98,32 +100,43 @@ def _plan_key(plan):
     return hashlib.sha256(content.encode()).hexdigest()[:24]
 
 
-def play(truth, configuration, seed) -> Record:
+def play(truth, configuration, seeds) -> Record:
     """
-    Return what the pipeline publishes over one measurement of a truth.
+    Return what the pipeline publishes over measurements of a truth, one after another.
 
     Parameters
     ----------
     truth : Truth
     configuration : Configuration
         What the estimator is told; the sensors are those of the truth's own.
-    seed : int or list of int
-        Of the noise.
+    seeds : list of list of int
+        Of the noise: one for each try. What is published in the last one is returned; what the
+        estimator has learnt in those before, it knows.
 
     """
+    pipeline, start_ns = Pipeline(configuration), START_NS
+    for tried, seed in enumerate(seeds):
+        record = _tried(pipeline, truth, seed, start_ns)
+        if tried:
+            # A flag that still stands from the try before was not raised in this one.
+            record.flag[: np.argmax(~np.append(record.flag, False))] = False
+        start_ns += int(truth.t_ns[-1]) + PAUSE_NS
+    return record
+
+
+def _tried(pipeline, truth, seed, start_ns):
     n = len(truth.t_ns)
-    pipeline = Pipeline(configuration)
     mode, flag = np.full(n, "", "U16"), np.zeros(n, bool)
     alarms = {name: np.zeros(n, int) for name in ALARMS}
     monitor: dict[str, np.ndarray] = {}
-    for sample in measure(truth, seed):
+    for sample in measure(truth, seed, start_ns):
         if not isinstance(sample, WrenchSample):
             pipeline.on_joints(sample)
             continue
         outputs = pipeline.on_wrench(sample)
         if outputs is None:
             continue
-        k = int(np.searchsorted(truth.t_ns, outputs.t_ns - START_NS))
+        k = int(np.searchsorted(truth.t_ns, outputs.t_ns - start_ns))
         mode[k], flag[k] = outputs.contact_mode, outputs.transition
         for alarm in outputs.alarms:
             alarms[alarm.name][k] = alarm.level

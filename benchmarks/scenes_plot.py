@@ -10,10 +10,10 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 from scenes_play import ALARMS  # noqa: E402
 from scenes_score import LEVELS  # noqa: E402
-from scenes_table import ALARM_OF  # noqa: E402
+from scenes_table import ALARM_OF, WITH_ALARMS  # noqa: E402
 
-COLOURS = {"matched": "#0072B2", "mismatch": "#D55E00"}
-MARKERS = {"matched": "o", "mismatch": "s"}
+COLOURS = {"matched": "#0072B2", "mismatch": "#D55E00", "second_try": "#009E73"}
+MARKERS = {"matched": "o", "mismatch": "s", "second_try": "^"}
 CAUSE_COLOURS = {
     "wedge": "#0072B2", "stall": "#E69F00", "overload": "#009E73", "contact_loss": "#CC79A7",
 }  # fmt: skip
@@ -54,11 +54,11 @@ def _transition(scores, runs):
     families = [f for f in next(iter(scores.values())) if f != "all"]
     shown = [f for f in families if any(s[f]["transitions"] for s in scores.values())]
     for j, (variant, found) in enumerate(runs.items()):
-        shift = (j - (len(runs) - 1) / 2) * 0.34
+        shift = (j - (len(runs) - 1) / 2) * 0.25
         for i, family in enumerate(shown):
             off = [r["transition"]["error"] for r in found if r["family"] == family]
             off = 1e3 * np.array([x for x in off if x is not None])
-            place = i + shift + np.linspace(-0.12, 0.12, max(len(off), 1))[: len(off)]
+            place = i + shift + np.linspace(-0.09, 0.09, max(len(off), 1))[: len(off)]
             left.plot(
                 place, np.sort(off), MARKERS[variant], ms=3.5, alpha=0.75,
                 color=COLOURS[variant], label=variant if i == 0 else None,
@@ -78,7 +78,7 @@ def _transition(scores, runs):
             continue
         value = np.array([p["value"] for p in parts])
         low, high = (np.array([p[k] for p in parts]) for k in ("low", "high"))
-        shift = 0.004 if variant == "mismatch" else -0.004
+        shift = 0.006 * (list(COLOURS).index(variant) - 1)
         right.errorbar(
             nominal + shift, value, [value - low, high - value], fmt=MARKERS[variant] + "-",
             color=COLOURS[variant], capsize=3, label=f"{variant}, {parts[0]['count']} forecasts",
@@ -97,6 +97,7 @@ def _alarms(scores, runs):
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(11, 4.8), layout="constrained", width_ratios=(3, 2)
     )
+    scores = {name: found for name, found in scores.items() if name in WITH_ALARMS}
     rows = []
     for alarm in ALARMS:
         some = next(iter(scores.values()))["all"]["alarms"][alarm]["error"]

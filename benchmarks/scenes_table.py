@@ -11,6 +11,8 @@ from scenes_score import BINS, LEVELS
 
 # Standard normal quantiles of the central intervals of LEVELS.
 QUANTILES = dict(zip(LEVELS, (0.67449, 1.28155, 1.64485, 1.95996), strict=True))
+# Elsewhere alarms stand from the try before, or nothing happens.
+WITH_ALARMS = ("matched", "mismatch")
 ALARM_OF = {"wedge": "jamming", "stall": "jamming"}
 Z95 = 1.959964
 
@@ -181,8 +183,9 @@ def tables(variants: dict[str, list[dict]]) -> str:
     parts = []
     for name, scores in found.items():
         parts += [f"Transition and forecast, {name}:", "", *_transition_table(scores), ""]
-    parts += ["Alarms, all scenes:", "", *_alarm_table(found), ""]
-    for name, scores in found.items():
+    alarmed = {name: scores for name, scores in found.items() if name in WITH_ALARMS}
+    parts += ["Alarms, all scenes:", "", *_alarm_table(alarmed), ""]
+    for name, scores in alarmed.items():
         parts += [f"Runs with a false alarm, {name}:", "", *_false_table(scores), ""]
     for name, scores in found.items():
         parts += [f"Modes, share of samples, {name}:", "", *_confusion_table(scores["all"]), ""]

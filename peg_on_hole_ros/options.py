@@ -61,9 +61,9 @@ class FilterOptions:
     free_rate_noise: float = 0.3
     contact_rate_noise: float = 0.005
     friction: str = "estimated"
-    clearance: str = "considered"
     wrench_bias: str = "estimated"
     hole_tilt: str = "estimated"
+    clearance: str = "estimated"
     friction_noise: float = 0.002
     acceleration_stddev: float = 20.0
     inflation_threshold: float = 14.0
@@ -76,6 +76,7 @@ class MonitorOptions:
     """When the monitor speaks, and what it holds against the estimate."""
 
     contact_force_threshold: float = 1.0
+    free_acceleration: float = 2.0
     mode_dwell: float = 0.01
     mode_probability_on: float = 0.7
     mode_probability_off: float = 0.3

@@ -93,7 +93,13 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder", "kg m^2", 0.0, 1e4),
     _scene("gravity", "in hole axes; a hole need not be vertical", "m/s^2", -100.0, 100.0),
-    _scene("clearance_stddev", "of D - d; widens the bounds of the reactions", "m", 0.0, 0.01),
+    _scene(
+        "clearance_stddev",
+        "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
+        "m",
+        0.0,
+        0.01,
+    ),
     _scene(
         "friction_stddev", "of the friction coefficient; 0: known, and not estimated", "", 0.0, 1.0
     ),
@@ -291,7 +297,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _filter(
         "clearance",
         "what an uncertain clearance (scene.clearance_stddev) is: learnt, or only a wider bound",
-        choices=("considered", "estimated"),
+        choices=("estimated", "considered"),
     ),
     _filter(
         "wrench_bias",
@@ -335,6 +341,13 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter("gate_reset_count", "gated in a row that restart the filter", "", 1, 1_000_000),
     _monitor("contact_force_threshold", "reaction above which a contact is closed", "N", 0.0, 1e6),
+    _monitor(
+        "free_acceleration",
+        "of a peg that is carried through the air; force for it does not count as contact",
+        "m/s^2",
+        0.0,
+        1e3,
+    ),
     _monitor("mode_dwell", "time a new contact mode must last to be published", "s", 0.0, 10.0),
     _monitor("mode_probability_on", "a mode is published from this probability on", "", 0.5, 1.0),
     _monitor("mode_probability_off", "below it a published mode becomes unknown", "", 0.0, 0.5),

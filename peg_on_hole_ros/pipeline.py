@@ -95,10 +95,14 @@ class Pipeline:
         self._assessment.restart()
 
     def reset(self) -> str:
-        """Restart filter and monitor; the tare stays. Returns what was done."""
+        """Restart filter and monitor, forget what was learnt; the tare stays. Returns as text."""
         self._restart()
+        self._filter.forget()
         self._arrival_counts["reset"] += 1
-        return "filter and monitor restarted; they wait for a joint state"
+        return (
+            "filter and monitor restarted, with friction and clearance as stated; they wait for a "
+            "joint state"
+        )
 
     def tare(self) -> str:
         """Take the mean of the last wrenches as that of a free-hanging peg; return it as text."""
@@ -301,7 +305,7 @@ class Pipeline:
         self._t_ns = t_ns
         if dt <= 0:
             return
-        in_contact = self._assessment.mode == "three_point"
+        in_contact = self._assessment.on_contacts
         if dt > self.configuration.filter.max_gap:
             self._counts["gap"] += 1
             in_contact = False

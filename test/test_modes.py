@@ -6,10 +6,12 @@ from math import erf, exp, sqrt
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import contacts
+from peg_on_hole_ros.monitoring.carried import LIFT, SIZE, carried_load, new_means
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
     COUNT,
@@ -56,7 +58,8 @@ def test_probabilities_are_those_of_the_sum_over_all_paths():
         weight = prior[path[0]]
         for k in range(1, 5):
             load, lost_K, lost_B1, lost_B2, other = evidence[k - 1]
-            log = np.array([-load, 0, lost_K, lost_B1, lost_B2, other])
+            free = max(lost_K, lost_B1, lost_B2, 0) - load
+            log = np.array([free, 0, lost_K, lost_B1, lost_B2, other])
             weight *= step[path[k - 1], path[k]] * exp(share * log[path[k]])
         total[path[-1]] += weight
     p = no_knowledge()
@@ -122,13 +125,13 @@ def shown(gamma, force=-30.0, scene=SCENE):
     kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
     kalman.start(np.array([gamma, 0.3, 0.1]), np.eye(3) * 1e-8)
     kalman.hold(np.array([0.0, 0.0, force, 0.0, 0.0, 0.0]))
-    p, out = no_knowledge(), np.zeros(WIDTH)
+    p, means, out = no_knowledge(), new_means(), np.zeros(WIDTH)
     motion = new_trend()
     for _ in range(100):
         solution = kalman.reactions()
         determinant = float("nan") if solution is None else solution.determinant
         arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, determinant, out)
-        show(kalman.memory, p, motion, *arguments)
+        show(kalman.memory, p, means, motion, *arguments)
     return Shown(*out.tolist())
 
 
@@ -154,6 +157,99 @@ def test_clearance_spread_reaches_the_probability():
     found = shown(scene.gamma0 + sigma, scene=scene).below
     # One-sided difference over a twentieth of the clearance's standard deviation.
     assert found == pytest.approx(0.5 * (1 - erf(1 / sqrt(2))), rel=0.02)
+
+
+def carried(kalman, wrenches, rates=None, dt=1e-3, time=5e-3):
+    """Return carried load and its variance after wrenches in a row, turning along with rates."""
+    means = new_means()
+    for k, wrench in enumerate(wrenches):
+        kalman.u[:] = wrench
+        if rates is not None:
+            kalman.x[:3] += dt * kalman.x[3:]
+            kalman.x[3:] = rates[k]
+        found = carried_load(kalman.memory, means, dt, time)
+    assert means.shape == (SIZE,)
+    return found
+
+
+def test_noise_is_averaged_out_and_what_is_left_is_foretold():
+    rng = np.random.default_rng(4)
+    noise = np.diag([0.04] * 3 + [2.5e-5] * 3)
+    kalman = ContactFilter(SCENE, FilterOptions(), noise)
+    kalman.start(np.array([0.1, 0.3, 0.7]), np.eye(3) * 1e-8)
+    kalman.Z[3:6, 3:6] = 0.0
+    hanging = -0.5 * np.array(SCENE.gravity) @ peg_axes(kalman.x[:3])
+    weight = np.array([*hanging, 0.0, 0.0, 0.0])
+    squares, foretold = [], 0.0
+    for _ in range(400):
+        wrenches = weight + rng.standard_normal((40, 6)) * np.sqrt(np.diagonal(noise))
+        load, foretold = carried(kalman, wrenches)
+        squares.append(load**2)
+    # A sixth and less of one wrench's; the mean of 400 is good to some 4 %, the jumps add.
+    assert foretold < 0.16 * (3 * 0.04 + 3 * 2.5e-5 * (2 / SCENE.peg_diameter) ** 2)
+    assert np.mean(squares) == pytest.approx(foretold, rel=0.15)
+
+
+def peg_axes(q):
+    """Return the peg's axes in those of the hole, from three turns by scipy."""
+    return Rotation.from_euler("ZYZ", [q[1], -q[0], q[2]]).as_matrix()
+
+
+def test_a_load_that_changes_is_seen_at_once():
+    kalman = ContactFilter(SCENE, FilterOptions(), np.eye(6) * 1e-6)
+    kalman.start(np.array([0.1, 0.0, 0.0]), np.eye(3) * 1e-8)
+    kalman.Z[3:6, 3:6] = 0.0
+    pressed = [np.array([0.0, 0.0, -30.0, 0.0, 0.0, 0.0])] * 20
+    hanging = np.array([*(-0.5 * np.array(SCENE.gravity) @ peg_axes(kalman.x[:3])), 0, 0, 0])
+    assert carried(kalman, pressed)[0] == pytest.approx(30 + 0.5 * 9.80665, rel=0.01)
+    assert carried(kalman, [*pressed, hanging])[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_free_peg_that_turns_carries_nothing():
+    # Euler's equations about the body's own axes, by scipy's rotations and a midpoint rule.
+    Ie, Iz = SCENE.transverse_inertia, SCENE.axial_inertia
+    inertia, dt = np.diag([Ie, Ie, Iz]), 2e-4
+    rng = np.random.default_rng(2)
+    axes, spin = peg_axes([0.4, 0.2, 0.9]), np.array([1.0, -2.0, 3.0])
+    kalman = ContactFilter(SCENE, FilterOptions(), np.diag([0.04] * 3 + [2.5e-5] * 3))
+    kalman.start(np.array([0.4, 0.2, 0.9]), np.eye(3) * 1e-12)
+    kalman.Z[3:6, 3:6] = 0.0
+    means, couple = new_means(), rng.uniform(-0.05, 0.05, 3)
+    for k in range(121):
+        moment = couple * np.sin(2 * np.pi * k * dt / 0.06)
+        kalman.x[:3], kalman.x[3:] = euler_state(axes, spin)
+        kalman.u[:3], kalman.u[3:] = -0.5 * np.array(SCENE.gravity) @ axes, moment
+        load, _ = carried_load(kalman.memory, means, dt, 2e-3)
+        change = np.linalg.solve(inertia, moment - np.cross(spin, inertia @ spin))
+        middle = spin + 0.5 * dt * change
+        change = np.linalg.solve(inertia, moment - np.cross(middle, inertia @ middle))
+        axes = axes @ Rotation.from_rotvec(dt * middle).as_matrix()
+        spin = spin + dt * change
+    # The lag of the means is the same on both sides; half a step's is left.
+    assert np.linalg.norm(moment) * 2 / SCENE.peg_diameter > 1.0
+    assert load < 0.05
+
+
+def euler_state(axes, spin):
+    """Return gamma, psi, phi and their rates from axes and angular velocity in peg axes."""
+    zeta = axes[:, 2]
+    gamma, psi = np.arccos(zeta[2]), np.arctan2(-zeta[1], -zeta[0])
+    flat = peg_axes([gamma, psi, 0.0]).T @ axes
+    phi = np.arctan2(flat[1, 0], flat[0, 0])
+    eps = np.array([np.sin(psi), -np.cos(psi), 0.0])
+    turns = np.column_stack([eps, [0.0, 0.0, 1.0], zeta])
+    return [gamma, psi, phi], np.linalg.solve(turns, axes @ spin)
+
+
+def test_a_rim_pushes_and_does_not_pull():
+    kalman = ContactFilter(SCENE, FilterOptions(), np.eye(6) * 1e-6)
+    kalman.start(np.array([0.1, 0.2, 0.3]), np.eye(3) * 1e-8)
+    kalman.Z[3:6, 3:6] = 0.0
+    axes = peg_axes(kalman.x[:3])
+    for force, counted in ((3.0, 3.0 / LIFT), (-3.0, 3.0)):
+        total = np.array([0.0, 0.0, force]) - 0.5 * np.array(SCENE.gravity)
+        load, _ = carried(kalman, [np.array([*(total @ axes), 0, 0, 0])])
+        assert load == pytest.approx(counted, rel=1e-9)
 
 
 def declare(mode, given, start, duration=0.1):

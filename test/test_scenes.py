@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import scenes
+import scenes_engine
 from resumable import kept, work_through
 from scenes_draw import FAMILIES, Case, estimator_of, plan_of
 from scenes_labels import CLASSES, Event, Labels, labels_of, stretches
@@ -330,7 +331,7 @@ def ran(tmp_path_factory):
 
 def test_a_few_scenes_whole(ran):
     folder, told, chosen, found = ran
-    assert told[0] == "3 scenes, matched and mismatch: 3 to compute"
+    assert told[0] == "3 scenes, matched and mismatch and second_try: 3 to compute"
     enters, tips, presses = found["matched"]
     assert [r["family"] for r in found["matched"]] == [c.family for c in chosen]
     assert abs(enters["transition"]["error"]) < 5e-3 and enters["transition"]["false"] == 0
@@ -340,16 +341,17 @@ def test_a_few_scenes_whole(ran):
     assert [e[0] for e in presses["events"]] == ["overload"]
     (cause, lead, room), *_ = presses["alarms"]["overload"]["error"]["events"]
     assert cause == "overload" and -0.05 <= lead <= room
-    # A clearance that is 20 % off shows in the flag.
-    late = found["mismatch"][0]["transition"]
-    assert late["error"] is None or abs(late["error"]) > 2 * abs(enters["transition"]["error"])
+    # A clearance that is 20 % off has been learnt where it counts, and the second try knows it.
+    assert abs(found["mismatch"][0]["transition"]["error"]) < 20e-3
+    again = found["second_try"][0]["transition"]
+    assert abs(again["error"]) < 5e-3 and again["false"] == again["flicker"] == 0
 
 
 def test_goes_on_with_what_it_has(ran, monkeypatch):
     folder, told, chosen, found = ran
     told.clear()
     assert scenes.run(chosen, scenes.VARIANTS, folder, 1, told.append) == found
-    assert told == ["3 scenes, matched and mismatch: 0 to compute"]
+    assert told == ["3 scenes, matched and mismatch and second_try: 0 to compute"]
     # Truths are not integrated again for another monitor.
     (path, *_) = sorted((folder / "runs").glob("tipped*_matched.json"))
     path.write_text(path.read_text()[:50])
@@ -361,6 +363,7 @@ def test_goes_on_with_what_it_has(ran, monkeypatch):
 def test_tables_and_pictures(ran, monkeypatch, capsys):
     folder, _, chosen, found = ran
     monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)
+    monkeypatch.setattr(scenes_engine, "numbers", lambda: [0])
     page = folder / "page.md"
     page.write_text(f"Before\n{scenes.MARKS[0]}\nwhat stood here\n{scenes.MARKS[1]}\nAfter\n")
     scenes.main(["--mismatch", "--out", str(folder), "--workers", "1", "--page", str(page)])
@@ -368,8 +371,14 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
     assert parts[0] == f"Before\n{scenes.MARKS[0]}" and "what stood here" not in parts[1]
     assert parts[1].endswith(f"\n\n{scenes.MARKS[1]}\nAfter\n")
     assert (folder / "figures" / "scenes_modes.png").stat().st_size > 10_000
+    engine = scenes.run_engine(folder, 1, print)
     text = capsys.readouterr().out
-    assert text.strip() == tables(found).strip() == (folder / "scenes.md").read_text().strip()
+    assert (
+        text.strip()
+        == tables(found | engine).strip()
+        == (folder / "scenes.md").read_text().strip()
+    )
+    assert "Transition and forecast, engine_mismatch:" in text
     assert "| insertion | 1 | 1 |" in text and "| jamming, ERROR | mismatch |" in text
     rows = list(csv.DictReader((folder / "scores.csv").open()))
     score = by_family(found["matched"])["all"]["alarms"]["overload"]["error"]["precision"]
@@ -379,7 +388,9 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
         and r["score"] == "alarms.overload.error.precision"
     ]  # fmt: skip
     assert float(row["value"]) == score["value"] and int(row["count"]) == score["count"]
-    assert len(list(csv.DictReader((folder / "runs.csv").open()))) == 6
+    assert len(list(csv.DictReader((folder / "runs.csv").open()))) == 9 + len(
+        scenes_engine.VARIANTS
+    )
     for name in ("transition", "alarms", "modes"):
         assert (folder / f"{name}.png").stat().st_size > 10_000
         assert "</svg>" in (folder / f"{name}.svg").read_text()
@@ -392,3 +403,18 @@ def test_work_is_reported():
     work_through(lambda task: (f"task {task}", "done"), [1, 2], 1, told.append)
     assert [line.split(";")[0].split(" ", 3)[2] for line in told] == ["1/2", "2/2"]
     assert set(CLASSES) >= {"stuck", "lost"}
+
+
+def test_closings_of_another_engine_as_scenes():
+    number = scenes_engine.numbers()[0]
+    motion = scenes_engine.truth_of(number)
+    scene = motion.plan.configuration.scene
+    labels = scenes_engine.labels_of(motion)
+    assert labels.kind[0] == "three_point" and labels.kind[-1] == "two_point"
+    k = int(np.searchsorted(labels.t, labels.transition))
+    assert motion.q[k - 1, 0] >= scene.gamma0 > motion.q[k, 0]
+    assert set(labels.kind[: k - 20]) == {"three_point"}
+    # The press is the holder's own, along the hole: the rim carries it and the weight.
+    assert -100 < motion.force[:, 2].min() < motion.force[:, 2].max() < 0
+    run = scenes_engine.score(number, "engine")
+    assert run["family"] == "mujoco" and run["transition"]["error"] is not None

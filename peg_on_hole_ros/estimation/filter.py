@@ -22,6 +22,13 @@ FORGET_FRICTION = 0.02
 # In the same time, a coefficient that leaves no step is sought by this many of its standard
 # deviations below the stated one.
 SEEK_FRICTION = 2.0
+# Share of its stated variance that friction gets back with each surprise.
+SURPRISED = 0.5
+# A clearance counts as wide above this share of its stated spread.
+WIDE_CLEARANCE = 0.1
+# No clearance is learnt better than to this share of its stated spread: contacts give, and holes
+# are not round.
+LEAST_CLEARANCE_SPREAD = 0.01
 
 
 class ContactFilter:
@@ -89,6 +96,7 @@ class ContactFilter:
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
         part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
+        self._slow_slip = part(self._memory, "PROCESS")[6:]
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
         part(self._memory, "WEIGHT", (6, 6))[:] = np.linalg.inv(wrench_noise)
@@ -126,6 +134,12 @@ class ContactFilter:
         return self.scene_values.item(0), sqrt(max(self.spread.item(3), 0.0))
 
     @property
+    def clearance(self) -> tuple[float, float]:
+        """D - d as it is now, and its standard deviation [m]."""
+        peg, stddev = self.peg_diameter
+        return self.scalars.D - peg, stddev
+
+    @property
     def gamma0(self) -> float:
         """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
         return self.scene_values.item(3)
@@ -149,10 +163,17 @@ class ContactFilter:
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
         self._scales[:] = self.options.slip_velocity_scale
+        self._sliding[1] = 0.0
         self._cross[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._refused = 0
+
+    def forget(self):
+        """Take friction and peg diameter as stated again, whatever has been learnt of them."""
+        self.scene_values[:] = self.scalars
+        self._cross[:] = 0.0
+        self.spread[:] = np.diag(self._known)
 
     def snapshot(self):
         """Return everything that the estimate depends on, for `restore`."""
@@ -179,20 +200,31 @@ class ContactFilter:
         self._slow[0] = 0.0
         self._held += dt
         if in_contact:
+            if self._learns_clearance:
+                # A spread that is the clearance's own does not make the slip's direction doubtful.
+                wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
+                slow = min(options.slow_slip, 1.0) if wide else options.slow_slip
+                self._slow_slip[0] = slow
             status, self.evaluations, self.pieces = kernel.predict_contact(
                 self._memory, self._dy, self._slopes, dt
             )
             self.refused, self.inaccurate = map(int, self._attempts.tolist())
             if status == CONVERGED:
+                self._sliding[1] = self._sliding[0]
                 return Prediction.CONTACT
             if status == kernel.SLOW:
                 self._slow[0] = 1.0
                 kernel.predict_free(self._memory, self._slopes, dt, options.slow_rate_noise**2)
+                if self._learns_clearance:
+                    # An uncertain clearance alone can hide a slip after one step; what that step
+                    # tells of it must not be lost, or nothing ever is told.
+                    self._sliding[0] = self._sliding[1]
                 return Prediction.SLOW
             # Held for long, the noise of one wrench leaves no step just as well.
             if max(self._held, self._held_before) <= LONG_STEP:
                 self._doubt_friction(dt)
         self._scales[:] = options.slip_velocity_scale
+        self._sliding[1] = 0.0
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         return Prediction.FAILED if in_contact else Prediction.FREE
 
@@ -251,6 +283,10 @@ class ContactFilter:
             return Correction.RESET, nis
         self._refused = 0
         self._update()
+        self._sliding[1] = 0.0
+        if self._learns_clearance:
+            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+            self.spread[1, 1] = max(self.spread.item(3), least)
         self._since_correction = 0.0
         return result, nis
 
@@ -265,6 +301,14 @@ class ContactFilter:
 
     def _widen(self, factor):
         kernel.widen_rates(self._memory, self._since_correction, factor)
+        if self._learns_clearance:
+            # Friction that has changed is not to be taken for another clearance.
+            known = self._known[0]
+            self.spread[0, 0] = min(self.spread[0, 0] + SURPRISED * known, known)
+
+    @property
+    def _learns_clearance(self):
+        return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
 
     def _update(self):
         kernel.correct(self._memory)

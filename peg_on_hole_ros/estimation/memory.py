@@ -21,7 +21,7 @@ _SIZES = {
     "OFFSET": 8,  # bias at the sensor (6) and tilt of the hole (2), see offsets
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
-    "SLIDING": 1,  # 1: every contact surely slides
+    "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
     "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
     "SINCE": 1,  # 1: predicted under contact, and not corrected since

@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import jamming
 from peg_on_hole_ros.monitoring.alarms import Alarms
+from peg_on_hole_ros.monitoring.carried import new_means
 from peg_on_hole_ros.monitoring.contacts import no_knowledge
 from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
 from peg_on_hole_ros.monitoring.jamming import Risk
@@ -47,16 +48,28 @@ class Assessment:
         self._settings = settings(options, self._force_stddev)
         self._ratio = scene.peg_diameter / scene.hole_diameter
         self._contacts, self._motion = no_knowledge(), new_trend()
+        self._means = new_means()
         self._shown = np.zeros(WIDTH)
         self._limits, self._jamming = jamming.limits(options), jamming.new_memory()
         self._risk = np.zeros(len(Risk._fields))
         self._t_ns: int | None = None
         self._oriented_ns: int | None = None
+        self._on_trial = False
 
     @property
     def mode(self) -> str:
         """The contact mode that was declared last."""
         return self._mode.mode
+
+    @property
+    def on_contacts(self) -> bool:
+        """
+        Whether the peg is to be predicted on three contacts.
+
+        Beside the mode: where an uncertain clearance alone leaves it open whether the peg is
+        already in the hole, only the equations of three contacts can tell, by learning it.
+        """
+        return self._mode.mode == "three_point" or self._on_trial
 
     def restart(self):
         """Forget mode, flag and alarms."""
@@ -67,9 +80,10 @@ class Assessment:
     def restart_mode(self):
         """Forget the mode: the estimate has begun anew."""
         self._mode.restart()
-        self._contacts[:] = no_knowledge()
+        self._contacts[:], self._means[:] = no_knowledge(), new_means()
         self._jamming[:] = jamming.new_memory()
         self._t_ns = self._oriented_ns = None
+        self._on_trial = False
 
     def oriented(self, t_ns: int, q, R):
         """
@@ -133,12 +147,13 @@ class Assessment:
         show(
             kalman.memory,
             self._contacts,
+            self._means,
             self._motion,
             self._settings,
             dt,
             since,
             # Constant rates say nothing for or against three contacts.
-            nis if self._mode.mode == "three_point" else -1.0,
+            nis if self.on_contacts else -1.0,
             _NO_DETERMINANT if solution is None else solution.determinant,
             self._shown,
         )
@@ -147,6 +162,14 @@ class Assessment:
             solution = None
         mode = self._mode.update(t, shown)
         flag = self._flag.update(t, shown.below, 1.0 - shown.free)
+        clearance = kalman.clearance
+        options = self._options
+        self._on_trial = (
+            clearance[1] > 0.0
+            and not flag
+            and shown.three_point >= 1.0 - options.transition_probability_on
+            and shown.three_point + shown.two_point >= options.mode_probability_on
+        )
         three_point = mode == "three_point" and solution is not None
         monitor = {
             "transition_probability": shown.below,
@@ -159,6 +182,8 @@ class Assessment:
             "mode_probability_unknown": shown.other,
             "friction": kalman.friction[0],
             "friction_stddev": kalman.friction[1],
+            "clearance": clearance[0],
+            "clearance_stddev": clearance[1],
             "reactions_determined": 0.0,
         }
         touch = self._mode.touch

@@ -86,7 +86,8 @@ def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
     p[OTHER] -= again
     p[CLOSED] += again
     share = min(dt / correlation, 1.0)
-    p[FREE] *= exp(-share * load)
+    # What no three contacts can carry speaks for nothing as much as for those that are left.
+    p[FREE] *= exp(share * (max(lost_K, lost_B1, lost_B2, 0.0) - load))
     p[LOST_K] *= exp(share * lost_K)
     p[LOST_B1] *= exp(share * lost_B1)
     p[LOST_B2] *= exp(share * lost_B2)

@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, X, Y, Z
 from peg_on_hole_ros.estimation.reactions import rim_load
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitoring.carried import carried_load
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
     FREE,
@@ -26,6 +27,8 @@ from peg_on_hole_ros.options import MonitorOptions
 
 # Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
 ABSURD = 10.0
+# Squares of noise alone stay below so many times their mean.
+NOISE_ROOM = 3.0
 # Reactions that pull by more than this many standard deviations are those of other contacts.
 PULL = 3.0
 
@@ -40,6 +43,7 @@ class Settings(NamedTuple):
     acceleration: float
     memory: float
     force_stddev: float
+    free_acceleration: float
 
 
 def settings(options: MonitorOptions, force_stddev: float) -> np.ndarray:
@@ -53,6 +57,7 @@ def settings(options: MonitorOptions, force_stddev: float) -> np.ndarray:
             options.forecast_acceleration_stddev,
             options.forecast_acceleration_time,
             force_stddev,
+            options.free_acceleration,
         )
     )
 
@@ -98,7 +103,7 @@ WIDTH = len(Shown._fields)
 
 
 @compiled
-def show(f, hypotheses, motion, options, dt, since, nis, determinant, out):
+def show(f, hypotheses, means, motion, options, dt, since, nis, determinant, out):
     """
     Weigh the hypotheses with what a wrench shows.
 
@@ -106,8 +111,8 @@ def show(f, hypotheses, motion, options, dt, since, nis, determinant, out):
     ----------
     f : ndarray
         Memory of the filter, after `reactions.react`.
-    hypotheses, motion : ndarray
-        Of `contacts.no_knowledge` and `trend.new_trend`.
+    hypotheses, means, motion : ndarray
+        Of `contacts.no_knowledge`, `carried.new_means` and `trend.new_trend`.
     options : ndarray
         From `settings`.
     dt, since : float
@@ -145,7 +150,10 @@ def show(f, hypotheses, motion, options, dt, since, nis, determinant, out):
             N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 0.0)
             usable = usable and -PULL * sqrt(variance) < N
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
-    load = load_evidence(carried, o[0])
+    # A rim that touches is told from noise, and from a holder that moves the peg in the air.
+    load, variance = carried_load(f, means, dt, o[2])
+    moved = f[SCENE + 4] * o[7]
+    load = load_evidence(load, sqrt(o[0] * o[0] + moved * moved + NOISE_ROOM * variance))
     p = hypotheses
     weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other)
     above = 1.0 - under

@@ -52,7 +52,11 @@ VARIANTS = (
     Variant(DEFAULT),
     Variant("friction taken as known", scene={"friction_stddev": 0.0}, told=True),
     Variant("friction considered", {"friction": "considered"}),
-    Variant("clearance considered, 2 um", scene={"clearance_stddev": 2e-6}),
+    Variant(
+        "clearance considered, 2 um",
+        {"clearance": "considered"},
+        scene={"clearance_stddev": 2e-6},
+    ),
     Variant("no widening by slip", {"slip_widening": 0.0}),
     Variant("slow slip followed", {"slow_slip": 0.0}),
     Variant("wrench held as measured", {"wrench_jump": 0.0}),

@@ -1,0 +1,145 @@
+"""An uncertain clearance: learnt in sliding, kept from try to try, and forgotten by a reset."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.estimation.filter import SURPRISED, ContactFilter
+from peg_on_hole_ros.estimation.outcomes import Prediction
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitoring.assessment import Assessment
+from peg_on_hole_ros.options import FilterOptions
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.simulation.measure import START_NS, measure
+from simulated import truth
+
+pytestmark = pytest.mark.xdist_group("simulation")
+OFF = 0.2
+
+
+def told_wrongly(off=OFF, **filtering):
+    """Return a truth, what the estimator is told, and the true and the stated clearance [m]."""
+    motion = truth("closing_with_slip")
+    configuration = motion.plan.configuration
+    scene = configuration.scene
+    true = scene.hole_diameter - scene.peg_diameter
+    told = true * (1 + off)
+    scene = replace(
+        scene,
+        peg_diameter=scene.hole_diameter - told,
+        clearance_stddev=OFF * told,
+        friction=scene.friction * 1.3,
+    )
+    options = replace(configuration.filter, **filtering)
+    return motion, replace(configuration, scene=scene, filter=options), true, told
+
+
+def run(pipeline, motion, seed, start_ns=START_NS, seconds=10.0):
+    """Return the monitor's numbers with each wrench."""
+    found = []
+    for sample in measure(motion, seed, start_ns):
+        if sample.t_ns - start_ns > seconds * 1e9:
+            break
+        if isinstance(sample, WrenchSample):
+            outputs = pipeline.on_wrench(sample)
+            found += [] if outputs is None else [outputs.monitor]
+        else:
+            pipeline.on_joints(sample)
+    return found
+
+
+@pytest.mark.parametrize("off", [OFF, -OFF])
+def test_it_is_learnt_in_sliding_and_kept_until_a_reset(off):
+    motion, configuration, true, told = told_wrongly(off)
+    pipeline = Pipeline(configuration)
+    first = run(pipeline, motion, 1, seconds=0.3)
+    assert first[0]["clearance"] == pytest.approx(told)
+    assert first[0]["clearance_stddev"] == pytest.approx(OFF * told)
+    learnt, spread = first[-1]["clearance"], first[-1]["clearance_stddev"]
+    assert spread < 0.1 * OFF * told
+    # The spread is that of a linear filter through a curved start: five of it, and 2 %.
+    assert abs(learnt - true) < 5 * spread + 0.02 * true
+    # The next part goes in after a pause.
+    again = run(pipeline, motion, 2, START_NS + 5_000_000_000, seconds=0.01)
+    assert again[0]["clearance"] == pytest.approx(learnt, rel=1e-3)
+    assert again[0]["clearance_stddev"] < 2 * spread
+    assert "as stated" in pipeline.reset()
+    anew = run(pipeline, motion, 3, START_NS + 9_000_000_000, seconds=0.005)
+    assert anew[0]["clearance"] == pytest.approx(told)
+    assert anew[0]["clearance_stddev"] == pytest.approx(OFF * told)
+    assert anew[0]["friction"] == pytest.approx(configuration.scene.friction)
+
+
+def test_it_stays_as_stated_where_it_is_only_considered_or_known():
+    motion, configuration, _, told = told_wrongly(clearance="considered")
+    found = run(Pipeline(configuration), motion, 1, seconds=0.2)
+    assert {m["clearance"] for m in found} == {found[0]["clearance"]}
+    known = replace(configuration, scene=replace(configuration.scene, clearance_stddev=0.0))
+    found = run(Pipeline(known), motion, 1, seconds=0.05)
+    assert {m["clearance_stddev"] for m in found} == {0.0}
+
+
+def test_a_peg_that_may_be_in_the_hole_is_tried_on_three_contacts(monkeypatch):
+    # The told gamma0 is above the tilt that the peg begins with; truly it slides on three.
+    motion, configuration, true, told = told_wrongly(0.0)
+    scene = configuration.scene
+    begin = motion.q[0, 0]
+    told = scene.hole_diameter * (1 - np.cos(0.98 * begin))
+    wide = (told - true) / 1.5
+    scene = replace(
+        scene, peg_diameter=scene.hole_diameter - told, clearance_stddev=wide,
+        friction=motion.plan.configuration.scene.friction,
+    )  # fmt: skip
+    configuration = replace(configuration, scene=scene)
+    found = run(Pipeline(configuration), motion, 1, seconds=0.15)
+    assert 0.2 < found[0]["transition_probability"] < 0.5
+    assert found[-1]["transition_probability"] < 0.01
+    assert found[-1]["clearance_stddev"] < 0.1 * wide
+    only_declared = property(lambda self: self.mode == "three_point")
+    monkeypatch.setattr(Assessment, "on_contacts", only_declared)
+    found = run(Pipeline(configuration), motion, 1, seconds=0.15)
+    assert found[-1]["clearance_stddev"] == pytest.approx(wide)
+
+
+def sliding(scene, spread=0.05):
+    """Return a filter on a peg that slides, started, with small spreads."""
+    kalman = ContactFilter(
+        replace(scene, friction_stddev=spread), FilterOptions(), np.eye(6) * 1e-6
+    )
+    kalman.start(np.array([0.2, 0.0, 0.0]), np.eye(3) * 1e-10)
+    kalman.x[3:] = -0.1, 0.1, 2.0
+    kalman.Z[3:6, 3:6] = np.eye(3) * 1e-8
+    kalman.hold(np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
+    return kalman
+
+
+@pytest.mark.parametrize(("stddev", "learns"), [(2e-5, True), (0.0, False)])
+def test_what_a_step_told_is_not_lost_where_the_next_has_no_direction(stddev, learns):
+    kalman = sliding(Scene(clearance_stddev=stddev))
+    assert kalman.predict(1e-4, True) is Prediction.CONTACT
+    # As after a step under a clearance that may be anything.
+    kalman.Z[3:6, 3:6] += np.eye(3) * 1e4
+    assert kalman.predict(1e-4, True) is Prediction.SLOW
+    before = kalman.scene_values[7], kalman.peg_diameter[0]
+    kalman.correct(kalman.x[:3] + [1e-5, 2e-5, 3e-5], np.eye(3) * 1e-8)
+    after = kalman.scene_values[7], kalman.peg_diameter[0]
+    assert [a != b for a, b in zip(after, before)] == [learns, learns]
+    # It counts for one correction only.
+    kalman.Z[3:6, 3:6] += np.eye(3) * 1e4
+    assert kalman.predict(1e-4, True) is Prediction.SLOW
+    before = kalman.peg_diameter[0]
+    kalman.correct(kalman.x[:3] + [1e-5, 2e-5, 3e-5], np.eye(3) * 1e-8)
+    assert kalman.peg_diameter[0] == before
+
+
+@pytest.mark.parametrize(("stddev", "learns"), [(2e-5, True), (0.0, False)])
+def test_a_surprise_gives_friction_its_spread_back(stddev, learns):
+    kalman = sliding(Scene(clearance_stddev=stddev))
+    kalman.predict(1e-3, True)
+    kalman.spread[0, 0] = 1e-8
+    kalman.correct(kalman.x[:3] + [0.02, 0.0, 0.0], np.eye(3) * 1e-8)
+    least = SURPRISED * 0.05**2
+    assert (kalman.friction[1] ** 2 > 0.5 * least) is learns
+    assert kalman.friction[1] <= 0.05
