@@ -203,8 +203,8 @@ class ContactFilter:
             if self._learns_clearance:
                 # A spread that is the clearance's own does not make the slip's direction doubtful.
                 wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
-                slow = min(options.slow_slip, 1.0) if wide else options.slow_slip
-                self._slow_slip[0] = slow
+                slow = self.process.slow_slip
+                self._slow_slip[0] = min(slow, 1.0) if wide else slow
             status, self.evaluations, self.pieces = kernel.predict_contact(
                 self._memory, self._dy, self._slopes, dt
             )

@@ -81,6 +81,12 @@ class OffsetFilter(ContactFilter):
         self.offset_spread[:] = 0.0
         self.offset_spread[range(COUNT), range(2, 2 + COUNT)] = self.offsets.variance
 
+    def forget(self):
+        """Take bias and tilt as stated again as well."""
+        super().forget()
+        self._begin_anew()
+        self._offset_cross[:] = 0.0
+
     @property
     def gravity(self) -> np.ndarray | None:
         """Gravity in the axes of the hole as it is now taken to lie; None: as configured."""
