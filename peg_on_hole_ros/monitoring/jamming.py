@@ -16,18 +16,17 @@ from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitoring import load_ahead, stall_ahead
 from peg_on_hole_ros.monitoring.contacts import below
 from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
-from peg_on_hole_ros.monitoring.stall_ahead import (
-    follow_push,
-    follow_tilt,
-    grows_ahead,
-    stops_ahead,
-)
+from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitoring.trend import MEASURED, QUICK_TILT, TURN, rate_after
 from peg_on_hole_ros.monitoring.wedging_ahead import wedging_ahead
 from peg_on_hole_ros.options import MonitorOptions
 
 # docs/jamming.md has the definition and its derivation.
 
+# Two running means tell whether the push grows at all: slower than its trend, and steadier [s].
+_QUICK, _SLOW = 0.01, 0.04
+# A push grows, or is more than usual, by this share of what friction can hold, known to that.
+_MORE, _MORE_STDDEV = 0.15, 0.03
 # What push is usual for a motion is its mean over this time [s].
 _USUAL = 0.2
 # A push is compared with that of a motion that has lasted this long [s].
@@ -40,10 +39,10 @@ _EDGE = 1e-4
 # The sum of the reactions is a mean over this time [s].
 _HOLDING = 0.01
 
-# Memory: mean of the push while closing, for how long the peg has closed, the sum of the reactions
-# (0: not seen), for how long they were seen without a break; then that of `stall_ahead` and of
-# `load_ahead`.
-USUAL, MOVED, TOTAL, UNBROKEN, STALL = 0, 1, 2, 3, 4
+# Memory: quick and slow mean of the push, its mean while closing, for how long the peg has closed;
+# the sum of the reactions (0: not seen), for how long they were seen without a break; then that of
+# `stall_ahead` and of `load_ahead`.
+PUSH, PUSH_SLOW, USUAL, MOVED, TOTAL, UNBROKEN, STALL = 0, 1, 2, 3, 4, 5, 6
 LOADS = STALL + stall_ahead.SIZE
 SIZE = LOADS + load_ahead.SIZE
 _forget_stall, _forget_loads = stall_ahead.forget, load_ahead.forget
@@ -214,15 +213,20 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
         follow_tilt(j, STALL, tilt, tilt_variance, held, motion[MEASURED + 2], since)
         motion[MEASURED + 2] = 0.0
     if j[MOVED] == 0.0:
-        j[USUAL] = push
+        j[PUSH] = j[PUSH_SLOW] = j[USUAL] = push
+    j[PUSH] += min(dt / _QUICK, 1.0) * (push - j[PUSH])
+    j[PUSH_SLOW] += min(dt / _SLOW, 1.0) * (push - j[PUSH_SLOW])
     j[MOVED] += dt * closing
     j[USUAL] += min(dt / _USUAL, 1.0) * closing * (push - j[USUAL])
     if j[MOVED] < _MOVED or j[TOTAL] == 0.0:
         return 0.0, 0.0, 0.0
-    more = j[STALL] - j[USUAL] - stall_ahead.GROWTH * held
-    spread = sqrt(j[STALL + 3] + (0.03 * held) ** 2)
-    grows = grows_ahead(j, STALL, horizon, held)
-    return stops_ahead(j, STALL, horizon, rest_rate), grows, below(more / spread)
+    scatter = (_MORE_STDDEV * held) ** 2
+    noise = variance * min(0.5 * dt / _QUICK, 1.0)
+    slope = horizon / (_SLOW - _QUICK)
+    growth = slope * (j[PUSH] - j[PUSH_SLOW]) - _MORE * held
+    grows = below(growth / sqrt(slope * slope * noise + scatter))
+    more = below((j[PUSH] - j[USUAL] - _MORE * held) / sqrt(noise + scatter))
+    return stops_ahead(j, STALL, horizon, rest_rate), grows, more
 
 
 @compiled
@@ -234,13 +238,14 @@ def _load(f, j, options, dt, time, usable):
         return 0.0
     horizon = min(options[1], time) if time >= 0.0 else options[1]
     most, total = load_ahead.NOTHING, 0.0
+    j[UNBROKEN] += dt
     for i in range(3):
         N, variance, limit = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i], options[5 + i]
         total += fabs(N)
-        follow_load(j, LOADS, i, N, variance, limit, dt)
+        if follow_load(j, LOADS, i, N, variance, limit, dt):
+            j[UNBROKEN] = 0.0
         most = max(most, over_limit(j, LOADS, i, variance, limit, horizon))
     j[TOTAL] += (min(dt / _HOLDING, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
-    j[UNBROKEN] += dt
     return below(most) if j[UNBROKEN] > _LOADED else 0.0
 
 

@@ -46,6 +46,11 @@ def follow_load(m, at, i, normal, variance, limit, dt):
     dt : float
         Since the last one [s].
 
+    Returns
+    -------
+    bool
+        Whether it has jumped.
+
     """
     a = at + CHANNEL * i
     size = max(normal, _LEAST * limit)
@@ -57,10 +62,9 @@ def follow_load(m, at, i, normal, variance, limit, dt):
                 m[a + n] = 0.0
             m[a], m[a + 3] = normal, max(variance, 1e-12)
             m[a + 6], m[a + 8] = (size / _CHANGES) ** 2, acceleration * acceleration
-        return
+        return False
     carry(m, a, dt, acceleration, _MEMORY, 0.0)
-    if known:
-        correct(m, a, normal - m[a], variance, dt, acceleration, _JUMP)
+    return known and correct(m, a, normal - m[a], variance, dt, acceleration, _JUMP)
 
 
 @compiled

@@ -17,15 +17,16 @@ _CHANGES, _MEMORY = 0.14, 0.2
 _PROGRAM = 0.005
 # How far the holder gives way under a push as large as what friction can hold [rad].
 _GIVES_WAY = 0.02
-# The push grows if it does by this share of what friction can hold, known to that share.
-GROWTH, _GROWTH_STDDEV = 0.15, 0.03
 # Squared standard deviations beyond which push, and tilt, have jumped.
 _PUSH_JUMP, _TILT_JUMP = 40.0, 20.0
 
+# Just after a jump nothing leads anywhere [s].
+_CALM = 0.01
+
 # Memory: the push as a channel; tilt, rate of the program, c, and the upper triangle of their
-# covariance; the push at the last orientation.
-PUSH, TILT, LAST = 0, CHANNEL, 2 * CHANNEL
-SIZE = LAST + 1
+# covariance; the push at the last orientation; for how long neither has jumped.
+PUSH, TILT, LAST, CALM = 0, CHANNEL, 2 * CHANNEL, 2 * CHANNEL + 1
+SIZE = CALM + 1
 # Where a channel's first variance stands; 0: it has not begun.
 _VARIANCE = 3
 
@@ -33,7 +34,7 @@ _VARIANCE = 3
 @compiled
 def forget(m, at):
     """Begin anew with the next push and orientation."""
-    m[at + PUSH + _VARIANCE] = m[at + TILT + _VARIANCE] = 0.0
+    m[at + PUSH + _VARIANCE] = m[at + TILT + _VARIANCE] = m[at + CALM] = 0.0
 
 
 @compiled
@@ -63,7 +64,9 @@ def follow_push(m, at, push, variance, held, dt):
         m[a + 6], m[a + 8] = (held / _CHANGES) ** 2, acceleration * acceleration
         return
     carry(m, a, dt, acceleration, _MEMORY, 0.0)
-    correct(m, a, push - m[a], variance, dt, acceleration, _PUSH_JUMP)
+    m[at + CALM] += dt
+    if correct(m, a, push - m[a], variance, dt, acceleration, _PUSH_JUMP):
+        m[at + CALM] = 0.0
 
 
 @compiled
@@ -98,12 +101,15 @@ def follow_tilt(m, at, tilt, variance, held, since, ago):
     m[a + 4], m[a + 5] = c01, c02
     m[a + 6] += _PROGRAM * _PROGRAM * since
     # A tilt that jumped has another program.
-    correct(m, a, tilt - m[a], variance, since, 0.0, _TILT_JUMP)
+    if correct(m, a, tilt - m[a], variance, since, 0.0, _TILT_JUMP):
+        m[at + CALM] = 0.0
 
 
 @compiled
 def stops_ahead(m, at, horizon, rest_rate):
     """Return the probability that the tilt stands still now or a horizon [s] ahead."""
+    if m[at + CALM] < _CALM:
+        return 0.0
     a, q = at + TILT, at + PUSH
     b = _MEMORY * (1.0 - exp(-horizon / _MEMORY))
     growth = m[q + 1] + b * m[q + 2]
@@ -119,14 +125,3 @@ def _stands(m, a, growth, variance, rest_rate):
     rate = m[a + 1] + c * growth
     spread = m[a + 6] + growth * (2.0 * m[a + 7] + growth * m[a + 8]) + c * c * variance
     return (rate + rest_rate) / sqrt(max(spread, 1e-18))
-
-
-@compiled
-def grows_ahead(m, at, horizon, held):
-    """Return the probability that the push grows within a horizon [s], beside what is held."""
-    q = at + PUSH
-    b = _MEMORY * _MEMORY * (exp(-horizon / _MEMORY) - 1.0 + horizon / _MEMORY)
-    growth = horizon * m[q + 1] + b * m[q + 2]
-    variance = horizon * (horizon * m[q + 6] + 2.0 * b * m[q + 7]) + b * b * m[q + 8]
-    variance += (_GROWTH_STDDEV * held) ** 2
-    return below((growth - GROWTH * held) / sqrt(max(variance, 1e-18)))

@@ -66,9 +66,10 @@ def carry(m, at, dt, acceleration, memory, tremble):
 
 @compiled
 def correct(m, at, residual, variance, since, acceleration, jump_at=_JUMP):
-    """Correct a channel by what its position was off."""
+    """Correct a channel by what its position was off; return whether it has jumped."""
     s = m[at + 3] + variance
-    if residual * residual > jump_at * s:
+    jumped = residual * residual > jump_at * s
+    if jumped:
         jump = residual / max(since, 1e-4)
         m[at + 6] += jump * jump
         m[at + 4] += since * jump * jump
@@ -87,6 +88,7 @@ def correct(m, at, residual, variance, since, acceleration, jump_at=_JUMP):
     m[at + 6] -= g1 * p01
     m[at + 7] -= g1 * p02
     m[at + 8] -= g2 * p02
+    return jumped
 
 
 @compiled
