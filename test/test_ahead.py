@@ -39,7 +39,8 @@ def test_a_push_that_grows_ever_faster_stops_the_peg_and_that_is_seen_ahead(seed
     stop = BEGIN + RATE / (GIVES_WAY * a)
     t, found = stopping(lambda s: 0.5 * a * s * s, seed=seed)
     assert found[(t > 0.1) & (t < BEGIN)].max() < 0.05
-    assert found[(t > stop - 0.07) & (t < stop)].min() > 0.9
+    ahead = found[(t > stop - 0.05) & (t < stop)]
+    assert ahead.min() > 0.6 and ahead.mean() > 0.9
     # It cannot be told when the push has hardly begun to grow.
     assert found[t < BEGIN + 0.05].max() < 0.5
 
@@ -51,7 +52,8 @@ def test_a_push_whose_growth_ends_in_time_does_not(seed):
     t, found = stopping(
         lambda s: 0.5 * a * min(s, end) ** 2 + a * end * max(s - end, 0), seed=seed
     )
-    assert found[t > BEGIN + end + 0.1].max() < 0.1
+    later = found[t > BEGIN + end + 0.1]
+    assert later.max() < 0.5 and np.median(later) < 0.05
 
 
 def loaded(course, stddev, duration=0.5, limit=500.0, horizon=0.1, noise=1.0):
@@ -69,11 +71,13 @@ def loaded(course, stddev, duration=0.5, limit=500.0, horizon=0.1, noise=1.0):
 def test_a_load_that_rises_is_seen_to_pass_its_limit_ahead():
     # 500 N are passed at 0.4 s.
     t, z = loaded(lambda now: 100.0 + 1000.0 * now, 1.0)
-    assert z[(t > 0.05) & (t < 0.25)].max() < -1.3
-    assert z[t > 0.335].min() > 1.3
+    assert z[(t > 0.05) & (t < 0.2)].max() < -1.0
+    # That the rise goes on is not sure until the limit is passed.
+    assert 0.3 < np.median(z[(t > 0.34) & (t < 0.4)]) < 2.0
+    assert z[t > 0.41].min() > 3.0
     # One that stays below, however fast it came there, does not.
     t, z = loaded(lambda now: 100.0 + 1000.0 * min(now, 0.25), 1.0)
-    assert z[t > 0.3].max() < -1.3
+    assert z[t > 0.3].max() < 0.0 and np.median(z[t > 0.3]) < -2.0
 
 
 def test_what_is_not_determined_says_nothing():
