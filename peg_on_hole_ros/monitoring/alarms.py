@@ -101,18 +101,24 @@ class Level:
         self.hysteresis = options.alarm_hysteresis
         self.dwell, self.hold = options.alarm_dwell, options.alarm_hold
         self.level = OK
-        self._above: list[float | None] = [None, None]
+        self._lowest = min(warn, error)
+        # Since when each threshold has been passed, and since when the level has had no cause.
+        self._warns: float | None = None
+        self._errs: float | None = None
         self._below: float | None = None
 
     def update(self, t: float, value: float) -> int:
         """Take a value at a time [s] and return the level."""
-        for i, threshold in enumerate(self.thresholds):
-            if value < threshold:
-                self._above[i] = None
-            elif self._above[i] is None:
-                self._above[i] = t
-            if self._above[i] is not None and t - self._above[i] >= self.dwell:
-                self.level = max(self.level, i + 1)
+        if self.level == OK and value < self._lowest:
+            self._warns = self._errs = None
+            return OK
+        warn, error = self.thresholds
+        self._warns = _since(self._warns, value >= warn, t)
+        self._errs = _since(self._errs, value >= error, t)
+        if self._errs is not None and t - self._errs >= self.dwell:
+            self.level = ERROR
+        elif self._warns is not None and t - self._warns >= self.dwell:
+            self.level = max(self.level, WARN)
         if self.level == OK or value >= self.thresholds[self.level - 1] - self.hysteresis:
             self._below = None
         elif self._below is None:
@@ -121,6 +127,13 @@ class Level:
             self.level -= 1
             self._below = t
         return self.level
+
+
+def _since(begun, holds, t):
+    """Return since when something holds, None if it does not."""
+    if not holds:
+        return None
+    return t if begun is None else begun
 
 
 class Alarms:
@@ -171,9 +184,12 @@ class Alarms:
         if mode != "three_point":
             level = self._overload.update(t, 0.0)
             return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
-        load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
         level = self._overload.update(t, risk.load)
-        text = OVERLOAD[level][load.index(max(load))]
+        which = 0
+        if level:
+            load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
+            which = load.index(max(load))
+        text = OVERLOAD[level][which]
         values = (("jamming_load", risk.load), *zip(_NORMAL_NAMES, normal), *self._limits)
         return jamming, loss, Alarm("overload", level, text, values)
 
@@ -199,7 +215,7 @@ class Alarms:
         lost = shown.lost_K, shown.lost_B1, shown.lost_B2
         level = self._loss.update(t, opened + shown.free if self._rested else 0.0)
         which = _ALL
-        if opened > shown.free:
+        if level and opened > shown.free:
             which = lost.index(max(lost)) if max(lost) > _CLEARLY * opened else _ANY
         values = tuple(zip(_LOSS_NAMES, (*lost, shown.opened, shown.free)))
         return Alarm("contact_loss", level, CONTACT_LOSS[level][which], values)
