@@ -5,8 +5,9 @@ from math import exp, sqrt
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitoring.trend import CHANNEL, carry, correct
 
-# A reaction changes within this time by as much as it is, and its trend lasts for that [s].
-_CHANGES, _MEMORY = 0.1, 0.1
+# A reaction changes within the first by as much as it is; what its rate changes lasts for the
+# second [s].
+_CHANGES, _MEMORY = 0.2, 0.1
 # It is at least this share of its limit for that, so that one from nothing can grow.
 _LEAST = 0.1
 # A trend goes on as it is but for this share of what its acceleration adds.
