@@ -71,13 +71,13 @@ def loaded(course, stddev, duration=0.5, limit=500.0, horizon=0.1, noise=1.0):
 def test_a_load_that_rises_is_seen_to_pass_its_limit_ahead():
     # 500 N are passed at 0.4 s.
     t, z = loaded(lambda now: 100.0 + 1000.0 * now, 1.0)
-    assert z[(t > 0.05) & (t < 0.2)].max() < -1.0
-    # That the rise goes on is not sure until the limit is passed.
-    assert 0.3 < np.median(z[(t > 0.34) & (t < 0.4)]) < 2.0
+    assert z[(t > 0.05) & (t < 0.25)].max() < -1.3
+    # That the rise goes on is likely, not sure, until the limit is passed.
+    assert 1.0 < np.median(z[(t > 0.34) & (t < 0.4)]) < 4.0
     assert z[t > 0.41].min() > 3.0
     # One that stays below, however fast it came there, does not.
     t, z = loaded(lambda now: 100.0 + 1000.0 * min(now, 0.25), 1.0)
-    assert z[t > 0.3].max() < 0.0 and np.median(z[t > 0.3]) < -2.0
+    assert z[t > 0.3].max() < -1.3
 
 
 def test_what_is_not_determined_says_nothing():
