@@ -92,7 +92,7 @@ def _stall(draw):
         slide=0.0,
         slip=0.0 if draw.chance(0.7) else draw.sign() * draw.log(0.02, 0.2),
         press=draw.even(0.5e-3, 1.0e-3),
-        rotational_stiffness=draw.log(22.0, 80.0) / duration,
+        rotational_stiffness=draw.log(14.0, 50.0) / duration,
     )
     rates, before = _rates(setting), draw.even(0.1, 0.2)
     tilt = setting.speed * (before + duration + draw.even(0.0, 0.15))

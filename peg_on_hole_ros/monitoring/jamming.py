@@ -17,7 +17,7 @@ from peg_on_hole_ros.monitoring import load_ahead, stall_ahead
 from peg_on_hole_ros.monitoring.contacts import below
 from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
 from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
-from peg_on_hole_ros.monitoring.trend import MEASURED, QUICK_TILT, TURN, rate_after
+from peg_on_hole_ros.monitoring.trend import CALM, MEASURED, QUICK_TILT, TURN, rate_after
 from peg_on_hole_ros.monitoring.wedging_ahead import wedging_ahead
 from peg_on_hole_ros.options import MonitorOptions
 
@@ -31,6 +31,8 @@ _MORE, _MORE_STDDEV = 0.15, 0.03
 _USUAL = 0.2
 # A push is compared with that of a motion that has lasted this long [s].
 _MOVED = 0.03
+# A jump of the tilt is followed for this long before it counts as a motion [s].
+_CALM = 0.01
 # A trend of the load takes this long to part from its begin [s].
 _LOADED = 0.01
 # Above gamma0 by this share: the closed forms end at gamma0.
@@ -149,7 +151,8 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     turn_rest = below((2.0 * rest_rate - turn) / turn_spread)
     rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
     # Just after a jolt the trend knows no direction: that is no motion that could lead anywhere.
-    known = fabs(rate) > 3.0 * spread
+    # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
+    known = fabs(rate) > 3.0 * spread and motion[CALM] >= _CALM
     moves = 1.0 - rest if known else 0.0
     determinant = path = slipping = 0.0
     if f[X] > p.gamma0 * (1.0 + _EDGE):

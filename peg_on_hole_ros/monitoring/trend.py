@@ -21,7 +21,9 @@ LAST = 3 * CHANNEL
 LATELY = LAST + 3
 # The tilt as last measured, its variance, and the time since the one before; 0: it was taken.
 MEASURED = LATELY + 1
-SIZE = MEASURED + 3
+# For how long the quick tilt has not jumped [s].
+CALM = MEASURED + 3
+SIZE = CALM + 1
 # A forecast further ahead says nothing [s].
 LONGEST = 30.0
 SQRT2 = sqrt(2.0)
@@ -120,10 +122,12 @@ def follow(m, since, q, R, ratio, acceleration, memory):
         _start(m, QUICK_TILT, q[0], R[0, 0], TURN_SHARE * acceleration)
         _start(m, TURN, 0.0, variance, TURN_SHARE * acceleration)
         m[LAST], m[LAST + 1], m[LAST + 2], m[LATELY] = q[1], q[2], 0.0, 0.0
+        m[CALM] = 0.0
         return
     quick = TURN_SHARE * acceleration
     carry(m, QUICK_TILT, since, quick, memory, _TREMBLE)
-    correct(m, QUICK_TILT, q[0] - m[QUICK_TILT], R[0, 0], since, quick)
+    jumped = correct(m, QUICK_TILT, q[0] - m[QUICK_TILT], R[0, 0], since, quick)
+    m[CALM] = 0.0 if jumped else m[CALM] + since
     acceleration = sqrt(acceleration * acceleration + m[LATELY])
     carry(m, TILT, since, acceleration, memory, _TREMBLE)
     carry(m, TURN, since, quick, memory, _TREMBLE)
