@@ -81,6 +81,9 @@ def _wedge(draw):
 
 def _stall(draw):
     """Return a soft holder whose press rises faster than its pull on the tilt."""
+    # The pull on the tilt grows with stiffness times speed, the press with one over its time: a
+    # slower press stalls on a softer holder.
+    duration = draw.log(0.4, 1.2)
     setting = setting_of(
         draw,
         clearance=draw.log(1e-4, 5e-4),
@@ -89,14 +92,15 @@ def _stall(draw):
         slide=0.0,
         slip=0.0 if draw.chance(0.7) else draw.sign() * draw.log(0.02, 0.2),
         press=draw.even(0.5e-3, 1.0e-3),
-        rotational_stiffness=draw.log(80.0, 300.0),
+        rotational_stiffness=draw.log(14.0, 50.0) / duration,
     )
     rates, before = _rates(setting), draw.even(0.1, 0.2)
-    start, phases = _touching(setting, setting.speed * draw.even(0.45, 0.7), rates)
+    tilt = setting.speed * (before + duration + draw.even(0.0, 0.15))
+    start, phases = _touching(setting, tilt, rates)
     phases["close"] = {"kind": "contact", "duration": before, "rates": rates}
     phases["press"] = {
         "kind": "two_point",
-        "duration": draw.even(0.2, 0.35),
+        "duration": duration,
         "rates": rates,
         "offset": [0.0, 0.0, -draw.even(4e-3, 14e-3)],
     }

@@ -11,8 +11,13 @@ import numpy as np
 from peg_on_hole_ros.simulation.command import evaluate
 from peg_on_hole_ros.simulation.plan import holder_program
 
-# The fastest contact is slower [m/s]: at rest. A tenth of what the slowest scene commands.
-STILL = 3e-4
+# The fastest contact is slower [m/s], and slower than this share of what it was: at rest. A tenth
+# of what the slowest scene commands.
+STILL, STILL_SHARE = 3e-4, 0.05
+# Slower than this share of what it was, under a program that goes on, and yet no stop: nearly one.
+SLOWED_SHARE = 0.4
+# What it was: the fastest of the last so many seconds in contact.
+BEFORE = 0.5
 # The holder's program goes on faster [m/s], or it does not push.
 PUSHING = 1.5e-3
 # Shorter stops [s] are reversals of the motion.
@@ -20,6 +25,8 @@ SHORTEST_STOP = 0.01
 # A peg that stays under so many times the load at which it stopped is wedged.
 HELD = 2.0
 CAUSES = ("wedge", "stall", "overload", "contact_loss")
+# What an alarm may foresee or not: neither counts for it nor against it.
+NEAR_STALL = "near_stall"
 CLASSES = ("three_point", "stuck", "two_point", "lost", "open")
 
 
@@ -81,8 +88,9 @@ def labels_of(truth) -> Labels:
     lost = (truth.mode == "unknown") & truth.known & some
     kind[lost] = "lost"
     spans = _stops(truth, t)
-    for first, last, _ in spans:
-        kind[first : last + 1] = "stuck"
+    for first, last, cause in spans:
+        if cause != NEAR_STALL:
+            kind[first : last + 1] = "stuck"
     spans += _overloads(truth) + _losses(truth, kind)
     begins = holder_program(truth.plan)[0] - truth.plan.lead_in
     events = []
@@ -118,8 +126,11 @@ def _stops(truth, t):
     """Return first and last sample of every stop under a holder that pushes, and its cause."""
     wedged = (truth.mode == "unknown") & ~truth.known
     contact = (truth.mode == "three_point") | wedged
-    still = contact & ((truth.slip_speed.max(axis=1) < STILL) | wedged)
-    pushed = still & (_commanded_speed(truth, t) > PUSHING)
+    speed = np.where(wedged, 0.0, truth.slip_speed.max(axis=1))
+    before = _fastest_before(speed, contact, t)
+    still = contact & ((speed < np.minimum(STILL, STILL_SHARE * before)) | wedged)
+    driven = _commanded_speed(truth, t) > PUSHING
+    pushed = still & driven
     load = np.linalg.norm(truth.moment, axis=1), np.linalg.norm(truth.force, axis=1)
     found = []
     for first, last in stretches(still):
@@ -132,7 +143,22 @@ def _stops(truth, t):
         grown = max(x[last] / max(x[first], 1e-9) for x in load)
         stays = last == len(t) - 1
         found.append((first, last, "wedge" if stays and grown >= HELD else "stall"))
+    slowed = contact & driven & (speed < SLOWED_SHARE * before)
+    for first, last in stretches(slowed):
+        stops = any(first <= b and a <= last for a, b, _ in found)
+        if t[last] - t[first] >= SHORTEST_STOP and not stops:
+            found.append((first, last, NEAR_STALL))
     return found
+
+
+def _fastest_before(speed, contact, t):
+    """Return the fastest that the peg was lately, in the contact that it is in [m/s]."""
+    fastest = np.zeros(len(t))
+    for first, last in stretches(contact):
+        for k in range(first, last + 1):
+            begin = max(first, int(np.searchsorted(t, t[k] - BEFORE)))
+            fastest[k] = speed[begin : k + 1].max()
+    return fastest
 
 
 def _overloads(truth):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenes_labels import CLASSES, Labels, stretches
+from scenes_labels import CLASSES, NEAR_STALL, Labels, stretches
 from scenes_play import ALARMS, MODES, Record
 
 # A flag this near to the transition [s] means it; any other is a false one.
@@ -34,6 +34,8 @@ SPEAKS_OF = {
     "contact_loss": ("contact_loss",),
 }
 ALSO_RIGHT = {"jamming": ("overload",)}
+# And which leave open whether it was.
+LEAVES_OPEN = {"jamming": (NEAR_STALL,)}
 ALARM_LEVELS = {"warn": 1, "error": 2}
 
 
@@ -51,6 +53,7 @@ def score_run(labels: Labels, record: Record) -> dict:
                     [e for e in labels.events if e.cause in SPEAKS_OF[name]],
                     [e for e in labels.events if e.cause in ALSO_RIGHT.get(name, ())],
                     float(labels.t[-1]),
+                    [e for e in labels.events if e.cause in LEAVES_OPEN.get(name, ())],
                 )
                 for level, threshold in ALARM_LEVELS.items()
             }
@@ -104,7 +107,7 @@ def _forecast(labels, record):
     return {"given": True, "error": error, "z": error / max(float(stddev), 1e-9)}
 
 
-def judge_alarm(raised, events, also, end) -> dict:
+def judge_alarm(raised, events, also, end, near=()) -> dict:
     """
     Return which events an alarm foresaw, and how many times it was raised for nothing.
 
@@ -118,29 +121,44 @@ def judge_alarm(raised, events, also, end) -> dict:
         What makes it right to have been raised, but is not asked for.
     end : float
         Of the record [s].
+    near : sequence of Event
+        What leaves open whether it was right to have been raised.
 
     Returns
     -------
     dict
         `events`: for each its cause, the lead [s] (negative: late) or None, and the lead from the
-        event's onset; `right`, `false`: of the times it was raised; `unjudged`: raised less than
-        50 ms before the record ends.
+        event's onset; `right`, `false`, `near`: of the times it was raised; `unjudged`: raised
+        less than 50 ms before the record ends; `open`: events that nothing was said of, less than
+        50 ms before the record ends; `near_events`: how many leave it open.
 
     """
-    found = []
+    found, unsaid = [], 0
     for event in events:
         leads = [event.begin - r for r, c in raised if _meets(r, c, event)]
+        if not leads and end - event.begin < LATE:
+            unsaid += 1
+            continue
         lead = max(leads) if leads else None
         found.append([event.cause, lead, event.begin - event.onset])
-    right = false = unjudged = 0
+    right = false = unjudged = nearly = 0
     for r, c in raised:
-        if any(_meets(r, c, event) or event.begin <= r <= event.end for event in [*events, *also]):
+        if any(_belongs(r, c, event) for event in [*events, *also]):
             right += 1
+        elif any(_belongs(r, c, event) for event in near):
+            nearly += 1
         elif end - r < LATE:
             unjudged += 1
         else:
             false += 1
-    return {"events": found, "right": right, "false": false, "unjudged": unjudged}
+    return {
+        "events": found, "right": right, "false": false, "near": nearly, "unjudged": unjudged,
+        "open": unsaid, "near_events": len(near),
+    }  # fmt: skip
+
+
+def _belongs(raised, cleared, event):
+    return _meets(raised, cleared, event) or event.begin <= raised <= event.end
 
 
 def _meets(raised, cleared, event):

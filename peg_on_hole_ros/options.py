@@ -89,8 +89,9 @@ class MonitorOptions:
     forecast_acceleration_stddev: float = 0.025
     forecast_acceleration_time: float = 0.2
     jamming_horizon: float = 0.2
+    load_horizon: float = 0.1
     jamming_warn: float = 0.7
-    jamming_error: float = 0.95
+    jamming_error: float = 0.9
     alarm_hysteresis: float = 0.1
     alarm_dwell: float = 0.01
     alarm_hold: float = 0.2

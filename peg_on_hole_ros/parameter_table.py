@@ -380,8 +380,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     _monitor(
         "jamming_horizon", "how far the risk looks ahead; longer: more false ones", "s", 0.0, 10.0
     ),
-    _monitor("jamming_warn", "risk that gives the alarm jamming, level WARN", "", 0.0, 1.0),
-    _monitor("jamming_error", "risk that gives the alarm jamming, level ERROR", "", 0.0, 1.0),
+    _monitor("load_horizon", "the same for overload; shorter than a press lasts", "s", 0.0, 10.0),
+    _monitor("jamming_warn", "risk that gives jamming or overload, level WARN", "", 0.0, 1.0),
+    _monitor("jamming_error", "risk that gives jamming or overload, level ERROR", "", 0.0, 1.0),
     _monitor("alarm_hysteresis", "share of a limit to fall below to clear an alarm", "", 0.0, 1.0),
     _monitor("alarm_dwell", "time a limit must be passed to raise an alarm", "s", 0.0, 10.0),
     _monitor("alarm_hold", "time without cause to clear an alarm by one level", "s", 0.0, 60.0),

@@ -172,7 +172,7 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"monitor.jamming_warn": 0.99},
             (
-                "monitor.jamming_warn = 0.99 is above monitor.jamming_error = 0.95; it has to be "
+                "monitor.jamming_warn = 0.99 is above monitor.jamming_error = 0.9; it has to be "
                 "at most that"
             ),
         ),

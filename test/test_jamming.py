@@ -104,9 +104,10 @@ def test_load_that_is_there_counts_and_one_below_does_not():
     F = np.array([0.0, 0.0, -20.0])
     normal = solve_contact(SCENE, [0.12, 0, 0], [-0.1, 0, 2.0], F, [0, 0, 0]).normal.max()
     tight = replace(MonitorOptions(), max_normal=(0.6 * normal,) * 3)
-    loose = replace(MonitorOptions(), max_normal=(1.6 * normal,) * 3)
+    loose = replace(MonitorOptions(), max_normal=(2.0 * normal,) * 3)
     turned = (*(axes(0.12).T @ F), 0, 0, 0)
     assert risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=tight).load > 0.99
+    # The reactions of this estimate are known to a tenth, and may rise by as much in 0.1 s.
     assert risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=loose).load < 0.01
 
 

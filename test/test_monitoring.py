@@ -3,6 +3,7 @@
 import pytest
 
 from peg_on_hole_ros.monitoring.alarms import ERROR, OK, WARN, Alarms, Level
+from peg_on_hole_ros.monitoring.evidence import Shown
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.options import MonitorOptions
 
@@ -38,30 +39,80 @@ def test_alarm_falls_level_by_level_after_its_hold():
 
 
 RISK = Risk(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
+CONTACT = Shown(*[0.0] * len(Shown._fields))._replace(three_point=1.0, time=-1.0)
+K_OPEN = CONTACT._replace(three_point=0.0, opened=0.99, lost_K=0.95)
 
 
-def updates(alarms, duration=0.05, **given):
+def updates(alarms, duration=0.05, begin=0.0, **given):
     values = {
-        "mode": "three_point", "risk": RISK, "lost": [0.0, 0.0, 0.0],
-        "normal": [20.0, 30.0, 30.0], **given,
+        "mode": "three_point", "risk": RISK, "shown": CONTACT, "normal": [20.0, 30.0, 30.0],
+        **given,
     }  # fmt: skip
     for k in range(int(duration * 1000)):
-        found = alarms.update(k * 1e-3, *values.values())
+        found = alarms.update(begin + k * 1e-3, *values.values())
     return {alarm.name: alarm for alarm in found}
 
 
 def test_each_alarm_has_its_cause_its_numbers_and_a_remedy():
-    limit = OPTIONS.max_normal[1]
-    quiet = updates(Alarms(OPTIONS))
+    alarms, limit = Alarms(OPTIONS), OPTIONS.max_normal[1]
+    quiet = updates(alarms, 0.1)
     assert {alarm.level for alarm in quiet.values()} == {OK}
-    loss = updates(Alarms(OPTIONS), mode="unknown", lost=[0.0, 0.0, 0.995])["contact_loss"]
+    one = CONTACT._replace(three_point=0.0, opened=0.995, lost_B2=0.995)
+    loss = updates(alarms, begin=0.1, mode="unknown", shown=one)["contact_loss"]
     assert loss.level == ERROR
-    assert "B2" in loss.message
+    assert "B2" in loss.message and "press" in loss.message
     assert dict(loss.values)["open_probability_B2"] == 0.995
-    overload = updates(Alarms(OPTIONS), normal=[20.0, limit * 0.9, 30.0])["overload"]
+    # What is foreseen counts, and that contact is named which is the nearest to its limit.
+    near = {"risk": RISK._replace(load=0.8, risk=0.8), "normal": [20.0, limit * 0.9, 30.0]}
+    overload = updates(Alarms(OPTIONS), **near)["overload"]
     assert overload.level == WARN
     assert "B1" in overload.message
     assert "reduce" in overload.message
+    assert dict(overload.values)["jamming_load"] == 0.8
+
+
+@pytest.mark.parametrize(
+    ("mode", "shown", "says"),
+    [
+        ("unknown", K_OPEN, "contact K is open"),
+        ("unknown", K_OPEN._replace(lost_K=0.4, lost_B1=0.3, lost_B2=0.29), "a contact is open"),
+        ("open", CONTACT._replace(three_point=0.0, opened=0.3, free=0.7), "left the rim"),
+    ],
+)
+def test_contact_that_was_there_is_lost(mode, shown, says):
+    alarms = Alarms(OPTIONS)
+    # Never on three contacts: nothing is lost.
+    assert updates(alarms, mode=mode, shown=shown)["contact_loss"].level == OK
+    updates(alarms, 0.1, 0.1)
+    loss = updates(alarms, 0.05, 0.2, mode=mode, shown=shown)["contact_loss"]
+    assert loss.level == ERROR and says in loss.message
+
+
+def test_three_contacts_for_a_moment_are_none_to_lose():
+    alarms = Alarms(OPTIONS)
+    updates(alarms, 0.03)
+    assert updates(alarms, 0.1, 0.03, mode="unknown", shown=K_OPEN)["contact_loss"].level == OK
+
+
+def test_what_is_no_loss_of_contact():
+    # A contact that opens just before gamma0 opens on the way into the hole.
+    alarms = Alarms(OPTIONS)
+    updates(alarms, 0.1)
+    entering = K_OPEN._replace(time=0.01)
+    assert updates(alarms, 0.05, 0.1, shown=entering)["contact_loss"].level == OK
+    assert updates(alarms, 0.05, 0.2, shown=K_OPEN)["contact_loss"].level == ERROR
+    # The reactions of a peg that jams say nothing of its contacts.
+    alarms = Alarms(OPTIONS)
+    updates(alarms, 0.1, risk=RISK._replace(wedging=1.0, risk=1.0))
+    assert updates(alarms, 0.05, 0.1, shown=K_OPEN)["contact_loss"].level == OK
+
+
+def test_air_is_a_state_and_no_event():
+    alarms = Alarms(OPTIONS)
+    updates(alarms, 0.1)
+    free = {"mode": "open", "shown": CONTACT._replace(three_point=0.0, free=1.0)}
+    assert updates(alarms, 0.1, 0.1, **free)["contact_loss"].level == ERROR
+    assert updates(alarms, 0.8, 0.2, **free)["contact_loss"].level == OK
 
 
 @pytest.mark.parametrize(
@@ -87,6 +138,6 @@ def test_the_cause_is_kept_while_the_alarm_is_held():
     alarms = Alarms(OPTIONS)
     updates(alarms, risk=RISK._replace(load=1.0, risk=1.0))
     for k in range(100):
-        found = alarms.update(0.05 + k * 1e-3, "three_point", RISK, [0.0] * 3, [1.0] * 3)
+        found = alarms.update(0.05 + k * 1e-3, "three_point", RISK, CONTACT, [1.0] * 3)
     assert found[0].level == ERROR
     assert "load" in found[0].message

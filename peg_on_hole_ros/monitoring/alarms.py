@@ -35,25 +35,46 @@ IN_HOLE = (
     "side force and moment away",
     "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
 )
+# OK, WARN, ERROR; K, B1 or B2 where it is known which, then any of them, then the whole peg.
+_LOST_WHICH = tuple(f"contact {c}" for c in CONTACTS)
 CONTACT_LOSS = (
-    ("no contact is being lost",) * 3,
-    tuple(f"contact {c} opens: press the peg on, or tilt it less" for c in CONTACTS),
-    tuple(f"contact {c} is open: the peg no longer rests on three points" for c in CONTACTS),
+    ("no contact is being lost",) * 5,
+    (
+        *(f"{c} opens: press the peg on, or tilt it less" for c in _LOST_WHICH),
+        "a contact opens: press the peg on, or tilt it less",
+        "the peg leaves the rim: press it on, or let the program go on without contact",
+    ),
+    (
+        *(f"{c} is open: press the peg on, or tilt it less" for c in _LOST_WHICH),
+        "a contact is open, the peg no longer rests on three points: press it on, or begin anew",
+        "the peg has left the rim: begin anew from free air, or press it on",
+    ),
 )
+_ANY, _ALL = 3, 4
 OVERLOAD = (
     ("every contact is within its allowed load",) * 3,
     tuple(f"contact {c} nears its allowed load: reduce the force" for c in CONTACTS),
     tuple(
-        f"contact {c} is over its allowed load: reverse, and reduce the force" for c in CONTACTS
+        f"contact {c} is over its allowed load, or is about to be: reduce the force, or reverse"
+        for c in CONTACTS
     ),
 )
 _RISK_NAMES = (
     "jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk", "determinant",
     "determinant_with_slip", "insertion_ratio", "whitney_margin",
 )  # fmt: skip
-_OPEN_NAMES = tuple(f"open_probability_{c}" for c in CONTACTS)
+_LOSS_NAMES = (
+    *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
+)  # fmt: skip
 _NORMAL_NAMES = tuple(f"normal_{c}" for c in CONTACTS)
 _LIMIT_NAMES = tuple(f"max_normal_{c}" for c in CONTACTS)
+_LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
+# A peg has rested on three contacts once that has been the mode for so long [s].
+_RESTED = 0.05
+# One contact is named if it holds this share of the probability that any has opened.
+_CLEARLY = 0.7
+# A contact that opens sooner than so before gamma0 [s] opens on the way into the hole.
+_ENTERING = 0.03
 
 
 def jamming_cause(risk) -> tuple[str, str]:
@@ -80,18 +101,24 @@ class Level:
         self.hysteresis = options.alarm_hysteresis
         self.dwell, self.hold = options.alarm_dwell, options.alarm_hold
         self.level = OK
-        self._above: list[float | None] = [None, None]
+        self._lowest = min(warn, error)
+        # Since when each threshold has been passed, and since when the level has had no cause.
+        self._warns: float | None = None
+        self._errs: float | None = None
         self._below: float | None = None
 
     def update(self, t: float, value: float) -> int:
         """Take a value at a time [s] and return the level."""
-        for i, threshold in enumerate(self.thresholds):
-            if value < threshold:
-                self._above[i] = None
-            elif self._above[i] is None:
-                self._above[i] = t
-            if self._above[i] is not None and t - self._above[i] >= self.dwell:
-                self.level = max(self.level, i + 1)
+        if self.level == OK and value < self._lowest:
+            self._warns = self._errs = None
+            return OK
+        warn, error = self.thresholds
+        self._warns = _since(self._warns, value >= warn, t)
+        self._errs = _since(self._errs, value >= error, t)
+        if self._errs is not None and t - self._errs >= self.dwell:
+            self.level = ERROR
+        elif self._warns is not None and t - self._warns >= self.dwell:
+            self.level = max(self.level, WARN)
         if self.level == OK or value >= self.thresholds[self.level - 1] - self.hysteresis:
             self._below = None
         elif self._below is None:
@@ -100,6 +127,13 @@ class Level:
             self.level -= 1
             self._below = t
         return self.level
+
+
+def _since(begun, holds, t):
+    """Return since when something holds, None if it does not."""
+    if not holds:
+        return None
+    return t if begun is None else begun
 
 
 class Alarms:
@@ -115,10 +149,13 @@ class Alarms:
         o = self.options
         self._cause = STALL
         self._jamming = Level(o.jamming_warn, o.jamming_error, o)
-        self._loss = Level(0.5, 0.99, o)
-        self._overload = Level(0.8, 1.0, o)
+        self._loss = Level(_LOSS_WARN, _LOSS_ERROR, o)
+        self._overload = Level(o.jamming_warn, o.jamming_error, o)
+        self._rested = False
+        self._resting: float | None = None
+        self._aloft: float | None = None
 
-    def update(self, t, mode, risk, lost, normal) -> tuple[Alarm, ...]:
+    def update(self, t, mode, risk, shown, normal) -> tuple[Alarm, ...]:
         """
         Return the three alarms.
 
@@ -130,8 +167,8 @@ class Alarms:
             Contact mode.
         risk : Risk
             Of jamming, with its causes.
-        lost : sequence of 3 float
-            Probability that K, B1, B2 alone has opened.
+        shown : Shown
+            Probabilities of the contacts, and the time to gamma0.
         normal : sequence of 3 float
             Reactions [N].
 
@@ -142,17 +179,46 @@ class Alarms:
             self._cause = jamming_cause(risk)
         text = self._cause[level - 1] if level else NO_JAMMING
         jamming = Alarm("jamming", level, text, tuple(zip(_RISK_NAMES, risk)))
-        highest = max(lost)
-        level = self._loss.update(t, highest)
-        text = CONTACT_LOSS[level][lost.index(highest)]
-        loss = Alarm("contact_loss", level, text, tuple(zip(_OPEN_NAMES, lost)))
+        loss = self._contact_loss(t, mode, shown)
 
         if mode != "three_point":
             level = self._overload.update(t, 0.0)
             return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
-        load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
-        highest = max(load)
-        level = self._overload.update(t, highest)
-        text = OVERLOAD[level][load.index(highest)]
-        values = (*zip(_NORMAL_NAMES, normal), *self._limits)
+        level = self._overload.update(t, risk.load)
+        which = 0
+        if level:
+            load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
+            which = load.index(max(load))
+        text = OVERLOAD[level][which]
+        values = (("jamming_load", risk.load), *zip(_NORMAL_NAMES, normal), *self._limits)
         return jamming, loss, Alarm("overload", level, text, values)
+
+    def _contact_loss(self, t, mode, shown):
+        """Return the alarm: three contacts that were there are no longer, other than by entry."""
+        if mode != "open":
+            self._aloft = None
+        elif self._aloft is None:
+            self._aloft = t
+        if mode != "three_point":
+            self._resting = None
+        elif self._resting is None:
+            self._resting = t
+        elif t - self._resting >= _RESTED:
+            self._rested = True
+        if mode == "two_point" or (self._aloft is not None and self._gone(t)):
+            # In the hole, or in the air for long enough to be a state and no event.
+            self._rested = False
+        entering = 0.0 <= shown.time < _ENTERING
+        # The reactions of a peg that jams are not determined, and say nothing of its contacts.
+        jams = self._jamming.level and self._cause is not LOAD
+        opened = 0.0 if entering or jams else shown.opened
+        lost = shown.lost_K, shown.lost_B1, shown.lost_B2
+        level = self._loss.update(t, opened + shown.free if self._rested else 0.0)
+        which = _ALL
+        if level and opened > shown.free:
+            which = lost.index(max(lost)) if max(lost) > _CLEARLY * opened else _ANY
+        values = tuple(zip(_LOSS_NAMES, (*lost, shown.opened, shown.free)))
+        return Alarm("contact_loss", level, CONTACT_LOSS[level][which], values)
+
+    def _gone(self, t):
+        return t - self._aloft >= self.options.alarm_hold

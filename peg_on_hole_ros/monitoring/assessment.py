@@ -217,7 +217,7 @@ class Assessment:
             wide = shown.wedged
         estimate = kalman.describe(three_point, wide)
         normal = estimate.normal.tolist()
-        alarms = self._alarms.update(t, mode, risk, shown[-3:], normal)
+        alarms = self._alarms.update(t, mode, risk, shown, normal)
         return Outputs(
             t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
         )

@@ -1,6 +1,6 @@
 """The risk that the peg jams within a short time, by its causes: wedging, stall, load."""
 
-from math import cos, exp, fabs, sin, sqrt
+from math import cos, fabs, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -13,42 +13,49 @@ from peg_on_hole_ros.mechanics.kernel import (
     scene_of,
 )
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
+from peg_on_hole_ros.monitoring import load_ahead, stall_ahead
 from peg_on_hole_ros.monitoring.contacts import below
-from peg_on_hole_ros.monitoring.trend import (
-    QUICK_TILT,
-    TURN,
-    TURN_SHARE,
-    position_after,
-    rate_after,
-)
+from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
+from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
+from peg_on_hole_ros.monitoring.trend import CALM, MEASURED, QUICK_TILT, TURN, rate_after
 from peg_on_hole_ros.monitoring.wedging_ahead import wedging_ahead
 from peg_on_hole_ros.options import MonitorOptions
 
 # docs/jamming.md has the definition and its derivation.
 
-# Two running means give push and load with their trends [s].
-QUICK, SLOW = 0.01, 0.04
+# Two running means tell whether the push grows at all: slower than its trend, and steadier [s].
+_QUICK, _SLOW = 0.01, 0.04
+# A push grows, or is more than usual, by this share of what friction can hold, known to that.
+_MORE, _MORE_STDDEV = 0.15, 0.03
 # What push is usual for a motion is its mean over this time [s].
 _USUAL = 0.2
 # A push is compared with that of a motion that has lasted this long [s].
 _MOVED = 0.03
-# A push is more than usual by this share of what friction can hold.
-_MORE = 0.15
+# A jump of the tilt is followed for this long before it counts as a motion [s].
+_CALM = 0.01
+# A trend of the load takes this long to part from its begin [s].
+_LOADED = 0.01
 # Above gamma0 by this share: the closed forms end at gamma0.
 _EDGE = 1e-4
 
-# Memory: quick and slow mean of push; slow mean while closing; time of closing; then the quick
-# and the slow means of N_K, N_B1, N_B2; the number of loads seen.
-PUSH, PUSH_SLOW, PUSH_MOVING, MOVED, LOADS, SEEN = 0, 1, 2, 3, 4, 10
-SIZE = 11
+# The sum of the reactions is a mean over this time [s].
+_HOLDING = 0.01
+
+# Memory: quick and slow mean of the push, its mean while closing, for how long the peg has closed;
+# the sum of the reactions (0: not seen), for how long they were seen without a break; then that of
+# `stall_ahead` and of `load_ahead`.
+PUSH, PUSH_SLOW, USUAL, MOVED, TOTAL, UNBROKEN, STALL = 0, 1, 2, 3, 4, 5, 6
+LOADS = STALL + stall_ahead.SIZE
+SIZE = LOADS + load_ahead.SIZE
+_forget_stall, _forget_loads = stall_ahead.forget, load_ahead.forget
 
 
 class Limits(NamedTuple):
     """The options that compiled code needs, see `MonitorOptions`."""
 
     horizon: float
+    load_horizon: float
     rest_speed: float
-    acceleration: float
     memory: float
     threshold: float
     limit_K: float
@@ -61,8 +68,8 @@ def limits(options: MonitorOptions) -> np.ndarray:
     return np.array(
         Limits(
             options.jamming_horizon,
+            options.load_horizon,
             options.rest_speed,
-            options.forecast_acceleration_stddev,
             options.forecast_acceleration_time,
             options.contact_force_threshold,
             *options.max_normal,
@@ -134,7 +141,7 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
 
     """
     p = scene_of(f)
-    horizon, rest_rate = options[0], options[1] / p.D
+    horizon, rest_rate = options[0], options[2] / p.D
     rate, rate_variance = rate_after(motion, QUICK_TILT, since, options[3])
     turn, turn_variance = rate_after(motion, TURN, since, options[3])
     spread = sqrt(max(rate_variance, 1e-18))
@@ -143,43 +150,41 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     rest = 1.0 - closing - below((rate - rest_rate) / spread)
     turn_rest = below((2.0 * rest_rate - turn) / turn_spread)
     rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
-    stops = closing * _stops(motion, since, options, rest_rate, p.gamma0)
     # Just after a jolt the trend knows no direction: that is no motion that could lead anywhere.
-    known = fabs(rate) > 3.0 * spread
+    # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
+    known = fabs(rate) > 3.0 * spread and motion[CALM] >= _CALM
     moves = 1.0 - rest if known else 0.0
     determinant = path = slipping = 0.0
     if f[X] > p.gamma0 * (1.0 + _EDGE):
         path, determinant, slipping = wedging_ahead(
             p, f, rate if known else 0.0, turn, turn_variance, rest_rate, horizon
         )
-    push, push_variance = _push(p, f)
-    grows, more = _pushed(p, j, push, push_variance, horizon, dt, closing, contact)
-    pushed = max(grows, more)
+    over = stall = pushed = 0.0
+    if contact < 0.5:
+        j[MOVED] = j[TOTAL] = j[UNBROKEN] = 0.0
+        _forget_stall(j, STALL)
+        _forget_loads(j, LOADS)
+    else:
+        # What is foreseen ends with three-point contact.
+        over = _load(f, j, options, dt, time, usable)
+        ahead = min(horizon, time) if time >= 0.0 else horizon
+        stops, grows, more = _pushed(p, f, motion, j, ahead, rest_rate, dt, since, closing)
+        pushed = max(grows, more)
+        stall = min(closing * stops * grows + rest * pushed, 1.0)
+    # Below gamma0, or clear of everything, this is not about three contacts.
     above = contact * (1.0 - under)
     wedging = above * path * (moves + (1.0 - moves) * pushed)
-    stall = above * min(stops * grows + rest * pushed, 1.0)
-    load = above * _load(f, j, options, dt, time, usable, contact)
+    stall *= above
+    load = above * over
     insertion = margin = 0.0
     if under > 0.5:
         insertion, margin, outside, inward = _two_point(p, f, options[4])
-        idle = contact * under * inward
-        wedging += idle * rest * below((p.f - insertion) / sqrt(max(f[SPREAD], 1e-6)))
-        stall += idle * min(stops + rest, 1.0) * outside
+        idle = contact * under * inward * rest
+        wedging += idle * below((p.f - insertion) / sqrt(max(f[SPREAD], 1e-6)))
+        stall += idle * outside
     out[0], out[1], out[2] = wedging, stall, load
     out[3] = 1.0 - (1.0 - wedging) * (1.0 - stall) * (1.0 - load)
     out[4], out[5], out[6], out[7] = determinant, slipping, insertion, margin
-
-
-@compiled
-def _stops(motion, since, options, rest_rate, gamma0):
-    """Return the probability that the tilt stands still a horizon from now, above gamma0."""
-    t = since + options[0]
-    rate, variance = rate_after(motion, QUICK_TILT, t, options[3])
-    tilt, tilt_variance = position_after(
-        motion, QUICK_TILT, t, TURN_SHARE * options[2], options[3]
-    )
-    still = below((rate + rest_rate) / sqrt(max(variance, 1e-18)))
-    return still * below((tilt - gamma0) / sqrt(max(tilt_variance, 1e-18)))
 
 
 @compiled
@@ -195,60 +200,56 @@ def _push(p, f):
 
 
 @compiled
-def _pushed(p, j, push, variance, horizon, dt, closing, contact):
+def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
     """
-    Return the probabilities that the push grows, and that it is more than what moved the peg.
+    Return the probabilities that the peg stops, that the push grows, that it is more than usual.
 
-    Both by a share of what friction can hold: a peg that its holder brings to rest feels a push
-    that changes little, one that stalls is pushed ever more. Neither says anything before the peg
-    has moved in contact: nobody knows what would move it.
+    A peg that its holder brings to rest feels a push that changes little, one that stalls is
+    pushed ever more; both beside what friction can hold. Nothing is said before the peg has moved
+    in contact: nobody knows what would move it.
     """
-    if contact < 0.5:
-        j[MOVED] = 0.0
-        return 0.0, 0.0
+    push, variance = _push(p, f)
+    held = max(0.5 * p.d * p.f * j[TOTAL], 3.0 * sqrt(variance))
+    follow_push(j, STALL, push, variance, held, dt)
+    if motion[MEASURED + 2] != 0.0:
+        tilt, tilt_variance = motion[MEASURED], motion[MEASURED + 1]
+        follow_tilt(j, STALL, tilt, tilt_variance, held, motion[MEASURED + 2], since)
+        motion[MEASURED + 2] = 0.0
     if j[MOVED] == 0.0:
-        j[PUSH] = j[PUSH_SLOW] = j[PUSH_MOVING] = push
+        j[PUSH] = j[PUSH_SLOW] = j[USUAL] = push
+    j[PUSH] += min(dt / _QUICK, 1.0) * (push - j[PUSH])
+    j[PUSH_SLOW] += min(dt / _SLOW, 1.0) * (push - j[PUSH_SLOW])
     j[MOVED] += dt * closing
-    j[PUSH] += min(dt / QUICK, 1.0) * (push - j[PUSH])
-    j[PUSH_SLOW] += min(dt / SLOW, 1.0) * (push - j[PUSH_SLOW])
-    j[PUSH_MOVING] += min(dt / _USUAL, 1.0) * closing * (push - j[PUSH_MOVING])
-    if j[MOVED] < _MOVED or j[SEEN] == 0.0:
-        return 0.0, 0.0
-    held = 0.5 * p.d * p.f * max(fabs(j[LOADS]) + fabs(j[LOADS + 2]) + fabs(j[LOADS + 4]), 1e-9)
-    growth = horizon * (j[PUSH] - j[PUSH_SLOW]) / (SLOW - QUICK)
-    noise = variance * min(0.5 * dt / QUICK, 1.0)
-    scatter = noise * (horizon / (SLOW - QUICK)) ** 2 + (0.03 * held) ** 2
-    grows = below((growth - _MORE * held) / sqrt(scatter))
-    above = j[PUSH] - j[PUSH_MOVING] - _MORE * held
-    return grows, below(above / sqrt(noise + (0.03 * held) ** 2))
+    j[USUAL] += min(dt / _USUAL, 1.0) * closing * (push - j[USUAL])
+    if j[MOVED] < _MOVED or j[TOTAL] == 0.0:
+        return 0.0, 0.0, 0.0
+    scatter = (_MORE_STDDEV * held) ** 2
+    noise = variance * min(0.5 * dt / _QUICK, 1.0)
+    slope = horizon / (_SLOW - _QUICK)
+    growth = slope * (j[PUSH] - j[PUSH_SLOW]) - _MORE * held
+    grows = below(growth / sqrt(slope * slope * noise + scatter))
+    more = below((j[PUSH] - j[USUAL] - _MORE * held) / sqrt(noise + scatter))
+    return stops_ahead(j, STALL, horizon, rest_rate), grows, more
 
 
 @compiled
-def _load(f, j, options, dt, time, usable, contact):
-    """Return the probability that a reaction passes its limit within the horizon."""
-    if contact < 0.5:
-        j[SEEN] = 0.0
-    if not usable or contact < 0.5:
+def _load(f, j, options, dt, time, usable):
+    """Return the probability that a reaction passes its limit."""
+    if not usable:
+        j[UNBROKEN] = 0.0
+        _forget_loads(j, LOADS)
         return 0.0
-    worst = 0.0
-    # A trend of the load lasts as long as one of the motion, and ends with three-point contact.
-    horizon = min(options[0], time) if time >= 0.0 else options[0]
-    reach = options[3] * (1.0 - exp(-horizon / options[3]))
+    horizon = min(options[1], time) if time >= 0.0 else options[1]
+    most, total = load_ahead.NOTHING, 0.0
+    j[UNBROKEN] += dt
     for i in range(3):
-        N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 1e-12)
-        quick, slow = LOADS + 2 * i, LOADS + 2 * i + 1
-        if j[SEEN] == 0.0:
-            j[quick] = j[slow] = N
-        j[quick] += min(dt / QUICK, 1.0) * (N - j[quick])
-        j[slow] += min(dt / SLOW, 1.0) * (N - j[slow])
-        slope = (j[quick] - j[slow]) / (SLOW - QUICK)
-        ahead = j[quick] + slope * (QUICK + reach)
-        limit = options[5 + i]
-        worst = max(worst, below((ahead - limit) / sqrt(2.0 * variance)))
-        worst = max(worst, below((j[quick] - limit) / sqrt(variance)))
-    j[SEEN] += 1.0
-    # Both means need some time to part by the load's trend and not by its begin.
-    return worst if j[SEEN] * dt > QUICK else 0.0
+        N, variance, limit = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i], options[5 + i]
+        total += fabs(N)
+        if follow_load(j, LOADS, i, N, variance, limit, dt):
+            j[UNBROKEN] = 0.0
+        most = max(most, over_limit(j, LOADS, i, variance, limit, horizon))
+    j[TOTAL] += (min(dt / _HOLDING, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
+    return below(most) if j[UNBROKEN] > _LOADED else 0.0
 
 
 @compiled

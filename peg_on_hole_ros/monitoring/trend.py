@@ -19,7 +19,11 @@ TILT, TURN, QUICK_TILT = 0, CHANNEL, 2 * CHANNEL
 LAST = 3 * CHANNEL
 # What the tilt's acceleration has lately been, squared [rad^2/s^4].
 LATELY = LAST + 3
-SIZE = LAST + 4
+# The tilt as last measured, its variance, and the time since the one before; 0: it was taken.
+MEASURED = LATELY + 1
+# For how long the quick tilt has not jumped [s].
+CALM = MEASURED + 3
+SIZE = CALM + 1
 # A forecast further ahead says nothing [s].
 LONGEST = 30.0
 SQRT2 = sqrt(2.0)
@@ -44,7 +48,7 @@ def _start(m, at, value, variance, acceleration):
 
 
 @compiled
-def _predict(m, at, dt, acceleration, memory):
+def carry(m, at, dt, acceleration, memory, tremble):
     """Carry a channel over dt [s]."""
     kept = exp(-dt / memory)
     b = 0.5 * dt * dt
@@ -57,16 +61,17 @@ def _predict(m, at, dt, acceleration, memory):
     m[at + 3] = p00 + dt * (p01 + c01) + b * (p02 + c02)
     m[at + 4] = c01 + dt * c02
     m[at + 5] = kept * c02
-    m[at + 6] = p11 + dt * (2.0 * p12 + dt * p22) + _TREMBLE * _TREMBLE * dt
+    m[at + 6] = p11 + dt * (2.0 * p12 + dt * p22) + tremble * tremble * dt
     m[at + 7] = kept * (p12 + dt * p22)
     m[at + 8] = kept * kept * p22 + (1.0 - kept * kept) * acceleration * acceleration
 
 
 @compiled
-def _correct(m, at, residual, variance, since, acceleration):
-    """Correct a channel by what its position was off."""
+def correct(m, at, residual, variance, since, acceleration, jump_at=_JUMP):
+    """Correct a channel by what its position was off; return whether it has jumped."""
     s = m[at + 3] + variance
-    if residual * residual > _JUMP * s:
+    jumped = residual * residual > jump_at * s
+    if jumped:
         jump = residual / max(since, 1e-4)
         m[at + 6] += jump * jump
         m[at + 4] += since * jump * jump
@@ -85,6 +90,7 @@ def _correct(m, at, residual, variance, since, acceleration):
     m[at + 6] -= g1 * p01
     m[at + 7] -= g1 * p02
     m[at + 8] -= g2 * p02
+    return jumped
 
 
 @compiled
@@ -109,19 +115,23 @@ def follow(m, since, q, R, ratio, acceleration, memory):
 
     """
     variance = R[1, 1] + ratio * (2.0 * R[1, 2] + ratio * R[2, 2])
+    m[MEASURED], m[MEASURED + 1] = q[0], R[0, 0]
+    m[MEASURED + 2] = m[MEASURED + 2] + since if since > 0.0 else -1.0
     if since < 0.0:
         _start(m, TILT, q[0], R[0, 0], acceleration)
         _start(m, QUICK_TILT, q[0], R[0, 0], TURN_SHARE * acceleration)
         _start(m, TURN, 0.0, variance, TURN_SHARE * acceleration)
         m[LAST], m[LAST + 1], m[LAST + 2], m[LATELY] = q[1], q[2], 0.0, 0.0
+        m[CALM] = 0.0
         return
     quick = TURN_SHARE * acceleration
-    _predict(m, QUICK_TILT, since, quick, memory)
-    _correct(m, QUICK_TILT, q[0] - m[QUICK_TILT], R[0, 0], since, quick)
+    carry(m, QUICK_TILT, since, quick, memory, _TREMBLE)
+    jumped = correct(m, QUICK_TILT, q[0] - m[QUICK_TILT], R[0, 0], since, quick)
+    m[CALM] = 0.0 if jumped else m[CALM] + since
     acceleration = sqrt(acceleration * acceleration + m[LATELY])
-    _predict(m, TILT, since, acceleration, memory)
-    _predict(m, TURN, since, quick, memory)
-    _correct(m, TILT, q[0] - m[TILT], R[0, 0], since, acceleration)
+    carry(m, TILT, since, acceleration, memory, _TREMBLE)
+    carry(m, TURN, since, quick, memory, _TREMBLE)
+    correct(m, TILT, q[0] - m[TILT], R[0, 0], since, acceleration)
     sure = max(m[TILT + 2] * m[TILT + 2] - m[TILT + 8], 0.0)
     m[LATELY] += min(since / memory, 1.0) * (sure - m[LATELY])
     psi, phi = q[1] - m[LAST], q[2] - m[LAST + 1]
@@ -132,7 +142,7 @@ def follow(m, since, q, R, ratio, acceleration, memory):
     phi -= 2.0 * pi * floor(phi / (2.0 * pi) + 0.5)
     m[LAST + 2] += both + (ratio - 1.0) * phi
     residual = m[LAST + 2] - m[TURN]
-    _correct(m, TURN, residual, variance, since, quick)
+    correct(m, TURN, residual, variance, since, quick)
 
 
 @compiled

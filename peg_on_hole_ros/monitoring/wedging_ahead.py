@@ -1,6 +1,6 @@
 """Whether a motion on three contacts leads to where friction makes the equations singular."""
 
-from math import fabs, isfinite, sqrt
+from math import fabs, inf, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.memory import SPREAD, WORK, X, Z
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, determinant_at
@@ -44,24 +44,25 @@ def wedging_ahead(p, f, rate, turn, turn_variance, rest_rate, horizon):
     uncertain = sqrt(max(f[SPREAD], 0.0))
     shifted = _with_friction(p, p.f + uncertain)
     rates = (dgamma, dpsi, (swing - dpsi) / ratio)
-    worst = 0.0
-    where = gamma
+    least, where = inf, gamma
     # Dense towards gamma0, where the determinant bends.
     first = gamma - p.gamma0
     step = ((end - p.gamma0) / first) ** (1.0 / (_POINTS - 1))
     for i in range(_POINTS):
         at = p.gamma0 + first * step**i
         d = determinant_at(p, _PRESLIDING, at, rates, f[WORK:])
-        spread = _DETERMINANT_STDDEV
-        if uncertain > 0.0:
-            slope = determinant_at(shifted, _PRESLIDING, at, rates, f[WORK:]) - d
-            spread = sqrt(spread * spread + slope * slope)
-        if isfinite(d) and isfinite(spread):
-            probability = below(-d / spread)
-            if probability > worst:
-                worst, where = probability, at
+        if isfinite(d) and d < least:
+            least, where = d, at
         if end == gamma:
             break
+    worst = 0.0
+    if least < inf:
+        spread = _DETERMINANT_STDDEV
+        if uncertain > 0.0:
+            slope = determinant_at(shifted, _PRESLIDING, where, rates, f[WORK:]) - least
+            if isfinite(slope):
+                spread = sqrt(spread * spread + slope * slope)
+        worst = below(-least / spread)
     now = determinant_at(p, _COULOMB, gamma, rates, f[WORK:])
     slipping = now
     if worst > 0.5:
