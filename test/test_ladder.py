@@ -97,7 +97,7 @@ def test_bounds_hold_and_say_something():
         u = wrench_for(scene, q, rates, rng.normal(size=3) * 10 ** rng.uniform(-1, 1.5), normal)
         x, p = np.concatenate([q, rates]), scene_scalars(scene)
         margin = accelerate(p, scales, x, u, work, y)
-        n = domain.numbers(p, x, y, margin)
+        n = domain.numbers(p, scales, x, y, margin)
         gain = domain.gain(scene, q, rates, SCALE)
         for rung in range(rungs.DYNAMIC):
             if not domain.in_domain(rung, n):

@@ -1,11 +1,16 @@
-"""The cheapest rung whose error keeps to a tolerance, decided now and then and held between."""
+"""
+The cheapest rung whose error keeps to a tolerance, decided now and then and held between.
+
+`align` and `align_slip` cost no less than the six equations, which make no error: `auto` passes
+them over (docs/ladder.md has the figures), they can be asked for.
+"""
 
 from math import fabs
 
 import numpy as np
 
-from peg_on_hole_ros.ladder.domain import LEAST_MARGIN, Numbers, in_domain, numbers
-from peg_on_hole_ros.ladder.rungs import ALIGN_SLIP, MODES, RUNGS, answer
+from peg_on_hole_ros.ladder.domain import LEAST_BALANCE, LEAST_MARGIN, Numbers, in_domain, numbers
+from peg_on_hole_ros.ladder.rungs import ALIGN_SLIP, MODES, QUASI_STATIC, RUNGS, answer
 from peg_on_hole_ros.mechanics.kernel import accelerate, compiled, inlined
 
 # Of the tolerance: what a rung may be predicted to err by, and what it may err by where nothing is
@@ -19,20 +24,35 @@ WORTH = 10
 GROWTH = 0.4
 # Share of an earlier, faster change that is still reckoned with at the next decision.
 FORGET = 0.8
+# The same as GROWTH for the way to a singular set.
+SINGULAR = 0.3
 # Relative change of the excess, of the rates or of the wrench after which no decision is kept.
 MOVED = 0.25
 
 # Places in a choice's memory; of each rung below the full ones the size of its error at the last
 # decision (-1: not known), how fast it changes a sample, and the error in N_K, N_B1, N_B2.
-_TOLERANCE, _RUNG, _HOLD, _SINCE, _DECISIONS, _CHANGES, _LARGEST = range(7)
-_ERRORS, _CHANGE, _APART, _NUMBERS, _STATE, _WRENCH = 7, 11, 15, 27, 34, 40
-_SIZE = 46
+_TOLERANCE, _ASKED, _RUNG, _HOLD, _SINCE, _DECISIONS, _CHANGES, _LARGEST = range(8)
+_ERRORS, _CHANGE, _APART, _NUMBERS, _STATE, _WRENCH = 8, 12, 16, 28, 36, 42
+_SIZE = 48
+_MARGIN = _NUMBERS + 6
+AUTO = -1
 
 
-def new_choice(tolerance: float) -> np.ndarray:
-    """Return the memory of a choice, for a tolerance on the reactions over the largest of them."""
+def new_choice(tolerance: float, asked: int = AUTO) -> np.ndarray:
+    """
+    Return the memory of a choice.
+
+    Parameters
+    ----------
+    tolerance : float
+        Error allowed in a reaction, over the largest of the three.
+    asked : int
+        A rung to use whatever its error, which is then only told; AUTO chooses.
+
+    """
     memory = np.zeros(_SIZE)
-    memory[_TOLERANCE], memory[_RUNG] = tolerance, MODES
+    memory[_TOLERANCE], memory[_ASKED] = tolerance, asked
+    memory[_RUNG] = MODES if asked == AUTO else asked
     memory[_ERRORS:_CHANGE] = -1.0
     return memory
 
@@ -80,7 +100,7 @@ def _moved(c, p, x, u):
 @compiled
 def decide(c, p, scales, x, u, work, y):
     """
-    Decide: compare every rung, from the cheapest, with the full equations at this state.
+    Decide: compare rungs, from the cheapest, with the full equations at this state.
 
     An error is carried on by how fast it has changed since the last decision. A difference that
     goes through zero, as where an acceleration turns round, is thereby not taken for a small one.
@@ -95,17 +115,16 @@ def decide(c, p, scales, x, u, work, y):
     margin = accelerate(p, scales, x, u, work, y)
     N_K, N_B1, N_B2 = y[3], y[4], y[5]
     largest = c[_LARGEST] = max(fabs(N_K), fabs(N_B1), fabs(N_B2))
-    # Towards the singular set every error grows as one over the margin.
-    loss = fabs(margin - c[_NUMBERS + 6])
-    if loss * longest > since * (margin - LEAST_MARGIN) / 3.0:
-        longest = max(since * (margin - LEAST_MARGIN) / (3.0 * loss), 1.0)
-    n = numbers(p, x, y, margin)
-    for i in range(7):
+    n = numbers(p, scales, x, y, margin)
+    longest = _until_singular(longest, since, margin, c[_MARGIN], LEAST_MARGIN)
+    longest = _until_singular(longest, since, n.balance, c[_MARGIN + 1], LEAST_BALANCE)
+    for i in range(8):
         c[_NUMBERS + i] = n[i]
+    asked = int(c[_ASKED])
     found = not min(N_K, N_B1, N_B2) >= 0.0
-    for r in range(ALIGN_SLIP + 1):
+    for r in range((QUASI_STATIC if asked == AUTO else ALIGN_SLIP) + 1):
         last, c[_ERRORS + r] = c[_ERRORS + r], -1.0
-        if found or not in_domain(r, n):
+        if asked != r and (found or asked != AUTO or not in_domain(r, n)):
             continue
         answer(r, p, scales, x, u, work, y)
         at = _APART + 3 * r
@@ -125,10 +144,19 @@ def decide(c, p, scales, x, u, work, y):
         keeps = min(keeps, longest)
         if keeps >= (WORTH if r < before and last >= 0.0 and longest > WORTH else 1.0):
             found, rung, hold = True, r, keeps
+    if asked != AUTO:
+        rung = asked
     if rung != before:
         c[_CHANGES] += 1.0
     c[_RUNG], c[_HOLD] = rung, hold
     return rung
+
+
+@inlined
+def _until_singular(longest, since, now, last, least):
+    """Return how long a decision may keep where a margin goes: errors grow as one over it."""
+    loss, left = fabs(now - last), SINGULAR * since * (now - least)
+    return max(left / loss, 1.0) if loss * longest > left else longest
 
 
 @compiled
@@ -143,19 +171,40 @@ def answer_by_choice(c, p, scales, x, u, work, y):
     return rung
 
 
+def error_of(memory: np.ndarray) -> float:
+    """Return the error of the rung in use at the last decision, over the largest reaction."""
+    rung = int(memory[_RUNG])
+    return memory.item(_ERRORS + rung) if rung <= ALIGN_SLIP else 0.0
+
+
+def tally(memory: np.ndarray) -> tuple[int, int]:
+    """Return how many decisions there were, and changes of the rung."""
+    return int(memory[_DECISIONS]), int(memory[_CHANGES])
+
+
+def size_of(memory: np.ndarray) -> float:
+    """Return the largest reaction at the last decision [N]."""
+    return memory.item(_LARGEST)
+
+
 def explained(memory: np.ndarray) -> str:
     """Return the last decision as one line."""
     rung, tolerance = int(memory[_RUNG]), memory[_TOLERANCE]
-    n = Numbers(*memory[_NUMBERS : _NUMBERS + 7].tolist())
+    if not memory[_DECISIONS]:
+        return f"{RUNGS[rung]}: nothing decided yet"
+    n = Numbers(*memory[_NUMBERS : _NUMBERS + 8].tolist())
     errors = memory[_ERRORS:_CHANGE]
-    tried = ", ".join(
-        f"{name} {errors[i]:.2%}" for i, name in enumerate(RUNGS[:rung]) if errors[i] >= 0
-    )
-    if rung == MODES:
-        why = f"no cheaper one keeps to {tolerance:.2%}"
+    lower = [f"{name} {errors[i]:.2%}" for i, name in enumerate(RUNGS[:rung]) if errors[i] >= 0]
+    tried = f"; {', '.join(lower)}" if lower else ""
+    if rung > ALIGN_SLIP:
+        why = f"no cheaper one keeps to {tolerance:.2%} of {memory[_LARGEST]:.4g} N"
+    elif errors[rung] < 0:
+        why = "error not known, since a reaction pulls"
     else:
         why = f"error {errors[rung]:.2%} of {memory[_LARGEST]:.4g} N, {tolerance:.2%} allowed"
+    if memory[_ASKED] != AUTO:
+        why = f"asked for; {why}"
     return (
-        f"{RUNGS[rung]}: {why}{'; ' if tried else ''}{tried}; inertia {n.inertia:.2g}, slip "
+        f"{RUNGS[rung]}: {why}{tried}; inertia {n.inertia:.2g}, slip "
         f"{n.slip:.2g}, slide {n.slide:.2g}, excess {n.excess:.2g}, margin {n.margin:.2g}"
     )

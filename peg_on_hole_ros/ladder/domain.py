@@ -10,6 +10,7 @@ from peg_on_hole_ros.ladder.rungs import (
     DYNAMIC,
     QUASI_STATIC,
     SMALL_ANGLE,
+    force_columns,
 )
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, inlined
 from peg_on_hole_ros.mechanics.reference import six_equations
@@ -33,6 +34,8 @@ class Numbers(NamedTuple):
         Speed that phi' and psi' give the contacts, over that and the least that gamma' gives one.
     margin : float
         Determinant of the six equations over its frictionless value; 0 is singular.
+    balance : float
+        The same of the balance of forces alone, which is singular elsewhere.
 
     """
 
@@ -43,26 +46,27 @@ class Numbers(NamedTuple):
     slip: float
     slide: float
     margin: float
+    balance: float
 
 
 # Beyond these a rung is not tried, whatever its error at the moment: it would not keep.
 MOST_TILT = 0.5
 MOST_INERTIA = 0.5
 MOST_TURNED = 0.3
-LEAST_MARGIN = 0.02
+LEAST_MARGIN, LEAST_BALANCE = 0.02, 0.05
 # What the small-angle form leaves out of force and geometry, over gamma squared; of random states
 # one in a hundred has more, where slip and slide all but cancel at a contact.
 SMALL_ANGLE_ERROR = 30.0
 
 
 @compiled
-def numbers(p, x, y, margin):
+def numbers(p, scales, x, y, margin):
     """
     Return the Numbers of a state.
 
     Parameters
     ----------
-    p, x
+    p, scales, x
         As for `rungs.answer`.
     y : ndarray, shape (6,)
         The full equations' accelerations and reactions.
@@ -71,9 +75,7 @@ def numbers(p, x, y, margin):
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
-    s, a1, S1, h_c, dh_c, dz_c, ddh_c, ddz_c = (
-        geo[0], geo[2], geo[4], geo[8], geo[10], geo[11], geo[12], geo[13],
-    )  # fmt: skip
+    s, c, a1, a2, S1, S2, b, _, h_c, _, dh_c, dz_c, ddh_c, ddz_c = geo
     dgamma, dpsi = x[3], x[4]
     by_mass = p.m / max(fabs(y[3]), fabs(y[4]), fabs(y[5]))
     e_psi, h_psi = h_c * y[1] + 2.0 * dh_c * dgamma * dpsi, h_c * dpsi * dpsi
@@ -82,6 +84,13 @@ def numbers(p, x, y, margin):
     # K slides along the peg, and both B across it.
     closing = 2.0 * fabs(dgamma) * min(a1 / s, sqrt(a1 * a1 + S1 * S1)) + 1e-12
     by_phi, by_psi = 0.5 * p.d * fabs(x[5]), 0.5 * p.D * fabs(dpsi)
+    over_OB = 1.0 / sqrt(0.25 * p.D * p.D + a1 * a1)
+    W = force_columns(p, scales, x, s, c, a1, S1, S2, b, over_OB)
+    determinant = (
+        W[0] * (W[4] * W[8] - W[5] * W[7])
+        + W[1] * (W[5] * W[6] - W[3] * W[8])
+        + W[2] * (W[3] * W[7] - W[4] * W[6])
+    )
     return Numbers(
         x[0],
         x[0] / p.gamma0 - 1.0,
@@ -90,6 +99,7 @@ def numbers(p, x, y, margin):
         by_phi / (closing + by_phi),
         by_psi / (closing + by_psi),
         margin,
+        determinant / (2.0 * b * a2 * over_OB * over_OB),
     )
 
 
@@ -101,7 +111,7 @@ def in_domain(rung, n):
     if rung == SMALL_ANGLE and n.tilt > MOST_TILT:
         return False
     if rung <= QUASI_STATIC:
-        return n.inertia < MOST_INERTIA
+        return n.inertia < MOST_INERTIA and n.balance > LEAST_BALANCE
     return n.slide + (n.slip if rung == ALIGN else 0.0) < MOST_TURNED
 
 

@@ -68,8 +68,8 @@ def _solve(k00, k01, k02, k10, k11, k12, k20, k21, k22, r0, r1, r2):
 
 
 @inlined
-def _balance(p, scales, x, s, c, a1, S1, S2, b, over_OB, F_h, F_e, F_z):
-    """Return the reactions that carry a force, with friction against the slip at given rates."""
+def force_columns(p, scales, x, s, c, a1, S1, S2, b, over_OB):
+    """Return the forces of unit reactions with their friction, rows h, e, z, columns K, B1, B2."""
     dgamma, dpsi, dphi = x[3], x[4], x[5]
     rise, spin = 2.0 * a1 * dgamma, b * dphi
     v_h, v_e, v_z = rise, -0.5 * (p.D * dpsi + p.d * dphi), -rise * c / s
@@ -83,7 +83,13 @@ def _balance(p, scales, x, s, c, a1, S1, S2, b, over_OB, F_h, F_e, F_z):
     v_h, v_z = rise - b * dpsi - c * spin, up - s * spin
     t = _over(scales[2], v_h, around, v_z, p.f)
     Q_h, Q_e, Q_z = n_h - t * v_h, -n_e - t * around, n_z - t * v_z
-    return _solve(K_h, P_h, Q_h, K_e, P_e, Q_e, K_z, P_z, Q_z, -F_h, -F_e, -F_z)
+    return K_h, P_h, Q_h, K_e, P_e, Q_e, K_z, P_z, Q_z
+
+
+@inlined
+def _carrying(W, F_h, F_e, F_z):
+    """Return the reactions that carry a force, given `force_columns`."""
+    return _solve(W[0], W[1], W[2], W[3], W[4], W[5], W[6], W[7], W[8], -F_h, -F_e, -F_z)
 
 
 @inlined
@@ -99,7 +105,8 @@ def small_angle(p, scales, x, u):
     F_h, F_e, F_z, _, _ = _force(p, x, u, g, 1.0)
     # Well above gamma0 the square of gamma is as large as that of gamma0/gamma.
     S1, S2, b = half * (part + 0.25 * g * g), half * (part - 0.25 * g * g), half * beta
-    N = _balance(p, scales, x, g, 1.0, a1, S1, S2, b, 1.0 / half, F_h, F_e, F_z)
+    W = force_columns(p, scales, x, g, 1.0, a1, S1, S2, b, 1.0 / half)
+    N = _carrying(W, F_h, F_e, F_z)
     return 0.0, 0.0, 0.0, N[0], N[1], N[2]
 
 
@@ -109,7 +116,8 @@ def quasi_static(p, scales, x, u):
     s, c, a1, _, S1, S2, b, _, _, _, _, _, _, _ = _closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     F_h, F_e, F_z, _, _ = _force(p, x, u, s, c)
     over_OB = 1.0 / sqrt(0.25 * p.D * p.D + a1 * a1)
-    N = _balance(p, scales, x, s, c, a1, S1, S2, b, over_OB, F_h, F_e, F_z)
+    W = force_columns(p, scales, x, s, c, a1, S1, S2, b, over_OB)
+    N = _carrying(W, F_h, F_e, F_z)
     return 0.0, 0.0, 0.0, N[0], N[1], N[2]
 
 
@@ -189,6 +197,18 @@ def align_slip(p, scales, x, u):
     return tilting / inertia, 0.0, turning / p.Iz, N_K, N_P, N_Q
 
 
+@inlined
+def reduced(rung, p, scales, x, u):
+    """Return the answer of a rung up to `align_slip`, as 6 floats."""
+    if rung == SMALL_ANGLE:
+        return small_angle(p, scales, x, u)
+    if rung == QUASI_STATIC:
+        return quasi_static(p, scales, x, u)
+    if rung == ALIGN:
+        return align(p, scales, x, u)
+    return align_slip(p, scales, x, u)
+
+
 @compiled
 def answer(rung, p, scales, x, u, work, y):
     """
@@ -200,14 +220,8 @@ def answer(rung, p, scales, x, u, work, y):
         Whether all are finite.
 
     """
-    if rung == SMALL_ANGLE:
-        y[0], y[1], y[2], y[3], y[4], y[5] = small_angle(p, scales, x, u)
-    elif rung == QUASI_STATIC:
-        y[0], y[1], y[2], y[3], y[4], y[5] = quasi_static(p, scales, x, u)
-    elif rung == ALIGN:
-        y[0], y[1], y[2], y[3], y[4], y[5] = align(p, scales, x, u)
-    elif rung == ALIGN_SLIP:
-        y[0], y[1], y[2], y[3], y[4], y[5] = align_slip(p, scales, x, u)
+    if rung <= ALIGN_SLIP:
+        y[0], y[1], y[2], y[3], y[4], y[5] = reduced(rung, p, scales, x, u)
     else:
         accelerate(p, scales, x, u, work, y)
         if rung == MODES and min(y[3], y[4], y[5]) < 0.0:
