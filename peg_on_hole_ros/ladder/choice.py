@@ -57,7 +57,7 @@ def new_choice(tolerance: float, asked: int = AUTO) -> np.ndarray:
     return memory
 
 
-@compiled
+@inlined
 def choose(c, p, scales, x, u, work, y):
     """
     Return the rung to use for a sample; decide anew where the last decision may not keep.
@@ -194,7 +194,8 @@ def explained(memory: np.ndarray) -> str:
         return f"{RUNGS[rung]}: nothing decided yet"
     n = Numbers(*memory[_NUMBERS : _NUMBERS + 8].tolist())
     errors = memory[_ERRORS:_CHANGE]
-    lower = [f"{name} {errors[i]:.2%}" for i, name in enumerate(RUNGS[:rung]) if errors[i] >= 0]
+    tries = [*zip(RUNGS, errors)][:rung]
+    lower = [f"{name} {error:.2%}" for name, error in tries if error >= 0]
     tried = f"; {', '.join(lower)}" if lower else ""
     if rung > ALIGN_SLIP:
         why = f"no cheaper one keeps to {tolerance:.2%} of {memory[_LARGEST]:.4g} N"
