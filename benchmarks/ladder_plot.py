@@ -70,5 +70,6 @@ def _costs(axes, rows):
         axes.bar_label(bars, [f"{v:.2g}" for v in values], padding=3, fontsize=8)
     axes.set(yticks=places, yticklabels=names, xscale="log", xlabel="microseconds, median",
              xlim=(0.08, 3 * step.max()), title="What a sample costs")  # fmt: skip
-    axes.invert_yaxis()
-    axes.legend(loc="lower right", fontsize=8)
+    # Room for the legend below the last bar.
+    axes.set_ylim(len(names) + 0.5, -0.6)
+    axes.legend(loc="lower right", fontsize=8, ncols=2)

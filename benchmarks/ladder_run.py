@@ -128,7 +128,7 @@ def _step_costs(scene: Drawn):
     for _ in range(REPEATS):
         for at, rung in enumerate([*range(DYNAMIC + 1), AUTO]):
             kalman.memory[:] = begin
-            choice = new_choice(scene.tolerance)
+            choice = new_choice(scene.tolerance, top=DYNAMIC)
             begun = perf_counter()
             filtered(
                 rung, choice, kalman.memory, dy, slopes, y, scene.wrenches, angles,

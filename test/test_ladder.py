@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
-from peg_on_hole_ros.ladder import domain, reference, rungs
+import ladder
+from ladder_run import score
+from ladder_scenes import INTERVAL, SAMPLES, draw
+from peg_on_hole_ros.ladder import choice, domain, reference, rungs
 from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.study.problems import balancing_wrench
+from peg_on_hole_ros.study.problems import Problem, balancing_wrench, by_scipy
 
 SCALE = 2e-5
 SCENES = [
@@ -113,3 +117,67 @@ def test_bounds_hold_and_say_something():
     # A bound a hundred times too large would choose nothing.
     assert np.median(sharp[rungs.QUASI_STATIC]) < 5
     assert np.median(sharp[rungs.ALIGN]) < 20
+
+
+def decided(scene, q, rates, u, tolerance, asked=choice.AUTO):
+    memory = choice.new_choice(tolerance, asked)
+    x, y = np.concatenate([q, rates]), np.zeros(6)
+    used = choice.answer_by_choice(
+        memory, scene_scalars(scene), np.full(3, SCALE), x, u, workspace(), y
+    )
+    return rungs.RUNGS[used], choice.explained(memory), y
+
+
+def test_the_choice_is_the_cheapest_that_does_and_says_why_in_one_line():
+    scene, rates = SCENES[0], np.array([-0.16, 0.1, 1.0])
+    q = np.array([1.5 * scene.gamma0, 0.2, 0.3])
+    held = wrench_for(scene, q, rates, (0.0, 0.0, 0.0))
+    shaken = wrench_for(scene, q, rates, (150.0, 0.0, 0.0))
+    name, line, y = decided(scene, q, rates, held, 0.05)
+    assert name == "small_angle" and line.startswith("small_angle: error ")
+    assert np.abs(y[3:] - (40.0, 25.0, 30.0)).max() < 0.05 * 40
+    name, line, _ = decided(scene, q, rates, held, 0.003)
+    assert name == "quasi_static" and "; small_angle " in line
+    name, line, y = decided(scene, q, rates, shaken, 0.003)
+    assert name == "modes" and "no cheaper one is sure to keep to 0.30%" in line
+    np.testing.assert_allclose(y[3:], (40.0, 25.0, 30.0), rtol=1e-9)
+    name, line, _ = decided(scene, q, rates, shaken, 0.003, rungs.ALIGN_SLIP)
+    assert name == "align_slip" and line.startswith("align_slip: asked for; error ")
+    assert "\n" not in line and "inertia " in line and "margin " in line
+
+
+def test_a_contact_about_to_open_is_left_to_the_full_model():
+    scene, rates = SCENES[0], np.array([-0.16, 0.1, 1.0])
+    q = np.array([1.5 * scene.gamma0, 0.2, 0.3])
+    u = wrench_for(scene, q, rates, (0.0, 0.0, 0.0), (40.0, 25.0, -5.0))
+    name, _, y = decided(scene, q, rates, u, 0.5)
+    assert name == "modes" and y[5] == 0 < y[3]
+
+
+def test_truth_of_a_scene_is_that_of_another_integrator():
+    scene = next(s for s in (draw(11, i) for i in range(20)) if len(s.states) == SAMPLES + 1)
+    t = INTERVAL * np.arange(SAMPLES + 1)
+    spline = CubicSpline(t, scene.wrenches)
+    cubics = np.ascontiguousarray(np.transpose(spline.c[::-1], (1, 0, 2)))
+    count = 40
+    problem = Problem(
+        scene.p, np.full(3, SCALE), cubics, INTERVAL, 0.0, scene.states[0], count * INTERVAL
+    )
+    found = by_scipy(problem, "Radau", 1e-9).state
+    # Reactions agree to 1e-4 in the scene; angles and rates are smoother than they.
+    np.testing.assert_allclose(found, scene.states[count], rtol=1e-5, atol=1e-7)
+
+
+def test_the_benchmark_in_small():
+    rows = [score((11, index)) for index in range(6)]
+    assert all(row["auto"] <= row["tolerance"] for row in rows)
+    assert all(sum(row["used"]) == row["samples"] for row in rows)
+    # Not the full model throughout, and not one alone.
+    used = np.sum([row["used"] for row in rows], axis=0)
+    assert np.count_nonzero(used) >= 2 and used[rungs.MODES] < 0.7 * used.sum()
+    again = score((11, 2))
+    assert {k: again[k] for k in ("errors", "auto", "used")} == {
+        k: rows[2][k] for k in ("errors", "auto", "used")
+    }
+    text = ladder.summary(rows)
+    assert "auto within its tolerance: 6 of 6" in text and "| `quasi_static` |" in text

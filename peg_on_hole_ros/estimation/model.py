@@ -64,7 +64,7 @@ class Model:
     def __init__(self, name: str, tolerance: float, memory: np.ndarray):
         asked = MODELS[name]
         self._always_full = asked == DYNAMIC
-        self.choice = new_choice(tolerance, asked)
+        self.choice = new_choice(tolerance, asked, DYNAMIC)
         self._memory, self._y = memory, np.zeros(6)
         self._fresh, self.rung = True, DYNAMIC
 
@@ -117,11 +117,11 @@ class Model:
 
 @compiled
 def choose_at(m, choice, y):
-    """Return the rung for the estimate, at most the full equations: opening is not its matter."""
+    """Return the rung for the estimate."""
     p, x, u = scene_of(m), m[X : X + 6], m[U : U + 6]
     if not x[0] > p.gamma0:
         return DYNAMIC
-    return min(choose(choice, p, m[SCALES : SCALES + 3], x, u, m[WORK:], y), DYNAMIC)
+    return choose(choice, p, m[SCALES : SCALES + 3], x, u, m[WORK:], y)
 
 
 @compiled

@@ -10,7 +10,14 @@ from math import fabs
 import numpy as np
 
 from peg_on_hole_ros.ladder.domain import LEAST_BALANCE, LEAST_MARGIN, Numbers, in_domain, numbers
-from peg_on_hole_ros.ladder.rungs import ALIGN_SLIP, MODES, QUASI_STATIC, RUNGS, answer
+from peg_on_hole_ros.ladder.rungs import (
+    ALIGN_SLIP,
+    DYNAMIC,
+    MODES,
+    QUASI_STATIC,
+    RUNGS,
+    answer,
+)
 from peg_on_hole_ros.mechanics.kernel import accelerate, compiled, inlined
 
 # Of the tolerance: what a rung may be predicted to err by, and what it may err by where nothing is
@@ -31,14 +38,14 @@ MOVED = 0.25
 
 # Places in a choice's memory; of each rung below the full ones the size of its error at the last
 # decision (-1: not known), how fast it changes a sample, and the error in N_K, N_B1, N_B2.
-_TOLERANCE, _ASKED, _RUNG, _HOLD, _SINCE, _DECISIONS, _CHANGES, _LARGEST = range(8)
-_ERRORS, _CHANGE, _APART, _NUMBERS, _STATE, _WRENCH = 8, 12, 16, 28, 36, 42
-_SIZE = 48
+_TOLERANCE, _ASKED, _TOP, _RUNG, _HOLD, _SINCE, _DECISIONS, _CHANGES, _LARGEST = range(9)
+_ERRORS, _CHANGE, _APART, _NUMBERS, _STATE, _WRENCH = 9, 13, 17, 29, 37, 43
+_SIZE = 49
 _MARGIN = _NUMBERS + 6
 AUTO = -1
 
 
-def new_choice(tolerance: float, asked: int = AUTO) -> np.ndarray:
+def new_choice(tolerance: float, asked: int = AUTO, top: int = MODES) -> np.ndarray:
     """
     Return the memory of a choice.
 
@@ -48,11 +55,13 @@ def new_choice(tolerance: float, asked: int = AUTO) -> np.ndarray:
         Error allowed in a reaction, over the largest of the three.
     asked : int
         A rung to use whatever its error, which is then only told; AUTO chooses.
+    top : int
+        The full model: DYNAMIC, or MODES.
 
     """
     memory = np.zeros(_SIZE)
-    memory[_TOLERANCE], memory[_ASKED] = tolerance, asked
-    memory[_RUNG] = MODES if asked == AUTO else asked
+    memory[_TOLERANCE], memory[_ASKED], memory[_TOP] = tolerance, asked, top
+    memory[_RUNG] = top if asked == AUTO else asked
     memory[_ERRORS:_CHANGE] = -1.0
     return memory
 
@@ -107,9 +116,9 @@ def decide(c, p, scales, x, u, work, y):
     """
     for i in range(6):
         c[_STATE + i], c[_WRENCH + i] = x[i], u[i]
-    since, before, rung = c[_SINCE], int(c[_RUNG]), MODES
+    since, before, rung = c[_SINCE], int(c[_RUNG]), int(c[_TOP])
     longest = min(2.0 * since + FIRST_HOLD, LONGEST)
-    hold = longest if before == MODES else FIRST_HOLD
+    hold = longest if before == rung else FIRST_HOLD
     c[_SINCE] = 0.0
     c[_DECISIONS] += 1.0
     margin = accelerate(p, scales, x, u, work, y)
@@ -164,7 +173,7 @@ def answer_by_choice(c, p, scales, x, u, work, y):
     """Fill y as `rungs.answer` does, by the rung that is chosen; return that rung."""
     rung = choose(c, p, scales, x, u, work, y)
     good = answer(rung, p, scales, x, u, work, y)
-    if rung != MODES and not (good and min(y[3], y[4], y[5]) >= 0.0):
+    if rung < DYNAMIC and not (good and min(y[3], y[4], y[5]) >= 0.0):
         # A contact may be about to open.
         rung = decide(c, p, scales, x, u, work, y)
         answer(rung, p, scales, x, u, work, y)
@@ -198,7 +207,7 @@ def explained(memory: np.ndarray) -> str:
     lower = [f"{name} {error:.2%}" for name, error in tries if error >= 0]
     tried = f"; {', '.join(lower)}" if lower else ""
     if rung > ALIGN_SLIP:
-        why = f"no cheaper one keeps to {tolerance:.2%} of {memory[_LARGEST]:.4g} N"
+        why = f"no cheaper one is sure to keep to {tolerance:.2%} of {memory[_LARGEST]:.4g} N"
     elif errors[rung] < 0:
         why = "error not known, since a reaction pulls"
     else:
