@@ -7,7 +7,7 @@ import numpy as np
 from ladder_scenes import SCALE, Drawn, draw
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.filter import ContactFilter
-from peg_on_hole_ros.estimation.memory import SLOW, R, U
+from peg_on_hole_ros.estimation.memory import SLOW, R
 from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -39,9 +39,7 @@ def through(rung, choice, p, scales, states, wrenches, work, y, normal, used):
 def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, free, slow, held):
     """Run the filter's steps by a rung or by choice, as `ContactFilter` composes them."""
     for k in range(1, len(wrenches)):
-        for i in range(6):
-            m[U + i] = wrenches[k, i]
-        kernel.hold_wrench(m)
+        kernel.hold_wrench(m, wrenches[k])
         m[SLOW] = 0.0
         used = choose_at(m, choice, y) if rung == AUTO else min(rung, DYNAMIC)
         if used <= QUASI_STATIC:
