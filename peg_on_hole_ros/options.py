@@ -52,6 +52,8 @@ class FilterOptions:
     creep_time: float = 0.05
     method: str = "extended"
     integrator: str = "implicit_euler"
+    model: str = "dynamic"
+    reaction_tolerance: float = 0.05
     max_step: float = 0.02
     step_tolerance: float = 0.01
     max_gap: float = 0.1

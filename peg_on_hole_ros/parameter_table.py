@@ -251,6 +251,19 @@ PARAMETERS: tuple[Parameter, ...] = (
         "method of a step; linearly_implicit costs less and errs where slip reverses",
         choices=("implicit_euler", "linearly_implicit", "second_order"),
     ),
+    _filter(
+        "model",
+        "of the contact: the cheapest that keeps to reaction_tolerance (auto), or always one; the "
+        "first two predict constant rates and learn no friction",
+        choices=("dynamic", "auto", "small_angle", "quasi_static", "align", "align_slip"),
+    ),
+    _filter(
+        "reaction_tolerance",
+        "error that model auto may make in a reaction, over the largest of the three",
+        "",
+        1e-6,
+        1.0,
+    ),
     _filter("max_step", "longest integration step; a longer interval is divided", "s", 1e-5, 1.0),
     _filter(
         "step_tolerance",

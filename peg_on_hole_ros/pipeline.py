@@ -90,6 +90,7 @@ class Pipeline:
         self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
         self._mean_nis: float | None = None
         self._in_contact = self._touching = False
+        self._rung = self._filter.model.rung
         self._recent.clear()
         self._watch.restart()
         self._assessment.restart()
@@ -254,6 +255,7 @@ class Pipeline:
         self._counts["wrench_used"] += 1
         nis = EXPECTED_NIS if self._mean_nis is None else self._mean_nis
         outputs = self._assessment.outputs(wrench.t_ns, self._filter, nis)
+        self._note_model(outputs)
         self.health = {
             "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
             "evaluations": float(self._filter.evaluations),
@@ -268,6 +270,22 @@ class Pipeline:
             self._correct(measurement)
         self._filter.mark(wrench.t_ns)
         return outputs
+
+    def _note_model(self, outputs: Outputs):
+        if self.configuration.filter.model == "dynamic":
+            return
+        model = self._filter.model
+        if model.rung != self._rung:
+            self._counts["model_changed"] += 1
+        self._rung = model.rung
+        outputs.monitor["model"] = float(model.rung)
+        if model.error is not None:
+            outputs.monitor["model_error"] = model.error
+
+    @property
+    def model(self) -> str:
+        """Which model of the contact is in use, and why, as one line."""
+        return self._filter.model.line
 
     @property
     def filter(self):
@@ -287,13 +305,13 @@ class Pipeline:
             self._process(unit)
 
     def _snapshot(self):
-        state = self._t_ns, self._mean_nis, self._in_contact, self._touching
+        state = self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung
         parts = self._filter.snapshot(), self._assessment.snapshot(), remember(self._watch)
         return state, parts, tuple(self._nis), dict(self._counts)
 
     def _restore(self, snapshot):
         state, (kalman, assessment, watch), nis, counts = snapshot
-        self._t_ns, self._mean_nis, self._in_contact, self._touching = state
+        self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung = state
         recall(watch)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)

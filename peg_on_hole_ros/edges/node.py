@@ -234,7 +234,11 @@ class PegOnHoleNode(LifecycleNode):
         stamp_ns = self.get_clock().now().nanoseconds
         pipeline = self._stream.pipeline
         fields, lines = self._diagnostics.report(
-            stamp_ns or self._stream.t_ns or 0, elapsed_ns, self._stream.counts, pipeline.health
+            stamp_ns or self._stream.t_ns or 0,
+            elapsed_ns,
+            self._stream.counts,
+            pipeline.health,
+            pipeline.model,
         )
         for line in lines:
             self.get_logger().warning(line)

@@ -46,7 +46,12 @@ class Diagnostics:
         self._age_ns = age_ns
 
     def report(
-        self, t_ns: int, elapsed_ns: int, counts: dict[str, int], health: dict[str, float]
+        self,
+        t_ns: int,
+        elapsed_ns: int,
+        counts: dict[str, int],
+        health: dict[str, float],
+        model: str = "",
     ) -> tuple[dict, list[str]]:
         """
         Return the diagnostic_msgs/DiagnosticArray since the last report, and lines to log.
@@ -61,6 +66,8 @@ class Diagnostics:
             Every message by fate since the start.
         health : dict of str to float
             Of the filter.
+        model : str
+            Which model of the contact is in use, and why.
 
         """
         new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
@@ -71,7 +78,7 @@ class Diagnostics:
         status = [
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns),
-            self._filter(health),
+            self._filter(health, model),
         ]
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
@@ -91,14 +98,15 @@ class Diagnostics:
             text = "all messages used"
         return _status("input", WARN if silent or lost else OK, text, values | counts)
 
-    def _filter(self, health):
+    def _filter(self, health, model):
         if health.get("nis_median", 0.0) > TOO_LARGE:
             text = (
                 "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the "
                 "hole's direction, and the stated noise"
             )
             return _status("filter", WARN, text, health)
-        return _status("filter", OK, "running" if self._outputs else "no estimate", health)
+        running = f"running; {model}" if model else "running"
+        return _status("filter", OK, running if self._outputs else "no estimate", health)
 
     def _timing(self, elapsed_ns):
         received = sum(self._received.values())

@@ -8,11 +8,13 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
+from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP
+from peg_on_hole_ros.ladder.rungs import DYNAMIC
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
@@ -58,6 +60,8 @@ class ContactFilter:
         The fields of SceneScalars as they are now: friction and diameter may be learnt.
     evaluations, pieces : int
         Of the last prediction: how often the six equations were solved, and in how many steps.
+    model : Model
+        The rung of the ladder that is in use.
     refused, inaccurate : int
         Attempts at it that were refused, since no step was found or since its error was too large.
 
@@ -112,6 +116,7 @@ class ContactFilter:
         self._normal = part(self._memory, "Y")[3:]
         self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
         self._peg_height = scene.peg_height
+        self.model = Model(options.model, options.reaction_tolerance, self._memory)
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
         self._refused = 0
         self._since_correction = 0.0
@@ -179,11 +184,12 @@ class ContactFilter:
         """Return everything that the estimate depends on, for `restore`."""
         # What follows in the memory is filled anew before it is read.
         times = self._since_correction, self._held, self._held_before
-        return self._memory[:SAVED].copy(), self._refused, times
+        return self._memory[:SAVED].copy(), self._refused, times, self.model.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        memory, self._refused, times = snapshot
+        memory, self._refused, times, model = snapshot
+        self.model.restore(model)
         self._since_correction, self._held, self._held_before = times
         self._memory[:SAVED] = memory
 
@@ -191,6 +197,7 @@ class ContactFilter:
         """Hold a new wrench, with its own noise, from here on."""
         self._held_before, self._held = self._held, 0.0
         kernel.hold_wrench(self._memory, np.asarray(u, float))
+        self.model.held()
 
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""
@@ -199,20 +206,27 @@ class ContactFilter:
         self._since_correction += dt
         self._slow[0] = 0.0
         self._held += dt
+        constant = self.model.at_constant_rates(in_contact)
         if in_contact:
-            if self._learns_clearance:
-                # A spread that is the clearance's own does not make the slip's direction doubtful.
-                wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
-                slow = self.process.slow_slip
-                self._slow_slip[0] = min(slow, 1.0) if wide else slow
-            status, self.evaluations, self.pieces = kernel.predict_contact(
-                self._memory, self._dy, self._slopes, dt
-            )
-            self.refused, self.inaccurate = map(int, self._attempts.tolist())
+            if constant:
+                status = predict_at_constant_rates(
+                    self._memory, self._slopes, dt, options.free_rate_noise**2
+                )
+            else:
+                if self._learns_clearance:
+                    # A spread that is the clearance's own does not make the slip doubtful.
+                    wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
+                    slow = self.process.slow_slip
+                    self._slow_slip[0] = min(slow, 1.0) if wide else slow
+                status, self.evaluations, self.pieces = kernel.predict_contact(
+                    self._memory, self._dy, self._slopes, dt
+                )
+                self.refused, self.inaccurate = map(int, self._attempts.tolist())
             if status == CONVERGED:
                 self._sliding[1] = self._sliding[0]
-                return Prediction.CONTACT
+                return Prediction.HELD if constant else Prediction.CONTACT
             if status == kernel.SLOW:
+                self.model.full()
                 self._slow[0] = 1.0
                 kernel.predict_free(self._memory, self._slopes, dt, options.slow_rate_noise**2)
                 if self._learns_clearance:
@@ -318,7 +332,10 @@ class ContactFilter:
 
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""
-        determinant = react(self._memory, self._dy, self.options.acceleration_stddev)
+        if self.model.rung < DYNAMIC:
+            determinant = self.model.react(self._dy)
+        else:
+            determinant = react(self._memory, self._dy, self.options.acceleration_stddev)
         if determinant != determinant:
             return None
         # Rounding can leave a variance a little below zero where the equations are near singular.
