@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.edges.labels import place_labels
@@ -167,6 +168,19 @@ def filters(overall, c_microseconds: float | None) -> Figure:
     return fig
 
 
+# Of the variants of a filter, in turn: colour-blind safe, and each with a marker of its own.
+_COLORS = ("#0072b2", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#a6761d")
+_MARKERS = ("s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*", "d")
+
+
+def _styles(names):
+    styles = {filtering.DEFAULT: ("#009e73", "o")}
+    others = [name for name in names if name != filtering.DEFAULT]
+    for k, name in enumerate(others):
+        styles[name] = _COLORS[k % len(_COLORS)], _MARKERS[k % len(_MARKERS)]
+    return styles
+
+
 def fronts(scores, found) -> Figure:
     """
     Draw the reactions' error against cost in each motion, the front, and where the default is.
@@ -179,43 +193,49 @@ def fronts(scores, found) -> Figure:
     """
     columns = 4
     rows = -(-len(found) // columns)
-    fig = _figure((16, 3.9 * rows))
+    fig = _figure((16, 3.7 * rows + 1.6))
+    names = dict.fromkeys(s.name for s in scores if np.isfinite(s.reaction_error))
+    styles = _styles(names)
     for n, standing in enumerate(found):
         axis = fig.add_subplot(rows, columns, n + 1)
         shown = [s for s in scores if s.case == standing.case and np.isfinite(s.reaction_error)]
         cost = np.array([s.microseconds for s in shown])
-        error = 100 * np.array([s.reaction_error for s in shown])
-        low = 100 * np.array([s.reaction_error_low for s in shown])
-        high = 100 * np.array([s.reaction_error_high for s in shown])
-        axis.set(xscale="log", yscale="log", title=standing.case)
+        error, low, high = (
+            100 * np.array([getattr(s, f"reaction_error{part}") for s in shown])
+            for part in ("", "_low", "_high")
+        )
+        axis.set(xscale="log", yscale="log")
+        axis.set_title(
+            standing.case if standing.on_front else f"{standing.case}: beaten by {standing.by}",
+            fontsize=10,
+        )
         axis.set_xlim(cost.min() / 1.6, cost.max() * 1.6)
-        axis.set_ylim(low.min() / 1.6, high.max() * 2.2)
+        axis.set_ylim(low.min() / 1.6, high.max() * 1.6)
         axis.errorbar(cost, error, [error - low, high - error], fmt="none", ecolor="#bbbbbb")
         competing = [k for k, s in enumerate(shown) if s.name in standing.competing]
         kept = [competing[k] for k in front(cost[competing], error[competing])]
         axis.step(cost[kept], error[kept], where="post", color="black", linewidth=2.2, alpha=0.35)
-        named = {filtering.DEFAULT, standing.by}
         for k, s in enumerate(shown):
             default = s.name == filtering.DEFAULT
-            axis.plot(cost[k], error[k], "o", color="#009e73" if default else "#0072b2",
-                      markersize=11 if default else 6,
-                      markerfacecolor=None if k in competing else "white")  # fmt: skip
-            if k in kept or s.name in named:
-                axis.annotate(
-                    s.name, (cost[k], error[k]), xytext=(0, 9 if default else -13),
-                    textcoords="offset points", fontsize=7.5, ha="center",
-                    weight="bold" if default else "normal",
-                )  # fmt: skip
+            color, marker = styles[s.name]
+            axis.plot(
+                cost[k], error[k], marker, color=color, markersize=13 if default else 6,
+                zorder=2 if default else 3,
+                markerfacecolor=color if k in competing else "white",
+            )  # fmt: skip
         _cost_axes(axis)
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0,)))
         if n % columns == 0:
             axis.set_ylabel("reactions' r.m.s. error [% of mean]")
         if n >= len(found) - columns:
             axis.set_xlabel("µs for a millisecond of motion")
-    fig.suptitle(
-        "Filters in each motion; green: default; white: does not compete; line: Pareto front",
-        y=0.995,
-    )
-    fig.tight_layout()
+    marks = [
+        Line2D([], [], color=color, marker=marker, linestyle="", label=name)
+        for name, (color, marker) in styles.items()
+    ]
+    fig.suptitle("Filters in each motion; hollow: does not compete; line: Pareto front", y=0.995)
+    fig.tight_layout(rect=(0, 0.9 / fig.get_figheight(), 1, 1))
+    fig.legend(handles=marks, loc="lower center", ncols=6, fontsize=9)
     return fig
 
 
