@@ -68,6 +68,11 @@ VARIANTS = (
 SLOW_SEEDS = 2
 # Options that choose another method, where the filter has them: option, value, name, seeds.
 _METHODS = (
+    ("model", "auto", "model: auto", 1000),
+    ("model", "small_angle", "small-angle balance", 1000),
+    ("model", "quasi_static", "quasi-static balance", 1000),
+    ("model", "align", "1-DOF align", 1000),
+    ("model", "align_slip", "2-DOF align and slip", 1000),
     ("integrator", "linearly_implicit", "linearly implicit step", 1000),
     ("integrator", "second_order", "second-order step", 1000),
     ("method", "iterated", "iterated EKF", SLOW_SEEDS),
