@@ -22,13 +22,13 @@ from peg_on_hole_ros.mechanics.kernel import accelerate, compiled, inlined
 
 # Of the tolerance: what a rung may be predicted to err by, and what it may err by where nothing is
 # known yet of how its error changes.
-MOST, FIRST = 0.7, 0.3
+MOST, FIRST = 0.85, 0.4
 # Samples to the next decision: at most, and where nothing is known of how an error changes.
 LONGEST, FIRST_HOLD = 64, 4
 # A rung cheaper than the one in use has to be good for so many samples.
-WORTH = 10
+WORTH = 4
 # Share of the samples after which a steady change of the error would reach the tolerance.
-GROWTH = 0.4
+GROWTH = 0.5
 # Share of an earlier, faster change that is still reckoned with at the next decision.
 FORGET = 0.8
 # The same as GROWTH for the way to a singular set.
