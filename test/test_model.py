@@ -86,7 +86,7 @@ def test_the_rung_above_is_better():
     assert rms[1] < 0.5 * rms[0] < 0.5 * 0.05
 
 
-CHANGING = 0.013
+CHANGING = 0.016
 
 
 @pytest.fixture(scope="module")
@@ -121,11 +121,11 @@ def test_a_change_of_model_leaves_the_estimate_where_it_is(changing):
     assert change.sum() > 5
     # Corrections move the angles more than any change of model does.
     assert np.all(off[change].max(axis=0) <= off[rest].max(axis=0))
-    # Nor do the reactions move by more than both models may err, and the motion itself.
+    # Nor do the reactions move by more than what is stated of them before and after.
     normal = np.array([out.normal for out in outputs])
-    largest = np.maximum(np.abs(normal[1:]).max(axis=1), 1e-9)
-    moved = np.abs(np.diff(normal, axis=0)).max(axis=1) / largest
-    assert moved[change].max() < CHANGING + np.quantile(moved[rest], 0.99)
+    variance = np.array([out.normal_stddev for out in outputs]) ** 2
+    moved = np.abs(np.diff(normal, axis=0)) / np.sqrt(variance[1:] + variance[:-1])
+    assert moved[change].max() < 1.96
 
 
 def test_both_predictions_from_one_state_lie_within_their_spread():
