@@ -9,7 +9,9 @@ import pytest
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.filter import Prediction
-from side_by_side import bag_steps, compared
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.study import scenes
+from side_by_side import Step, bag_steps, compared
 
 ROOT = Path(__file__).parents[1]
 # What the two are held to, in standard deviations and in whitened covariance. Both solve each
@@ -55,3 +57,18 @@ def test_over_the_whole_bag_that_ends_wedged():
     worst = largest(found[wedged:])
     assert worst["mean"] < LIMIT and worst["reactions"] < LIMIT, worst
     assert np.isfinite(list(worst.values())).all()
+
+
+@pytest.mark.xdist_group("filterpy")
+def test_while_friction_is_learnt_between_two_orientations():
+    """Small clearance, two wrenches to an orientation: unknown friction outweighs the slip."""
+    case = next(case for case in scenes.CASES if case.name == "narrow")
+    truth = scenes.truth_of(case, Configuration())
+    rows = scenes.recorded(truth, 100)
+    steps = [
+        Step(rows.dt, u, *((q, R) if np.isfinite(q).all() else (None, None)))
+        for u, q, R in zip(rows.wrench[:60], rows.angles, rows.covariances)
+    ]
+    found = list(compared(truth.plan.configuration, steps))
+    assert [item.prediction for item in found].count(Prediction.CONTACT) > 50
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)

@@ -141,7 +141,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.wrench_noise = wrench_noise
         self.jump = np.zeros(6)
         self.scales = np.full(3, process.slip_velocity_scale)
-        self.sliding = self.slow = False
+        # since: predicted under contact, and not corrected since.
+        self.sliding = self.slow = self.since = False
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
@@ -160,7 +161,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         self.slow = False
         smallest = self.process.slip_velocity_scale
-        speed, variance = self.slip()
+        speed, variance = self.slip(given_friction=self.since)
         self.sliding = bool((speed**2 >= variance).all())
         self.scales = self.friction_scales()
         h = dt / pieces
@@ -178,6 +179,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.P[range(3), range(3)] += creep * self.process.creep_time * dt
         if self.P[FRICTION, FRICTION] > 0:
             self.P[FRICTION, FRICTION] += self.process.friction_density * dt
+        self.since = True
 
     def friction_scales(self):
         """Return the velocity scales of friction, wide where the slip may be zero [m/s]."""
@@ -219,9 +221,14 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if not self.sliding:
             # Schmidt's filter: the optimal gain's covariance with them is right without their own.
             self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
+        self.since = False
 
-    def slip(self):
-        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
+    def slip(self, given_friction=False):
+        """
+        Return speed [m/s] at K, B1, B2 and its variance from that of the rates.
+
+        given_friction leaves out what comes from not knowing the friction coefficient.
+        """
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
         g = contact_geometry(here, self.x[0])
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
@@ -231,7 +238,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         along = (
             np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / np.maximum(speed, 1e-300)[:, None]
         )
-        return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
+        P = self.P[RATES, RATES]
+        if given_friction and self.P[FRICTION, FRICTION] > 0:
+            shared = self.P[RATES, FRICTION]
+            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
+        return speed, np.einsum("ij,jk,ik->i", along, P, along)
 
     def unknown_friction(self, normal):
         """Return what friction of unknown direction makes of the answers, shape (6, 9)."""
