@@ -10,6 +10,7 @@ from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.memory import SLOW, R
 from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.reactions import react
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.ladder.choice import answer_by_choice, new_choice, tally
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC, RUNGS, answer
@@ -36,7 +37,7 @@ def through(rung, choice, p, scales, states, wrenches, work, y, normal, used):
 
 
 @compiled
-def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, free, slow, held):
+def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, free, held):
     """Run the filter's steps by a rung or by choice, as `ContactFilter` composes them."""
     for k in range(1, len(wrenches)):
         kernel.hold_wrench(m, wrenches[k])
@@ -48,11 +49,16 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
             status, _, _ = kernel.predict_contact(m, dy, slopes, dt)
         if status != CONVERGED:
             used = DYNAMIC
-            m[SLOW] = 1.0 if status == kernel.SLOW else 0.0
-            kernel.predict_free(m, slopes, dt, slow if status == kernel.SLOW else free)
+            if status == kernel.SLOW:
+                m[SLOW] = 1.0
+                predict_slow(m, dy, slopes, dt, held)
+            else:
+                kernel.predict_free(m, slopes, dt, free)
         for i in range(9):
             m[R + i] = covariance[i]
-        kernel.innovation(m, angles[k])
+        nis = kernel.innovation(m, angles[k])
+        if m[SLOW] > 0.0:
+            adapt_rate_noise(m, nis)
         kernel.correct(m)
         if used < DYNAMIC:
             react_by(used, m, dy, 0.0)
@@ -131,7 +137,7 @@ def _step_costs(scene: Drawn):
             filtered(
                 rung, choice, kalman.memory, dy, slopes, y, scene.wrenches, angles,
                 covariance.ravel(), scene.interval, options.free_rate_noise**2,
-                options.slow_rate_noise**2, options.acceleration_stddev,
+                options.acceleration_stddev,
             )  # fmt: skip
             least[at] = min(least[at], perf_counter() - begun)
     return (1e6 * least / (len(angles) - 1)).tolist()

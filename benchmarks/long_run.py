@@ -23,6 +23,7 @@ from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.memory import CROSS, SLOW, SPREAD, R, X, Z
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 from side_by_side import bag_steps, filters
@@ -94,10 +95,15 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
             contact += 1
         else:
             m[SLOW] = 1.0 if status == kernel.SLOW else 0.0
-            kernel.predict_free(m, slopes, dt, noises[1 if status == kernel.SLOW else 0])
+            if m[SLOW] > 0.0:
+                predict_slow(m, dy, slopes, dt, noises[1])
+            else:
+                kernel.predict_free(m, slopes, dt, noises[0])
         for i in range(9):
             m[R + i] = covariances[k, i]
         nis = kernel.innovation(m, angles[k])
+        if m[SLOW] > 0.0 and nis < inf:
+            adapt_rate_noise(m, nis)
         if not nis < inf:
             not_finite += 1
             nis = inf
@@ -126,7 +132,7 @@ def long_run(configuration, bag: Path, steps: int) -> Found:
         np.array([step.u for step in chosen]),
         np.array([step.q for step in chosen]),
         np.array([step.R.ravel() for step in chosen]),
-        np.array([options.free_rate_noise**2, options.slow_rate_noise**2]),
+        np.array([options.free_rate_noise**2, options.acceleration_stddev]),
         np.array([options.inflation_threshold, options.gate_threshold]),
     )  # fmt: skip
     # Compiled before the clock runs.

@@ -158,7 +158,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         if prediction is Prediction.CONTACT:
             reference.predict_contact(step.dt, kalman.pieces)
         elif prediction is Prediction.SLOW:
-            reference.predict_slow(step.dt, configuration.filter.slow_rate_noise)
+            reference.predict_slow(step.dt, spread)
         else:
             reference.predict_free(step.dt, configuration.filter.free_rate_noise)
         if step.q is not None:

@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP
 from peg_on_hole_ros.ladder.rungs import DYNAMIC
@@ -84,6 +85,7 @@ class ContactFilter:
             options.friction_noise**2,
             options.slow_slip,
             options.wrench_jump,
+            options.slow_rate_noise,
         )
         self._memory = np.zeros(SIZE)
         self._dy = np.zeros((6, WIDTH))
@@ -95,6 +97,8 @@ class ContactFilter:
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
         self._slow = part(self._memory, "SLOW")
+        self._rate_noise = part(self._memory, "RATE_NOISE")
+        self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
         self._residual = part(self._memory, "RESIDUAL")
         part(self._memory, "PROCESS")[:] = self.process
@@ -228,7 +232,7 @@ class ContactFilter:
             if status == kernel.SLOW:
                 self.model.full()
                 self._slow[0] = 1.0
-                kernel.predict_free(self._memory, self._slopes, dt, options.slow_rate_noise**2)
+                self._predict_slow(dt)
                 if self._learns_clearance:
                     # An uncertain clearance alone can hide a slip after one step; what that step
                     # tells of it must not be lost, or nothing ever is told.
@@ -241,6 +245,9 @@ class ContactFilter:
         self._sliding[1] = 0.0
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         return Prediction.FAILED if in_contact else Prediction.FREE
+
+    def _predict_slow(self, dt):
+        predict_slow(self._memory, self._dy, self._slopes, dt, self.options.acceleration_stddev)
 
     def _doubt_friction(self, dt):
         """
@@ -280,6 +287,8 @@ class ContactFilter:
         options = self.options
         self._R[:] = R
         nis = self._innovation(q)
+        if self._slow.item():
+            adapt_rate_noise(self._memory, nis)
         result, after = Correction.USED, nis
         if not isfinite(nis):
             # A covariance that has lost its meaning is not to be corrected, nor to leave.

@@ -19,7 +19,6 @@ from peg_on_hole_ros.estimation.memory import (
     RESIDUAL,
     SAVED,
     SCALES,
-    SINCE,
     SLIDING,
     SPEEDS,
     SPREAD,
@@ -40,6 +39,7 @@ from peg_on_hole_ros.estimation.slip import (
     friction_scales,
     slip,
     slow_slip,
+    stops_by_chance,
     surely_sliding,
 )
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED
@@ -59,8 +59,7 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
 SHORTEST_INTERVAL = 1e-3
-# A wrench that is held for long, and stops all contacts to this share of their speed, may have
-# done so by its noise alone; at rest the spread shows nothing of that.
+# A step that stops all contacts to this share of their speed may have done so by chance.
 STOPPED = 0.1
 # Noise alone changes a wrench by more than this, its covariances' part squared, in 5 of 100 cases
 # (six normal variables).
@@ -87,6 +86,8 @@ class Process(NamedTuple):
         See `slip.slow_slip` [-].
     wrench_jump : float
         Share of what `hold_wrench` says of a jump that counts [-].
+    slow_rate_noise : float
+        Least random walk of the rates in `slow.predict_slow` [rad/s^1.5].
 
     """
 
@@ -98,6 +99,7 @@ class Process(NamedTuple):
     friction_density: float
     slow_slip: float
     wrench_jump: float
+    slow_rate_noise: float
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
@@ -175,7 +177,7 @@ def predict_contact(m, dy, slopes, dt):
     p = scene_of(m)
     q = PROCESS
     process = Process(
-        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7]
+        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7], m[q + 8]
     )  # fmt: skip
     x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
     scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
@@ -187,10 +189,6 @@ def predict_contact(m, dy, slopes, dt):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
-    if m[SINCE] > 0.0:
-        # A slip that was told from none is not in doubt because of what unknown friction may have
-        # made of it since the last orientation.
-        slip(p, m, m[X], True)
     if slow_slip(m, process.slow_slip):
         return SLOW, 0, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
@@ -230,12 +228,18 @@ def predict_contact(m, dy, slopes, dt):
             # The slip that it had against the spread that it got: one that the step has stopped
             # tells of friction.
             speeds = m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4]
-            slip(p, m, m[X], True)
-            stopped = dt > LONG_STEP and process.slow_slip > 0.0
+            slip(p, m, m[X])
+            stopped = process.slow_slip > 0.0
             for i in range(3):
                 stopped = stopped and m[SPEEDS + 2 * i] < STOPPED * speeds[i]
             m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4] = speeds
-            if stopped or slow_slip(m, process.slow_slip):
+            slow = slow_slip(m, process.slow_slip)
+            if stopped and not slow:
+                _exchange(m, saved)
+                slow = stops_by_chance(p, m, dy, dt, process.slow_slip)
+                evaluations += 1
+                _exchange(m, saved)
+            if slow:
                 for i in range(saved):
                     m[X + i] = m[SAVED + i]
                 return SLOW, evaluations, pieces
@@ -244,12 +248,20 @@ def predict_contact(m, dy, slopes, dt):
                 m[Z + 13 * i] += creep * dt
             if m[SPREAD] > 0.0:
                 m[SPREAD] += process.friction_density * dt
-            m[SINCE] = 1.0
             return CONVERGED, evaluations, pieces
         for i in range(saved):
             m[X + i] = m[SAVED + i]
         pieces *= 2
     return FAILED, evaluations, pieces
+
+
+@inlined
+def _exchange(m, count):
+    """Exchange the state with the one that was saved."""
+    for i in range(count):
+        kept = m[X + i]
+        m[X + i] = m[SAVED + i]
+        m[SAVED + i] = kept
 
 
 @inlined
@@ -329,7 +341,6 @@ def correct(m):
     the noise in the wrench that led to it. Residual, Cholesky factor and R are those that
     `innovation` left in the memory.
     """
-    m[SINCE] = 0.0
     l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
     o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
     e0, e1, e2 = m[RESIDUAL], m[RESIDUAL + 1], m[RESIDUAL + 2]

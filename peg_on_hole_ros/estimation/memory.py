@@ -9,7 +9,7 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 # vector instructions: the compiler sees that they do not overlap.
 _SIZES = {
     "SCENE": len(SceneScalars._fields),
-    "PROCESS": 8,  # see kernel.Process
+    "PROCESS": 9,  # see kernel.Process
     "X": 6,  # state
     "U": 6,  # wrench that is held
     "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows
@@ -24,7 +24,7 @@ _SIZES = {
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
     "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
-    "SINCE": 1,  # 1: predicted under contact, and not corrected since
+    "RATE_NOISE": 1,  # random walk of the rates while a slip is not told from none [rad/s^1.5]
     "METHOD": 2,  # the integrator's number and its tolerance, see steps_choice
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
@@ -68,7 +68,7 @@ _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
-SLOW, SINCE, FRICTION = (_AT[name] for name in ("SLOW", "SINCE", "FRICTION"))
+SLOW, RATE_NOISE, FRICTION = (_AT[name] for name in ("SLOW", "RATE_NOISE", "FRICTION"))
 JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("JUMP", "JUMPED", "WEIGHT"))
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))

@@ -122,7 +122,7 @@ class ObservingFilter(ContactFilter):
         else:
             options = self.options
             slow = result is Prediction.SLOW
-            density = (options.slow_rate_noise if slow else options.free_rate_noise) ** 2
+            density = (self._rate_noise.item() if slow else options.free_rate_noise) ** 2
             F[range(3), range(3, 6)] = dt
             noise[range(3, 6), range(3, 6)] = density * dt
         A = F[JOINT, JOINT]

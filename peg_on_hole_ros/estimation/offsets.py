@@ -27,7 +27,6 @@ from peg_on_hole_ros.estimation.memory import (
     RESIDUAL,
     SCENE,
     SEEN,
-    SINCE,
     SLIDING,
     SPREAD,
     TURN,
@@ -277,7 +276,6 @@ def correct_with_offsets(m):
         g1 = (g1 - l21 * g2) / l11
         g0 = (g0 - l10 * g1 - l20 * g2) / l00
         gain[i, 0], gain[i, 1], gain[i, 2] = learnt * g0, learnt * g1, learnt * g2
-    m[SINCE] = 0.0
     e0, e1, e2 = m[RESIDUAL], m[RESIDUAL + 1], m[RESIDUAL + 2]
     for i in range(12):
         m[X + i] += gain[i, 0] * e0 + gain[i, 1] * e1 + gain[i, 2] * e2

@@ -8,7 +8,16 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from peg_on_hole_ros.estimation.kernel import JUMP_LIMIT
+from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
+from peg_on_hole_ros.estimation.slow import (
+    ACCELERATION_TIME,
+    ADAPTATION,
+    LEAST_DETERMINANT,
+    MOST_RATE_NOISE,
+    MOST_SURPRISE,
+    SURE,
+)
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -141,8 +150,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.wrench_noise = wrench_noise
         self.jump = np.zeros(6)
         self.scales = np.full(3, process.slip_velocity_scale)
-        # since: predicted under contact, and not corrected since.
-        self.sliding = self.slow = self.since = False
+        self.sliding = self.slow = False
+        self.rate_noise = process.slow_rate_noise
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
@@ -161,7 +170,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         self.slow = False
         smallest = self.process.slip_velocity_scale
-        speed, variance = self.slip(given_friction=self.since)
+        speed, variance = self.slip()
         self.sliding = bool((speed**2 >= variance).all())
         self.scales = self.friction_scales()
         h = dt / pieces
@@ -179,7 +188,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.P[range(3), range(3)] += creep * self.process.creep_time * dt
         if self.P[FRICTION, FRICTION] > 0:
             self.P[FRICTION, FRICTION] += self.process.friction_density * dt
-        self.since = True
 
     def friction_scales(self):
         """Return the velocity scales of friction, wide where the slip may be zero [m/s]."""
@@ -188,11 +196,38 @@ class ReferenceFilter(ExtendedKalmanFilter):
         near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
         return np.sqrt(smallest**2 + widening**2 * variance * near)
 
-    def predict_slow(self, dt, rate_noise):
-        """Predict as if free: a slip is not told from none, and friction has no direction."""
+    def predict_slow(self, dt, acceleration_stddev):
+        """Predict as if free: a slip is not told from none; friction is learnt from balance."""
         scales = self.friction_scales()
-        self.predict_free(dt, rate_noise)
+        self.predict_free(dt, self.rate_noise)
         self.scales, self.slow = scales, True
+        self.learn_from_balance(dt, acceleration_stddev)
+
+    def learn_from_balance(self, dt, acceleration_stddev):
+        """Correct friction by accelerations that are zero but for their spread [rad/s^2]."""
+        speed, variance = self.slip()
+        if not self.P[FRICTION, FRICTION] > 0 or (speed < SURE * np.sqrt(variance)).any():
+            return
+        y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
+        determinant = [
+            np.linalg.det(
+                six_equations(
+                    with_parameters(self.scene, friction, self.x[DIAMETER]),
+                    self.x[:3], self.x[RATES], self.x[WRENCH], self.scales,
+                )[0]
+            )
+            for friction in (self.x[FRICTION], 0.0)
+        ]  # fmt: skip
+        if not (determinant[0] > LEAST_DETERMINANT * determinant[1] and (y[3:] > 0).all()):
+            return
+        shared = dy[:3] @ self.P[:SIZE]
+        noise = acceleration_stddev**2 * max(1.0, ACCELERATION_TIME / dt)
+        S = shared[:, :SIZE] @ dy[:3].T + noise * np.eye(3)
+        gain = np.linalg.solve(S, shared[:, FRICTION])
+        moved = self.x[FRICTION] - gain @ y[:3]
+        self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
+        self.P[FRICTION] -= gain @ shared
+        self.P[:, FRICTION] = self.P[FRICTION]
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
@@ -217,18 +252,21 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Correct with an orientation q [rad] of covariance R by filterpy's update."""
         H = self.measured()
         parameters, spread = self.x[FRICTION:].copy(), self.P[FRICTION:, FRICTION:].copy()
+        self.adapt(q - self.x[:3], self.P[:3, :3] + R)
         self.update(q, lambda x: H, lambda x: x[:3], R=R)
         if not self.sliding:
             # Schmidt's filter: the optimal gain's covariance with them is right without their own.
             self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
-        self.since = False
 
-    def slip(self, given_friction=False):
-        """
-        Return speed [m/s] at K, B1, B2 and its variance from that of the rates.
+    def adapt(self, residual, covariance):
+        """Let the random walk at constant rates follow an innovation."""
+        if self.slow:
+            surprise = min(residual @ np.linalg.solve(covariance, residual) / 3, MOST_SURPRISE)
+            grown = self.rate_noise * np.exp(ADAPTATION * (surprise - 1))
+            self.rate_noise = np.clip(grown, self.process.slow_rate_noise, MOST_RATE_NOISE)
 
-        given_friction leaves out what comes from not knowing the friction coefficient.
-        """
+    def slip(self):
+        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
         g = contact_geometry(here, self.x[0])
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
@@ -239,9 +277,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
             np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / np.maximum(speed, 1e-300)[:, None]
         )
         P = self.P[RATES, RATES]
-        if given_friction and self.P[FRICTION, FRICTION] > 0:
-            shared = self.P[RATES, FRICTION]
-            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
         return speed, np.einsum("ij,jk,ik->i", along, P, along)
 
     def unknown_friction(self, normal):

@@ -91,8 +91,8 @@ class OffsetReference(ReferenceFilter):
         gamma0 = with_parameters(self.scene, *self.x[FRICTION:SIZE]).gamma0
         if not (self.sliding and self.x[0] - gamma0 > SPREADS * np.sqrt(self.P[0, 0])):
             share[FRICTION:] = 0.0
+        self.adapt(q - self.x[:3], H @ self.P @ H.T + R)
         K = share[:, None] * (self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R))
         self.x = self.x + K @ (q - self.x[:3])
         left = np.eye(ALL) - K @ H
         self.P = left @ self.P @ left.T + K @ R @ K.T
-        self.since = False

@@ -4,6 +4,8 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import Flow, joint_mean, scaled_gain
+from peg_on_hole_ros.estimation.kernel import predict_free
+from peg_on_hole_ros.estimation.slow import learn_from_balance
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 # What stays when a wrench is let go: state, friction and peg diameter.
@@ -31,6 +33,7 @@ class SmoothingFilter(ContactFilter):
         super().__init__(*arguments)
         self._records: list[_Record] = []
         self._marks: list[tuple[int, int]] = []
+        self._predicted = None
 
     def _joint(self):
         return joint_mean(self), self.joint_covariance()
@@ -49,15 +52,22 @@ class SmoothingFilter(ContactFilter):
 
     def predict(self, dt, in_contact):
         """Predict and keep how."""
-        before = self._joint()
+        before, self._predicted = self._joint(), None
         result = super().predict(dt, in_contact)
         F = np.eye(WIDTH)
         if result is Prediction.CONTACT:
             _, F, _ = Flow(self, dt)(before[0])
         else:
             F[range(3), range(3, 6)] = dt
-        self._records.append(_Record(before, F, self._joint()))
+        self._records.append(_Record(before, F, self._predicted or self._joint()))
         return result
+
+    def _predict_slow(self, dt):
+        # What friction is learnt from comes after the prediction.
+        noise = self._rate_noise.item()
+        predict_free(self._memory, self._slopes, dt, noise * noise)
+        self._predicted = self._joint()
+        learn_from_balance(self._memory, self._dy, dt, self.options.acceleration_stddev)
 
     def _widen(self, factor):
         super()._widen(factor)

@@ -10,6 +10,16 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH
 WRENCH = slice(6, 12)
 
 
+def _root_of(covariance):
+    """Return a lower root of a covariance of which some rows may be zero."""
+    known = np.diagonal(covariance) == 0.0
+    scale = np.sqrt(np.diagonal(covariance)) + known
+    correlation = covariance / np.outer(scale, scale) + np.diag(known.astype(float))
+    root = scale[:, None] * np.linalg.cholesky(correlation)
+    root[known] = 0.0
+    return root
+
+
 class SquareRootFilter(ContactFilter):
     """
     Extended Kalman filter on a square root S of the joint covariance, P = S S.T, by QR.
@@ -50,6 +60,10 @@ class SquareRootFilter(ContactFilter):
         """Predict; the mean is the extended filter's."""
         full, root, friction = joint_mean(self), self._root, self.spread[0, 0]
         result = super().predict(dt, in_contact)
+        if result is Prediction.SLOW and self.spread[0, 0] != friction:
+            # Friction was learnt as well, with a gain of its own.
+            self._set(joint_mean(self), _root_of(self.joint_covariance()))
+            return result
         if result is Prediction.CONTACT:
             flow = Flow(self, dt)
             for _ in range(flow.pieces):
@@ -58,8 +72,7 @@ class SquareRootFilter(ContactFilter):
             added, jumped = flow.added(), flow.jumped
         else:
             slow = result is Prediction.SLOW
-            options = self.options
-            noise = options.slow_rate_noise if slow else options.free_rate_noise
+            noise = self._rate_noise.item() if slow else self.options.free_rate_noise
             F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
             jumped = np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt

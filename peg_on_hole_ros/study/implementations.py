@@ -85,7 +85,7 @@ class _Run:
         arguments = (
             self.kalman._memory, np.zeros((6, WIDTH)), np.zeros((3, WIDTH)), self.dt, count,
             self.wrench[part].ravel(), self.angles[part].ravel(), self.covariances[part].ravel(),
-            options.acceleration_stddev, options.slow_rate_noise**2, options.free_rate_noise**2,
+            options.acceleration_stddev, options.free_rate_noise**2,
         )  # fmt: skip
         begun = clock()
         function(*arguments)
@@ -126,7 +126,7 @@ class _Run:
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])
             if slow[k - _WARM]:
-                reference.predict_slow(self.dt, self.configuration.filter.slow_rate_noise)
+                reference.predict_slow(self.dt, self.configuration.filter.acceleration_stddev)
             else:
                 reference.predict_contact(self.dt)
             reference.correct(self.angles[k], self.covariances[k])

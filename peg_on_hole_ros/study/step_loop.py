@@ -10,6 +10,7 @@ from peg_on_hole_ros.estimation.kernel import (
 )
 from peg_on_hole_ros.estimation.memory import SLOW, R
 from peg_on_hole_ros.estimation.reactions import react
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -20,7 +21,7 @@ _SLOW_OUTCOME = kernel.SLOW
 @compiled
 def run_steps(
     m, dy, slopes, dt, count, wrenches, angles, covariances, acceleration_stddev,
-    slow_density, free_density,
+    free_density,
 ):  # fmt: skip
     """
     Hold the wrench, predict, correct and react, for every step, as `filter.ContactFilter` does.
@@ -40,9 +41,8 @@ def run_steps(
         Of the angles [rad^2].
     acceleration_stddev : float
         See `reactions.fuse_reactions` [rad/s^2].
-    slow_density, free_density : float
-        Of the rates' random walk where no slip is told from none, and where the contact equations
-        give no step [rad^2/s^3].
+    free_density : float
+        Of the rates' random walk where the contact equations give no step [rad^2/s^3].
 
     Returns
     -------
@@ -57,11 +57,16 @@ def run_steps(
         status, evaluations, _ = predict_contact(m, dy, slopes, dt)
         total += evaluations
         if status != CONVERGED:
-            m[SLOW] = 1.0 if status == _SLOW_OUTCOME else 0.0
-            predict_free(m, slopes, dt, slow_density if m[SLOW] > 0.0 else free_density)
+            if status == _SLOW_OUTCOME:
+                m[SLOW] = 1.0
+                predict_slow(m, dy, slopes, dt, acceleration_stddev)
+            else:
+                predict_free(m, slopes, dt, free_density)
         for i in range(9):
             m[R + i] = covariances[9 * k + i]
-        innovation(m, angles[3 * k :])
+        nis = innovation(m, angles[3 * k :])
+        if m[SLOW] > 0.0:
+            adapt_rate_noise(m, nis)
         correct(m)
         react(m, dy, acceleration_stddev)
     return total
