@@ -28,7 +28,7 @@ _DOUBLES = np.ctypeslib.ndpointer(dtype=float, flags="C_CONTIGUOUS")
 def source() -> str:
     """Return the C source of `study.step_loop.run_steps`, entry point `run`."""
     translation = Translation()
-    kinds = [P, Matrix(WIDTH), Matrix(WIDTH), D, I, P, P, P, D, D, D]
+    kinds = [P, Matrix(WIDTH), Matrix(WIDTH), D, I, P, P, P, D, D]
     name, _ = translation.add(run_steps, kinds)
     listed = ", ".join(f"{translation.c_type(kind)} a{i}" for i, kind in enumerate(kinds))
     passed = ", ".join(f"a{i}" for i in range(len(kinds)))
@@ -73,5 +73,5 @@ def build(flags=FLAGS):
         run = ctypes.CDLL(str(library)).run
     run.restype = ctypes.c_long
     counted = [ctypes.c_double, ctypes.c_long]
-    run.argtypes = [*[_DOUBLES] * 3, *counted, *[_DOUBLES] * 3, *[ctypes.c_double] * 3]
+    run.argtypes = [*[_DOUBLES] * 3, *counted, *[_DOUBLES] * 3, *[ctypes.c_double] * 2]
     return run, " ".join([COMPILER, *flags])

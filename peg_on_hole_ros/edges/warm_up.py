@@ -9,6 +9,9 @@ from peg_on_hole_ros.edges.plain import header
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.records import ANGLES
 
+# Samples.
+REST = 60
+
 
 def warm(configuration: Configuration, convert: Callable = lambda _, fields: fields) -> None:
     """
@@ -28,10 +31,13 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
     stream = message_stream(configuration)
     scene = configuration.scene
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}
-    # Slip in all directions, long enough for a contact mode to be declared, then to two points.
-    count = 200 + round(2e3 * configuration.monitor.mode_dwell)
-    for k in range(count):
-        t_ns = 1_000_000_000 + k * 1_000_000
+    # Slip in all directions, long enough for a contact mode to be declared, a rest, then on to two
+    # points.
+    declared = 20 + round(2e3 * configuration.monitor.mode_dwell)
+    count = 180 + declared
+    for n in range(count + REST):
+        t_ns = 1_000_000_000 + n * 1_000_000
+        k = n - min(max(n - declared, 0), REST)
         gamma = scene.gamma0 * (1.5 - 0.6 * k / count)
         if k % 8 == 0:
             # Now and then a surprise, which has code of its own.

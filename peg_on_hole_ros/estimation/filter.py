@@ -233,10 +233,9 @@ class ContactFilter:
                 self.model.full()
                 self._slow[0] = 1.0
                 self._predict_slow(dt)
-                if self._learns_clearance:
-                    # An uncertain clearance alone can hide a slip after one step; what that step
-                    # tells of it must not be lost, or nothing ever is told.
-                    self._sliding[0] = self._sliding[1]
+                # What is not known of friction or clearance can hide a slip after one step; what
+                # that step tells of them must not be lost, or nothing ever is told.
+                self._sliding[0] = self._sliding[1]
                 return Prediction.SLOW
             # Held for long, the noise of one wrench leaves no step just as well.
             if max(self._held, self._held_before) <= LONG_STEP:

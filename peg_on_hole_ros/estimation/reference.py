@@ -150,7 +150,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.wrench_noise = wrench_noise
         self.jump = np.zeros(6)
         self.scales = np.full(3, process.slip_velocity_scale)
-        self.sliding = self.slow = False
+        # sliding: in the last step; slid: in one under contact since the last correction.
+        self.sliding = self.slid = self.slow = False
         self.rate_noise = process.slow_rate_noise
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -171,7 +172,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.slow = False
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
-        self.sliding = bool((speed**2 >= variance).all())
+        self.sliding = self.slid = bool((speed**2 >= variance).all())
         self.scales = self.friction_scales()
         h = dt / pieces
         for _ in range(pieces):
@@ -198,15 +199,15 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt, acceleration_stddev):
         """Predict as if free: a slip is not told from none; friction is learnt from balance."""
-        scales = self.friction_scales()
+        scales, slid = self.friction_scales(), self.slid
         self.predict_free(dt, self.rate_noise)
-        self.scales, self.slow = scales, True
+        self.scales, self.slow, self.sliding, self.slid = scales, True, slid, slid
         self.learn_from_balance(dt, acceleration_stddev)
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """Correct friction by accelerations that are zero but for their spread [rad/s^2]."""
         speed, variance = self.slip()
-        if not self.P[FRICTION, FRICTION] > 0 or (speed < SURE * np.sqrt(variance)).any():
+        if not self.P[FRICTION, FRICTION] > 0 or (speed <= SURE * np.sqrt(variance)).any():
             return
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         determinant = [
@@ -218,7 +219,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
             )
             for friction in (self.x[FRICTION], 0.0)
         ]  # fmt: skip
-        if not (determinant[0] > LEAST_DETERMINANT * determinant[1] and (y[3:] > 0).all()):
+        if not (determinant[0] / determinant[1] > LEAST_DETERMINANT and (y[3:] > 0).all()):
             return
         shared = dy[:3] @ self.P[:SIZE]
         noise = acceleration_stddev**2 * max(1.0, ACCELERATION_TIME / dt)
@@ -231,9 +232,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
-        self.slow = False
+        self.slow = self.sliding = self.slid = False
         self.scales = np.full(3, self.process.slip_velocity_scale)
-        self.sliding = False
         self.F = np.eye(self.dim_x)
         self.F[range(3), range(3, 6)] = dt
         self._motion = (self.F @ self.x)[STATE]
@@ -257,6 +257,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if not self.sliding:
             # Schmidt's filter: the optimal gain's covariance with them is right without their own.
             self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
+        self.slid = False
 
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""

@@ -96,3 +96,4 @@ class OffsetReference(ReferenceFilter):
         self.x = self.x + K @ (q - self.x[:3])
         left = np.eye(ALL) - K @ H
         self.P = left @ self.P @ left.T + K @ R @ K.T
+        self.slid = False

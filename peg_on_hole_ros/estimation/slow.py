@@ -110,7 +110,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
         return False
     slip(scene_of(m), m, m[X])
     for i in range(3):
-        if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] < SURE * SURE * m[SPEEDS + 2 * i + 1]:
+        if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:
             return False
     determinant = accelerate_with_derivatives(
         scene_of(m), m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
