@@ -229,7 +229,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "slow_rate_noise",
-        "random walk of the rates while a slip is not told from none; per root of a second",
+        "least random walk of the rates while a slip is not told from none, from which it follows the "
+        "innovations; per root of a second",
         "rad/s",
         1e-6,
         1e3,

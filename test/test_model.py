@@ -146,7 +146,8 @@ def test_both_predictions_from_one_state_lie_within_their_spread():
         ends[rung] = kalman.x.copy(), kalman.P.copy()
     apart = np.abs(ends[QUASI_STATIC][0] - ends[DYNAMIC][0])
     variances = [np.diagonal(end[1]) for end in ends.values()]
-    assert np.all(apart < np.sqrt(np.sum(variances, axis=0))) and apart.max() > 0
+    # A third of all draws pass one standard deviation, one in twenty 1.96 of them.
+    assert np.all(apart < 1.96 * np.sqrt(np.sum(variances, axis=0))) and apart.max() > 0
     # The noise of a torque turns the peg about its axis by as much as it knows.
     assert np.all(apart[:3] < 5e-4)
 

@@ -233,9 +233,10 @@ class ContactFilter:
                 self.model.full()
                 self._slow[0] = 1.0
                 self._predict_slow(dt)
-                # What is not known of friction or clearance can hide a slip after one step; what
-                # that step tells of them must not be lost, or nothing ever is told.
-                self._sliding[0] = self._sliding[1]
+                if self._keeps_sliding:
+                    # What is not known of them alone can hide a slip after one step; what that
+                    # step tells of them must not be lost, or nothing ever is told.
+                    self._sliding[0] = self._sliding[1]
                 return Prediction.SLOW
             # Held for long, the noise of one wrench leaves no step just as well.
             if max(self._held, self._held_before) <= LONG_STEP:
@@ -327,6 +328,10 @@ class ContactFilter:
             # Friction that has changed is not to be taken for another clearance.
             known = self._known[0]
             self.spread[0, 0] = min(self.spread[0, 0] + SURPRISED * known, known)
+
+    @property
+    def _keeps_sliding(self):
+        return self._learns_clearance
 
     @property
     def _learns_clearance(self):

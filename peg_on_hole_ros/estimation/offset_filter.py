@@ -145,6 +145,10 @@ class OffsetFilter(ContactFilter):
         if self.scene_values[7] != before:
             self.offset_spread[:, 0] = 0.0
 
+    @property
+    def _keeps_sliding(self):
+        return True
+
     def _innovation(self, q):
         return innovation_with_offsets(self._memory, q)
 

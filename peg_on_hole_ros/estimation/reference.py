@@ -150,8 +150,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.wrench_noise = wrench_noise
         self.jump = np.zeros(6)
         self.scales = np.full(3, process.slip_velocity_scale)
-        # sliding: in the last step; slid: in one under contact since the last correction.
-        self.sliding = self.slid = self.slow = False
+        self.sliding = self.slow = False
         self.rate_noise = process.slow_rate_noise
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -172,7 +171,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.slow = False
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
-        self.sliding = self.slid = bool((speed**2 >= variance).all())
+        self.sliding = bool((speed**2 >= variance).all())
         self.scales = self.friction_scales()
         h = dt / pieces
         for _ in range(pieces):
@@ -199,9 +198,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt, acceleration_stddev):
         """Predict as if free: a slip is not told from none; friction is learnt from balance."""
-        scales, slid = self.friction_scales(), self.slid
+        scales = self.friction_scales()
         self.predict_free(dt, self.rate_noise)
-        self.scales, self.slow, self.sliding, self.slid = scales, True, slid, slid
+        self.scales, self.slow = scales, True
         self.learn_from_balance(dt, acceleration_stddev)
 
     def learn_from_balance(self, dt, acceleration_stddev):
@@ -232,7 +231,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
-        self.slow = self.sliding = self.slid = False
+        self.slow = self.sliding = False
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.F = np.eye(self.dim_x)
         self.F[range(3), range(3, 6)] = dt
@@ -257,7 +256,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if not self.sliding:
             # Schmidt's filter: the optimal gain's covariance with them is right without their own.
             self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
-        self.slid = False
 
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
