@@ -229,7 +229,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "slow_rate_noise",
-        "least random walk of the rates while a slip is not told from none, from which it follows the "
+        "least random walk of the rates while a slip is not told from none: it grows by the "
         "innovations; per root of a second",
         "rad/s",
         1e-6,
