@@ -1,6 +1,7 @@
 """Labels and scores of the scenes on cases that can be checked by hand, and a few whole runs."""
 
 import csv
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 import scenes
 import scenes_engine
+from peg_on_hole_ros.simulation.truth import integrate
 from resumable import kept, work_through
 from scenes_draw import FAMILIES, Case, estimator_of, plan_of
 from scenes_labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
@@ -455,3 +457,13 @@ def test_closings_of_another_engine_as_scenes():
     assert -100 < motion.force[:, 2].min() < motion.force[:, 2].max() < 0
     run = scenes_engine.score(number, "engine")
     assert run["family"] == "mujoco" and run["transition"]["error"] is not None
+
+
+@pytest.mark.parametrize("number", [0, 1, 3, 12, 64])
+def test_stall_scenes_begin(number):
+    """Steep and far ones too, of which a press straight down would lift the peg off K."""
+    plan = plan_of(Case("stall", number, "tuning"))
+    begin = (plan.phases[0], replace(plan.phases[1], duration=0.02))
+    truth = integrate(replace(plan, phases=begin))
+    assert truth.ended_by == "end"
+    assert truth.closed.all()
