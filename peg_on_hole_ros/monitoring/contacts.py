@@ -60,7 +60,7 @@ def opening_evidence(normal, variance):
 
 
 @compiled
-def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
+def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other, displaced=0.0):
     """
     Carry the probabilities over a time, then weigh them with one piece of evidence.
 
@@ -77,6 +77,8 @@ def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
         share of it that has passed.
     load, lost_K, lost_B1, lost_B2, other : float
         Log ratios: contact against none; each opening, and another contact, against all closed.
+    displaced : float
+        Log ratio of a peg elsewhere than where three contacts would have it.
 
     """
     change = 1.0 - exp(-rate * dt)
@@ -92,6 +94,7 @@ def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
     p[LOST_B1] *= exp(share * lost_B1)
     p[LOST_B2] *= exp(share * lost_B2)
     p[OTHER] *= exp(share * other)
+    p[CLOSED] *= exp(-share * displaced)
     total = 0.0
     for i in range(COUNT):
         total += p[i]
