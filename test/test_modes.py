@@ -110,6 +110,17 @@ def test_lasting_evidence_decides_and_can_be_turned(given, expected):
     assert settle(p)[CLOSED] > 0.95
 
 
+def test_at_rest_a_lost_contact_is_forgotten_and_in_motion_it_is_not():
+    even = {"lost_K": 0.0, "lost_B1": -MOST, "lost_B2": -MOST}
+    moves = settle(settle(no_knowledge(), lost_K=MOST), **even)
+    assert moves[LOST_K] > 0.8
+    rests = settle(settle(no_knowledge(), lost_K=MOST), **even, displaced=0.0, rest=1.0)
+    # Two times RETRY: a seventh is left.
+    assert rests[LOST_K] < 0.25 and rests[CLOSED] > 0.7
+    # And as soon as it shows again, it is lost again.
+    assert settle(rests, lost_K=MOST)[LOST_K] > 0.8
+
+
 def test_evidence_counts_by_time_and_not_by_messages():
     often, seldom = no_knowledge(), no_knowledge()
     for _ in range(64):
@@ -347,15 +358,8 @@ def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread(
     motion, rate, gamma0 = new_trend(), -0.16, SCENE.gamma0
     for k in range(200):
         gamma = gamma0 + 0.05 + rate * 2e-3 * k / 2
-        follow(
-            motion,
-            2e-3 if k else -1.0,
-            np.array([gamma, 0, 0]),
-            np.eye(3) * 1e-10,
-            0.998,
-            0.025,
-            0.2,
-        )
+        since, q = 2e-3 if k else -1.0, np.array([gamma, 0, 0])
+        follow(motion, since, q, np.eye(3) * 1e-10, 0.998, 0.025, 0.2)
     found = []
     for clearance_stddev in (0.0, 2e-5):
         out = np.zeros(WIDTH)

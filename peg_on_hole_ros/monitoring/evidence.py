@@ -170,7 +170,7 @@ def show(
     if displaced > 0.0:
         # A motion that fits three contacts is no evidence for them where the peg does not stand.
         other = max(other, 0.0)
-    weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other, displaced)
+    weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other, displaced, rest)
     out[0] = p[CLOSED] * above * (1.0 - rest)
     out[1] = (1.0 - p[FREE]) * under
     out[2] = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * above
