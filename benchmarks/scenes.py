@@ -22,6 +22,7 @@ from scenes_draw import FAMILIES, Case, estimator_of, noise_seeds, plan_of
 from scenes_labels import labels_of
 from scenes_play import play, truth_of
 from scenes_score import score_run
+from scenes_summary import summary
 from scenes_table import by_family, tables
 
 HERE = Path(__file__).parent
@@ -37,6 +38,7 @@ PARTS = (
 # What the estimator is told; the second try is that of a mismatch which has been through one.
 VARIANTS = ("matched", "mismatch", "second_try")
 MARKS = "<!-- tables -->", "<!-- end of tables -->"
+SUMMARY_MARKS = "<!-- summary -->", "<!-- end of summary -->"
 QUICK_RUNS = 2 * len(FAMILIES)
 
 
@@ -167,11 +169,14 @@ def flat_runs(variants):
     return rows
 
 
-def renew(page: Path, text: str, pictures: list[Path]) -> None:
+def renew(page: Path, short: str, text: str, pictures: list[Path]) -> None:
     """Put tables between a page's marks in place of those there, and pictures into its figures."""
-    before, rest = page.read_text().split(MARKS[0])
-    _, after = rest.split(MARKS[1])
-    page.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}")
+    whole = page.read_text()
+    for (begin, end), part in ((SUMMARY_MARKS, short), (MARKS, text)):
+        before, rest = whole.split(begin)
+        _, after = rest.split(end)
+        whole = f"{before}{begin}\n\n{part}\n\n{end}{after}"
+    page.write_text(whole)
     (page.parent / "figures").mkdir(exist_ok=True)
     for path in pictures:
         if path.suffix == ".png":
@@ -202,15 +207,16 @@ def main(arguments=None):
     for name, rows in (("scores", flat_scores(found)), ("runs", flat_runs(found))):
         with (options.out / f"{name}.csv").open("w", newline="") as file:
             csv.writer(file).writerows(rows)
-    text = tables(found)
-    (options.out / "scenes.md").write_text(text + "\n")
+    short, text = summary(found), tables(found)
+    (options.out / "scenes.md").write_text(f"{short}\n\n{text}\n")
+    print(short)
     print(text)
     from scenes_plot import draw
 
     families = {name: by_family(runs) for name, runs in drawn.items()}
     pictures = draw(families, drawn, options.out)
     if options.page:
-        renew(options.page, text, pictures)
+        renew(options.page, short, text, pictures)
     for path in pictures:
         _say(f"written: {path}")
 

@@ -1,8 +1,15 @@
 """The families of scenes: how each draws its setting and what its holder is told to do."""
 
+import numpy as np
+
+from peg_on_hole_ros.simulation.dynamics import contacts, scene_numbers
 from scenes_setting import setting_of
 
 LEAD_IN = 0.05
+# A contact that is loaded by less of what the others carry soon opens.
+LEAST_SHARE = 0.1
+# Slip at which friction is full [m/s].
+STILL = 1e-6
 
 
 def _touching(setting, tilt, rates, offset=None):
@@ -79,6 +86,15 @@ def _wedge(draw):
     return _close(draw, setting)
 
 
+def _share_of_K(setting, tilt):
+    """Return the load on K over that on B1 if a sliding peg is pressed straight down."""
+    scene, rates = setting.scene, np.array([-setting.speed, 0.0, 0.0])
+    start = np.array([scene.gamma0 + tilt + LEAD_IN * setting.speed, 0.0, 0.0])
+    along = contacts(scene_numbers(scene), start, rates, STILL)[2]
+    # Sideways the forces of K and of both B balance. Slip takes friction away, and helps K.
+    return -(along[1, 0] + along[2, 0]) / (2 * along[0, 0])
+
+
 def _stall(draw):
     """Return a soft holder whose press rises faster than its pull on the tilt."""
     # The pull on the tilt grows with stiffness times speed, the press with one over its time: a
@@ -94,9 +110,13 @@ def _stall(draw):
         press=draw.even(0.5e-3, 1.0e-3),
         rotational_stiffness=draw.log(14.0, 50.0) / duration,
     )
-    rates, before = _rates(setting), draw.even(0.1, 0.2)
-    tilt = setting.speed * (before + duration + draw.even(0.0, 0.15))
-    start, phases = _touching(setting, tilt, rates)
+    before = draw.even(0.1, 0.2)
+    lasts = before + duration + draw.even(0.0, 0.15)
+    # From so far that a press straight down would lift it off K nothing begins: more slowly then.
+    while _share_of_K(setting, setting.speed * lasts) < LEAST_SHARE:
+        setting = setting._replace(speed=0.95 * setting.speed)
+    rates = _rates(setting)
+    start, phases = _touching(setting, setting.speed * lasts, rates)
     phases["close"] = {"kind": "contact", "duration": before, "rates": rates}
     phases["press"] = {
         "kind": "two_point",

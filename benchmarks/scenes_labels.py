@@ -22,6 +22,8 @@ BEFORE = 0.5
 PUSHING = 1.5e-3
 # Shorter stops [s] are reversals of the motion.
 SHORTEST_STOP = 0.01
+# Shorter openings [s] are bounces of a contact that closes again.
+SHORTEST_LOSS = 0.01
 # A peg that stays under so many times the load at which it stopped is wedged.
 HELD = 2.0
 CAUSES = ("wedge", "stall", "overload", "contact_loss")
@@ -171,7 +173,12 @@ def _losses(truth, kind):
     """Return where a contact opened elsewhere than on the way into the hole."""
     touching = np.isin(kind, ("three_point", "stuck"))
     parted = stretches(np.isin(kind, ("", "lost", "open")))
-    found = [(a, b, "contact_loss") for a, b in parted if a and touching[a - 1]]
+    t, last = truth.t_ns * 1e-9, len(kind) - 1
+    found = [
+        (a, b, "contact_loss")
+        for a, b in parted
+        if a and touching[a - 1] and (b == last or t[b] - t[a] >= SHORTEST_LOSS)
+    ]
     if truth.ended_by.startswith("contact ") and touching[-1]:
         found.append((len(kind) - 1, len(kind) - 1, "contact_loss"))
     return found

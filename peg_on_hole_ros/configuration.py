@@ -151,6 +151,12 @@ def _check_together(configuration):
             f"joints.names = {list(joints.names)} has {len(joints.names)} names; "
             "joints.source peg needs 3, in the order gamma, psi, phi"
         )
+    if joints.source != "robot" and joints.hole_xyz_stddev:
+        raise PegOnHoleError(
+            f"joints.hole_xyz_stddev = {joints.hole_xyz_stddev:g} m needs joints.source robot, "
+            f"which is {joints.source!r}: the peg's own angles do not tell where it is; set it "
+            "to 0.0"
+        )
     if joints.source == "robot":
         for name in ("urdf", "tip_frame"):
             if not getattr(joints, name):

@@ -37,6 +37,7 @@ class JointInput:
     peg_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hole_xyz_stddev: float = 0.0
     hole_tilt_stddev: float = 0.0
 
 

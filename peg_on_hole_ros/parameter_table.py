@@ -190,6 +190,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         6.3,
     ),
     _joints(
+        "hole_xyz_stddev",
+        "how well hole_xyz is known, with the robot's calibration, each coordinate; above 0 where "
+        "the peg is counts in three_point_validity; 0: not known, and not used",
+        "m",
+        0.0,
+        0.1,
+    ),
+    _joints(
         "hole_tilt_stddev",
         "how well hole_rpy has the direction of the hole's axis, about x and about y; 0: known, "
         "and two states less",

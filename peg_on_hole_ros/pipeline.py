@@ -199,6 +199,8 @@ class Pipeline:
             self._mean_nis = fsum(self._nis) / len(self._nis)
         if result is not Correction.GATED:
             self._assessment.oriented(self._t_ns, q, R)
+            if measurement.position is not None:
+                self._assessment.placed(measurement, self._filter)
         self._counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.INFLATED:
             self._counts["rates_widened"] += 1

@@ -58,12 +58,18 @@ class AngleMeasurement(NamedTuple):
         gamma, psi, phi [rad].
     covariance : ndarray, shape (3, 3)
         Of q [rad^2], mapped from the orientation error by its Jacobian.
+    position : ndarray, shape (3,), or None
+        Of the peg's origin in the hole frame [m], where the source gives it.
+    position_covariance : ndarray, shape (3, 3), or None
+        [m^2]
 
     """
 
     t_ns: int
     q: np.ndarray
     covariance: np.ndarray
+    position: np.ndarray | None = None
+    position_covariance: np.ndarray | None = None
 
 
 class Alarm(NamedTuple):

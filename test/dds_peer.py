@@ -26,7 +26,7 @@ SERVICES = {
     "change_state": ChangeState,
     "get_state": GetState,
 }
-PATIENCE = 60.0  # [s] until a wait fails; a cold compilation on a busy machine takes half of it
+PATIENCE = 180.0  # [s] until a wait fails; a cold compilation on a busy machine takes a third of it
 
 
 @contextmanager

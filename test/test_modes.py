@@ -29,7 +29,7 @@ from peg_on_hole_ros.monitoring.contacts import (
 from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
 from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
-from peg_on_hole_ros.monitoring.trend import new_trend
+from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import FilterOptions, MonitorOptions
 
 OPTIONS = MonitorOptions()
@@ -110,6 +110,17 @@ def test_lasting_evidence_decides_and_can_be_turned(given, expected):
     assert settle(p)[CLOSED] > 0.95
 
 
+def test_at_rest_a_lost_contact_is_forgotten_and_in_motion_it_is_not():
+    even = {"lost_K": 0.0, "lost_B1": -MOST, "lost_B2": -MOST}
+    moves = settle(settle(no_knowledge(), lost_K=MOST), **even)
+    assert moves[LOST_K] > 0.8
+    rests = settle(settle(no_knowledge(), lost_K=MOST), **even, displaced=0.0, rest=1.0)
+    # Two times RETRY: a seventh is left.
+    assert rests[LOST_K] < 0.25 and rests[CLOSED] > 0.7
+    # And as soon as it shows again, it is lost again.
+    assert settle(rests, lost_K=MOST)[LOST_K] > 0.8
+
+
 def test_evidence_counts_by_time_and_not_by_messages():
     often, seldom = no_knowledge(), no_knowledge()
     for _ in range(64):
@@ -130,7 +141,7 @@ def shown(gamma, force=-30.0, scene=SCENE):
     for _ in range(100):
         solution = kalman.reactions()
         determinant = float("nan") if solution is None else solution.determinant
-        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, determinant, out)
+        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, determinant, 0.0, out)
         show(kalman.memory, p, means, motion, *arguments)
     return Shown(*out.tolist())
 
@@ -340,3 +351,25 @@ def test_dwell_and_thresholds_are_those_of_the_options():
     assert declare(ContactMode(slow), PRESSED, 0.0) is None
     likely = PRESSED._replace(three_point=0.98)
     assert declare(ContactMode(slow), likely, 0.0) == pytest.approx(0.05, abs=1.5e-3)
+
+
+def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread():
+    kalman = ContactFilter(SCENE, FilterOptions(), np.eye(6) * 1e-4)
+    motion, rate, gamma0 = new_trend(), -0.16, SCENE.gamma0
+    for k in range(200):
+        gamma = gamma0 + 0.05 + rate * 2e-3 * k / 2
+        since, q = 2e-3 if k else -1.0, np.array([gamma, 0, 0])
+        follow(motion, since, q, np.eye(3) * 1e-10, 0.998, 0.025, 0.2)
+    found = []
+    for clearance_stddev in (0.0, 2e-5):
+        out = np.zeros(WIDTH)
+        kalman.start(np.array([gamma, 0.3, 0.1]), np.eye(3) * 1e-8)
+        options = settings(OPTIONS, 0.3, clearance_stddev)
+        p, means = no_knowledge(), new_means()
+        show(kalman.memory, p, means, motion, options, 1e-3, 0.0, -1.0, 1.0, 0.0, out)
+        found.append(Shown(*out.tolist()))
+    by_clearance = 0.05 * 2e-5 / (SCENE.hole_diameter * np.sin(gamma0)) / (-rate / 2)
+    more = np.sqrt(found[1].time_stddev ** 2 - found[0].time_stddev ** 2)
+    # The speed at gamma0 is that of a trend.
+    assert more == pytest.approx(by_clearance, rel=0.05)
+    assert found[0].time == found[1].time and found[0].below == found[1].below

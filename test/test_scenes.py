@@ -1,6 +1,7 @@
 """Labels and scores of the scenes on cases that can be checked by hand, and a few whole runs."""
 
 import csv
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,11 +9,13 @@ import pytest
 
 import scenes
 import scenes_engine
+from peg_on_hole_ros.simulation.truth import integrate
 from resumable import kept, work_through
 from scenes_draw import FAMILIES, Case, estimator_of, plan_of
 from scenes_labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
 from scenes_play import ALARMS, Record
 from scenes_score import judge_alarm, score_run
+from scenes_summary import summary
 from scenes_table import by_family, pooled, tables, wilson
 from simulated import contact_plan, truth
 
@@ -158,6 +161,16 @@ def test_a_contact_that_opens():
     mode[80:] = "two_point"
     assert labels_of(made_up(closed=closed, mode=mode)).events == ()
     assert labels_of(made_up(ended_by="contact K opened")).events[0].begin == pytest.approx(T[-1])
+
+
+def test_a_contact_that_bounces_is_not_lost():
+    closed, mode = np.ones((N, 3), bool), np.full(N, "three_point", "U12")
+    for a, b in ((80, 86), (90, 99)):
+        closed[a:b, 0], mode[a:b] = False, "unknown"
+    assert labels_of(made_up(closed=closed, mode=mode)).events == ()
+    closed[120:132, 0], mode[120:132] = False, "unknown"
+    (event,) = labels_of(made_up(closed=closed, mode=mode)).events
+    assert event[:3] == ("contact_loss", pytest.approx(0.12), pytest.approx(0.131))
 
 
 def test_a_wedge_of_the_simulation_is_found_without_its_determinant():
@@ -402,19 +415,24 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
     monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)
     monkeypatch.setattr(scenes_engine, "numbers", lambda: [0])
     page = folder / "page.md"
-    page.write_text(f"Before\n{scenes.MARKS[0]}\nwhat stood here\n{scenes.MARKS[1]}\nAfter\n")
+    both = [f"{a}\nwhat stood here\n{b}" for a, b in (scenes.SUMMARY_MARKS, scenes.MARKS)]
+    page.write_text("\n".join(["Before", *both, "After\n"]))
     scenes.main(["--mismatch", "--out", str(folder), "--workers", "1", "--page", str(page)])
     parts = page.read_text().split("\n\n", 1)
-    assert parts[0] == f"Before\n{scenes.MARKS[0]}" and "what stood here" not in parts[1]
+    assert parts[0] == f"Before\n{scenes.SUMMARY_MARKS[0]}" and "what stood here" not in parts[1]
+    assert f"\n\n{scenes.SUMMARY_MARKS[1]}\n{scenes.MARKS[0]}\n\n" in parts[1]
     assert parts[1].endswith(f"\n\n{scenes.MARKS[1]}\nAfter\n")
     assert (folder / "figures" / "scenes_modes.png").stat().st_size > 10_000
     engine = scenes.run_engine(folder, 1, print)
     text = capsys.readouterr().out
-    assert (
-        text.strip()
-        == tables(found | engine).strip()
-        == (folder / "scenes.md").read_text().strip()
-    )
+    short = summary(found | engine)
+    assert short in parts[1] and text.startswith(short)
+    assert text.removeprefix(short).strip() == tables(found | engine).strip()
+    assert (folder / "scenes.md").read_text() == f"{short}\n\n{tables(found | engine)}\n"
+    flag = by_family(found["matched"])["all"]["flag_error"]
+    off = f"{1e3 * flag['median']:.1f} / {1e3 * flag['p95']:.1f}"
+    assert f"| flag off, median / 95 % [ms] | {off} |" in short
+    assert len({line.count("|") for line in short.splitlines()}) == 1
     assert "Transition and forecast, engine_mismatch:" in text
     assert "| insertion | 1 | 1 |" in text and "| jamming, ERROR | mismatch |" in text
     rows = list(csv.DictReader((folder / "scores.csv").open()))
@@ -455,3 +473,13 @@ def test_closings_of_another_engine_as_scenes():
     assert -100 < motion.force[:, 2].min() < motion.force[:, 2].max() < 0
     run = scenes_engine.score(number, "engine")
     assert run["family"] == "mujoco" and run["transition"]["error"] is not None
+
+
+@pytest.mark.parametrize("number", [0, 1, 3, 12, 64])
+def test_stall_scenes_begin(number):
+    """Steep and far ones too, of which a press straight down would lift the peg off K."""
+    plan = plan_of(Case("stall", number, "tuning"))
+    begin = (plan.phases[0], replace(plan.phases[1], duration=0.02))
+    truth = integrate(replace(plan, phases=begin))
+    assert truth.ended_by == "end"
+    assert truth.closed.all()

@@ -52,19 +52,21 @@ def check_kinematics(o, arm, positions_of):
     for _ in range(20):
         position = rng.uniform(-3, 3, len(o.names))
         pose = kinematics(position)
-        _, rotation, _ = arm.tip(positions_of(position))
+        place, rotation, _ = arm.tip(positions_of(position))
+        assert pose.position == pytest.approx(place, abs=1e-14)
         assert pose.rotation == pytest.approx(rotation.as_matrix(), abs=1e-14)
         for i in range(len(o.names)):
             h = 1e-6 * np.eye(len(o.names))[i]
-            _, after, _ = arm.tip(positions_of(position + h))
-            _, before, _ = arm.tip(positions_of(position - h))
+            there, after, _ = arm.tip(positions_of(position + h))
+            here, before, _ = arm.tip(positions_of(position - h))
+            assert pose.velocities[:, i] == pytest.approx((there - here) / 2e-6, abs=1e-9)
             # Central differences: 1e-12 of their own error, 1e-16 / 1e-6 of rounding.
             turn = (after * before.inv()).as_rotvec() / 2e-6
             assert pose.jacobian[:, i] == pytest.approx(turn, abs=1e-9)
         # What is returned is not overwritten by the next call.
-        kept = pose.rotation.copy()
+        kept = pose.rotation.copy(), pose.position.copy()
         kinematics(position + 0.5)
-        assert (pose.rotation == kept).all()
+        assert (pose.rotation == kept[0]).all() and (pose.position == kept[1]).all()
 
 
 @needs_pinocchio

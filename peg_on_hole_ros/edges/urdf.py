@@ -1,4 +1,4 @@
-"""Orientation of the peg from a robot's joints, by its URDF and Pinocchio."""
+"""Where a robot's joints turn and carry the peg, by its URDF and Pinocchio."""
 
 from collections.abc import Sequence
 from math import cos, sin
@@ -32,7 +32,7 @@ def orientation_source(options: JointInput) -> RobotJoints:
 
 class UrdfKinematics:
     """
-    Rotation of the tip frame in the root link's axes, and its Jacobian, by Pinocchio.
+    Rotation and place of the tip frame in the root link, and their Jacobian, by Pinocchio.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class UrdfKinematics:
             self._rates[joint.idx_v, source] = multiplier
 
     def __call__(self, position: Sequence[float]) -> TipPose:
-        """Return rotation and Jacobian of the tip at positions in the order of joints.names."""
+        """Return pose and Jacobian of the tip at positions in the order of joints.names."""
         pin, q = self._pin, self._neutral.copy()
         for i, source, multiplier, offset, continuous in self._moving:
             x = multiplier * position[source] + offset
@@ -80,8 +80,9 @@ class UrdfKinematics:
         jacobian = pin.computeFrameJacobian(
             self._model, self._data, np.array(q), self._tip, pin.LOCAL_WORLD_ALIGNED
         )
-        rotation = pin.updateFramePlacement(self._model, self._data, self._tip).rotation
-        return TipPose(rotation, jacobian[3:] @ self._rates)
+        tip = pin.updateFramePlacement(self._model, self._data, self._tip)
+        rates = jacobian @ self._rates
+        return TipPose(tip.rotation, rates[3:], tip.translation.copy(), rates[:3])
 
 
 def _pinocchio():

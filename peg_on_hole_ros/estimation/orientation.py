@@ -1,4 +1,4 @@
-"""From a robot's joints to the peg's angles: rotation matrices, their errors, and the joints'."""
+"""From a robot's joints to the peg's angles and place: rotations, their errors, the joints'."""
 
 from collections.abc import Sequence
 from math import cos, pi, sin, tan
@@ -69,11 +69,17 @@ class TipPose(NamedTuple):
         R_RT, axes of the tip frame in those of the robot's base.
     jacobian : ndarray, shape (3, n)
         Angular velocity of the tip, base axes, per unit rate of each joint that was asked for.
+    position : ndarray, shape (3,), or None
+        Of the tip frame's origin, base axes [m]; None: not known.
+    velocities : ndarray, shape (3, n), or None
+        Its velocity per unit rate of each joint.
 
     """
 
     rotation: np.ndarray
     jacobian: np.ndarray
+    position: np.ndarray | None = None
+    velocities: np.ndarray | None = None
 
 
 class Kinematics(Protocol):
@@ -117,6 +123,8 @@ class RobotJoints:
         self._upper = [high + LIMIT_MARGIN for high in kinematics.upper]
         self._R_HR = rotation_from_rpy(options.hole_rpy).T
         self._R_TP = rotation_from_rpy(options.peg_rpy)
+        self._hole_variance = options.hole_xyz_stddev**2
+        self._p_RH, self._p_TP = np.array(options.hole_xyz), np.array(options.peg_xyz)
 
     def __call__(self, sample: JointSample) -> AngleMeasurement | str:
         """
@@ -144,4 +152,15 @@ class RobotJoints:
         covariance = from_joints @ from_joints.T
         covariance *= self.stddev**2
         covariance += angle_covariance(q[0], ORIENTATION_FLOOR)
-        return AngleMeasurement(sample.t_ns, q, covariance)
+        return AngleMeasurement(sample.t_ns, q, covariance, *self._place(tip))
+
+    def _place(self, tip: TipPose):
+        """Return where the peg's origin is in the hole frame and its covariance, or nothing."""
+        if not self._hole_variance or tip.position is None:
+            return ()
+        lever = tip.rotation @ self._p_TP
+        # The velocity of the peg's origin is that of the tip and w x lever.
+        turned = np.cross(tip.jacobian, lever, axisa=0, axisc=0)
+        from_joints = self.stddev * (self._R_HR @ (tip.velocities + turned))
+        covariance = from_joints @ from_joints.T + self._hole_variance * np.eye(3)
+        return self._R_HR @ (tip.position + lever - self._p_RH), covariance

@@ -13,6 +13,7 @@ from peg_on_hole_ros.monitoring.contacts import no_knowledge
 from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.mode import ContactMode
+from peg_on_hole_ros.monitoring.place import Misfit, misfit
 from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
@@ -45,7 +46,7 @@ class Assessment:
         noise = np.diagonal(wrench_covariance)
         over_radius = 2 / scene.peg_diameter
         self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
-        self._settings = settings(options, self._force_stddev)
+        self._settings = settings(options, self._force_stddev, scene.clearance_stddev)
         self._ratio = scene.peg_diameter / scene.hole_diameter
         self._contacts, self._motion = no_knowledge(), new_trend()
         self._means = new_means()
@@ -55,6 +56,7 @@ class Assessment:
         self._t_ns: int | None = None
         self._oriented_ns: int | None = None
         self._on_trial = False
+        self._misfit: Misfit | None = None
 
     @property
     def mode(self) -> str:
@@ -84,6 +86,7 @@ class Assessment:
         self._jamming[:] = jamming.new_memory()
         self._t_ns = self._oriented_ns = None
         self._on_trial = False
+        self._misfit = None
 
     def oriented(self, t_ns: int, q, R):
         """
@@ -111,6 +114,10 @@ class Assessment:
             options.forecast_acceleration_stddev,
             options.forecast_acceleration_time,
         )
+
+    def placed(self, measurement, kalman: ContactFilter):
+        """Take a measurement with a place of the peg; `kalman` knows the clearance."""
+        self._misfit = misfit(measurement, kalman.scene_values, kalman.spread.item(3))
 
     def _assess_risk(self, kalman, shown, dt, since):
         contact, usable = 1.0 - shown.free, shown.usable > 0.0
@@ -155,6 +162,7 @@ class Assessment:
             # Constant rates say nothing for or against three contacts.
             nis if self.on_contacts else -1.0,
             _NO_DETERMINANT if solution is None else solution.determinant,
+            0.0 if self._misfit is None else self._misfit.evidence,
             self._shown,
         )
         shown = Shown(*self._shown.tolist())
@@ -186,6 +194,9 @@ class Assessment:
             "clearance_stddev": clearance[1],
             "reactions_determined": 0.0,
         }
+        if self._misfit is not None:
+            monitor["position_offset"] = self._misfit.offset
+            monitor["position_misfit"] = self._misfit.deviations
         touch = self._mode.touch
         if touch is not None:
             monitor["contact_age" if touch.onset else "free_age"] = t - touch.t

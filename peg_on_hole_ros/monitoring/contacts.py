@@ -60,7 +60,9 @@ def opening_evidence(normal, variance):
 
 
 @compiled
-def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
+def weigh(
+    p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other, displaced=0.0, rest=0.0
+):
     """
     Carry the probabilities over a time, then weigh them with one piece of evidence.
 
@@ -77,14 +79,24 @@ def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
         share of it that has passed.
     load, lost_K, lost_B1, lost_B2, other : float
         Log ratios: contact against none; each opening, and another contact, against all closed.
+    displaced : float
+        Log ratio of a peg elsewhere than where three contacts would have it.
+    rest : float
+        Probability that it rests: nothing tells then which contacts are closed, and one that was
+        taken for open, as those of a peg that has just wedged are, is forgotten in RETRY.
 
     """
     change = 1.0 - exp(-rate * dt)
-    again = (1.0 - exp(-dt / RETRY)) * p[OTHER]
+    retry = 1.0 - exp(-dt / RETRY)
+    again = retry * p[OTHER]
     for i in range(COUNT):
         p[i] += change * (_PRIOR[i] - p[i])
     p[OTHER] -= again
     p[CLOSED] += again
+    for i in range(LOST_K, LOST_B2 + 1):
+        again = retry * rest * p[i]
+        p[i] -= again
+        p[CLOSED] += again
     share = min(dt / correlation, 1.0)
     # What no three contacts can carry speaks for nothing as much as for those that are left.
     p[FREE] *= exp(share * (max(lost_K, lost_B1, lost_B2, 0.0) - load))
@@ -92,6 +104,7 @@ def weigh(p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other):
     p[LOST_B1] *= exp(share * lost_B1)
     p[LOST_B2] *= exp(share * lost_B2)
     p[OTHER] *= exp(share * other)
+    p[CLOSED] *= exp(-share * displaced)
     total = 0.0
     for i in range(COUNT):
         total += p[i]

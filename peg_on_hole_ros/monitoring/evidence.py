@@ -29,6 +29,9 @@ from peg_on_hole_ros.options import MonitorOptions
 ABSURD = 10.0
 # Squares of noise alone stay below so many times their mean.
 NOISE_ROOM = 3.0
+# A forecast knows a learnt clearance no better than to this share of its stated spread: what the
+# way there tells of it is one thing with friction and with how the motion goes on.
+FORECAST_CLEARANCE = 0.05
 # Reactions that pull by more than this many standard deviations are those of other contacts.
 PULL = 3.0
 
@@ -44,10 +47,11 @@ class Settings(NamedTuple):
     memory: float
     force_stddev: float
     free_acceleration: float
+    clearance_floor: float
 
 
-def settings(options: MonitorOptions, force_stddev: float) -> np.ndarray:
-    """Return the options as an array, with the noise of a carried force [N]."""
+def settings(options: MonitorOptions, force_stddev: float, clearance_stddev=0.0) -> np.ndarray:
+    """Return the options as an array, with the noise of a carried force [N]; clearance [m]."""
     return np.array(
         Settings(
             options.contact_force_threshold,
@@ -58,6 +62,7 @@ def settings(options: MonitorOptions, force_stddev: float) -> np.ndarray:
             options.forecast_acceleration_time,
             force_stddev,
             options.free_acceleration,
+            FORECAST_CLEARANCE * clearance_stddev,
         )
     )
 
@@ -103,7 +108,9 @@ WIDTH = len(Shown._fields)
 
 
 @compiled
-def show(f, hypotheses, means, motion, options, dt, since, nis, determinant, out):
+def show(
+    f, hypotheses, means, motion, options, dt, since, nis, determinant, displaced, out
+):  # fmt: skip
     """
     Weigh the hypotheses with what a wrench shows.
 
@@ -121,6 +128,8 @@ def show(f, hypotheses, means, motion, options, dt, since, nis, determinant, out
         Running mean of the normalised innovation squared.
     determinant : float
         What `reactions.react` returned.
+    displaced : float
+        `place.Misfit.evidence` of the last place that was measured; 0: none was.
     out : ndarray
         Filled in the order of `Shown`.
 
@@ -155,8 +164,13 @@ def show(f, hypotheses, means, motion, options, dt, since, nis, determinant, out
     moved = f[SCENE + 4] * o[7]
     load = load_evidence(load, sqrt(o[0] * o[0] + moved * moved + NOISE_ROOM * variance))
     p = hypotheses
-    weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other)
     above = 1.0 - under
+    # Below gamma0 nothing is known of where a peg that touches is.
+    displaced *= above
+    if displaced > 0.0:
+        # A motion that fits three contacts is no evidence for them where the peg does not stand.
+        other = max(other, 0.0)
+    weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other, displaced, rest)
     out[0] = p[CLOSED] * above * (1.0 - rest)
     out[1] = (1.0 - p[FREE]) * under
     out[2] = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * above
@@ -164,6 +178,7 @@ def show(f, hypotheses, means, motion, options, dt, since, nis, determinant, out
     out[4] = p[FREE]
     out[5] = p[OTHER] * above
     out[6] = under
+    spread0 += (o[8] * slope) ** 2
     time, stddev = time_to_reach(motion, gamma0, spread0, o[4], o[5])
     out[7] = time - since if time > since else -1.0
     out[8] = stddev

@@ -34,7 +34,7 @@ _MOVED = 0.03
 # A jump of the tilt is followed for this long before it counts as a motion [s].
 _CALM = 0.01
 # A trend of the load takes this long to part from its begin [s].
-_LOADED = 0.01
+_LOADED = 0.015
 # Above gamma0 by this share: the closed forms end at gamma0.
 _EDGE = 1e-4
 
@@ -240,7 +240,8 @@ def _load(f, j, options, dt, time, usable):
         _forget_loads(j, LOADS)
         return 0.0
     horizon = min(options[1], time) if time >= 0.0 else options[1]
-    most, total = load_ahead.NOTHING, 0.0
+    most = now = load_ahead.NOTHING
+    total = 0.0
     j[UNBROKEN] += dt
     for i in range(3):
         N, variance, limit = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i], options[5 + i]
@@ -248,8 +249,10 @@ def _load(f, j, options, dt, time, usable):
         if follow_load(j, LOADS, i, N, variance, limit, dt):
             j[UNBROKEN] = 0.0
         most = max(most, over_limit(j, LOADS, i, variance, limit, horizon))
+        now = max(now, (N - limit) / sqrt(max(variance, 1e-12)))
     j[TOTAL] += (min(dt / _HOLDING, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
-    return below(most) if j[UNBROKEN] > _LOADED else 0.0
+    # A load that jumps shows no course, but it is there.
+    return below(most if j[UNBROKEN] > _LOADED else now)
 
 
 @compiled

@@ -1,9 +1,9 @@
 """
 A peg of which a contact has opened: six degrees of freedom on contacts that give a little.
 
-How far the peg is off each of its three touching points follows from its offset from the touching
-pose, to first order; a contact pushes back by a spring and a damper while it is pressed in. So
-contacts open, touch again and jam by themselves: nothing here solves for reactions.
+How far the peg is off each of its three touching points follows from the shapes of peg and rim; a
+contact pushes back by a spring and a damper while it is pressed in. So contacts open, touch again
+and jam by themselves: nothing here solves for reactions.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,8 @@ from scipy.integrate import Radau
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.simulation.command import evaluate
 from peg_on_hole_ros.simulation.contact_run import MAX_STEP, Model
-from peg_on_hole_ros.simulation.dynamics import angular_velocity, contacts, solve6
+from peg_on_hole_ros.simulation.dynamics import angular_velocity, solve6
+from peg_on_hole_ros.simulation.gaps import contact_gaps
 from peg_on_hole_ros.simulation.guided import hole_axes, newton_euler
 from peg_on_hole_ros.simulation.holder import cross, holder_pull, mass_centre
 
@@ -23,8 +24,10 @@ from peg_on_hole_ros.simulation.holder import cross, holder_pull, mass_centre
 CONTACT_STIFFNESS = 1e8
 # Share of the critical damping of the peg's mass on one contact.
 CONTACT_DAMPING = 0.3
-# Gap up to which first order is good [m]: what it leaves out is a hundredth of it.
+# A peg this far off the rim has lost more than a contact [m].
 LARGEST_GAP = 5e-4
+# Newton's steps to the offset that presses the contacts in by given depths.
+_CORRECTIONS = 3
 # The geometry of three points ends at gamma0 [rad].
 TILT_LEFT = 1e-5
 
@@ -68,15 +71,12 @@ def parted_state(
     """
     out = np.zeros(12)
     out[:3], out[6:9] = state[:3], state[3:]
-    normals = _normals(model.p, state[:3])
     pressed = -np.maximum(normal, 0.0) / stiffness
-    # Near gamma0 two normals are all but one: the smallest offset that fits.
-    out[3:6] = np.linalg.lstsq(normals, pressed, rcond=1e-6)[0]
+    for _ in range(_CORRECTIONS):
+        _, normals, gaps = contact_gaps(model.p, state[0], out[3:6].copy())
+        # Near gamma0 two normals are all but one: the smallest offset that fits.
+        out[3:6] += np.linalg.lstsq(normals, pressed - gaps, rcond=1e-6)[0]
     return out
-
-
-def _normals(p, q):
-    return contacts(p, np.asarray(q, float), np.zeros(3), 1.0)[2]
 
 
 @njit(cache=True)
@@ -104,15 +104,15 @@ def pushes(p, x, scale, stiffness):
 
     """
     q = x[0, :3].copy()
-    points, _, normals, _ = contacts(p, q, np.zeros(3), 1.0)
+    points, normals, gaps = contact_gaps(p, q[0], x[0, 3:])
     centre = mass_centre(p, x)
     w = angular_velocity(q, x[1, :3].copy())
     damping = CONTACT_DAMPING * 2 * np.sqrt(stiffness * p[3])
     forces, normal, slip = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     for i in range(3):
-        gap = np.sum(normals[i] * x[0, 3:])
+        gap = gaps[i]
         n = hole_axes(q[1], normals[i])
-        points[i] = hole_axes(q[1], points[i] + x[0, 3:])
+        points[i] = hole_axes(q[1], points[i])
         v = centre[1] + cross(w, points[i] - centre[0])
         approach = np.sum(v * n)
         v = v - approach * n
@@ -221,7 +221,7 @@ def run_parted(
 def _ends(model, t, y, limits, stiffness):
     if y[0] < model.p[7] + TILT_LEFT:
         return "transition"
-    if (_normals(model.p, y[:3]) @ y[3:6]).max() > LARGEST_GAP:
+    if contact_gaps(model.p, y[0], y[3:6].copy())[2].max() > LARGEST_GAP:
         return "gap"
     load = parted_motion(t, y, *model, stiffness)[6:]
     if np.linalg.norm(load[:3]) > limits[0]:
