@@ -1,6 +1,7 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
+from collections.abc import Iterable, Iterator
 from math import fsum, isfinite
 
 import numpy as np
@@ -124,6 +125,20 @@ class Pipeline:
             f"tare over {len(self._recent)} samples, sensor axes "
             f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}"
         )
+
+    def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
+        """Take a sample of either kind, see `on_wrench` and `on_joints`."""
+        if isinstance(sample, WrenchSample):
+            return self.on_wrench(sample)
+        self.on_joints(sample)
+        return None
+
+    def play(self, samples: Iterable[WrenchSample | JointSample]) -> Iterator[Outputs]:
+        """Yield what samples give, taken in the order in which they come."""
+        for sample in samples:
+            outputs = self.on_sample(sample)
+            if outputs is not None:
+                yield outputs
 
     def on_joints(self, sample: JointSample) -> None:
         """Take a joint state; it corrects the estimate, and gives no output of its own."""

@@ -43,15 +43,7 @@ def shuffled(samples, most_ns, seed=3):
 
 
 def play(line, samples):
-    outputs = []
-    for sample in samples:
-        if isinstance(sample, WrenchSample):
-            found = line.on_wrench(sample)
-            if found is not None:
-                outputs.append(found)
-        else:
-            line.on_joints(sample)
-    return outputs
+    return list(line.play(samples))
 
 
 def total(counts):
