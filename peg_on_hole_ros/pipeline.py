@@ -42,11 +42,6 @@ class Pipeline:
     make : callable
         From scene, filter options and the wrench's covariance to the filter.
 
-    Attributes
-    ----------
-    health : dict of str to float
-        State of the filter, for diagnostics.
-
     """
 
     def __init__(self, configuration: Configuration, orientation=None, make=make_filter):
@@ -61,10 +56,7 @@ class Pipeline:
         # Bias and tilt: most cells know them.
         self._offset = self._filter if offsets.variance.any() else None
         self._assessment = Assessment(
-            self.scene,
-            configuration.monitor,
-            self._reduction.covariance,
-            self._filter.scene_values,
+            self.scene, configuration.monitor, self._reduction.covariance
         )
         self._watch = InnovationWatch()
         # Fates that arrival decides, and those that going back decides anew.
@@ -72,7 +64,6 @@ class Pipeline:
         self._counts: Counter[str] = Counter()
         window_ns = round(configuration.filter.late_window * 1e9)
         self._history = History(window_ns and window_ns + max(self._delay_ns, 0))
-        self.health: dict[str, float] = {}
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
         self._restart()
@@ -81,6 +72,19 @@ class Pipeline:
     def counts(self) -> Counter[str]:
         """Every message by what became of it, and what else happened."""
         return self._arrival_counts + self._counts
+
+    @property
+    def health(self) -> dict[str, float]:
+        """State of the filter after the last wrench, for diagnostics."""
+        found = {
+            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
+            "evaluations": float(self._filter.evaluations),
+            "sub_steps": float(self._filter.pieces),
+            "steps_refused": float(self._filter.refused + self._filter.inaccurate),
+        }
+        if self._watch.median is not None:
+            found["nis_median"] = self._watch.median
+        return found
 
     def _restart(self):
         self._t_ns: int | None = None
@@ -146,7 +150,8 @@ class Pipeline:
         if isinstance(measurement, str):
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
-        measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
+        if self._delay_ns:
+            measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
         if not self._started:
             self._filter.start(*self._in_hole_axes(measurement))
             self._started = True
@@ -225,7 +230,7 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
-        if not all(isfinite(value) for value in (*sample.force, *sample.torque)):
+        if not (all(map(isfinite, sample.force)) and all(map(isfinite, sample.torque))):
             self._arrival_counts["wrench_dropped_not_finite"] += 1
             return None
         if not self._started:
@@ -273,14 +278,8 @@ class Pipeline:
         nis = EXPECTED_NIS if self._mean_nis is None else self._mean_nis
         outputs = self._assessment.outputs(wrench.t_ns, self._filter, nis)
         self._note_model(outputs)
-        self.health = {
-            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
-            "evaluations": float(self._filter.evaluations),
-            "sub_steps": float(self._filter.pieces),
-            "steps_refused": float(self._filter.refused + self._filter.inaccurate),
-        }
         if self._watch.median is not None:
-            self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
+            outputs.monitor["nis_median"] = self._watch.median
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:
