@@ -221,7 +221,8 @@ class ContactFilter:
                 status, self.evaluations, self.pieces = kernel.predict_contact(
                     self._memory, self._dy, self._slopes, dt
                 )
-                self.refused, self.inaccurate = map(int, self._attempts.tolist())
+                refused, inaccurate = self._attempts.tolist()
+                self.refused, self.inaccurate = int(refused), int(inaccurate)
             if status == CONVERGED:
                 self._sliding[1] = self._sliding[0]
                 return Prediction.HELD if constant else Prediction.CONTACT
