@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import InnovationWatch
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
-from peg_on_hole_ros.monitoring.remembering import recall, remember
+from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, Outputs, WrenchSample
 
@@ -55,9 +55,8 @@ class Pipeline:
         self._filter = make(self.scene, configuration.filter, self._reduction.covariance, offsets)
         # Bias and tilt: most cells know them.
         self._offset = self._filter if offsets.variance.any() else None
-        self._assessment = Assessment(
-            self.scene, configuration.monitor, self._reduction.covariance
-        )
+        judge = Assessment if configuration.monitor.modes else Unjudged
+        self._assessment = judge(self.scene, configuration.monitor, self._reduction.covariance)
         self._watch = InnovationWatch()
         # Fates that arrival decides, and those that going back decides anew.
         self._arrival_counts: Counter[str] = Counter()
@@ -300,8 +299,8 @@ class Pipeline:
 
     @property
     def model(self) -> str:
-        """Which model of the contact is in use, and why, as one line."""
-        return self._filter.model.line
+        """Which model of the contact is in use, and why, and what is left out, as one line."""
+        return "; ".join(filter(None, (self._filter.model.line, self._assessment.line)))
 
     @property
     def filter(self):
@@ -322,13 +321,13 @@ class Pipeline:
 
     def _snapshot(self):
         state = self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung
-        parts = self._filter.snapshot(), self._assessment.snapshot(), remember(self._watch)
+        parts = self._filter.snapshot(), self._assessment.snapshot(), self._watch.snapshot()
         return state, parts, tuple(self._nis), dict(self._counts)
 
     def _restore(self, snapshot):
         state, (kalman, assessment, watch), nis, counts = snapshot
         self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung = state
-        recall(watch)
+        self._watch.restore(watch)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)
         self._nis = deque(nis, maxlen=NIS_MEMORY)
@@ -346,7 +345,7 @@ class Pipeline:
         result = self._filter.predict(dt, in_contact)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
-        self._touching = self._in_contact or self._assessment.mode == "unknown"
+        self._touching = self._in_contact or self._assessment.doubtful
         if result is Prediction.FAILED:
             self._counts["step_without_solution"] += 1
         elif result is Prediction.SLOW:

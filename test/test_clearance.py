@@ -90,6 +90,10 @@ def test_a_peg_that_may_be_in_the_hole_is_tried_on_three_contacts(monkeypatch):
     assert 0.2 < found[0]["transition_probability"] < 0.5
     assert found[-1]["transition_probability"] < 0.01
     assert found[-1]["clearance_stddev"] < 0.1 * wide
+    # Where modes are left out, the same doubt is met in the same way.
+    left_out = replace(configuration, monitor=replace(configuration.monitor, modes=False))
+    found = run(Pipeline(left_out), motion, 1, seconds=0.15)
+    assert found[-1]["clearance_stddev"] < 0.1 * wide
     only_declared = property(lambda self: self.mode == "three_point")
     monkeypatch.setattr(Assessment, "on_contacts", only_declared)
     found = run(Pipeline(configuration), motion, 1, seconds=0.15)

@@ -1,24 +1,20 @@
 """What an estimate says of the contact: mode, transition, risk, alarms, and what is published."""
 
-from math import sqrt
-
-import numpy as np
-
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.alarms import Alarms
-from peg_on_hole_ros.monitoring.evidence import Shown
+from peg_on_hole_ros.monitoring.evidence import Shown, force_noise
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.judgement import (
     KNOWN,
     RISK,
     SHOWN,
-    Known,
     follow_orientation,
     forget,
     judge,
     new_judgement,
 )
+from peg_on_hole_ros.monitoring.known import Known
 from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.place import Misfit, misfit
 from peg_on_hole_ros.monitoring.remembering import recall, remember
@@ -38,16 +34,21 @@ class Assessment:
     wrench_covariance : ndarray, shape (6, 6)
         Of a wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
 
+    Attributes
+    ----------
+    line : str
+        What is left out, for diagnostics: nothing.
+
     """
+
+    line = ""
 
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
         self._options = options
         self._mode = ContactMode(options)
         self._flag = TransitionFlag(options)
         self._alarms = Alarms(options)
-        noise = np.diagonal(wrench_covariance)
-        over_radius = 2 / scene.peg_diameter
-        self._force_stddev = sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
+        self._force_stddev = force_noise(scene, wrench_covariance)
         self._memory = new_judgement(options, scene, self._force_stddev)
         self._t_ns: int | None = None
         self._oriented_ns: int | None = None
@@ -58,6 +59,11 @@ class Assessment:
     def mode(self) -> str:
         """The contact mode that was declared last."""
         return self._mode.mode
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether wrench and pose were looked at, and fit no mode."""
+        return self._mode.mode == "unknown"
 
     @property
     def on_contacts(self) -> bool:
@@ -162,7 +168,7 @@ class Assessment:
             "friction_stddev": known.friction_stddev,
             "clearance": known.clearance,
             "clearance_stddev": known.clearance_stddev,
-            "reactions_determined": known.determined if three_point else 0.0,
+            "reactions_determined": known.reactions if three_point else 0.0,
         }
         if self._misfit is not None:
             monitor["position_offset"] = self._misfit.offset

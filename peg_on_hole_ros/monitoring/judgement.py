@@ -1,37 +1,14 @@
 """What one wrench shows and threatens, by one compiled call on one flat memory."""
 
-from math import fabs, sqrt
-from typing import NamedTuple
+from math import fabs
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import carried, contacts, evidence, jamming, trend
+from peg_on_hole_ros.monitoring.known import Known, fill_known
 from peg_on_hole_ros.options import MonitorOptions
-
-
-class Known(NamedTuple):
-    """
-    What is known of the scene and of the reactions.
-
-    Attributes
-    ----------
-    friction, friction_stddev : float
-    clearance, clearance_stddev : float
-        [m].
-    determined : float
-        1 where the reactions of three contacts, if there are three, are numbers to trust.
-
-    """
-
-    friction: float
-    friction_stddev: float
-    clearance: float
-    clearance_stddev: float
-    determined: float
-
 
 # An array that is handed to compiled code costs as much as 50 multiplications, and a copy of one
 # array is a copy of all of it: so everything stands in one, the options too.
@@ -54,8 +31,6 @@ HYPOTHESES, MEANS, MOTION, JAMMING, SETTINGS, LIMITS, RATIO, BAND, SHOWN, RISK, 
     _AT.values()
 )
 SIZE = _ENDS["KNOWN"]
-# Reactions are known where no spread is more than a third of their mean.
-_KNOWN_SHARE = 9.0
 
 
 def new_judgement(options: MonitorOptions, scene: Scene, force_stddev: float) -> np.ndarray:
@@ -114,20 +89,4 @@ def judge(f, m, dt, since, nis, determinant, displaced):
     contact, below, time, usable = 1.0 - shown[4], shown[6], shown[7], shown[10] > 0.0
     memory, limits, risk = m[JAMMING:SETTINGS], m[LIMITS:RATIO], m[RISK:KNOWN]
     jamming.assess(f, motion, memory, limits, dt, since, contact, below, time, usable, risk)
-    m[KNOWN] = f[SCENE + 7]
-    m[KNOWN + 1] = sqrt(max(f[SPREAD], 0.0))
-    m[KNOWN + 2] = f[SCENE + 1] - f[SCENE]
-    m[KNOWN + 3] = sqrt(max(f[SPREAD + 3], 0.0))
-    m[KNOWN + 4] = _determined(f, min(risk[4], fabs(determinant)), m[BAND])
-
-
-@compiled
-def _determined(f, determinant, band):
-    """Return 1.0 where reactions are numbers to trust, if they are those of three contacts."""
-    if not determinant > band:
-        return 0.0
-    total = f[Y + 3] + f[Y + 4] + f[Y + 5]
-    for i in range(3):
-        if not sqrt(max(f[REACTIONS + 21 + 7 * i], 0.0)) <= total / _KNOWN_SHARE:
-            return 0.0
-    return 1.0
+    fill_known(f, min(risk[4], fabs(determinant)), m[BAND], m[KNOWN:])
