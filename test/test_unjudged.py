@@ -1,10 +1,14 @@
 """Modes, forecast, risk and alarms left out: the estimate stays, and the topics say so."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from cli_helpers import SCHEMA, config
+from json_schema import check
+from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.messages import OutputStream
 from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
 from peg_on_hole_ros.pipeline import Pipeline
@@ -82,6 +86,18 @@ def test_topics_and_diagnostics_say_that_nothing_was_judged():
     status = next(item for item in report["status"] if item["name"].endswith("filter"))
     assert "monitor.modes" in status["message"]
     assert "monitor.modes" not in pipeline(True).model
+
+
+def test_a_replay_says_so_and_writes_no_alarms(bag, tmp_path, capsys):
+    told = config(tmp_path, "monitor: {modes: false}")
+    summary = tmp_path / "s.json"
+    assert main(["replay", str(bag), "--config", str(told), "--summary", str(summary)]) == 0
+    assert "(monitor.modes)" in capsys.readouterr().out
+    found = json.loads(summary.read_text())
+    check(found, SCHEMA)
+    assert found["contact_mode"] == {"unknown": 1.0}
+    assert found["alarms"] == found["cycles"] == []
+    assert max(found["max_normal"].values()) > 0
 
 
 def test_late_messages_end_where_an_ordered_stream_does():
