@@ -168,7 +168,7 @@ def main(arguments=None) -> int:
         f"{options.sample}: {options.repetitions} repetitions; "
         f"{platform.processor() or platform.machine()}, Python {platform.python_version()}"
     )
-    total = sum(np.median(found) for found in by_part.values())
+    total = np.sum(list(by_part.values()), axis=0)
     rows = []
     for name, found in by_variant.items():
         rows.append(("variant", name, np.median(found), found.min(), found / by_variant[ALL]))
