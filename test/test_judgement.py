@@ -21,7 +21,8 @@ def test_one_call_does_what_its_parts_do(monkeypatch):
     motion = truth("closing_with_slip")
     line = Pipeline(motion.plan.configuration)
     options, scene = line.configuration.monitor, line.scene
-    o = settings(options, force_noise(scene, line._reduction.covariance))
+    noise = force_noise(scene, line._reduction.covariance)
+    o = settings(options, noise, scene.clearance_stddev)
     limits = jamming.limits(options)
     hypotheses, means, trend, j = no_knowledge(), new_means(), new_trend(), jamming.new_memory()
     ratio = scene.peg_diameter / scene.hole_diameter
@@ -33,10 +34,10 @@ def test_one_call_does_what_its_parts_do(monkeypatch):
         follow(trend, since, q, R, ratio, stddev, memory)
         np.testing.assert_array_equal(m[MOTION : MOTION + SIZE], trend)
 
-    def judged(f, m, dt, since, nis, determinant):
-        judge(f, m, dt, since, nis, determinant)
+    def judged(f, m, dt, since, nis, determinant, displaced):
+        judge(f, m, dt, since, nis, determinant, displaced)
         shown, risk = np.zeros(WIDTH), np.zeros(len(Risk._fields))
-        show(f, hypotheses, means, trend, o, dt, since, nis, determinant, shown)
+        show(f, hypotheses, means, trend, o, dt, since, nis, determinant, displaced, shown)
         s = Shown(*shown.tolist())
         jamming.assess(
             f, trend, j, limits, dt, since, 1.0 - s.free, s.below, s.time, s.usable > 0.0, risk
