@@ -19,7 +19,7 @@ import numpy as np
 
 from peg_on_hole_ros.edges.simulation_file import read_plan
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import ANGLES, CONTACTS, WrenchSample
+from peg_on_hole_ros.records import ANGLES, CONTACTS
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import integrate
 
@@ -51,14 +51,8 @@ def near_reversal(truth) -> np.ndarray:
 
 def play(truth, seed):
     """Yield (row of the truth, outputs) of the pipeline over one measurement of a truth."""
-    pipeline = Pipeline(truth.plan.configuration)
-    for sample in measure(truth, seed):
-        if not isinstance(sample, WrenchSample):
-            pipeline.on_joints(sample)
-            continue
-        outputs = pipeline.on_wrench(sample)
-        if outputs is not None:
-            yield int(np.searchsorted(truth.t_ns, outputs.t_ns - START_NS)), outputs
+    for outputs in Pipeline(truth.plan.configuration).play(measure(truth, seed)):
+        yield int(np.searchsorted(truth.t_ns, outputs.t_ns - START_NS)), outputs
 
 
 def residuals(truth, seeds):

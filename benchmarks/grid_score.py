@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample, WrenchSample
+from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
 
 STATES, REACTIONS = slice(0, 6), slice(6, 9)
@@ -93,13 +93,7 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
         pipeline = Pipeline(_drawn(truth.plan.configuration, seed))
         _listen(pipeline, truth, nis)
         samples = measure(truth, seed, exact=exact)
-        for sample in _first_wrong(samples, seed, start_error):
-            if not isinstance(sample, WrenchSample):
-                pipeline.on_joints(sample)
-                continue
-            outputs = pipeline.on_wrench(sample)
-            if outputs is None:
-                continue
+        for outputs in pipeline.play(_first_wrong(samples, seed, start_error)):
             k = row_of[outputs.t_ns - START_NS]
             error[s, k, :3] = outputs.state[:3] - truth.q[k]
             error[s, k, 3:6] = outputs.state[3:] - truth.rates[k]

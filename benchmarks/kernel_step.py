@@ -28,7 +28,6 @@ from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
 from side_by_side import bag_samples, bag_steps, filters
 
 ROOT = Path(__file__).parents[1]
@@ -104,14 +103,8 @@ class Bench:
     def pipeline(self) -> float:
         """Put all samples through the pipeline; a wrench with its outputs is a step."""
         pipeline = Pipeline(self.configuration)
-        wrenches = 0
         begun = perf_counter()
-        for sample in self.samples:
-            if isinstance(sample, JointSample):
-                pipeline.on_joints(sample)
-            else:
-                pipeline.on_wrench(sample)
-                wrenches += 1
+        wrenches = sum(1 for _ in pipeline.play(self.samples))
         return (perf_counter() - begun) / wrenches * len(self.steps)
 
     def filterpy(self) -> float:

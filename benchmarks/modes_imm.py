@@ -190,14 +190,12 @@ def run_recursive(configuration, samples):
     pipeline, found, seconds = Pipeline(configuration), [], 0.0
     for sample in samples:
         begun = process_time()
-        if isinstance(sample, WrenchSample):
-            outputs = pipeline.on_wrench(sample)
+        outputs = pipeline.on_sample(sample)
+        seconds += process_time() - begun
+        if outputs is not None:
             m = outputs.monitor
             three = m["mode_probability_three_point"] + m["mode_probability_stuck"]
             found.append([three, m["mode_probability_two_point"], m["mode_probability_free"]])
-        else:
-            pipeline.on_joints(sample)
-        seconds += process_time() - begun
     return np.array(found), seconds / len(found), None
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import Truth, integrate
 from resumable import sources_key
@@ -129,13 +128,7 @@ def _tried(pipeline, truth, seed, start_ns):
     mode, flag = np.full(n, "", "U16"), np.zeros(n, bool)
     alarms = {name: np.zeros(n, int) for name in ALARMS}
     monitor: dict[str, np.ndarray] = {}
-    for sample in measure(truth, seed, start_ns):
-        if not isinstance(sample, WrenchSample):
-            pipeline.on_joints(sample)
-            continue
-        outputs = pipeline.on_wrench(sample)
-        if outputs is None:
-            continue
+    for outputs in pipeline.play(measure(truth, seed, start_ns)):
         k = int(np.searchsorted(truth.t_ns, outputs.t_ns - start_ns))
         mode[k], flag[k] = outputs.contact_mode, outputs.transition
         for alarm in outputs.alarms:

@@ -78,6 +78,7 @@ class FilterOptions:
 class MonitorOptions:
     """When the monitor speaks, and what it holds against the estimate."""
 
+    modes: bool = True
     contact_force_threshold: float = 1.0
     free_acceleration: float = 2.0
     mode_dwell: float = 0.01

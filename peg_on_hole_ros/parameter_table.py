@@ -362,6 +362,11 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e9,
     ),
     _filter("gate_reset_count", "gated in a row that restart the filter", "", 1, 1_000_000),
+    _monitor(
+        "modes",
+        "contact modes, forecast, jamming risk and alarms; false: less work, and the peg is taken "
+        "as on three contacts above gamma0, which nothing checks",
+    ),
     _monitor("contact_force_threshold", "reaction above which a contact is closed", "N", 0.0, 1e6),
     _monitor(
         "free_acceleration",

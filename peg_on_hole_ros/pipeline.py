@@ -1,6 +1,7 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
+from collections.abc import Iterable, Iterator
 from math import fsum, isfinite
 
 import numpy as np
@@ -11,7 +12,7 @@ from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import InnovationWatch
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
-from peg_on_hole_ros.monitoring.remembering import recall, remember
+from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, Outputs, WrenchSample
 
@@ -41,11 +42,6 @@ class Pipeline:
     make : callable
         From scene, filter options and the wrench's covariance to the filter.
 
-    Attributes
-    ----------
-    health : dict of str to float
-        State of the filter, for diagnostics.
-
     """
 
     def __init__(self, configuration: Configuration, orientation=None, make=make_filter):
@@ -59,19 +55,14 @@ class Pipeline:
         self._filter = make(self.scene, configuration.filter, self._reduction.covariance, offsets)
         # Bias and tilt: most cells know them.
         self._offset = self._filter if offsets.variance.any() else None
-        self._assessment = Assessment(
-            self.scene,
-            configuration.monitor,
-            self._reduction.covariance,
-            self._filter.scene_values,
-        )
+        judge = Assessment if configuration.monitor.modes else Unjudged
+        self._assessment = judge(self.scene, configuration.monitor, self._reduction.covariance)
         self._watch = InnovationWatch()
         # Fates that arrival decides, and those that going back decides anew.
         self._arrival_counts: Counter[str] = Counter()
         self._counts: Counter[str] = Counter()
         window_ns = round(configuration.filter.late_window * 1e9)
         self._history = History(window_ns and window_ns + max(self._delay_ns, 0))
-        self.health: dict[str, float] = {}
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
         self._restart()
@@ -80,6 +71,19 @@ class Pipeline:
     def counts(self) -> Counter[str]:
         """Every message by what became of it, and what else happened."""
         return self._arrival_counts + self._counts
+
+    @property
+    def health(self) -> dict[str, float]:
+        """State of the filter after the last wrench, for diagnostics."""
+        found = {
+            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
+            "evaluations": float(self._filter.evaluations),
+            "sub_steps": float(self._filter.pieces),
+            "steps_refused": float(self._filter.refused + self._filter.inaccurate),
+        }
+        if self._watch.median is not None:
+            found["nis_median"] = self._watch.median
+        return found
 
     def _restart(self):
         self._t_ns: int | None = None
@@ -125,13 +129,28 @@ class Pipeline:
             f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}"
         )
 
+    def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
+        """Take a sample of either kind, see `on_wrench` and `on_joints`."""
+        if isinstance(sample, WrenchSample):
+            return self.on_wrench(sample)
+        self.on_joints(sample)
+        return None
+
+    def play(self, samples: Iterable[WrenchSample | JointSample]) -> Iterator[Outputs]:
+        """Yield what samples give, taken in the order in which they come."""
+        for sample in samples:
+            outputs = self.on_sample(sample)
+            if outputs is not None:
+                yield outputs
+
     def on_joints(self, sample: JointSample) -> None:
         """Take a joint state; it corrects the estimate, and gives no output of its own."""
         measurement = self._orientation(sample)
         if isinstance(measurement, str):
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
-        measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
+        if self._delay_ns:
+            measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
         if not self._started:
             self._filter.start(*self._in_hole_axes(measurement))
             self._started = True
@@ -210,7 +229,7 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
-        if not all(isfinite(value) for value in (*sample.force, *sample.torque)):
+        if not (all(map(isfinite, sample.force)) and all(map(isfinite, sample.torque))):
             self._arrival_counts["wrench_dropped_not_finite"] += 1
             return None
         if not self._started:
@@ -258,14 +277,8 @@ class Pipeline:
         nis = EXPECTED_NIS if self._mean_nis is None else self._mean_nis
         outputs = self._assessment.outputs(wrench.t_ns, self._filter, nis)
         self._note_model(outputs)
-        self.health = {
-            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
-            "evaluations": float(self._filter.evaluations),
-            "sub_steps": float(self._filter.pieces),
-            "steps_refused": float(self._filter.refused + self._filter.inaccurate),
-        }
         if self._watch.median is not None:
-            self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
+            outputs.monitor["nis_median"] = self._watch.median
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:
@@ -286,8 +299,8 @@ class Pipeline:
 
     @property
     def model(self) -> str:
-        """Which model of the contact is in use, and why, as one line."""
-        return self._filter.model.line
+        """Which model of the contact is in use, and why, and what is left out, as one line."""
+        return "; ".join(filter(None, (self._filter.model.line, self._assessment.line)))
 
     @property
     def filter(self):
@@ -308,13 +321,13 @@ class Pipeline:
 
     def _snapshot(self):
         state = self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung
-        parts = self._filter.snapshot(), self._assessment.snapshot(), remember(self._watch)
+        parts = self._filter.snapshot(), self._assessment.snapshot(), self._watch.snapshot()
         return state, parts, tuple(self._nis), dict(self._counts)
 
     def _restore(self, snapshot):
         state, (kalman, assessment, watch), nis, counts = snapshot
         self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung = state
-        recall(watch)
+        self._watch.restore(watch)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)
         self._nis = deque(nis, maxlen=NIS_MEMORY)
@@ -332,7 +345,7 @@ class Pipeline:
         result = self._filter.predict(dt, in_contact)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
-        self._touching = self._in_contact or self._assessment.mode == "unknown"
+        self._touching = self._in_contact or self._assessment.doubtful
         if result is Prediction.FAILED:
             self._counts["step_without_solution"] += 1
         elif result is Prediction.SLOW:

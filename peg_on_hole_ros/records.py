@@ -84,15 +84,22 @@ class Alarm(NamedTuple):
         0 OK, 1 WARN, 2 ERROR (diagnostic_msgs/DiagnosticStatus).
     message : str
         What happens and what an operator or a program can do.
-    values : tuple of (str, float)
-        The numbers behind it.
+    names : tuple of str
+    numbers : tuple of float
+        What is behind it, by name.
 
     """
 
     name: str
     level: int
     message: str
-    values: tuple[tuple[str, float], ...]
+    names: tuple[str, ...]
+    numbers: tuple[float, ...]
+
+    @property
+    def values(self) -> tuple[tuple[str, float], ...]:
+        """The numbers, each with its name."""
+        return tuple(zip(self.names, self.numbers))
 
 
 class Outputs(NamedTuple):

@@ -21,7 +21,7 @@ def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> Outpu
     forces = normal[:, None] * (normals(geometry) @ turn.T)
     axis = rotation[:, 2]
     centre = np.array([0.0, 0.0, float(geometry.a1)]) - float(geometry.a2) * axis
-    alarms = tuple(Alarm(name, 0, "fine", (("value", 0.1),)) for name in ALARMS)
+    alarms = tuple(Alarm(name, 0, "fine", ("value",), (0.1,)) for name in ALARMS)
     outputs = Outputs(
         t_ns=t_ns,
         state=np.array([gamma, psi, phi, -0.16, 0.1, 2.0]),

@@ -1,6 +1,7 @@
 """An uncertain clearance: learnt in sliding, kept from try to try, and forgotten by a reset."""
 
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
 
@@ -38,16 +38,9 @@ def told_wrongly(off=OFF, **filtering):
 
 def run(pipeline, motion, seed, start_ns=START_NS, seconds=10.0):
     """Return the monitor's numbers with each wrench."""
-    found = []
-    for sample in measure(motion, seed, start_ns):
-        if sample.t_ns - start_ns > seconds * 1e9:
-            break
-        if isinstance(sample, WrenchSample):
-            outputs = pipeline.on_wrench(sample)
-            found += [] if outputs is None else [outputs.monitor]
-        else:
-            pipeline.on_joints(sample)
-    return found
+    samples = measure(motion, seed, start_ns)
+    begin = takewhile(lambda sample: sample.t_ns - start_ns <= seconds * 1e9, samples)
+    return [outputs.monitor for outputs in pipeline.play(begin)]
 
 
 @pytest.mark.parametrize("off", [OFF, -OFF])
@@ -96,6 +89,10 @@ def test_a_peg_that_may_be_in_the_hole_is_tried_on_three_contacts(monkeypatch):
     found = run(Pipeline(configuration), motion, 1, seconds=0.15)
     assert 0.2 < found[0]["transition_probability"] < 0.5
     assert found[-1]["transition_probability"] < 0.01
+    assert found[-1]["clearance_stddev"] < 0.1 * wide
+    # Where modes are left out, the same doubt is met in the same way.
+    left_out = replace(configuration, monitor=replace(configuration.monitor, modes=False))
+    found = run(Pipeline(left_out), motion, 1, seconds=0.15)
     assert found[-1]["clearance_stddev"] < 0.1 * wide
     only_declared = property(lambda self: self.mode == "three_point")
     monkeypatch.setattr(Assessment, "on_contacts", only_declared)

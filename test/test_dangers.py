@@ -193,15 +193,10 @@ def test_late_and_repeated_stamps():
     straight, disturbed = Pipeline(DEFAULTS), Pipeline(DEFAULTS)
     ends = []
     for pipeline, stream in ((straight, samples), (disturbed, tangled)):
-        stamps = []
-        for sample in stream:
-            if isinstance(sample, JointSample):
-                pipeline.on_joints(sample)
-            elif (outputs := pipeline.on_wrench(sample)) is not None:
-                stamps.append(outputs.t_ns)
-                last = outputs
+        found = list(pipeline.play(stream))
+        stamps = [outputs.t_ns for outputs in found]
         assert stamps == sorted(set(stamps))
-        ends.append(last)
+        ends.append(found[-1])
     dropped = sum(n for name, n in disturbed.counts.items() if "late" in name or "repeat" in name)
     assert dropped > 0
     stddev = np.sqrt(np.diagonal(ends[0].state_covariance))

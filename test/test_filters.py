@@ -1,6 +1,7 @@
 """The filters on one interface agree where the motion is nearly linear; the smoother is better."""
 
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -10,7 +11,6 @@ from peg_on_hole_ros.estimation.filter import Correction
 from peg_on_hole_ros.estimation.filters import FILTERS
 from peg_on_hole_ros.estimation.smoother import SmoothingFilter
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
 from test_late import ordered, shuffled
@@ -35,17 +35,10 @@ def run(method, parameters="default", make=None, seed=11, samples=None):
     options = replace(configuration.filter, method=method, clearance=clearance)
     more = {} if make is None else {"make": make}
     pipeline = Pipeline(replace(configuration, scene=scene, filter=options), **more)
-    outputs = []
-    for sample in samples or measure(truth(SCENE), seed):
-        if samples is None and sample.t_ns - START_NS > SECONDS * 1e9:
-            break
-        if isinstance(sample, WrenchSample):
-            found = pipeline.on_wrench(sample)
-            if found is not None:
-                outputs.append(found)
-        else:
-            pipeline.on_joints(sample)
-    return pipeline, outputs
+    if samples is None:
+        measured = measure(truth(SCENE), seed)
+        samples = takewhile(lambda sample: sample.t_ns - START_NS <= SECONDS * 1e9, measured)
+    return pipeline, list(pipeline.play(samples))
 
 
 @pytest.fixture(scope="module")

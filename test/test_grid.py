@@ -12,7 +12,6 @@ from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth
 from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
 from grid_summary import flat_rows, summary, verdicts
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import measure
 
 SEEDS = 4
@@ -165,12 +164,7 @@ def test_unknown_friction_does_not_hide_a_slip_that_orientations_show():
     truth, _ = truth_of(Motion(2e-5, 0.2, 0.16, "slip"))
     scene = replace(truth.plan.configuration.scene, friction=0.25, friction_stddev=0.05)
     pipeline = Pipeline(replace(truth.plan.configuration, scene=scene))
-    found = []
-    for sample in measure(truth, 3):
-        if isinstance(sample, JointSample):
-            pipeline.on_joints(sample)
-        elif (outputs := pipeline.on_wrench(sample)) is not None:
-            found.append(outputs.monitor)
+    found = [outputs.monitor for outputs in pipeline.play(measure(truth, 3))]
     # Without regard to that it stays at 0.05 for as long as it slides so.
     assert found[200]["friction_stddev"] < 2e-3
     assert found[200]["friction"] == pytest.approx(0.2, abs=4 * 2e-3)
@@ -190,12 +184,7 @@ def test_friction_is_learnt_from_half_and_from_half_as_much_again(start):
     truth, _ = truth_of(SMALLEST[0])
     scene = replace(truth.plan.configuration.scene, friction=start, friction_stddev=0.05)
     pipeline = Pipeline(replace(truth.plan.configuration, scene=scene))
-    found = []
-    for sample in measure(truth, 3):
-        if isinstance(sample, JointSample):
-            pipeline.on_joints(sample)
-        elif (outputs := pipeline.on_wrench(sample)) is not None:
-            found.append(outputs.monitor["friction"])
+    found = [row.monitor["friction"] for row in pipeline.play(measure(truth, 3))]
     # The noise of the wrench leaves 0.2 % after 0.1 s of sliding.
     np.testing.assert_allclose(found[300:], 0.2, rtol=0.05)
     assert found[-1] == pytest.approx(0.2, rel=0.01)

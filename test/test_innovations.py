@@ -62,10 +62,9 @@ def test_what_is_wrong_is_seen_within_half_a_second(truth, wrong):
         exact = exact + [2.0, 0, 0, 0, 0, 0]
     pipeline, first_ns = Pipeline(configuration), None
     for sample in measure(truth, 7, exact=exact):
-        if isinstance(sample, JointSample):
-            pipeline.on_joints(tilted(sample, np.radians(0.2)) if wrong == "hole" else sample)
-        else:
-            pipeline.on_wrench(sample)
+        if wrong == "hole" and isinstance(sample, JointSample):
+            sample = tilted(sample, np.radians(0.2))
+        pipeline.on_sample(sample)
         if first_ns is None and pipeline.counts["innovations_too_large"]:
             first_ns = sample.t_ns - START_NS
     report, _ = Diagnostics().report(0, 10**9, dict(pipeline.counts), pipeline.health)

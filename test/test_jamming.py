@@ -20,7 +20,6 @@ from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import FilterOptions, MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import integrate
@@ -149,16 +148,8 @@ def test_in_the_hole_a_side_load_keeps_a_resting_peg_and_a_push_along_it_does_no
 
 def played(scene, seed=1):
     """Return times [s] and the outputs of a pipeline over one measurement of a truth."""
-    pipeline, t, found = Pipeline(scene.plan.configuration), [], []
-    for sample in measure(scene, seed):
-        if isinstance(sample, WrenchSample):
-            outputs = pipeline.on_wrench(sample)
-            if outputs is not None:
-                t.append((outputs.t_ns - START_NS) * 1e-9)
-                found.append(outputs)
-        else:
-            pipeline.on_joints(sample)
-    return np.array(t), found
+    found = list(Pipeline(scene.plan.configuration).play(measure(scene, seed)))
+    return np.array([(outputs.t_ns - START_NS) * 1e-9 for outputs in found]), found
 
 
 def seen(outputs, name, above=0.7):

@@ -43,15 +43,7 @@ def shuffled(samples, most_ns, seed=3):
 
 
 def play(line, samples):
-    outputs = []
-    for sample in samples:
-        if isinstance(sample, WrenchSample):
-            found = line.on_wrench(sample)
-            if found is not None:
-                outputs.append(found)
-        else:
-            line.on_joints(sample)
-    return outputs
+    return list(line.play(samples))
 
 
 def total(counts):
@@ -258,13 +250,13 @@ def test_an_assessment_goes_back_to_all_that_it_held():
 
 def test_an_array_that_others_look_at_is_restored_in_place():
     assessment = pipeline()._assessment
-    contacts = assessment._contacts
-    was = contacts.copy()
+    memory = assessment._memory
+    was = memory.copy()
     kept = remember(assessment)
-    contacts[:] = 0.125
+    memory[:] = 0.125
     recall(kept)
-    assert assessment._contacts is contacts
-    np.testing.assert_array_equal(contacts, was)
+    assert assessment._memory is memory
+    np.testing.assert_array_equal(memory, was)
 
 
 def test_diagnostics_tell_what_was_lost_from_what_came_late():

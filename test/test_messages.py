@@ -107,13 +107,13 @@ def test_alarms_are_sent_at_10_hz_of_stamp_time_and_on_change_of_level():
     stream = OutputStream(SCENE)
     sent = [k for k in range(1000) if "alarms" in topics_of(stream, t_ns=k * 1_000_000)]
     assert sent == list(range(0, 1000, 100))
-    alarm = (Alarm("jamming", 2, "wedged: turn the peg", (("risk", 0.97),)),)
+    alarm = (Alarm("jamming", 2, "wedged: turn the peg", ("risk",), (0.97,)),)
     messages = by_topic(stream.messages(estimate(t_ns=999_500_000, alarms=alarm)))
     status = messages["alarms"]["status"][0]
     assert (status["name"], status["level"]) == ("jamming", 2)
     assert status["values"] == [{"key": "risk", "value": "0.97"}]
     # Other numbers at the same level are no change.
-    calmer = (alarm[0]._replace(values=(("risk", 0.96),)),)
+    calmer = (alarm[0]._replace(numbers=(0.96,)),)
     assert "alarms" not in topics_of(stream, t_ns=999_700_000, alarms=calmer)
 
 

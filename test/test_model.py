@@ -31,13 +31,7 @@ def samples(duration_ms=600):
 
 
 def play(line, given):
-    found = []
-    for sample in given:
-        if isinstance(sample, JointSample):
-            line.on_joints(sample)
-        elif (outputs := line.on_wrench(sample)) is not None:
-            found.append(outputs)
-    return found
+    return list(line.play(given))
 
 
 @cache

@@ -17,7 +17,6 @@ from peg_on_hole_ros.estimation.observability import (
     observability,
 )
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
 from side_by_side import bag_samples
 from simulated import ROOT
 
@@ -50,10 +49,7 @@ class Whitened(ContactFilter):
 def run(configuration, make, count=900):
     pipeline = Pipeline(configuration, make=make)
     for sample, _ in zip(bag_samples(BAG, configuration), range(count)):
-        if isinstance(sample, JointSample):
-            pipeline.on_joints(sample)
-        else:
-            pipeline.on_wrench(sample)
+        pipeline.on_sample(sample)
     return pipeline.filter
 
 

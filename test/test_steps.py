@@ -210,13 +210,7 @@ def run_at(name, method, dt, seconds, slow_slip=None, **scene):
     pipeline = Pipeline(replace(configuration, scene=scene, filter=options))
     samples = [s for s in measure(result, 31) if s.t_ns - START_NS < seconds * 1e9]
     errors, stddevs = [], []
-    for sample in at_interval(samples, round(dt * 1e9)):
-        if not isinstance(sample, WrenchSample):
-            pipeline.on_joints(sample)
-            continue
-        outputs = pipeline.on_wrench(sample)
-        if outputs is None:
-            continue
+    for outputs in pipeline.play(at_interval(samples, round(dt * 1e9))):
         assert np.isfinite(outputs.state).all() and np.isfinite(outputs.state_covariance).all()
         assert np.isfinite(outputs.normal).all() and np.isfinite(outputs.normal_stddev).all()
         row = np.searchsorted(result.t_ns, outputs.t_ns - START_NS)
@@ -270,12 +264,9 @@ def test_what_the_steps_did_is_counted():
     configuration = truth("closing_with_slip").plan.configuration
     # A prediction that then is given up for its slow slip counts as that alone.
     options = replace(configuration.filter, slow_slip=0.0)
-    pipeline, health = Pipeline(replace(configuration, filter=options)), []
-    for sample in at_interval(measure(truth("closing_with_slip"), 31), 20_000_000):
-        if not isinstance(sample, WrenchSample):
-            pipeline.on_joints(sample)
-        elif pipeline.on_wrench(sample) is not None:
-            health.append(pipeline.health)
+    pipeline = Pipeline(replace(configuration, filter=options))
+    samples = at_interval(measure(truth("closing_with_slip"), 31), 20_000_000)
+    health = [pipeline.health for _ in pipeline.play(samples)]
     divided = [item for item in health if item["steps_refused"]]
     assert len(divided) > 5
     assert all(item["evaluations"] >= item["sub_steps"] >= 2 for item in divided)

@@ -18,6 +18,7 @@ from peg_on_hole_ros.edges.series import Series
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.edges.truth import Score, flag_lines, read_truth, score_table
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
+from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 PREFIX = "/peg_on_hole/"
@@ -48,6 +49,8 @@ def run(arguments) -> int:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         Path(arguments.cycles).write_text("".join(lines), encoding="utf-8")
     print(_text(result, score))
+    if not configuration.monitor.modes:
+        print(Unjudged.line)
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0

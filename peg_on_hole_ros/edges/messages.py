@@ -87,7 +87,9 @@ class OutputStream:
             self._mode = outputs.contact_mode
             messages.append(("contact_mode", STRING, {"data": outputs.contact_mode}))
         levels = tuple((alarm.name, alarm.level) for alarm in outputs.alarms)
-        if levels != self._levels or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS):
+        changed = levels != self._levels
+        # Alarms that nobody looks after are not published: their silence can be told.
+        if levels and (changed or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS)):
             self._levels, self._alarms_ns = levels, outputs.t_ns
             messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, outputs.alarms)))
         period = self._markers_period_ns

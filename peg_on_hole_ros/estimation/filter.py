@@ -225,7 +225,8 @@ class ContactFilter:
                 status, self.evaluations, self.pieces = kernel.predict_contact(
                     self._memory, self._dy, self._slopes, dt
                 )
-                self.refused, self.inaccurate = map(int, self._attempts.tolist())
+                refused, inaccurate = self._attempts.tolist()
+                self.refused, self.inaccurate = int(refused), int(inaccurate)
             if status == CONVERGED:
                 self._sliding[1] = self._sliding[0]
                 return Prediction.HELD if constant else Prediction.CONTACT
@@ -343,12 +344,15 @@ class ContactFilter:
     def mark(self, t_ns: int):
         """Take note of a stamp [ns] that the estimate has come to; a smoother does."""
 
+    def react(self) -> float:
+        """Fill the memory with the reactions; return the determinant, NaN where there are none."""
+        if self.model.rung < DYNAMIC:
+            return self.model.react(self._dy)
+        return react(self._memory, self._dy, self.options.acceleration_stddev)
+
     def reactions(self) -> "Reactions | None":
         """Return the reactions of three-point contact; None where the equations have none."""
-        if self.model.rung < DYNAMIC:
-            determinant = self.model.react(self._dy)
-        else:
-            determinant = react(self._memory, self._dy, self.options.acceleration_stddev)
+        determinant = self.react()
         if determinant != determinant:
             return None
         # Rounding can leave a variance a little below zero where the equations are near singular.

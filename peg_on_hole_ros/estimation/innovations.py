@@ -1,7 +1,7 @@
 """Whether the innovations are as small as the stated noise makes them."""
 
+from array import array
 from bisect import bisect_left, insort
-from collections import deque
 
 # Enough to tell 3.3 from the median of a chi-squared variable of 3 degrees of freedom, 2.37, by
 # five standard deviations of a median (0.19).
@@ -26,23 +26,30 @@ class InnovationWatch:
     """
 
     def __init__(self):
-        self._last: deque[float] = deque()
-        self._sorted: list[float] = []
         self.restart()
 
     def restart(self):
         """Forget all innovations."""
-        self._last.clear()
-        self._sorted.clear()
+        # Arrays, as their copies touch no numbers one by one.
+        self._last, self._sorted = array("d"), array("d")
         self.median: float | None = None
         self.too_large = False
+
+    def snapshot(self):
+        """Return what `restore` takes back."""
+        return self._last[:], self._sorted[:], self.median, self.too_large
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; it can be gone back to again."""
+        last, ordered, self.median, self.too_large = snapshot
+        self._last, self._sorted = last[:], ordered[:]
 
     def add(self, nis: float):
         """Take a normalised innovation squared of 3 degrees of freedom, finite."""
         self._last.append(nis)
         insort(self._sorted, nis)
         if len(self._last) > WINDOW:
-            del self._sorted[bisect_left(self._sorted, self._last.popleft())]
+            del self._sorted[bisect_left(self._sorted, self._last.pop(0))]
         if len(self._last) == WINDOW:
             self.median = 0.5 * (self._sorted[WINDOW // 2 - 1] + self._sorted[WINDOW // 2])
             self.too_large = self.median > TOO_LARGE

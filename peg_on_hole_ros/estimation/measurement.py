@@ -112,7 +112,8 @@ class WrenchReduction:
 
         """
         measured = np.array([*force, *torque])
-        measured *= self.sign
+        if self.sign < 0.0:
+            np.negative(measured, out=measured)
         measured -= self.tare
         wrench = self.matrix @ measured
         if self._payload_mass:

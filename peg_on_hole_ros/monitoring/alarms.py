@@ -66,8 +66,9 @@ _RISK_NAMES = (
 _LOSS_NAMES = (
     *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
 )  # fmt: skip
-_NORMAL_NAMES = tuple(f"normal_{c}" for c in CONTACTS)
-_LIMIT_NAMES = tuple(f"max_normal_{c}" for c in CONTACTS)
+_LOAD_NAMES = (
+    "jamming_load", *(f"normal_{c}" for c in CONTACTS), *(f"max_normal_{c}" for c in CONTACTS),
+)  # fmt: skip
 _LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
 # A peg has rested on three contacts once that has been the mode for so long [s].
 _RESTED = 0.05
@@ -141,7 +142,7 @@ class Alarms:
 
     def __init__(self, options: MonitorOptions):
         self.options = options
-        self._limits = tuple(zip(_LIMIT_NAMES, map(float, options.max_normal)))
+        self._limits = tuple(map(float, options.max_normal))
         self.restart()
 
     def restart(self):
@@ -178,20 +179,19 @@ class Alarms:
             # The cause is kept while the alarm is held.
             self._cause = jamming_cause(risk)
         text = self._cause[level - 1] if level else NO_JAMMING
-        jamming = Alarm("jamming", level, text, tuple(zip(_RISK_NAMES, risk)))
+        jamming = Alarm("jamming", level, text, _RISK_NAMES, tuple(risk))
         loss = self._contact_loss(t, mode, shown)
 
         if mode != "three_point":
             level = self._overload.update(t, 0.0)
-            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], ())
+            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], (), ())
         level = self._overload.update(t, risk.load)
         which = 0
         if level:
-            load = [n / limit for n, limit in zip(normal, self.options.max_normal)]
+            load = [n / limit for n, limit in zip(normal, self._limits)]
             which = load.index(max(load))
-        text = OVERLOAD[level][which]
-        values = (("jamming_load", risk.load), *zip(_NORMAL_NAMES, normal), *self._limits)
-        return jamming, loss, Alarm("overload", level, text, values)
+        text, numbers = OVERLOAD[level][which], (risk.load, *normal, *self._limits)
+        return jamming, loss, Alarm("overload", level, text, _LOAD_NAMES, numbers)
 
     def _contact_loss(self, t, mode, shown):
         """Return the alarm: three contacts that were there are no longer, other than by entry."""
@@ -217,8 +217,8 @@ class Alarms:
         which = _ALL
         if level and opened > shown.free:
             which = lost.index(max(lost)) if max(lost) > _CLEARLY * opened else _ANY
-        values = tuple(zip(_LOSS_NAMES, (*lost, shown.opened, shown.free)))
-        return Alarm("contact_loss", level, CONTACT_LOSS[level][which], values)
+        numbers = (*lost, shown.opened, shown.free)
+        return Alarm("contact_loss", level, CONTACT_LOSS[level][which], _LOSS_NAMES, numbers)
 
     def _gone(self, t):
         return t - self._aloft >= self.options.alarm_hold

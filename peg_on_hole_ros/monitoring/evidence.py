@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, X, Y, Z
 from peg_on_hole_ros.estimation.reactions import rim_load
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.carried import carried_load
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
@@ -67,6 +68,13 @@ def settings(options: MonitorOptions, force_stddev: float, clearance_stddev=0.0)
     )
 
 
+def force_noise(scene: Scene, wrench_covariance) -> float:
+    """Return the standard deviation of a force that the rim carries, by the wrench's noise [N]."""
+    noise = np.diagonal(wrench_covariance)
+    over_radius = 2 / scene.peg_diameter
+    return sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
+
+
 class Shown(NamedTuple):
     """
     What is known after one wrench.
@@ -108,6 +116,52 @@ WIDTH = len(Shown._fields)
 
 
 @compiled
+def wedged_load(f, force_stddev):
+    """Return what a rim of this tilt may wedge against what it carries [N]."""
+    force, couple = rim_load(f)
+    # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
+    carried = hypot(force, 2.0 * couple / f[SCENE])
+    return (carried + force_stddev) / sin(max(f[X], f[SCENE + 3]))
+
+
+@compiled
+def gamma0_slope(f):
+    """Return by how much gamma0 changes with the clearance [rad/m]."""
+    # cos(gamma0) = 1 - clearance / D.
+    return 1.0 / (f[SCENE + 1] * sin(f[SCENE + 3]))
+
+
+@compiled
+def gamma0_variance(f):
+    """Return the variance that the clearance leaves gamma0 [rad^2]."""
+    slope = gamma0_slope(f)
+    return max(f[SPREAD + 3], 0.0) * slope * slope
+
+
+@compiled
+def below_gamma0(f):
+    """Return the probability that gamma is below gamma0."""
+    return below((f[SCENE + 3] - f[X]) / sqrt(max(f[Z] + gamma0_variance(f), 1e-24)))
+
+
+@compiled
+def finite_reactions(f, determinant, wedged):
+    """Return whether the equations gave reactions that are more than rounding."""
+    largest = max(fabs(f[Y + 3]), fabs(f[Y + 4]), fabs(f[Y + 5]))
+    return determinant == determinant and largest <= ABSURD * wedged
+
+
+@compiled
+def pushing(f):
+    """Return whether the reactions may be those of contacts that push."""
+    push = True
+    for i in range(3):
+        N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 0.0)
+        push = push and -PULL * sqrt(variance) < N
+    return push
+
+
+@compiled
 def show(
     f, hypotheses, means, motion, options, dt, since, nis, determinant, displaced, out
 ):  # fmt: skip
@@ -135,29 +189,19 @@ def show(
 
     """
     o = options
-    force, couple = rim_load(f)
-    d, D, gamma0 = f[SCENE], f[SCENE + 1], f[SCENE + 3]
-    gamma = f[X]
-    # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
-    carried = hypot(force, 2.0 * couple / d)
-    wedged = (carried + o[6]) / sin(max(gamma, gamma0))
-    # cos(gamma0) = 1 - clearance / D.
-    slope = 1.0 / (D * sin(gamma0))
-    spread0 = max(f[SPREAD + 3], 0.0) * slope * slope
-    under = below((gamma0 - gamma) / sqrt(max(f[Z] + spread0, 1e-24)))
-    largest = max(fabs(f[Y + 3]), fabs(f[Y + 4]), fabs(f[Y + 5]))
-    usable = determinant == determinant and largest <= ABSURD * wedged
+    D, gamma0 = f[SCENE + 1], f[SCENE + 3]
+    wedged = wedged_load(f, o[6])
+    spread0 = gamma0_variance(f)
+    under = below_gamma0(f)
+    finite = finite_reactions(f, determinant, wedged)
     lost_K = lost_B1 = lost_B2 = 0.0
     rest = rest_probability(motion, o[3], D)
-    if usable:
+    if finite:
         # At rest friction may be anything within its cone, and the equations' reactions are moot.
         moves = 1.0 - rest
         lost_K = moves * opening_evidence(f[Y + 3], f[REACTIONS + 21])
         lost_B1 = moves * opening_evidence(f[Y + 4], f[REACTIONS + 28])
         lost_B2 = moves * opening_evidence(f[Y + 5], f[REACTIONS + 35])
-        for i in range(3):
-            N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 0.0)
-            usable = usable and -PULL * sqrt(variance) < N
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
     # A rim that touches is told from noise, and from a holder that moves the peg in the air.
     load, variance = carried_load(f, means, dt, o[2])
@@ -178,10 +222,10 @@ def show(
     out[4] = p[FREE]
     out[5] = p[OTHER] * above
     out[6] = under
-    spread0 += (o[8] * slope) ** 2
+    spread0 += (o[8] * gamma0_slope(f)) ** 2
     time, stddev = time_to_reach(motion, gamma0, spread0, o[4], o[5])
     out[7] = time - since if time > since else -1.0
     out[8] = stddev
     out[9] = wedged
-    out[10] = 1.0 if usable else 0.0
+    out[10] = 1.0 if finite and pushing(f) else 0.0
     out[11], out[12], out[13] = p[LOST_K] * above, p[LOST_B1] * above, p[LOST_B2] * above

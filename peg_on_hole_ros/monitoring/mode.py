@@ -57,15 +57,17 @@ class ContactMode:
     def update(self, t: float, shown: Shown) -> str:
         """Take the probabilities at a time [s] and return the mode."""
         options = self.options
-        probabilities = {
-            "three_point": shown.three_point + shown.stuck,
-            "two_point": shown.two_point,
-            "open": shown.free,
-            "unknown": shown.opened + shown.other,
-        }
-        best = max(probabilities, key=probabilities.get)
-        if probabilities[best] < options.mode_probability_on:
-            kept = probabilities[self.mode] >= options.mode_probability_off
+        # In the order of MODES.
+        probabilities = (
+            shown.three_point + shown.stuck,
+            shown.two_point,
+            shown.free,
+            shown.opened + shown.other,
+        )
+        most = max(probabilities)
+        best = MODES[probabilities.index(most)]
+        if most < options.mode_probability_on:
+            kept = probabilities[MODES.index(self.mode)] >= options.mode_probability_off
             best = self.mode if kept else "unknown"
         if best != self._candidate:
             self._candidate, self._since = best, t

@@ -11,7 +11,6 @@ from peg_on_hole_ros.estimation.reference import ReferenceFilter
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import measure
 from peg_on_hole_ros.study.scenes import Recording
 from peg_on_hole_ros.study.step_loop import run_steps
@@ -100,14 +99,9 @@ class _Run:
         return (clock() - begun) / self.count, np.concatenate([self.kalman.x, found.normal])
 
     def pipeline(self, clock):
-        pipeline, wrenches = Pipeline(self.configuration), 0
+        pipeline = Pipeline(self.configuration)
         begun = clock()
-        for sample in self.samples:
-            if isinstance(sample, JointSample):
-                pipeline.on_joints(sample)
-            else:
-                pipeline.on_wrench(sample)
-                wrenches += 1
+        wrenches = sum(1 for _ in pipeline.play(self.samples))
         return (clock() - begun) / wrenches, None
 
     def reference(self, clock):

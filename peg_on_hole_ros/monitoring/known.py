@@ -1,0 +1,58 @@
+"""What is known of friction, clearance and reactions: with every mode, and without any."""
+
+from math import sqrt
+from typing import NamedTuple
+
+from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, Y
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# Reactions are known where no spread is more than a third of their mean.
+_SHARE = 9.0
+
+
+class Known(NamedTuple):
+    """
+    What is known of the scene and of the reactions.
+
+    Attributes
+    ----------
+    friction, friction_stddev : float
+    clearance, clearance_stddev : float
+        [m].
+    reactions : float
+        1 where the reactions of three contacts, if there are three, are numbers to trust.
+
+    """
+
+    friction: float
+    friction_stddev: float
+    clearance: float
+    clearance_stddev: float
+    reactions: float
+
+
+@compiled
+def fill_known(f, determinant, band, out):
+    """
+    Fill in what is known.
+
+    Parameters
+    ----------
+    f : ndarray
+        Memory of the filter, after `reactions.react`.
+    determinant : float
+        Of the six equations over its frictionless value.
+    band : float
+        `monitor.singular_band`.
+    out : ndarray
+        Filled in the order of `Known`.
+
+    """
+    out[0], out[1] = f[SCENE + 7], sqrt(max(f[SPREAD], 0.0))
+    out[2], out[3] = f[SCENE + 1] - f[SCENE], sqrt(max(f[SPREAD + 3], 0.0))
+    total = f[Y + 3] + f[Y + 4] + f[Y + 5]
+    clear = determinant > band
+    for i in range(3):
+        # Beside the singular set little is known.
+        clear = clear and sqrt(max(f[REACTIONS + 21 + 7 * i], 0.0)) <= total / _SHARE
+    out[4] = 1.0 if clear else 0.0
