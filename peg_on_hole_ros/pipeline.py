@@ -333,6 +333,8 @@ class Pipeline:
         self._touching = self._in_contact or self._assessment.mode == "unknown"
         if result is Prediction.FAILED:
             self._counts["step_without_solution"] += 1
+        elif result is Prediction.LIMITED:
+            self._counts["step_limited"] += 1
         elif result is Prediction.SLOW:
             self._counts["step_without_direction"] += 1
         elif self._filter.refused:

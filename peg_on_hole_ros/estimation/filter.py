@@ -99,7 +99,11 @@ class ContactFilter:
         self._residual = part(self._memory, "RESIDUAL")
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
-        part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
+        part(self._memory, "METHOD")[:] = (
+            self.integrator,
+            options.step_tolerance,
+            options.max_evaluations,
+        )
         self._slow_slip = part(self._memory, "PROCESS")[6:]
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
@@ -240,7 +244,9 @@ class ContactFilter:
         self._scales[:] = options.slip_velocity_scale
         self._sliding[1] = 0.0
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
-        return Prediction.FAILED if in_contact else Prediction.FREE
+        if not in_contact:
+            return Prediction.FREE
+        return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
 
     def _doubt_friction(self, dt):
         """
