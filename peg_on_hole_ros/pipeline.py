@@ -193,7 +193,8 @@ class Pipeline:
             # keep the mode from being tried again.
             self._nis.append(nis if self._in_contact else EXPECTED_NIS)
             if self._touching:
-                self._watch.add(nis)
+                used = result is Correction.USED
+                self._watch.add(nis, self._filter.white_innovation() if used else (0.0, 0.0, 0.0))
                 if self._watch.too_large:
                     self._counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
@@ -264,6 +265,7 @@ class Pipeline:
         }
         if self._watch.median is not None:
             self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
+            self.health["nis_drift"] = outputs.monitor["nis_drift"] = self._watch.drift
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:

@@ -280,9 +280,9 @@ def test_what_the_steps_did_is_counted():
     divided = [item for item in health if item["steps_refused"]]
     assert len(divided) > 5
     assert all(item["evaluations"] >= item["sub_steps"] >= 2 for item in divided)
-    names = ("step_divided_inaccurate", "step_divided_no_solution", "step_without_solution")
+    names = ("divided_inaccurate", "divided_no_solution", "without_solution", "limited")
     # Each refusal is of one prediction; there is one for each wrench here.
-    assert sum(pipeline.counts[name] for name in names) == len(divided)
+    assert sum(pipeline.counts[f"step_{name}"] for name in names) == len(divided)
 
 
 class Counted(ContactFilter):

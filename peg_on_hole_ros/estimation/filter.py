@@ -96,7 +96,10 @@ class ContactFilter:
         self._sliding = part(self._memory, "SLIDING")
         self._slow = part(self._memory, "SLOW")
         self._R = part(self._memory, "R", (3, 3))
-        self._residual = part(self._memory, "RESIDUAL")
+        self._residual, self._innovation_root = (
+            part(self._memory, "RESIDUAL"),
+            part(self._memory, "S"),
+        )
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
         part(self._memory, "METHOD")[:] = (
@@ -315,6 +318,14 @@ class ContactFilter:
         l = part(self._memory, "S").tolist()
         root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
         return part(self._memory, "RESIDUAL").tolist(), root
+
+    def white_innovation(self) -> tuple[float, float, float]:
+        """Return the last innovation over the lower root of its covariance."""
+        e0, e1, e2 = self._residual.tolist()
+        l00, _, _, l10, l11, _, l20, l21, l22 = self._innovation_root.tolist()
+        w0 = e0 / l00
+        w1 = (e1 - l10 * w0) / l11
+        return w0, w1, (e2 - l20 * w0 - l21 * w1) / l22
 
     def _innovation(self, q):
         return kernel.innovation(self._memory, q)
