@@ -193,8 +193,9 @@ class Pipeline:
             # keep the mode from being tried again.
             self._nis.append(nis if self._in_contact else EXPECTED_NIS)
             if self._touching:
-                used = result is Correction.USED
-                self._watch.add(nis, self._filter.white_innovation() if used else (0.0, 0.0, 0.0))
+                # Bias and tilt are learnt with a share of the gain: innovations are not white.
+                white = result is Correction.USED and not self._offset
+                self._watch.add(nis, self._filter.white_innovation() if white else (0.0, 0.0, 0.0))
                 if self._watch.too_large:
                     self._counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
@@ -265,7 +266,8 @@ class Pipeline:
         }
         if self._watch.median is not None:
             self.health["nis_median"] = outputs.monitor["nis_median"] = self._watch.median
-            self.health["nis_drift"] = outputs.monitor["nis_drift"] = self._watch.drift
+            if not self._offset:
+                self.health["nis_drift"] = outputs.monitor["nis_drift"] = self._watch.drift
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:
