@@ -142,6 +142,17 @@ def _unknown(name):
     return f"unknown parameter {name!r}; the nearest are: {', '.join(near)}"
 
 
+def uncertain_offsets(configuration: Configuration) -> list[tuple[str, float]]:
+    """Return the parameters that make bias or hole tilt states, with their values."""
+    wrench = configuration.wrench
+    values = {
+        "wrench.bias_force_stddev": wrench.bias_force_stddev,
+        "wrench.bias_torque_stddev": wrench.bias_torque_stddev,
+        "joints.hole_tilt_stddev": configuration.joints.hole_tilt_stddev,
+    }
+    return [(name, value) for name, value in values.items() if value]
+
+
 def _check_together(configuration):
     joints, monitor = configuration.joints, configuration.monitor
     if len(set(joints.names)) != len(joints.names):
@@ -163,17 +174,12 @@ def _check_together(configuration):
                 raise PegOnHoleError(f"joints.{name} is empty, but joints.source robot needs it")
         if not joints.names:
             raise PegOnHoleError("joints.names is empty, but joints.source robot needs them")
-    for name in (
-        "wrench.bias_force_stddev",
-        "wrench.bias_torque_stddev",
-        "joints.hole_tilt_stddev",
-    ):
-        group, _, last = name.partition(".")
-        value, method = getattr(getattr(configuration, group), last), configuration.filter.method
-        if value and method != "extended":
+    for name, value in uncertain_offsets(configuration):
+        if configuration.filter.method != "extended":
             raise PegOnHoleError(
-                f"{name} = {value:g} needs filter.method 'extended', which is {method!r}: the "
-                "others do not carry bias and tilt; set it to 0.0 or take 'extended'"
+                f"{name} = {value:g} needs filter.method 'extended', which is "
+                f"{configuration.filter.method!r}: the others do not carry bias and tilt; set it "
+                "to 0.0 or take 'extended'"
             )
     for low, high in (
         ("transition_probability_off", "transition_probability_on"),

@@ -57,6 +57,7 @@ class FilterOptions:
     reaction_tolerance: float = 0.05
     max_step: float = 0.02
     step_tolerance: float = 0.01
+    max_evaluations: int = 100
     max_gap: float = 0.1
     late_window: float = 0.05
     late_tolerance: float = 0.004

@@ -281,6 +281,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e-6,
         1e3,
     ),
+    _filter(
+        "max_evaluations",
+        "solutions of the contact equations for each max_step of an interval; without a step by "
+        "then: constant rates",
+        "",
+        30,
+        100_000,
+    ),
     _filter("max_gap", "silence of the wrench that restarts the filter", "s", 1e-3, 100.0),
     _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
     _filter(

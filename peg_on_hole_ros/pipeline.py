@@ -83,6 +83,8 @@ class Pipeline:
         }
         if self._watch.median is not None:
             found["nis_median"] = self._watch.median
+            if not self._offset:
+                found["nis_drift"] = self._watch.drift
         return found
 
     def _restart(self):
@@ -212,7 +214,9 @@ class Pipeline:
             # keep the mode from being tried again.
             self._nis.append(nis if self._in_contact else EXPECTED_NIS)
             if self._touching:
-                self._watch.add(nis)
+                # Bias and tilt are learnt with a share of the gain: innovations are not white.
+                white = result is Correction.USED and not self._offset
+                self._watch.add(nis, self._filter.white_innovation() if white else (0.0, 0.0, 0.0))
                 if self._watch.too_large:
                     self._counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
@@ -279,6 +283,8 @@ class Pipeline:
         self._note_model(outputs)
         if self._watch.median is not None:
             outputs.monitor["nis_median"] = self._watch.median
+            if not self._offset:
+                outputs.monitor["nis_drift"] = self._watch.drift
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:
@@ -348,6 +354,8 @@ class Pipeline:
         self._touching = self._in_contact or self._assessment.doubtful
         if result is Prediction.FAILED:
             self._counts["step_without_solution"] += 1
+        elif result is Prediction.LIMITED:
+            self._counts["step_limited"] += 1
         elif result is Prediction.SLOW:
             self._counts["step_without_direction"] += 1
         elif self._filter.refused:

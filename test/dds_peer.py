@@ -26,7 +26,9 @@ SERVICES = {
     "change_state": ChangeState,
     "get_state": GetState,
 }
-PATIENCE = 180.0  # [s] until a wait fails; a cold compilation on a busy machine takes a third of it
+PATIENCE = (
+    180.0  # [s] until a wait fails; a cold compilation on a busy machine takes a third of it
+)
 
 
 @contextmanager

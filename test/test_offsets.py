@@ -153,7 +153,7 @@ def test_an_untared_sensor_is_learnt_with_friction(truth):
     assert P[0, 0] < 0.05**2 and P[2, 2] < 0.4**2
     assert outputs.monitor["bias_force_x"] == pytest.approx(2.0, abs=0.1)
     assert outputs.monitor["bias_force_x_stddev"] == pytest.approx(np.sqrt(P[0, 0]))
-    assert "hole_tilt_x" not in outputs.monitor
+    assert "hole_tilt_x" not in outputs.monitor and "nis_drift" not in outputs.monitor
     assert not pipeline.counts["innovations_too_large"]
 
 

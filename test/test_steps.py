@@ -140,7 +140,8 @@ def test_long_steps_are_divided_until_they_are_good(method):
     tolerances = (1e3, 1e-3)
     pieces, errors = [], []
     for tolerance in tolerances:
-        options = replace(PLAIN, integrator=method, step_tolerance=tolerance, max_step=0.05)
+        steps = {"max_step": 0.05, "max_evaluations": 10_000}
+        options = replace(PLAIN, integrator=method, step_tolerance=tolerance, **steps)
         kalman = sliding(options)
         kalman.u *= 1.2
         expected = motion(kalman.x.copy(), kalman.u, 0.05, np.full(3, 2e-5))
@@ -270,6 +271,62 @@ def test_what_the_steps_did_is_counted():
     divided = [item for item in health if item["steps_refused"]]
     assert len(divided) > 5
     assert all(item["evaluations"] >= item["sub_steps"] >= 2 for item in divided)
-    names = ("step_divided_inaccurate", "step_divided_no_solution", "step_without_solution")
+    names = ("divided_inaccurate", "divided_no_solution", "without_solution", "limited")
     # Each refusal is of one prediction; there is one for each wrench here.
-    assert sum(pipeline.counts[name] for name in names) == len(divided)
+    assert sum(pipeline.counts[f"step_{name}"] for name in names) == len(divided)
+
+
+class Counted(ContactFilter):
+    """The filter, with what became of each prediction and what it took."""
+
+    predictions: list
+
+    def predict(self, dt, in_contact):
+        result = super().predict(dt, in_contact)
+        started = max(1, int(np.ceil(dt / self.options.max_step - 1e-9)))
+        self.predictions.append((result, self.evaluations, started))
+        return result
+
+
+@pytest.mark.parametrize("method, more", [("implicit_euler", 24), ("second_order", 48)])
+@pytest.mark.parametrize("dt", [1e-3, 5e-3, 2e-2, 5e-2])
+def test_no_prediction_takes_more_evaluations_than_are_allowed(method, more, dt):
+    # It wedges in the end; long before, the noise of a long interval's wrench leaves no step.
+    result = truth("closing_without_slip")
+    configuration = result.plan.configuration
+    options = replace(configuration.filter, integrator=method)
+    Counted.predictions = []
+    pipeline = Pipeline(
+        replace(configuration, filter=options),
+        make=lambda scene, options, noise, offsets: Counted(scene, options, noise),
+    )
+    for sample in at_interval(measure(result, 31), round(dt * 1e9)):
+        if not isinstance(sample, WrenchSample):
+            pipeline.on_joints(sample)
+            continue
+        outputs = pipeline.on_wrench(sample)
+        assert outputs is None or np.isfinite(outputs.state_covariance).all()
+    limited = [item for item in Counted.predictions if item[0] is Prediction.LIMITED]
+    assert len(limited) == pipeline.counts["step_limited"] > 0
+    # A step with its error estimate may begin with one left.
+    allowed = options.max_evaluations
+    for result, evaluations, started in Counted.predictions:
+        assert evaluations <= allowed * started + more + 1, (result, evaluations, started)
+
+
+@pytest.mark.parametrize("allowed", [30, 100_000])
+def test_a_limited_prediction_is_one_at_constant_rates(allowed):
+    # Friction far above what a sliding peg can have: no step, however short.
+    options = replace(FilterOptions(), max_evaluations=allowed, slow_slip=0.0)
+    kalman = ContactFilter(Scene(friction=1.5, friction_stddev=0.0), options, WRENCH_NOISE)
+    kalman.start(np.array([0.12, 0.3, -0.4]), 1e-8 * np.eye(3))
+    kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = (-0.16, 0.4, 2.0), 1e-4
+    free = ContactFilter(Scene(friction=1.5, friction_stddev=0.0), options, WRENCH_NOISE)
+    free.restore(kalman.snapshot())
+    for each in (kalman, free):
+        each.hold(np.array([0.0, 0.0, -60.0, 0.0, 0.3, 0.0]))
+    expected = Prediction.LIMITED if allowed == 30 else Prediction.FAILED
+    assert kalman.predict(1e-3, True) is expected
+    assert free.predict(1e-3, False) is Prediction.FREE
+    np.testing.assert_array_equal(kalman.x, free.x)
+    np.testing.assert_array_equal(kalman.Z, free.Z)

@@ -5,7 +5,7 @@ from collections import Counter
 
 from peg_on_hole_ros.edges.messages import HARDWARE_ID
 from peg_on_hole_ros.edges.plain import header
-from peg_on_hole_ros.estimation.innovations import TOO_LARGE
+from peg_on_hole_ros.estimation.innovations import DRIFTS, TOO_LARGE
 
 OK, WARN = 0, 1
 NAME = "peg_on_hole"
@@ -99,7 +99,7 @@ class Diagnostics:
         return _status("input", WARN if silent or lost else OK, text, values | counts)
 
     def _filter(self, health, model):
-        if health.get("nis_median", 0.0) > TOO_LARGE:
+        if health.get("nis_median", 0.0) > TOO_LARGE or health.get("nis_drift", 0.0) > DRIFTS:
             text = (
                 "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the "
                 "hole's direction, and the stated noise"

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
-from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.configuration import from_parameters, uncertain_offsets
 from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
@@ -119,7 +119,8 @@ def replay_bag(
     BagError
         A needed topic is missing or of another type, or no message could be used.
     PegOnHoleError
-        Smoothing is asked for with another filter than the extended one.
+        Smoothing is asked for with another filter than the extended one, or with an uncertain
+        bias or hole tilt.
 
     """
     if smoothed and configuration.filter.method != "extended":
@@ -127,6 +128,12 @@ def replay_bag(
             f"filter.method = {configuration.filter.method!r} cannot be smoothed; the smoother "
             "works on 'extended'"
         )
+    if smoothed:
+        for name, value in uncertain_offsets(configuration):
+            raise PegOnHoleError(
+                f"{name} = {value:g} cannot be smoothed: the smoother carries neither bias nor "
+                "tilt; set it to 0.0 and state what `calibrate` finds, or leave out --smooth"
+            )
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
     total = sum(bag.topics[topic].count for topic in needed)

@@ -100,10 +100,17 @@ class ContactFilter:
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
-        self._residual = part(self._memory, "RESIDUAL")
+        self._residual, self._innovation_root = (
+            part(self._memory, "RESIDUAL"),
+            part(self._memory, "S"),
+        )
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
-        part(self._memory, "METHOD")[:] = self.integrator, options.step_tolerance
+        part(self._memory, "METHOD")[:] = (
+            self.integrator,
+            options.step_tolerance,
+            options.max_evaluations,
+        )
         self._slow_slip = part(self._memory, "PROCESS")[6:]
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
@@ -245,7 +252,9 @@ class ContactFilter:
         self._scales[:] = options.slip_velocity_scale
         self._sliding[1] = 0.0
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
-        return Prediction.FAILED if in_contact else Prediction.FREE
+        if not in_contact:
+            return Prediction.FREE
+        return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
 
     def _predict_slow(self, dt):
         predict_slow(self._memory, self._dy, self._slopes, dt, self.options.acceleration_stddev)
@@ -319,6 +328,14 @@ class ContactFilter:
         l = part(self._memory, "S").tolist()
         root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
         return part(self._memory, "RESIDUAL").tolist(), root
+
+    def white_innovation(self) -> tuple[float, float, float]:
+        """Return the last innovation over the lower root of its covariance."""
+        e0, e1, e2 = self._residual.tolist()
+        l00, _, _, l10, l11, _, l20, l21, l22 = self._innovation_root.tolist()
+        w0 = e0 / l00
+        w1 = (e1 - l10 * w0) / l11
+        return w0, w1, (e2 - l20 * w0 - l21 * w1) / l22
 
     def _innovation(self, q):
         return kernel.innovation(self._memory, q)

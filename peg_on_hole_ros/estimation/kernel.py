@@ -66,6 +66,7 @@ STOPPED = 0.1
 JUMP_LIMIT = 12.6
 # Of a prediction, beside the outcomes of a step.
 SLOW = INACCURATE + 1
+LIMITED = SLOW + 1
 
 
 class Process(NamedTuple):
@@ -166,8 +167,8 @@ def predict_contact(m, dy, slopes, dt):
     Returns
     -------
     status : int
-        CONVERGED; FAILED, or SLOW where a slip is not told from none, with state and covariance
-        untouched.
+        CONVERGED; or with state and covariance untouched FAILED, SLOW where a slip is not told
+        from none, LIMITED where the evaluations that are allowed were spent before.
     evaluations : int
         Of the six equations.
     pieces : int
@@ -195,11 +196,14 @@ def predict_contact(m, dy, slopes, dt):
     m[SLIDING] = surely_sliding(m)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))
-    evaluations = 0
+    evaluations, allowed = 0, m[METHOD + 2] * pieces
     for _ in range(8):
         h = dt / pieces
         status = CONVERGED
         for _ in range(pieces):
+            if evaluations >= allowed:
+                status = LIMITED
+                break
             status, count = take_step(
                 integrator, p, scales, x, u, h, x1, y, dy, slopes, stage, work
             )
@@ -251,6 +255,8 @@ def predict_contact(m, dy, slopes, dt):
             return CONVERGED, evaluations, pieces
         for i in range(saved):
             m[X + i] = m[SAVED + i]
+        if status == LIMITED:
+            return LIMITED, evaluations, pieces
         pieces *= 2
     return FAILED, evaluations, pieces
 

@@ -25,7 +25,7 @@ _SIZES = {
     "SLOW": 1,  # 1: a slip is not told from none
     "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
     "RATE_NOISE": 1,  # random walk of the rates while a slip is not told from none [rad/s^1.5]
-    "METHOD": 2,  # the integrator's number and its tolerance, see steps_choice
+    "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
     "JUMPED": 6,  # what JUMP made of the state in a prediction

@@ -21,6 +21,11 @@ class Prediction(Enum):
     HELD = "constant rates: the model that is in use leaves inertia out"
     FREE = "constant rates: no contact model is in force"
     FAILED = "constant rates: the contact equations gave no step, as at the singular set"
+    LIMITED = "constant rates: no step was found within the evaluations that are allowed"
+
+
+# The contact equations were to be solved, and were not.
+NO_STEP = (Prediction.FAILED, Prediction.LIMITED)
 
 
 class Reactions(NamedTuple):

@@ -5,6 +5,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import DIAMETER, FRICTION, RATES, Flow, joint_mean, set_joint
 from peg_on_hole_ros.estimation.memory import part
+from peg_on_hole_ros.estimation.outcomes import NO_STEP
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 WRENCH = slice(6, 12)
@@ -78,7 +79,7 @@ class SquareRootFilter(ContactFilter):
             F[range(3), range(3, 6)] = dt
             walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
             root = np.hstack([F @ root, noise * np.sqrt(dt) * walk])
-            if result is Prediction.FAILED and self.spread[0, 0] != friction:
+            if result in NO_STEP and self.spread[0, 0] != friction:
                 # It was given back of its spread, or is sought anew, apart from all else.
                 sought = not part(self._memory, "CROSS")[:12].any()
                 root[FRICTION] *= 0.0 if sought else 1.0

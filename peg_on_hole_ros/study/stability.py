@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.estimation.outcomes import NO_STEP
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration
@@ -245,7 +246,7 @@ def predicted(scene, state, wrench, place, configuration: Configuration):
         kalman.hold(wrench)
         outcome = kalman.predict(place.gap / count, in_contact=True)
         evaluations += kalman.evaluations
-        if outcome is Prediction.FAILED:
+        if outcome in NO_STEP:
             return Solution(FAILED, kalman.x.copy(), evaluations), kalman.P.copy()
     return Solution(CONVERGED, kalman.x.copy(), evaluations), kalman.P.copy()
 
