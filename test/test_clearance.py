@@ -14,6 +14,7 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
 

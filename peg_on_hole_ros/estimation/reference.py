@@ -205,7 +205,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """Correct friction by accelerations that are zero but for their spread [rad/s^2]."""
-        speed, variance = self.slip()
+        speed, variance = self.slip(given_friction=True)
         if not self.P[FRICTION, FRICTION] > 0 or (speed <= SURE * np.sqrt(variance)).any():
             return
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
@@ -264,8 +264,12 @@ class ReferenceFilter(ExtendedKalmanFilter):
             grown = self.rate_noise * np.exp(ADAPTATION * (surprise - 1))
             self.rate_noise = np.clip(grown, self.process.slow_rate_noise, MOST_RATE_NOISE)
 
-    def slip(self):
-        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
+    def slip(self, given_friction=False):
+        """
+        Return speed [m/s] at K, B1, B2 and its variance from that of the rates.
+
+        given_friction leaves out what comes from not knowing the friction coefficient.
+        """
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
         g = contact_geometry(here, self.x[0])
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
@@ -276,6 +280,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
             np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / np.maximum(speed, 1e-300)[:, None]
         )
         P = self.P[RATES, RATES]
+        if given_friction and self.P[FRICTION, FRICTION] > 0:
+            shared = self.P[RATES, FRICTION]
+            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
         return speed, np.einsum("ij,jk,ik->i", along, P, along)
 
     def unknown_friction(self, normal):

@@ -3,8 +3,10 @@
 from math import exp, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
+    CROSS,
     SCALES,
     SPEEDS,
+    SPREAD,
     WORK,
     U,
     X,
@@ -48,7 +50,7 @@ def _along(p, geo, i, dgamma, dpsi, dphi):
 
 
 @compiled
-def slip(p, m, gamma):
+def slip(p, m, gamma, given_friction=False):
     """
     Fill SPEEDS with speed and variance of the peg's material points at K, B1, B2.
 
@@ -59,6 +61,9 @@ def slip(p, m, gamma):
         Memory, of which rates and their covariance are used [m/s], [m^2/s^2].
     gamma : float
         Tilt at which the contacts are taken [rad].
+    given_friction : bool
+        Leave out of the variances what comes from not knowing the friction coefficient: it makes
+        the slip's speed doubtful, not its direction.
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
@@ -69,6 +74,9 @@ def slip(p, m, gamma):
         # The rates' covariance through the velocity; the tilt's part is below it by |rate| * 1e-2.
         variance = d0 * d0 * z33 + d1 * d1 * z44 + d2 * d2 * z55
         variance += 2.0 * (d0 * d1 * z34 + d0 * d2 * z35 + d1 * d2 * z45)
+        if given_friction and m[SPREAD] > 0.0:
+            shared = d0 * m[CROSS + 3] + d1 * m[CROSS + 4] + d2 * m[CROSS + 5]
+            variance = max(variance - shared * shared / m[SPREAD], 0.0)
         m[SPEEDS + 2 * i] = speed
         m[SPEEDS + 2 * i + 1] = variance
 

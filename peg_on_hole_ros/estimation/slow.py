@@ -108,7 +108,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     """
     if not m[LEARNT] * m[SPREAD] > 0.0:
         return False
-    slip(scene_of(m), m, m[X])
+    slip(scene_of(m), m, m[X], True)
     for i in range(3):
         if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:
             return False
