@@ -23,7 +23,7 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import measure
 
-LEAST = 0.15
+LEAST = 0.2
 
 
 @cache
