@@ -1,6 +1,7 @@
 """Score one cell of the grid: runs of the pipeline over noise seeds against the bound."""
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +41,8 @@ class Runs(NamedTuple):
         6 degrees of freedom.
     determined, contact : ndarray of bool, shape (seeds, n)
         Reactions declared determined; three-point contact declared.
-    nis : ndarray
-        Of all corrections after SETTLE_NS, 3 degrees of freedom.
+    nis : ndarray, shape (seeds,)
+        Mean of all corrections after SETTLE_NS, 3 degrees of freedom.
     diverged : ndarray of bool, shape (seeds,)
     restarts : int
         Of the filter by itself.
@@ -85,30 +86,31 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
     exact = sensor_wrench(truth) if exact is None else exact
     n, m = len(truth.t_ns), len(seeds)
     error, stddev = np.full((m, n, 9), np.nan), np.full((m, n, 9), np.nan)
-    nees = np.full((m, n), np.nan)
+    nees, exact_values = np.full((m, n), np.nan), np.hstack([truth.q, truth.rates, truth.normal])
     determined, contact = np.zeros((m, n), bool), np.zeros((m, n), bool)
-    nis, restarts = [], 0
+    means, restarts = [], 0
     row_of = {int(t): k for k, t in enumerate(truth.t_ns)}
     for s, seed in enumerate(seeds):
         pipeline = Pipeline(_drawn(truth.plan.configuration, seed))
+        nis = []
         _listen(pipeline, truth, nis)
-        samples = measure(truth, seed, exact=exact)
+        samples, covariance = measure(truth, seed, exact=exact), np.full((n, 6, 6), np.nan)
         for outputs in pipeline.play(_first_wrong(samples, seed, start_error)):
             k = row_of[outputs.t_ns - START_NS]
-            error[s, k, :3] = outputs.state[:3] - truth.q[k]
-            error[s, k, 3:6] = outputs.state[3:] - truth.rates[k]
-            error[s, k, 6:] = outputs.normal - truth.normal[k]
-            turns = np.round(error[s, k, 1:3] / (2 * np.pi))
-            error[s, k, 1:3] -= 2 * np.pi * turns
-            P = outputs.state_covariance
-            stddev[s, k, :6] = np.sqrt(np.diagonal(P))
-            stddev[s, k, 6:] = outputs.normal_stddev
-            nees[s, k] = error[s, k, :6] @ np.linalg.solve(P, error[s, k, :6])
+            error[s, k, :6], error[s, k, 6:] = outputs.state, outputs.normal
+            covariance[k], stddev[s, k, 6:] = outputs.state_covariance, outputs.normal_stddev
             determined[s, k] = bool(outputs.monitor["reactions_determined"])
             contact[s, k] = outputs.contact_mode == "three_point"
+        error[s] -= exact_values
+        error[s, :, 1:3] -= 2 * np.pi * np.round(error[s, :, 1:3] / (2 * np.pi))
+        stddev[s, :, :6] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        told = np.isfinite(error[s, :, :6]).all(axis=1) & np.isfinite(covariance).all(axis=(1, 2))
+        weighed = np.linalg.solve(covariance[told], error[s, told, :6, None])[..., 0]
+        nees[s, told] = (error[s, told, :6] * weighed).sum(axis=1)
+        means.append(np.mean(nis) if nis else np.nan)
         restarts += pipeline.counts["filter_restarted"]
     ends = diverged(truth, error)
-    return Runs(error, stddev, nees, determined, contact, np.array(nis), ends, restarts)
+    return Runs(error, stddev, nees, determined, contact, np.array(means), ends, restarts)
 
 
 def _drawn(configuration, seed):
@@ -196,6 +198,7 @@ def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=Non
     result = {
         "seeds": len(seeds),
         "nis": _mean(runs.nis),
+        "nis_error": _error(np.nanmean, runs.nis),
         "diverged": int(runs.diverged.sum()),
         "restarts": runs.restarts,
         "start_seeds": len(start_seeds),
@@ -210,7 +213,32 @@ def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=Non
 
 
 def _mean(values):
-    return float(np.mean(values)) if len(values) else None
+    return float(np.nanmean(values)) if np.isfinite(values).any() else None
+
+
+def _error(statistic, values):
+    """
+    Return the standard error of a statistic of the mean over seeds (the jackknife, Tukey 1958).
+
+    Parameters
+    ----------
+    statistic : callable
+        Of an array without the first axis.
+    values : ndarray, shape (seeds, ...)
+
+    """
+    seeds = len(values)
+    if seeds < 2 or not np.isfinite(values).any():
+        return None
+    known = np.isfinite(values)
+    total, count = np.where(known, values, 0.0).sum(axis=0), known.sum(axis=0)
+    left = []
+    for k in range(seeds):
+        without = total - np.where(known[k], values[k], 0.0)
+        left.append(statistic(without / np.maximum(count - known[k], 1)))
+    left = np.array(left)
+    variance = (seeds - 1) / seeds * ((left - left.mean(axis=0)) ** 2).sum(axis=0)
+    return np.sqrt(variance).tolist()
 
 
 def _figures(runs, chosen, sound, sigma, bare_sigma):
@@ -227,6 +255,8 @@ def _figures(runs, chosen, sound, sigma, bare_sigma):
         "missed": int(missed.sum()),
         "missed_flagged": int((missed & flagged).sum()),
         "nees_median": float(np.median(np.nanmean(runs.nees[:, chosen], axis=0))),
+        "nees_error": _error(np.median, runs.nees[:, chosen]),
+        "coverage_error": _error(partial(np.mean, axis=0), inside.astype(float)),
         "rms": np.sqrt((error**2).mean(axis=(0, 1))).tolist(),
         "stddev": stddev.mean(axis=(0, 1)).tolist(),
     }
@@ -245,6 +275,10 @@ def _figures(runs, chosen, sound, sigma, bare_sigma):
         # The median of a mean of few squares lies below their expectation.
         small = chi2.median(seeds) / seeds
         figures["ratio"] = np.sqrt(ratio2.mean(axis=(0, 1))).tolist()
+        figures["ratio_error"] = _error(lambda mean: np.sqrt(mean.mean(axis=0)), ratio2)
+        figures["ratio_median_error"] = _error(
+            lambda mean: np.sqrt(np.median(mean, axis=0) / small), ratio2
+        )
         figures["bias"] = np.sqrt(bias2.clip(0.0)).tolist()
         figures["ratio_median"] = np.sqrt(np.median(ratio2.mean(axis=0), axis=0) / small).tolist()
         figures["stated"] = np.sqrt(np.median(stated2, axis=(0, 1))).tolist()

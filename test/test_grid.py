@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import grid
+import grid_score
 from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth_of, with_noise
 from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
 from grid_summary import flat_rows, summary, verdicts
@@ -88,7 +89,7 @@ def test_table_and_summary(ran):
     text = summary(cells)
     assert "- align 0.1 mm f 0.5 1 rad/s: contact K opened" in text
     for entry in verdicts(cells):
-        assert 0 <= entry["kept"] <= entry["cells"] <= 4
+        assert 0 <= entry["kept"] <= entry["kept"] + entry["broken"] <= entry["cells"] <= 4
 
 
 def test_verdicts_tell_kept_from_broken(ran):
@@ -97,11 +98,29 @@ def test_verdicts_tell_kept_from_broken(ran):
     figures = cell["classes"]["outside"]
     figures["ratio"][2], figures["coverage"][7], figures["nees_median"] = 1.3, 0.9, 7.0
     cell["nis"], cell["diverged"] = 3.4, 1
+    figures["nees_error"], cell["nis_error"] = 0.1, 0.1
     after = {entry["promise"]: entry for entry in verdicts([cell])}
     changed = {name for name in before if before[name]["kept"] != after[name]["kept"]}
     assert "steady sliding: RMSE of states at most 1.15 times the bound" in changed
     assert {"mean NIS within 10 % of 3", "no divergence"} <= changed
     assert "outside windows: median NEES within 15 % of 6" in changed
+    # 7.0 +- 0.1 may be 6.9, and 3.4 +- 0.1 may be 3.3; a run that diverged has.
+    assert after["outside windows: median NEES within 15 % of 6"]["broken"] == 0
+    assert after["mean NIS within 10 % of 3"]["broken"] == 0
+    assert after["no divergence"]["broken"] == 1
+    figures["nees_error"] = 0.01
+    broken = {entry["promise"]: entry["broken"] for entry in verdicts([cell])}
+    assert broken["outside windows: median NEES within 15 % of 6"] == 1
+
+
+def test_errors_over_seeds_are_those_of_the_mean():
+    """Against the textbook's for a mean, and with outputs that are missing."""
+    values = np.random.default_rng(3).normal(size=(40, 5))
+    expected = values.mean(axis=1).std(ddof=1) / np.sqrt(40)
+    assert grid_score._error(np.mean, values) == pytest.approx(expected)
+    values[3, 2] = np.nan
+    assert grid_score._error(np.mean, values) == pytest.approx(expected, rel=0.1)
+    assert grid_score._error(np.mean, values[:1]) is None
 
 
 def _without_contact():
