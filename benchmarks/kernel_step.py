@@ -23,6 +23,8 @@ import numpy as np
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.cycle import correct_and_follow
+from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SIZE, R
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -39,13 +41,12 @@ def run_compiled(m, dy, slopes, dt, wrenches, angles, covariances, acceleration_
     """Run all steps; return how often the six equations were solved."""
     total = 0
     for k in range(len(wrenches)):
-        kernel.hold_wrench(m, wrenches[k])
+        hold_wrench(m, wrenches[k])
         _, evaluations, _ = kernel.predict_contact(m, dy, slopes, dt)
         total += evaluations
         for i in range(9):
             m[R + i] = covariances[k, i]
-        kernel.innovation(m, angles[k])
-        kernel.correct(m)
+        correct_and_follow(m, kernel.innovation(m, angles[k]), dt)
         react(m, dy, acceleration_stddev)
     return total
 

@@ -6,11 +6,13 @@ import numpy as np
 
 from ladder_scenes import SCALE, Drawn, draw
 from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.cycle import correct_and_follow, predict_or_bridge
 from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SLOW, R
 from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.reactions import react
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
+from peg_on_hole_ros.estimation.slow import predict_slow
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.ladder.choice import answer_by_choice, new_choice, tally
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC, RUNGS, answer
@@ -40,26 +42,21 @@ def through(rung, choice, p, scales, states, wrenches, work, y, normal, used):
 def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, free, held):
     """Run the filter's steps by a rung or by choice, as `ContactFilter` composes them."""
     for k in range(1, len(wrenches)):
-        kernel.hold_wrench(m, wrenches[k])
-        m[SLOW] = 0.0
+        hold_wrench(m, wrenches[k])
         used = choose_at(m, choice, y) if rung == AUTO else min(rung, DYNAMIC)
         if used <= QUASI_STATIC:
             status = predict_at_constant_rates(m, slopes, dt, free)
-        else:
-            status, _, _ = kernel.predict_contact(m, dy, slopes, dt)
-        if status != CONVERGED:
-            used = DYNAMIC
+            m[SLOW] = 0.0
             if status == kernel.SLOW:
                 m[SLOW] = 1.0
                 predict_slow(m, dy, slopes, dt, held)
-            else:
-                kernel.predict_free(m, slopes, dt, free)
+        else:
+            status, _ = predict_or_bridge(m, dy, slopes, dt, held, free)
+        if status != CONVERGED:
+            used = DYNAMIC
         for i in range(9):
             m[R + i] = covariance[i]
-        nis = kernel.innovation(m, angles[k])
-        if m[SLOW] > 0.0:
-            adapt_rate_noise(m, nis)
-        kernel.correct(m)
+        correct_and_follow(m, kernel.innovation(m, angles[k]), dt)
         if used < DYNAMIC:
             react_by(used, m, dy, 0.0)
         else:

@@ -22,8 +22,11 @@ import numpy as np
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.cycle import predict_or_bridge
+from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import CROSS, SLOW, SPREAD, R, X, Z
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 from side_by_side import bag_steps, filters
@@ -88,17 +91,10 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
         if k == 0:
             for i in range(3):
                 m[X + i], m[X + 3 + i] = angles[0, i], 0.0
-        kernel.hold_wrench(m, wrenches[k])
-        m[SLOW] = 0.0
-        status, _, _ = kernel.predict_contact(m, dy, slopes, dt)
+        hold_wrench(m, wrenches[k])
+        status, _ = predict_or_bridge(m, dy, slopes, dt, noises[1], noises[0])
         if status == CONVERGED:
             contact += 1
-        else:
-            m[SLOW] = 1.0 if status == kernel.SLOW else 0.0
-            if m[SLOW] > 0.0:
-                predict_slow(m, dy, slopes, dt, noises[1])
-            else:
-                kernel.predict_free(m, slopes, dt, noises[0])
         for i in range(9):
             m[R + i] = covariances[k, i]
         nis = kernel.innovation(m, angles[k])
@@ -112,6 +108,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
             nis = kernel.innovation(m, angles[k])
         if nis <= thresholds[1]:
             kernel.correct(m)
+            follow_acceleration(m, dt)
         else:
             restarts += 1
             for i in range(3):

@@ -66,9 +66,11 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     kalman, judge = line.filter, line._assessment
-    compiled = ("hold_wrench", "predict_contact", "predict_free", "innovation", "correct")
+    compiled = ("predict_contact", "predict_free", "innovation", "correct")
     return [
         *((kernel, name, ESTIMATE) for name in compiled),
+        (filter, "hold_wrench", ESTIMATE),
+        (filter, "follow_acceleration", ESTIMATE),
         (filter, "react", ESTIMATE),
         *((kalman, name, FILTER) for name in ("hold", "predict", "correct", "react")),
         (assessment, "judge", JUDGE),

@@ -14,6 +14,7 @@ from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
 from peg_on_hole_ros.estimation.reference import DIAMETER, ReferenceFilter
 from peg_on_hole_ros.estimation.reference_offsets import OffsetReference
@@ -156,6 +157,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         between = perf_counter()
         reference.hold(step.u)
         if prediction is Prediction.CONTACT:
+            reference.ramp_shares = part(kalman._memory, "RAMP")[6:]
             reference.predict_contact(step.dt, kalman.pieces)
         elif prediction is Prediction.SLOW:
             reference.predict_slow(step.dt, spread)

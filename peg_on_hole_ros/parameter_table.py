@@ -229,8 +229,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "wrench_jump",
-        "share of what a wrench that jumped between two samples may have done that widens the "
-        "state; 0: it is held as measured",
+        "share of a wrench's jump between two samples that counts as a ramp, and as unknown in "
+        "time, within the interval; 0: the wrench is held as measured",
         "",
         0.0,
         1.0,
@@ -350,7 +350,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "acceleration_stddev",
-        "how fast a held peg accelerates; bounds the reactions where the equations are singular",
+        "how far a held peg's acceleration is from that of the last 10 ms; bounds the reactions "
+        "where the equations are singular",
         "rad/s^2",
         1e-3,
         1e9,

@@ -27,7 +27,7 @@ def one_step(method, x, u, h, scales):
     """Return status, end and the derivatives (6, 12) of the state, angles first."""
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
     status, _ = take_step(
-        INTEGRATORS[method], P, scales, x, u, h, x1, y, dy, slopes, np.zeros(192), workspace()
+        INTEGRATORS[method], P, scales, x, u, u, h, x1, y, dy, slopes, np.zeros(192), workspace()
     )
     by_angles = slopes[3:] if method == "second_order" else np.eye(3, WIDTH) + h * slopes[:3]
     return status, x1, np.vstack([by_angles, slopes[:3]])
@@ -129,7 +129,7 @@ def test_an_estimated_error_is_near_the_true_one():
     stage, work = np.zeros(192), workspace()
     for method in ("implicit_euler", "linearly_implicit"):
         number = INTEGRATORS[method]
-        take_step(number, P, scales, SLIDING, u, h, x1, y, dy, slopes, stage, work)
+        take_step(number, P, scales, SLIDING, u, u, h, x1, y, dy, slopes, stage, work)
         error, _ = step_error(number, P, scales, SLIDING, u, h, x1, y, slopes, stage, work)
         true = np.abs(x1 - expected)[3:].max()
         assert 0.5 < error / true < 2.0
@@ -288,9 +288,9 @@ class Counted(ContactFilter):
         return result
 
 
-@pytest.mark.parametrize("method, more", [("implicit_euler", 24), ("second_order", 48)])
+@pytest.mark.parametrize("method", ["implicit_euler", "second_order"])
 @pytest.mark.parametrize("dt", [1e-3, 5e-3, 2e-2, 5e-2])
-def test_no_prediction_takes_more_evaluations_than_are_allowed(method, more, dt):
+def test_no_prediction_takes_more_evaluations_than_are_allowed(method, dt):
     # It wedges in the end; long before, the noise of a long interval's wrench leaves no step.
     result = truth("closing_without_slip")
     configuration = result.plan.configuration
@@ -310,10 +310,11 @@ def test_no_prediction_takes_more_evaluations_than_are_allowed(method, more, dt)
     assert len(limited) == pipeline.counts["step_limited"]
     # At 1 ms the second-order step finds one within what is allowed, or none is asked for.
     assert limited or (method, dt) == ("second_order", 1e-3)
-    # A step with its error estimate may begin with one left.
-    allowed = options.max_evaluations
+    # A step may begin with one left: two stages of 24, as on ramps, its error estimate and the
+    # look past the kink.
+    allowed, more = options.max_evaluations, 48
     for result, evaluations, started in Counted.predictions:
-        assert evaluations <= allowed * started + more + 1, (result, evaluations, started)
+        assert evaluations <= allowed * started + more + 2, (result, evaluations, started)
 
 
 @pytest.mark.parametrize("allowed", [30, 100_000])

@@ -6,7 +6,9 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.description import Description, description
+from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
@@ -27,6 +29,8 @@ FORGET_FRICTION = 0.02
 SEEK_FRICTION = 2.0
 # Share of its stated variance that friction gets back with each surprise.
 SURPRISED = 0.5
+# Of a wrench's interval.
+NEARLY_ALL = 0.9
 # A clearance counts as wide above this share of its stated spread.
 WIDE_CLEARANCE = 0.1
 # No clearance is learnt better than to this share of its stated spread: contacts give, and holes
@@ -97,6 +101,7 @@ class ContactFilter:
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
         self._slow = part(self._memory, "SLOW")
+        self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
@@ -183,6 +188,7 @@ class ContactFilter:
         self._cross[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
+        part(self._memory, "ACCELERATION")[:] = 0.0
         self._refused = 0
 
     def forget(self):
@@ -207,7 +213,7 @@ class ContactFilter:
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""
         self._held_before, self._held = self._held, 0.0
-        kernel.hold_wrench(self._memory, np.asarray(u, float))
+        hold_wrench(self._memory, np.asarray(u, float))
         self.model.held()
 
     def predict(self, dt: float, in_contact: bool) -> Prediction:
@@ -215,9 +221,10 @@ class ContactFilter:
         options = self.options
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
         self._since_correction += dt
-        self._slow[0] = 0.0
         self._held += dt
+        self._ramp_over(dt)
         constant = self.model.at_constant_rates(in_contact)
+        slow_before, self._slow[0] = self._slow.item(), 0.0
         if in_contact:
             if constant:
                 status = predict_at_constant_rates(
@@ -229,9 +236,11 @@ class ContactFilter:
                     wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
                     slow = self.process.slow_slip
                     self._slow_slip[0] = min(slow, 1.0) if wide else slow
+                self._slow[0] = slow_before
                 status, self.evaluations, self.pieces = kernel.predict_contact(
                     self._memory, self._dy, self._slopes, dt
                 )
+                self._slow[0] = 0.0
                 refused, inaccurate = self._attempts.tolist()
                 self.refused, self.inaccurate = int(refused), int(inaccurate)
             if status == CONVERGED:
@@ -255,6 +264,15 @@ class ContactFilter:
         if not in_contact:
             return Prediction.FREE
         return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
+
+    def _ramp_over(self, dt):
+        """Say which share of the wrench's interval this is; intervals are much alike."""
+        interval = self._held_before
+        if interval > 0.0:
+            begin = min((self._held - dt) / interval, 1.0)
+            end = min(self._held / interval, 1.0)
+            # Stamps are in whole nanoseconds, and jitter.
+            self._ramp[6:] = begin, (1.0 if end > NEARLY_ALL else end)
 
     def _predict_slow(self, dt):
         predict_slow(self._memory, self._dy, self._slopes, dt, self.options.acceleration_stddev)
@@ -316,6 +334,7 @@ class ContactFilter:
             return Correction.RESET, nis
         self._refused = 0
         self._update()
+        follow_acceleration(self._memory, self._since_correction)
         self._sliding[1] = 0.0
         if self._learns_clearance:
             least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]

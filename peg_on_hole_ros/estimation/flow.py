@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimation.parameters import (
 )
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import SECOND_ORDER, take_step
+from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.kernel import WIDTH, SceneScalars, workspace
 
 # State (6), wrench (6), friction, peg diameter.
@@ -58,8 +59,9 @@ class Flow:
 
     def __init__(self, kalman, dt: float):
         memory, self.process = kalman._memory, kalman.process
-        self.second_order = kalman.integrator == SECOND_ORDER
-        self._integrator = kalman.integrator
+        self._integrator = int(part(memory, "METHOD_USED").item())
+        self.second_order = self._integrator == SECOND_ORDER
+        self._ramp = part(memory, "RAMP").copy()
         self._scalars = SceneScalars(*kalman.scene_values.tolist())
         self.pieces, self.h = kalman.pieces, dt / kalman.pieces
         self._scales = part(memory, "SCALES").copy()
@@ -77,7 +79,7 @@ class Flow:
         friction = max(full[FRICTION], LEAST_FRICTION)
         return s._replace(f=friction, d=diameter, gamma0=_gamma0(s.D, diameter))
 
-    def step(self, full):
+    def step(self, full, piece=0):
         """
         Return the joint state after one of the steps, and its derivatives.
 
@@ -85,6 +87,8 @@ class Flow:
         ----------
         full : ndarray, shape (14,)
             State, wrench, friction, peg diameter.
+        piece : int
+            Which of the steps.
 
         Returns
         -------
@@ -95,7 +99,8 @@ class Flow:
         dy, slopes, stage, work = self._buffers
         x1, y = np.zeros(6), np.zeros(6)
         status, _ = take_step(
-            self._integrator, self._scene(full), self._scales, full[:6].copy(), full[6:12].copy(),
+            self._integrator, self._scene(full), self._scales, full[:6].copy(),
+            self._wrench(full, piece + SHARE), self._wrench(full, piece + 1),
             self.h, x1, y, dy, slopes, stage, work,
         )  # fmt: skip
         if status != CONVERGED:
@@ -104,6 +109,11 @@ class Flow:
         F[:3] = slopes[3:] if self.second_order else F[:3] + self.h * slopes[:3]
         F[RATES] = slopes[:3]
         return np.concatenate([x1, full[6:]]), F
+
+    def _wrench(self, full, step):
+        begin, end = self._ramp[6:]
+        left = 1.0 - begin - (end - begin) * step / self.pieces
+        return full[6:12] - left * self._ramp[:6]
 
     def walk(self):
         """Return a factor of what the rates' random walk adds in one step, shape (14, 6)."""
@@ -137,8 +147,8 @@ class Flow:
         """
         total, noise = np.eye(WIDTH), np.zeros((WIDTH, WIDTH))
         walk = self.walk() @ self.walk().T
-        for _ in range(self.pieces):
-            full, F = self.step(full)
+        for piece in range(self.pieces):
+            full, F = self.step(full, piece)
             if full is None:
                 return None, None, None
             total = F @ total

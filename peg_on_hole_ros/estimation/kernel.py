@@ -1,18 +1,18 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
-from math import fabs, floor, pi, sqrt
+from math import floor, pi, sqrt
 from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.carry import carry, carry_all
+from peg_on_hole_ros.estimation.direction import slip_without_kink
+from peg_on_hole_ros.estimation.held_wrench import add_jump, move_wrench, ramps, wrench_of_piece
 from peg_on_hole_ros.estimation.memory import (
     CREEP,
-    CROSS,
+    ENDS,
     GAIN,
     JOSEPH,
-    JUMP,
-    JUMPED,
     METHOD,
-    NOISE,
+    METHOD_USED,
     OFFSETS,
     PROCESS,
     REFUSED,
@@ -23,15 +23,16 @@ from peg_on_hole_ros.estimation.memory import (
     SPEEDS,
     SPREAD,
     STAGE,
-    WEIGHT,
     WORK,
     X1,
     R,
     S,
-    U,
     X,
     Y,
     Z,
+)
+from peg_on_hole_ros.estimation.memory import (
+    SLOW as SLOW_PLACE,
 )
 from peg_on_hole_ros.estimation.parameters import correct_parameters
 from peg_on_hole_ros.estimation.slip import (
@@ -39,11 +40,11 @@ from peg_on_hole_ros.estimation.slip import (
     friction_scales,
     slip,
     slow_slip,
-    stops_by_chance,
     surely_sliding,
 )
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED
 from peg_on_hole_ros.estimation.steps_choice import (
+    IMPLICIT_EULER,
     INACCURATE,
     LONG_STEP,
     SECOND_ORDER,
@@ -59,11 +60,12 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, inlined, scene_of
 # more than one solution (Painleve), or none, Newton's method otherwise finds the far one.
 CONTACT_ACCELERATION = 20.0
 SHORTEST_INTERVAL = 1e-3
-# A step that stops all contacts to this share of their speed may have done so by chance.
-STOPPED = 0.1
-# Noise alone changes a wrench by more than this, its covariances' part squared, in 5 of 100 cases
-# (six normal variables).
-JUMP_LIMIT = 12.6
+# A slip of so many standard deviations at the begin and at the end of a step, and at the end half
+# of what it was, surely has its direction throughout.
+SURELY = 10.0
+# Once not told from none, a slip is so many times farther from it before it counts again: what a
+# few steps in a wrong direction do is forgotten in tens of milliseconds.
+RESUME = 3.0
 # Of a prediction, beside the outcomes of a step.
 SLOW = INACCURATE + 1
 LIMITED = SLOW + 1
@@ -109,45 +111,6 @@ class Process(NamedTuple):
 
 
 @compiled
-def hold_wrench(m, u):
-    """
-    Start on a new wrench: its noise is independent of the state's error so far.
-
-    The wrench of an interval is measured at its end. Where it changed by more than its noise, as
-    it does when friction turns round, it may have done so anywhere within: the mean over the
-    interval then is off by any share of the change, with a mean square of a third of it.
-
-    Parameters
-    ----------
-    m : ndarray
-        Memory.
-    u : ndarray, shape (6,)
-        Wrench about the mass centre, peg axes [N], [N m].
-
-    """
-    size = any_before = 0.0
-    for i in range(6):
-        any_before += fabs(m[U + i])
-        m[JUMP + i] = u[i] - m[U + i]
-        m[U + i] = u[i]
-    for i in range(6):
-        for j in range(6):
-            size += m[WEIGHT + 6 * i + j] * m[JUMP + i] * m[JUMP + j]
-    # Two noises differ by twice the covariance of one. Before the first wrench there is none.
-    share = 0.0
-    if any_before > 0.0 and size > 2.0 * JUMP_LIMIT:
-        share = m[PROCESS + 7] * sqrt((1.0 - 2.0 * JUMP_LIMIT / size) / 3.0)
-    for i in range(6):
-        m[JUMP + i] *= share
-    for i in range(6):
-        for j in range(6):
-            m[Z + 12 * i + 6 + j] = 0.0
-            m[Z + 12 * (6 + i) + j] = 0.0
-            m[Z + 12 * (6 + i) + 6 + j] = m[NOISE + 6 * i + j]
-        m[CROSS + 6 + i] = m[CROSS + 18 + i] = 0.0
-
-
-@compiled
 def predict_contact(m, dy, slopes, dt):
     """
     Predict over dt under three-point contact; halve the step until one is found that is good.
@@ -180,9 +143,14 @@ def predict_contact(m, dy, slopes, dt):
     process = Process(
         m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7], m[q + 8]
     )  # fmt: skip
-    x, u, x1, y = m[X : X + 6], m[U : U + 6], m[X1 : X1 + 6], m[Y : Y + 6]
+    x, u, u_stage = m[X : X + 6], m[ENDS : ENDS + 6], m[ENDS + 6 : ENDS + 12]
+    x1, y = m[X1 : X1 + 6], m[Y : Y + 6]
     scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
     integrator, tolerance = int(m[METHOD]), m[METHOD + 1]
+    if integrator == IMPLICIT_EULER and ramps(m):
+        # Stiff friction follows the wrench at the end of a step, all else its mean.
+        integrator = SECOND_ORDER
+    m[METHOD_USED] = integrator
     m[REFUSED] = m[REFUSED + 1] = 0.0
     # The covariance of offsets that are known stays zero.
     saved = 184 + 12 * int(m[OFFSETS + 1])
@@ -190,7 +158,8 @@ def predict_contact(m, dy, slopes, dt):
         m[SAVED + i] = m[X + i]
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
-    if slow_slip(m, process.slow_slip):
+    within = process.slow_slip * (RESUME if m[SLOW_PLACE] > 0.0 else 1.0)
+    if slow_slip(m, within):
         return SLOW, 0, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
@@ -200,12 +169,13 @@ def predict_contact(m, dy, slopes, dt):
     for _ in range(8):
         h = dt / pieces
         status = CONVERGED
-        for _ in range(pieces):
+        for piece in range(pieces):
             if evaluations >= allowed:
                 status = LIMITED
                 break
+            wrench_of_piece(m, piece, pieces)
             status, count = take_step(
-                integrator, p, scales, x, u, h, x1, y, dy, slopes, stage, work
+                integrator, p, scales, x, u_stage, u, h, x1, y, dy, slopes, stage, work
             )
             evaluations += count
             if status == CONVERGED:
@@ -231,23 +201,28 @@ def predict_contact(m, dy, slopes, dt):
         if status == CONVERGED:
             # The slip that it had against the spread that it got: one that the step has stopped
             # tells of friction.
-            speeds = m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4]
+            v0, v1, v2 = m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4]
+            s0, s1, s2 = m[SPEEDS + 1], m[SPEEDS + 3], m[SPEEDS + 5]
             slip(p, m, m[X])
-            stopped = process.slow_slip > 0.0
-            for i in range(3):
-                stopped = stopped and m[SPEEDS + 2 * i] < STOPPED * speeds[i]
-            m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4] = speeds
+            surely = (
+                _keeps_on(v0, s0, m[SPEEDS], m[SPEEDS + 1])
+                or _keeps_on(v1, s1, m[SPEEDS + 2], m[SPEEDS + 3])
+                or _keeps_on(v2, s2, m[SPEEDS + 4], m[SPEEDS + 5])
+            )
+            m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4] = v0, v1, v2
             slow = slow_slip(m, process.slow_slip)
-            if stopped and not slow:
+            if within > 0.0 and not surely and not slow:
                 _exchange(m, saved)
-                slow = stops_by_chance(p, m, dy, dt, process.slow_slip)
+                move_wrench(m, -0.5)
+                slow = slip_without_kink(p, m, dy, dt) < within * within
+                move_wrench(m, 0.5)
                 evaluations += 1
                 _exchange(m, saved)
             if slow:
                 for i in range(saved):
                     m[X + i] = m[SAVED + i]
                 return SLOW, evaluations, pieces
-            _add_jump(m, slopes, pieces, dt / pieces)
+            add_jump(m, slopes, pieces, dt / pieces, integrator)
             for i in range(3):
                 m[Z + 13 * i] += creep * dt
             if m[SPREAD] > 0.0:
@@ -262,26 +237,19 @@ def predict_contact(m, dy, slopes, dt):
 
 
 @inlined
+def _keeps_on(begin, begin_variance, end, end_variance):
+    """Return whether a slip is so sure at the begin and at the end that it kept its direction."""
+    told = begin * begin > SURELY * SURELY * begin_variance
+    return told and end > 0.5 * begin and end * end > SURELY * SURELY * end_variance
+
+
+@inlined
 def _exchange(m, count):
     """Exchange the state with the one that was saved."""
     for i in range(count):
         kept = m[X + i]
         m[X + i] = m[SAVED + i]
         m[SAVED + i] = kept
-
-
-@inlined
-def _add_jump(m, slopes, pieces, h):
-    """Add what JUMP makes of the state; the slopes are those of the last of equal steps."""
-    for i in range(3):
-        moved = 0.0
-        for j in range(6):
-            moved += slopes[i, 6 + j] * m[JUMP + j]
-        m[JUMPED + 3 + i] = pieces * moved
-        m[JUMPED + i] = h * pieces * moved
-    for i in range(6):
-        for j in range(6):
-            m[Z + 12 * i + j] += m[JUMPED + i] * m[JUMPED + j]
 
 
 @compiled

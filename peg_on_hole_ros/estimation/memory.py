@@ -23,12 +23,16 @@ _SIZES = {
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
-    "JUMP": 6,  # by how much the wrench may have differed from the held one, a standard deviation
+    "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
+    "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
+    "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
     "RATE_NOISE": 1,  # random walk of the rates while a slip is not told from none [rad/s^1.5]
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
     "JUMPED": 6,  # what JUMP made of the state in a prediction
+    "ENDS": 12,  # wrench at the end of a step and at its first stage
+    "METHOD_USED": 1,  # the integrator's number in the last prediction
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
     "X1": 6,  # state at the end of a step
@@ -69,7 +73,8 @@ SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", 
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
 SLOW, RATE_NOISE, FRICTION = (_AT[name] for name in ("SLOW", "RATE_NOISE", "FRICTION"))
-JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("JUMP", "JUMPED", "WEIGHT"))
+RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
+ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

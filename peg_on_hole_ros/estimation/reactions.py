@@ -2,7 +2,9 @@
 
 from math import cos, exp, isfinite, nan, sin, sqrt
 
+from peg_on_hole_ros.estimation.acceleration import acceleration_variance
 from peg_on_hole_ros.estimation.memory import (
+    ACCELERATION,
     FRICTION,
     POINTS,
     REACTIONS,
@@ -38,8 +40,8 @@ def fuse_reactions(m, dy, acceleration_stddev):
     Weigh the six equations' answers against how fast a held peg can accelerate.
 
     Near the singular set the equations trade huge accelerations for huge reactions; force balance
-    with a bounded acceleration does not. As a Bayesian update with accelerations of zero mean and
-    a stated standard deviation the two are one formula, without a switch.
+    with a bounded acceleration does not. As a Bayesian update with accelerations as the rates went
+    of late, within a stated standard deviation, the two are one formula, without a switch.
 
     Where the answer at the estimate has accelerations that a held peg cannot have, the slip's
     direction is wrong, and with it all that follows. The answers around it are then weighed by how
@@ -54,7 +56,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
     dy : ndarray, shape (6, 14)
         Derivatives of the answer at the estimate by state, wrench, friction and peg diameter.
     acceleration_stddev : float
-        Of each angle [rad/s^2].
+        Of each angle, beside what `acceleration_variance` adds [rad/s^2].
 
     """
     uncertain = times_covariance(m, dy, 6)
@@ -64,16 +66,15 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
     slow = m[SLOW] > 0.0
-    variance = acceleration_stddev * acceleration_stddev
     for n in range(7):
         m[SURPRISE + n] = 0.0
     # One acceleration at a time: three scalar updates need no matrix inverse.
     for a in range(3):
         at = REACTIONS + 6 * a
         column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
-        over = 1.0 / (column[a] + variance)
+        over = 1.0 / (column[a] + acceleration_variance(m, a, acceleration_stddev))
         for n in range(7):
-            acceleration = m[POINTS + 6 * n + a]
+            acceleration = m[POINTS + 6 * n + a] - m[ACCELERATION + a]
             m[SURPRISE + n] += acceleration * acceleration * over
             for i in range(6):
                 m[POINTS + 6 * n + i] -= column[i] * over * acceleration

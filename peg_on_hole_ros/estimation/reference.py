@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from peg_on_hole_ros.estimation.kernel import JUMP_LIMIT
+from peg_on_hole_ros.estimation.acceleration import CHANGED, FOLLOWED, SHORTEST_TIME
+from peg_on_hole_ros.estimation.held_wrench import AT_ANY_TIME, JUMP_LIMIT
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
 from peg_on_hole_ros.estimation.slow import (
@@ -18,6 +19,7 @@ from peg_on_hole_ros.estimation.slow import (
     MOST_SURPRISE,
     SURE,
 )
+from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -120,12 +122,43 @@ def implicit_euler(scene: Scene, full, h, slip_velocity_scale):
     return np.concatenate([q + h * v, v]), np.vstack([by_angles, by_rates])
 
 
+def second_order(scene: Scene, full, stage_wrench, h, slip_velocity_scale):
+    """
+    Return what `implicit_euler` does, by two such stages; see `steps_second_order`.
+
+    Parameters
+    ----------
+    full : ndarray, shape (14,)
+        With the wrench at the end of the step.
+    stage_wrench : ndarray, shape (6,)
+        At the first stage.
+
+    """
+    part, beyond = SHARE * h, (1 - SHARE) / SHARE
+    begin = np.concatenate([full[STATE], stage_wrench, full[FRICTION:]])
+    x1, F1 = implicit_euler(scene, begin, part, slip_velocity_scale)
+    state = np.hstack([np.eye(6), np.zeros((6, SIZE - 6))])
+    base = np.concatenate([full[STATE] + beyond * (x1 - full[STATE]), full[6:]])
+    by_start = np.eye(SIZE)
+    by_start[STATE] = state + beyond * (F1 - state)
+    x2, F2 = implicit_euler(scene, base, part, slip_velocity_scale)
+    return x2, F2 @ by_start
+
+
+def _random_walk_exact(density, h, size):
+    """Return the covariance that a random walk of the rates adds over a time."""
+    Q = np.zeros((size, size))
+    for i in range(3):
+        Q[np.ix_([i, 3 + i], [i, 3 + i])] = [[h**3 / 3, h**2 / 2], [h**2 / 2, h]]
+    return density * Q
+
+
 def _random_walk(density, h, size):
-    """Return the covariance that a random walk of the rates adds in an implicit step."""
+    """Return what a random walk of the rates, of density () or (3,), adds in an implicit step."""
     # The implicit step moves the angle with the rate at its end.
     carried = np.zeros((size, 3))
     carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
-    return density * h * carried @ carried.T
+    return h * carried * density @ carried.T
 
 
 class ReferenceFilter(ExtendedKalmanFilter):
@@ -148,7 +181,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scene = scene
         self.process = process
         self.wrench_noise = wrench_noise
-        self.jump = np.zeros(6)
+        self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
+        self.acceleration, self.last_rates, self.since_correction = np.zeros(3), np.zeros(3), 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = False
         self.rate_noise = process.slow_rate_noise
@@ -160,8 +194,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         change = u - self.x[WRENCH]
         # Two noises differ by twice the covariance of one. Before the first wrench there is none.
         size = change @ np.linalg.solve(self.wrench_noise, change) / 2
-        share = max(0.0, 1 - JUMP_LIMIT / max(size, 1e-300)) / 3 if self.x[WRENCH].any() else 0.0
-        self.jump = self.process.wrench_jump * np.sqrt(share) * change
+        share = max(0.0, 1 - JUMP_LIMIT / max(size, 1e-300)) if self.x[WRENCH].any() else 0.0
+        self.ramp = self.process.wrench_jump * np.sqrt(share) * change
+        self.jump = np.sqrt(AT_ANY_TIME) * self.ramp
+        self.ramp_shares = 0.0, 1.0
         self.x[WRENCH] = u
         self.P[WRENCH, :] = self.P[:, WRENCH] = 0
         self.P[WRENCH, WRENCH] = self.wrench_noise
@@ -169,17 +205,24 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         self.slow = False
+        self.since_correction += dt
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
         self.sliding = bool((speed**2 >= variance).all())
         self.scales = self.friction_scales()
         h = dt / pieces
-        for _ in range(pieces):
-            x1, F = implicit_euler(self.scene, self.x[:SIZE], h, self.scales)
+        for piece in range(pieces):
+            if self.ramp.any():
+                end, stage = self._on_ramp(piece + 1, pieces), self._on_ramp(piece + SHARE, pieces)
+                full = np.concatenate([self.x[STATE], end, self.x[FRICTION:SIZE]])
+                x1, F = second_order(self.scene, full, stage, h, self.scales)
+                self.Q = _random_walk_exact(self.process.rate_density, h, self.dim_x)
+            else:
+                x1, F = implicit_euler(self.scene, self.x[:SIZE], h, self.scales)
+                self.Q = _random_walk(self.process.rate_density, h, self.dim_x)
             self._motion = x1
             self.F = np.eye(self.dim_x)
             self.F[STATE, :SIZE] = F
-            self.Q = _random_walk(self.process.rate_density, h, self.dim_x)
             self.predict()
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
@@ -188,6 +231,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.P[range(3), range(3)] += creep * self.process.creep_time * dt
         if self.P[FRICTION, FRICTION] > 0:
             self.P[FRICTION, FRICTION] += self.process.friction_density * dt
+
+    def _on_ramp(self, step, steps):
+        begin, end = self.ramp_shares
+        return self.x[WRENCH] - (1 - begin - (end - begin) * step / steps) * self.ramp
 
     def friction_scales(self):
         """Return the velocity scales of friction, wide where the slip may be zero [m/s]."""
@@ -199,13 +246,13 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_slow(self, dt, acceleration_stddev):
         """Predict as if free: a slip is not told from none; friction is learnt from balance."""
         scales = self.friction_scales()
-        self.predict_free(dt, self.rate_noise)
+        self.predict_free(dt, np.sqrt(self.rate_noise**2 + FOLLOWED * self.acceleration**2))
         self.scales, self.slow = scales, True
         self.learn_from_balance(dt, acceleration_stddev)
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """Correct friction by accelerations that are zero but for their spread [rad/s^2]."""
-        speed, variance = self.slip(given_friction=True)
+        speed, variance = self.slip_all_ways()
         if not self.P[FRICTION, FRICTION] > 0 or (speed <= SURE * np.sqrt(variance)).any():
             return
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
@@ -221,10 +268,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if not (determinant[0] / determinant[1] > LEAST_DETERMINANT and (y[3:] > 0).all()):
             return
         shared = dy[:3] @ self.P[:SIZE]
-        noise = acceleration_stddev**2 * max(1.0, ACCELERATION_TIME / dt)
-        S = shared[:, :SIZE] @ dy[:3].T + noise * np.eye(3)
-        gain = np.linalg.solve(S, shared[:, FRICTION])
-        moved = self.x[FRICTION] - gain @ y[:3]
+        noise = self.acceleration_covariance(acceleration_stddev)
+        noise = noise * max(1.0, ACCELERATION_TIME / dt)
+        gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
+        moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration)
         self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
         self.P[FRICTION] -= gain @ shared
         self.P[:, FRICTION] = self.P[FRICTION]
@@ -232,6 +279,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
         self.slow = self.sliding = False
+        self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.F = np.eye(self.dim_x)
         self.F[range(3), range(3, 6)] = dt
@@ -256,6 +304,18 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if not self.sliding:
             # Schmidt's filter: the optimal gain's covariance with them is right without their own.
             self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
+        self.follow_acceleration()
+
+    def follow_acceleration(self):
+        """Let the acceleration follow the rates."""
+        dt, self.since_correction = max(self.since_correction, SHORTEST_TIME), 0.0
+        changed = (self.x[RATES] - self.last_rates) / dt
+        self.acceleration += min(dt / FOLLOWED, 1.0) * (changed - self.acceleration)
+        self.last_rates = self.x[RATES].copy()
+
+    def acceleration_covariance(self, stddev):
+        """Return how far the accelerations may be from the followed ones, shape (3, 3)."""
+        return np.diag(stddev**2 + (CHANGED * self.acceleration) ** 2)
 
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
@@ -264,26 +324,30 @@ class ReferenceFilter(ExtendedKalmanFilter):
             grown = self.rate_noise * np.exp(ADAPTATION * (surprise - 1))
             self.rate_noise = np.clip(grown, self.process.slow_rate_noise, MOST_RATE_NOISE)
 
-    def slip(self, given_friction=False):
-        """
-        Return speed [m/s] at K, B1, B2 and its variance from that of the rates.
-
-        given_friction leaves out what comes from not knowing the friction coefficient.
-        """
+    def _velocities(self):
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
         g = contact_geometry(here, self.x[0])
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
-        v = J @ self.x[RATES]
+        return J, J @ self.x[RATES]
+
+    def slip_all_ways(self):
+        """Return speed and its variance along and across the slip, friction left out."""
+        J, v = self._velocities()
+        P = self.P[RATES, RATES]
+        if self.P[FRICTION, FRICTION] > 0:
+            shared = self.P[RATES, FRICTION]
+            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
+        return np.linalg.norm(v, axis=1), np.array([np.trace(J_i @ P @ J_i.T) for J_i in J])
+
+    def slip(self):
+        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
+        J, v = self._velocities()
         speed = np.linalg.norm(v, axis=1)
         # At rest no direction is along the slip: no variance then.
         along = (
             np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / np.maximum(speed, 1e-300)[:, None]
         )
-        P = self.P[RATES, RATES]
-        if given_friction and self.P[FRICTION, FRICTION] > 0:
-            shared = self.P[RATES, FRICTION]
-            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
-        return speed, np.einsum("ij,jk,ik->i", along, P, along)
+        return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
     def unknown_friction(self, normal):
         """Return what friction of unknown direction makes of the answers, shape (6, 9)."""
@@ -305,8 +369,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         C = dy @ self.P[:SIZE, :SIZE] @ dy.T
-        gain = C[:, :3] @ np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
-        inverse = np.linalg.inv(C[:3, :3] + acceleration_stddev**2 * np.eye(3))
+        inverse = np.linalg.inv(C[:3, :3] + self.acceleration_covariance(acceleration_stddev))
+        gain = C[:, :3] @ inverse
         C = C - gain @ C[:3, :]
         answers = [y]
         for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
@@ -315,8 +379,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 moved[RATES] += sign * column
                 answers.append(solve(self.scene, moved, self.scales))
         answers = np.array(answers)
-        surprise = np.einsum("ni,ij,nj->n", answers[:, :3], inverse, answers[:, :3])
-        points = answers - answers[:, :3] @ gain.T
+        off = answers[:, :3] - self.acceleration
+        surprise = np.einsum("ni,ij,nj->n", off, inverse, off)
+        points = answers - off @ gain.T
         mean, least, spread = points[0], surprise[0], np.zeros((6, 6))
         if least > SURPRISE_LIMIT:
             least = surprise.min()

@@ -108,4 +108,5 @@ class OffsetReference(ReferenceFilter):
         self.x = self.x + K @ (q - self.x[:3])
         left = np.eye(ALL) - K @ H
         self.P = left @ self.P @ left.T + K @ R @ K.T
+        self.follow_acceleration()
         self.slid = False

@@ -7,35 +7,26 @@ from peg_on_hole_ros.estimation.memory import (
     SCALES,
     SPEEDS,
     SPREAD,
-    WORK,
-    U,
     X,
-    Y,
     Z,
-    covariance_entry,
-    times_covariance,
 )
-from peg_on_hole_ros.mechanics.kernel import (
-    accelerate_with_derivatives,
-    closed_forms,
-    compiled,
-    inlined,
-)
+from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, inlined
 
 
 @inlined
-def _along(p, geo, i, dgamma, dpsi, dphi):
-    """Return the speed of a contact's material point, and its derivatives by the rates."""
+def _jacobian(p, geo, i):
+    """Return by which the rates move a contact's material point: h (3), e by psi and phi, z."""
     s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
     if i == 0:
-        h0, h1, h2 = 2.0 * a1, 0.0, 0.0
-        e1, e2 = -0.5 * p.D, -0.5 * p.d
-        z0, z2 = -2.0 * a1 * c / s, 0.0
-    else:
-        side = b if i == 1 else -b
-        h0, h1, h2 = 2.0 * a1, side, side * c
-        e1, e2 = S1, S2
-        z0, z2 = 2.0 * S1, side * s
+        return 2.0 * a1, 0.0, 0.0, -0.5 * p.D, -0.5 * p.d, -2.0 * a1 * c / s, 0.0
+    side = b if i == 1 else -b
+    return 2.0 * a1, side, side * c, S1, S2, 2.0 * S1, side * s
+
+
+@inlined
+def along(p, geo, i, dgamma, dpsi, dphi):
+    """Return the speed of a contact's material point, and its derivatives by the rates."""
+    h0, h1, h2, e1, e2, z0, z2 = _jacobian(p, geo, i)
     v_h = h0 * dgamma + h1 * dpsi + h2 * dphi
     v_e = e1 * dpsi + e2 * dphi
     v_z = z0 * dgamma + z2 * dphi
@@ -50,7 +41,7 @@ def _along(p, geo, i, dgamma, dpsi, dphi):
 
 
 @compiled
-def slip(p, m, gamma, given_friction=False):
+def slip(p, m, gamma):
     """
     Fill SPEEDS with speed and variance of the peg's material points at K, B1, B2.
 
@@ -61,70 +52,47 @@ def slip(p, m, gamma, given_friction=False):
         Memory, of which rates and their covariance are used [m/s], [m^2/s^2].
     gamma : float
         Tilt at which the contacts are taken [rad].
-    given_friction : bool
-        Leave out of the variances what comes from not knowing the friction coefficient: it makes
-        the slip's speed doubtful, not its direction.
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     z33, z44, z55 = m[Z + 39], m[Z + 52], m[Z + 65]
     z34, z35, z45 = m[Z + 40], m[Z + 41], m[Z + 53]
     for i in range(3):
-        speed, d0, d1, d2 = _along(p, geo, i, m[X + 3], m[X + 4], m[X + 5])
+        speed, d0, d1, d2 = along(p, geo, i, m[X + 3], m[X + 4], m[X + 5])
         # The rates' covariance through the velocity; the tilt's part is below it by |rate| * 1e-2.
         variance = d0 * d0 * z33 + d1 * d1 * z44 + d2 * d2 * z55
         variance += 2.0 * (d0 * d1 * z34 + d0 * d2 * z35 + d1 * d2 * z45)
-        if given_friction and m[SPREAD] > 0.0:
-            shared = d0 * m[CROSS + 3] + d1 * m[CROSS + 4] + d2 * m[CROSS + 5]
-            variance = max(variance - shared * shared / m[SPREAD], 0.0)
         m[SPEEDS + 2 * i] = speed
         m[SPEEDS + 2 * i + 1] = variance
 
 
 @compiled
-def stops_by_chance(p, m, dy, dt, within):
+def slip_all_ways(p, m, gamma):
     """
-    Return whether it is not sure that friction stops the peg within an interval.
+    Fill SPEEDS as `slip` does, with the variance along and across the slip, friction left out.
 
-    At rest the spread shows nothing of what led there. Without the kink of dry friction the slip
-    would have turned round by the end of the interval: surely, if some contact's did by more than
-    so many standard deviations.
-
-    Parameters
-    ----------
-    p : SceneScalars
-    m : ndarray
-        Memory, with state and covariance of the begin of the interval.
-    dy : ndarray, shape (6, 14)
-        Scratch.
-    dt : float
-        [s].
-    within : float
-        Standard deviations.
-
+    What friction may be off by makes the slip's speed doubtful, not its direction; what the slip
+    may be off by sideways turns it.
     """
-    accelerate_with_derivatives(
-        p, m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
-    )
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, m[X])
-    r0, r1, r2 = m[X + 3], m[X + 4], m[X + 5]
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
+    c0, c1, c2 = m[CROSS + 3], m[CROSS + 4], m[CROSS + 5]
+    over = 1.0 / m[SPREAD] if m[SPREAD] > 0.0 else 0.0
+    z33 = m[Z + 39] - c0 * c0 * over
+    z44 = m[Z + 52] - c1 * c1 * over
+    z55 = m[Z + 65] - c2 * c2 * over
+    z34 = m[Z + 40] - c0 * c1 * over
+    z35 = m[Z + 41] - c0 * c2 * over
+    z45 = m[Z + 53] - c1 * c2 * over
     for i in range(3):
-        for j in range(14):
-            dy[i, j] *= dt
-        dy[i, 3 + i] += 1.0
-    uncertain = times_covariance(m, dy, 3)
-    for i in range(3):
-        speed, d0, d1, d2 = _along(p, geo, i, r0, r1, r2)
-        turned = -speed - dt * (d0 * m[Y] + d1 * m[Y + 1] + d2 * m[Y + 2])
-        variance = 0.0
-        for j in range(3):
-            d_j = d0 if j == 0 else (d1 if j == 1 else d2)
-            for k in range(3):
-                d_k = d0 if k == 0 else (d1 if k == 1 else d2)
-                variance += d_j * d_k * covariance_entry(m, dy, j, k, uncertain)
-        if turned > 0.0 and turned * turned >= within * within * variance:
-            return False
-    return True
+        h0, h1, h2, e1, e2, z0, z2 = _jacobian(p, geo, i)
+        v_h = h0 * m[X + 3] + h1 * m[X + 4] + h2 * m[X + 5]
+        v_e = e1 * m[X + 4] + e2 * m[X + 5]
+        v_z = z0 * m[X + 3] + z2 * m[X + 5]
+        variance = z33 * (h0 * h0 + z0 * z0) + z44 * (h1 * h1 + e1 * e1)
+        variance += z55 * (h2 * h2 + e2 * e2 + z2 * z2) + 2.0 * z34 * h0 * h1
+        variance += 2.0 * (z35 * (h0 * h2 + z0 * z2) + z45 * (h1 * h2 + e1 * e2))
+        m[SPEEDS + 2 * i] = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
+        m[SPEEDS + 2 * i + 1] = max(variance, 0.0)
 
 
 @compiled

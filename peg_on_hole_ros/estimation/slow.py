@@ -2,8 +2,10 @@
 
 from math import exp, isfinite
 
+from peg_on_hole_ros.estimation.acceleration import acceleration_variance, bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free
 from peg_on_hole_ros.estimation.memory import (
+    ACCELERATION,
     CROSS,
     LEARNT,
     OFFSET_CROSS,
@@ -20,11 +22,12 @@ from peg_on_hole_ros.estimation.memory import (
     U,
     X,
     Y,
+    Z,
     covariance_entry,
     times_covariance,
 )
 from peg_on_hole_ros.estimation.parameters import move_parameters
-from peg_on_hole_ros.estimation.slip import slip
+from peg_on_hole_ros.estimation.slip import slip_all_ways
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
     compiled,
@@ -57,6 +60,23 @@ def predict_slow(m, dy, slopes, dt, acceleration_stddev):
     ----------
     m, dy, acceleration_stddev
         As for `learn_from_balance`.
+    slopes, dt
+        As for `bridge`.
+
+    """
+    bridge(m, slopes, dt)
+    learn_from_balance(m, dy, dt, acceleration_stddev)
+
+
+@compiled
+def bridge(m, slopes, dt):
+    """
+    Predict over dt at constant rates, uncertain by RATE_NOISE and by how they changed of late.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory.
     slopes : ndarray, shape (3 or more, 14)
         Scratch.
     dt : float
@@ -64,7 +84,13 @@ def predict_slow(m, dy, slopes, dt, acceleration_stddev):
 
     """
     predict_free(m, slopes, dt, m[RATE_NOISE] * m[RATE_NOISE])
-    learn_from_balance(m, dy, dt, acceleration_stddev)
+    for i in range(3):
+        # As `carry` adds a random walk.
+        more, at = dt * bridged_density(m, i), Z + 13 * i
+        m[at] += dt * dt * more
+        m[at + 3] += dt * more
+        m[at + 36] += dt * more
+        m[at + 39] += more
 
 
 @inlined
@@ -108,28 +134,33 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     """
     if not m[LEARNT] * m[SPREAD] > 0.0:
         return False
-    slip(scene_of(m), m, m[X], True)
+    slip_all_ways(scene_of(m), m, m[X])
     for i in range(3):
         if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:
             return False
     determinant = accelerate_with_derivatives(
         scene_of(m), m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
     )
-    a0, a1, a2 = m[Y], m[Y + 1], m[Y + 2]
+    a0 = m[Y] - m[ACCELERATION]
+    a1 = m[Y + 1] - m[ACCELERATION + 1]
+    a2 = m[Y + 2] - m[ACCELERATION + 2]
     if not (isfinite(a0 + a1 + a2) and determinant > LEAST_DETERMINANT):
         return False
     for i in range(3):
         if not m[Y + 3 + i] > 0.0:
             return False
-    variance = acceleration_stddev * acceleration_stddev * max(1.0, ACCELERATION_TIME / dt)
+    again = max(1.0, ACCELERATION_TIME / dt)
     times_covariance(m, dy, 3)
     # The innovation's covariance and its Cholesky factor.
-    s00 = covariance_entry(m, dy, 0, 0, True) + variance
+    s00 = covariance_entry(m, dy, 0, 0, True)
+    s00 += again * acceleration_variance(m, 0, acceleration_stddev)
     s10 = covariance_entry(m, dy, 1, 0, True)
-    s11 = covariance_entry(m, dy, 1, 1, True) + variance
+    s11 = covariance_entry(m, dy, 1, 1, True)
+    s11 += again * acceleration_variance(m, 1, acceleration_stddev)
     s20 = covariance_entry(m, dy, 2, 0, True)
     s21 = covariance_entry(m, dy, 2, 1, True)
-    s22 = covariance_entry(m, dy, 2, 2, True) + variance
+    s22 = covariance_entry(m, dy, 2, 2, True)
+    s22 += again * acceleration_variance(m, 2, acceleration_stddev)
     l10, l20 = s10 / s00, s20 / s00
     d1 = s11 - l10 * s10
     l21 = (s21 - l20 * s10) / d1

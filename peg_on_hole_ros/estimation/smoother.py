@@ -4,8 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import Flow, joint_mean, scaled_gain
-from peg_on_hole_ros.estimation.kernel import predict_free
-from peg_on_hole_ros.estimation.slow import learn_from_balance
+from peg_on_hole_ros.estimation.slow import bridge, learn_from_balance
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 # What stays when a wrench is let go: state, friction and peg diameter.
@@ -64,8 +63,7 @@ class SmoothingFilter(ContactFilter):
 
     def _predict_slow(self, dt):
         # What friction is learnt from comes after the prediction.
-        noise = self._rate_noise.item()
-        predict_free(self._memory, self._slopes, dt, noise * noise)
+        bridge(self._memory, self._slopes, dt)
         self._predicted = self._joint()
         learn_from_balance(self._memory, self._dy, dt, self.options.acceleration_stddev)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.acceleration import FOLLOWED
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import DIAMETER, FRICTION, RATES, Flow, joint_mean, set_joint
 from peg_on_hole_ros.estimation.memory import part
@@ -67,18 +68,21 @@ class SquareRootFilter(ContactFilter):
             return result
         if result is Prediction.CONTACT:
             flow = Flow(self, dt)
-            for _ in range(flow.pieces):
-                full, F = flow.step(full)
+            for piece in range(flow.pieces):
+                full, F = flow.step(full, piece)
                 root = np.linalg.qr(np.hstack([F @ root, flow.walk()]).T, mode="r").T
             added, jumped = flow.added(), flow.jumped
         else:
             slow = result is Prediction.SLOW
-            noise = self._rate_noise.item() if slow else self.options.free_rate_noise
+            noise = np.full(3, self.options.free_rate_noise)
+            if slow:
+                followed = part(self._memory, "ACCELERATION")[:3]
+                noise = np.sqrt(self._rate_noise.item() ** 2 + FOLLOWED * followed**2)
             F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
             jumped = np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt
             walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
-            root = np.hstack([F @ root, noise * np.sqrt(dt) * walk])
+            root = np.hstack([F @ root, np.sqrt(dt) * walk * noise])
             if result in NO_STEP and self.spread[0, 0] != friction:
                 # It was given back of its spread, or is sought anew, apart from all else.
                 sought = not part(self._memory, "CROSS")[:12].any()

@@ -23,9 +23,11 @@ LONG_STEP = 2.5e-3
 
 
 @compiled
-def take_step(integrator, p, scales, x, u, h, x1, y, dy, slopes, stage, work):
+def take_step(integrator, p, scales, x, u_stage, u, h, x1, y, dy, slopes, stage, work):
     """
     Advance the state by one step of the chosen method; see the methods for the parameters.
+
+    u is the wrench at the end, u_stage that at the first stage of the second order.
 
     Returns
     -------
@@ -38,7 +40,7 @@ def take_step(integrator, p, scales, x, u, h, x1, y, dy, slopes, stage, work):
     if integrator == LINEARLY_IMPLICIT:
         return linearly_implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, stage, work)
     if integrator == SECOND_ORDER:
-        return sdirk2(p, scales, x, u, h, x1, y, dy, slopes, stage, work)
+        return sdirk2(p, scales, x, u_stage, u, h, x1, y, dy, slopes, stage, work)
     return implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work)
 
 

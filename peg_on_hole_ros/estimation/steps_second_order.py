@@ -12,9 +12,9 @@ _BEYOND = (1.0 - SHARE) / SHARE
 
 
 @compiled
-def sdirk2(p, scales, x, u, h, x1, y, dy, slopes, stage, work):
+def sdirk2(p, scales, x, u_stage, u, h, x1, y, dy, slopes, stage, work):
     """
-    Advance the state by one SDIRK step of order 2 under a wrench held in peg axes.
+    Advance the state by one SDIRK step of order 2 under a wrench in peg axes.
 
     Stage 1 is an implicit Euler step of SHARE h; stage 2 is another from where the first one's
     mean velocity and acceleration lead in the rest of the step.
@@ -22,7 +22,9 @@ def sdirk2(p, scales, x, u, h, x1, y, dy, slopes, stage, work):
     Parameters
     ----------
     p, scales, x, u, h, x1, work
-        As for `step.implicit_euler`.
+        As for `step.implicit_euler`; u is the wrench at the end.
+    u_stage : ndarray, shape (6,)
+        Wrench at SHARE of the step [N], [N m].
     y, dy : ndarray, shape (6,), (6, WIDTH)
         Filled with accelerations and reactions at the end, and their derivatives.
     slopes : ndarray, shape (6, WIDTH)
@@ -41,7 +43,7 @@ def sdirk2(p, scales, x, u, h, x1, y, dy, slopes, stage, work):
     """
     part = SHARE * h
     base, by_start = stage[:6], stage[6 : 6 + 6 * WIDTH].reshape(6, WIDTH)
-    status, count = implicit_euler(p, scales, x, u, part, x1, y, dy, slopes, work)
+    status, count = implicit_euler(p, scales, x, u_stage, part, x1, y, dy, slopes, work)
     if status != CONVERGED:
         return status, count
     for i in range(6):

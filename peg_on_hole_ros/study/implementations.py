@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.reference import ReferenceFilter
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 from peg_on_hole_ros.options import Configuration
@@ -82,7 +83,7 @@ class _Run:
         count, part = count or self.count, slice(_WARM, None)
         options = self.configuration.filter
         arguments = (
-            self.kalman._memory, np.zeros((6, WIDTH)), np.zeros((3, WIDTH)), self.dt, count,
+            self.kalman._memory, np.zeros((6, WIDTH)), np.zeros((6, WIDTH)), self.dt, count,
             self.wrench[part].ravel(), self.angles[part].ravel(), self.covariances[part].ravel(),
             options.acceleration_stddev, options.free_rate_noise**2,
         )  # fmt: skip
@@ -116,6 +117,8 @@ class _Run:
         learnt = kalman.friction[0], kalman.peg_diameter[0]
         reference.x = np.concatenate([kalman.x, kalman.u, learnt])
         reference.P = self.joint.copy()
+        followed = part(kalman._memory, "ACCELERATION")
+        reference.acceleration, reference.last_rates = followed[:3].copy(), followed[3:].copy()
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])

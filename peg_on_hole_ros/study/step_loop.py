@@ -1,21 +1,11 @@
 """All that a filter does for pairs of a wrench and an orientation, in one compiled loop."""
 
-from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.kernel import (
-    correct,
-    hold_wrench,
-    innovation,
-    predict_contact,
-    predict_free,
-)
-from peg_on_hole_ros.estimation.memory import SLOW, R
+from peg_on_hole_ros.estimation.cycle import correct_and_follow, predict_or_bridge
+from peg_on_hole_ros.estimation.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel import innovation
+from peg_on_hole_ros.estimation.memory import R
 from peg_on_hole_ros.estimation.reactions import react
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
-from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
-
-# `kernel.SLOW` is an outcome, `memory.SLOW` a place.
-_SLOW_OUTCOME = kernel.SLOW
 
 
 @compiled
@@ -29,7 +19,7 @@ def run_steps(
     Parameters
     ----------
     m, dy, slopes : ndarray
-        A filter's memory, and scratch of shape (6, 14) and (3, 14).
+        A filter's memory, and scratch of shape (6, 14) and (6, 14).
     dt : float
         Between two steps [s].
     count : int
@@ -53,20 +43,10 @@ def run_steps(
     total = 0
     for k in range(count):
         hold_wrench(m, wrenches[6 * k :])
-        m[SLOW] = 0.0
-        status, evaluations, _ = predict_contact(m, dy, slopes, dt)
+        _, evaluations = predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density)
         total += evaluations
-        if status != CONVERGED:
-            if status == _SLOW_OUTCOME:
-                m[SLOW] = 1.0
-                predict_slow(m, dy, slopes, dt, acceleration_stddev)
-            else:
-                predict_free(m, slopes, dt, free_density)
         for i in range(9):
             m[R + i] = covariances[9 * k + i]
-        nis = innovation(m, angles[3 * k :])
-        if m[SLOW] > 0.0:
-            adapt_rate_noise(m, nis)
-        correct(m)
+        correct_and_follow(m, innovation(m, angles[3 * k :]), dt)
         react(m, dy, acceleration_stddev)
     return total

@@ -1,0 +1,51 @@
+"""What a filter does from one wrench to the next, for compiled loops; see `ContactFilter`."""
+
+from peg_on_hole_ros.estimation import kernel
+from peg_on_hole_ros.estimation.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.kernel import correct, predict_contact, predict_free
+from peg_on_hole_ros.estimation.memory import SLOW
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
+from peg_on_hole_ros.estimation.step import CONVERGED
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# `kernel.SLOW` is an outcome, `memory.SLOW` a place.
+_SLOW_OUTCOME = kernel.SLOW
+
+
+@compiled
+def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density):
+    """
+    Predict under contact; where there is no step to rely on, bridge the interval.
+
+    Parameters
+    ----------
+    m, dy, slopes, dt
+        As for `kernel.predict_contact`.
+    acceleration_stddev : float
+        See `slow.learn_from_balance` [rad/s^2].
+    free_density : float
+        Of the rates' random walk where the contact equations give no step [rad^2/s^3].
+
+    Returns
+    -------
+    status, evaluations : int
+        As of `kernel.predict_contact`.
+
+    """
+    status, evaluations, _ = predict_contact(m, dy, slopes, dt)
+    m[SLOW] = 0.0
+    if status == _SLOW_OUTCOME:
+        m[SLOW] = 1.0
+        predict_slow(m, dy, slopes, dt, acceleration_stddev)
+    elif status != CONVERGED:
+        predict_free(m, slopes, dt, free_density)
+    return status, evaluations
+
+
+@compiled
+def correct_and_follow(m, nis, dt):
+    """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
+    if m[SLOW] > 0.0:
+        adapt_rate_noise(m, nis)
+    correct(m)
+    follow_acceleration(m, dt)
