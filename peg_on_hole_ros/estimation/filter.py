@@ -105,10 +105,8 @@ class ContactFilter:
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
-        self._residual, self._innovation_root = (
-            part(self._memory, "RESIDUAL"),
-            part(self._memory, "S"),
-        )
+        self._residual = part(self._memory, "RESIDUAL")
+        self._innovation_root = part(self._memory, "S")
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
         part(self._memory, "METHOD")[:] = (
