@@ -11,7 +11,9 @@ import numpy as np
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.outcomes import NO_STEP
+from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration
@@ -241,6 +243,11 @@ def predicted(scene, state, wrench, place, configuration: Configuration):
     kalman.start(state[:3], angle_covariance(state[0], stddev))
     kalman.x[3:] = state[3:]
     kalman.Z[range(3, 6), range(3, 6)] = RATE_STDDEV**2
+    # Under way it has followed how the motion is braked.
+    y, scales = np.empty(6), np.full(3, configuration.filter.slip_velocity_scale)
+    accelerate(scene_scalars(scene), scales, state, wrench, workspace(), y)
+    followed = np.clip(np.nan_to_num(y[:3]), -BRAKING, BRAKING)
+    part(kalman.memory, "ACCELERATION")[:] = *followed, *state[3:]
     count, evaluations = max(1, ceil(place.gap / place.step - 1e-9)), 0
     for _ in range(count):
         kalman.hold(wrench)
