@@ -89,3 +89,16 @@ def test_what_is_not_determined_says_nothing():
         normal, stddev = (200.0, 1.0) if k < 50 else (900.0, 3000.0)
         load_ahead.follow_load(memory, 0, 0, normal, stddev**2, 500.0, 1e-3)
     assert load_ahead.over_limit(memory, 0, 0, 3000.0**2, 500.0, 0.0) < -1.3
+
+
+def test_a_reaction_that_is_not_determined_for_long_foretells_nothing():
+    """At rest: 150 N of 500, known to 1 N, then only to 300 N."""
+    memory, after = np.zeros(load_ahead.SIZE), []
+    for k in range(700):
+        stddev = 1.0 if k < 100 or k >= 600 else 300.0
+        load_ahead.follow_load(memory, 0, 1, 150.0, stddev**2, 500.0, 1e-3)
+        after.append(load_ahead.over_limit(memory, 0, 1, stddev**2, 500.0, 0.2))
+    # One chance in a thousand of passing the limit at any time, and none once it is forgotten.
+    assert max(after[150:]) < -1.0
+    assert after[599] == load_ahead.NOTHING
+    assert load_ahead.NOTHING < after[-1] < -3.0

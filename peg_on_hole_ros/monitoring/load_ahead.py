@@ -65,6 +65,9 @@ def follow_load(m, at, i, normal, variance, limit, dt):
             m[a + 6], m[a + 8] = (size / _CHANGES) ** 2, acceleration * acceleration
         return False
     carry(m, a, dt, acceleration, _MEMORY, 0.0)
+    if not known and m[a + _VARIANCE] > (_KNOWN * max(m[a], _LEAST * limit)) ** 2:
+        # Not determined for long, as at rest: what it was says no more where it goes.
+        m[a + _VARIANCE] = 0.0
     return known and correct(m, a, normal - m[a], variance, dt, acceleration, _JUMP)
 
 
