@@ -156,7 +156,7 @@ def test_an_acceleration_that_the_peg_has_tells_nothing_of_friction(memory):
 
 @pytest.mark.parametrize("share, press", [(1.0, -50.0), (0.05, -500.0)])
 def test_what_a_slip_would_be_without_the_kink(memory, share, press):
-    """The same in numpy; the second peg would slide back at twice the speed it has."""
+    """The same in numpy, of a fast and a slow slip that would both turn round."""
     h = 1e-3
     part(memory, "X")[3:] *= share
     part(memory, "U")[2] = press
@@ -202,7 +202,7 @@ def test_rates_that_changed_of_late_may_go_on_so(memory):
     part(memory, "ACCELERATION")[2] = 90.0
     bridge(memory, scratch(), 1e-3)
     grown = part(memory, "Z", (12, 12)) - part(still, "Z", (12, 12))
-    # As if the rate had gone on for the time over which it is followed, by a tenth of that.
+    # A random walk that gets as far within FOLLOWED as the rate would, going on as of late.
     assert grown[5, 5] == pytest.approx(90.0**2 * FOLLOWED * 1e-3)
     assert grown[2, 5] == pytest.approx(1e-3 * grown[5, 5])
     assert np.count_nonzero(grown) == 4
