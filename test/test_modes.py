@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import contacts
@@ -31,6 +32,8 @@ from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import FilterOptions, MonitorOptions
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.simulation.measure import measure
 
 OPTIONS = MonitorOptions()
 SCENE = Scene()
@@ -373,3 +376,12 @@ def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread(
     # The speed at gamma0 is that of a trend.
     assert more == pytest.approx(by_clearance, rel=0.05)
     assert found[0].time == found[1].time and found[0].below == found[1].below
+
+
+def test_what_friction_makes_of_a_reaction_opens_no_contact():
+    """Friction is stated two deviations too high: K, light, would pull, at every sample anew."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.05, 1.0, "align"))[0], "low", 0.05)
+    configuration = truth.plan.configuration
+    pipeline = Pipeline(replace(configuration, scene=replace(configuration.scene, friction=0.15)))
+    modes = [outputs.contact_mode for outputs in pipeline.play(measure(truth, 1))]
+    assert set(modes[30:]) == {"three_point"}

@@ -1,5 +1,7 @@
 """Where the numbers of one filter lie: one flat array that all of its compiled code works in."""
 
+from math import sqrt
+
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
@@ -23,6 +25,7 @@ _SIZES = {
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
+    "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
     "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
@@ -45,6 +48,7 @@ _SIZES = {
     "S": 9,  # lower Cholesky factor of the innovation's covariance, (3, 3)
     "R": 9,  # covariance of the measured angles, (3, 3)
     "REACTIONS": 36,  # covariance of Y, (6, 6)
+    "LASTING": 12,  # what friction and peg diameter make of Y, a standard deviation, (2, 6)
     "POINTS": 42,  # answers at the estimate, then ahead of and behind it in each rate, (7, 6)
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
     "FRICTION": 54,  # what unknown friction makes of Y, three axes at each contact, (9, 6)
@@ -83,6 +87,7 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
+LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LOAD, MASSES, GRAVITY, TURN = (_AT[name] for name in ("LOAD", "MASSES", "GRAVITY", "TURN"))
 JOINT, SEEN, GAINS = (_AT[name] for name in ("JOINT", "SEEN", "GAINS"))
 METHOD, STAGE, CREEP, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "CREEP", "REFUSED"))
@@ -177,3 +182,13 @@ def covariance_entry(m, slopes, i, j, uncertain):
     for k in range(12):
         total += m[ROWS + 12 * i + k] * slopes[j, k]
     return total
+
+
+@inlined
+def fill_lasting(m, uncertain):
+    """Fill LASTING after `times_covariance` of Y: friction and diameter each by themselves."""
+    for n in range(2):
+        variance = m[SPREAD + 3 * n] if uncertain else 0.0
+        over = 1.0 / sqrt(variance) if variance > 0.0 else 0.0
+        for i in range(6):
+            m[LASTING + 6 * n + i] = m[WITH + 2 * i + n] * over

@@ -16,6 +16,7 @@ from peg_on_hole_ros.estimation.memory import (
     X,
     Y,
     covariance_entry,
+    fill_lasting,
     times_covariance,
 )
 from peg_on_hole_ros.estimation.slip import friction_scales, slow_slip
@@ -186,6 +187,7 @@ def react_by(rung, m, dy, model_stddev):
                 dy[i, column] = (value - m[Y + i]) / step
         m[at], m[SCENE + 3] = kept, p.gamma0
     uncertain = times_covariance(m, dy, 6)
+    fill_lasting(m, uncertain)
     total = 0.0
     for i in range(6):
         for j in range(i + 1):

@@ -6,6 +6,7 @@ from peg_on_hole_ros.estimation.acceleration import acceleration_variance
 from peg_on_hole_ros.estimation.memory import (
     ACCELERATION,
     FRICTION,
+    LASTING,
     POINTS,
     REACTIONS,
     SCALES,
@@ -17,6 +18,7 @@ from peg_on_hole_ros.estimation.memory import (
     Y,
     Z,
     covariance_entry,
+    fill_lasting,
     times_covariance,
 )
 from peg_on_hole_ros.estimation.slow_friction import add_friction, unknown_friction
@@ -65,6 +67,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
             total = covariance_entry(m, dy, i, j, uncertain)
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
+    fill_lasting(m, uncertain)
     slow = m[SLOW] > 0.0
     for n in range(7):
         m[SURPRISE + n] = 0.0
@@ -78,6 +81,10 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[SURPRISE + n] += acceleration * acceleration * over
             for i in range(6):
                 m[POINTS + 6 * n + i] -= column[i] * over * acceleration
+        for n in range(2 if uncertain else 0):
+            shared = m[LASTING + 6 * n + a] * over
+            for i in range(6):
+                m[LASTING + 6 * n + i] -= column[i] * shared
         for n in range(9 if slow else 0):
             shared = m[FRICTION + 6 * n + a] * over
             for i in range(6):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, X, Y, Z
+from peg_on_hole_ros.estimation.memory import LASTING, REACTIONS, SCENE, SPREAD, X, Y, Z
 from peg_on_hole_ros.estimation.reactions import rim_load
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -162,6 +162,18 @@ def pushing(f):
 
 
 @compiled
+def new_share(f, i):
+    """
+    Return the share of a reaction's variance that is another one at each sample.
+
+    What friction and clearance make of it stays: however often it says so, it says it once.
+    """
+    by_friction, by_diameter = f[LASTING + 3 + i], f[LASTING + 9 + i]
+    lasting = by_friction * by_friction + by_diameter * by_diameter
+    return max(0.0, 1.0 - lasting / max(f[REACTIONS + 21 + 7 * i], 1e-18))
+
+
+@compiled
 def show(
     f, hypotheses, means, motion, options, dt, since, nis, determinant, displaced, out
 ):  # fmt: skip
@@ -199,9 +211,9 @@ def show(
     if finite:
         # At rest friction may be anything within its cone, and the equations' reactions are moot.
         moves = 1.0 - rest
-        lost_K = moves * opening_evidence(f[Y + 3], f[REACTIONS + 21])
-        lost_B1 = moves * opening_evidence(f[Y + 4], f[REACTIONS + 28])
-        lost_B2 = moves * opening_evidence(f[Y + 5], f[REACTIONS + 35])
+        lost_K = moves * new_share(f, 0) * opening_evidence(f[Y + 3], f[REACTIONS + 21])
+        lost_B1 = moves * new_share(f, 1) * opening_evidence(f[Y + 4], f[REACTIONS + 28])
+        lost_B2 = moves * new_share(f, 2) * opening_evidence(f[Y + 5], f[REACTIONS + 35])
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
     # A rim that touches is told from noise, and from a holder that moves the peg in the air.
     load, variance = carried_load(f, means, dt, o[2])
