@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SLOW, R
 from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.reactions import react
-from peg_on_hole_ros.estimation.slow import predict_slow
+from peg_on_hole_ros.estimation.slow import bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.ladder.choice import answer_by_choice, new_choice, tally
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC, RUNGS, answer
@@ -49,7 +49,7 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
             m[SLOW] = 0.0
             if status == kernel.SLOW:
                 m[SLOW] = 1.0
-                predict_slow(m, dy, slopes, dt, held)
+                bridge(m, slopes, dt)
         else:
             status, _ = predict_or_bridge(m, dy, slopes, dt, held, free)
         if status != CONVERGED:

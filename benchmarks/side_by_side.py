@@ -156,11 +156,12 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         found = kalman.reactions()
         between = perf_counter()
         reference.hold(step.u)
+        reference.learn_from_balance(step.dt, spread)
         if prediction is Prediction.CONTACT:
             reference.ramp_shares = part(kalman._memory, "RAMP")[6:]
             reference.predict_contact(step.dt, kalman.pieces)
         elif prediction is Prediction.SLOW:
-            reference.predict_slow(step.dt, spread)
+            reference.predict_slow(step.dt)
         else:
             reference.predict_free(step.dt, configuration.filter.free_rate_noise)
         if step.q is not None:

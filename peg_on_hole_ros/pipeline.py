@@ -9,7 +9,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.filter import Correction, Prediction
 from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
-from peg_on_hole_ros.estimation.innovations import InnovationWatch
+from peg_on_hole_ros.estimation.innovations import InnovationWatch, SurpriseWatch
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -23,6 +23,8 @@ CLOCK_JUMP_NS = 1_000_000_000
 TARE_SAMPLES = 100
 NIS_MEMORY = 20
 EXPECTED_NIS = 3.0
+# Friction that was begun anew is learnt in some tens of milliseconds.
+DOUBTED_AGAIN_NS = 200_000_000
 
 
 class Pipeline:
@@ -57,7 +59,7 @@ class Pipeline:
         self._offset = self._filter if offsets.variance.any() else None
         judge = Assessment if configuration.monitor.modes else Unjudged
         self._assessment = judge(self.scene, configuration.monitor, self._reduction.covariance)
-        self._watch = InnovationWatch()
+        self._watch, self._surprises = InnovationWatch(), SurpriseWatch()
         # Fates that arrival decides, and those that going back decides anew.
         self._arrival_counts: Counter[str] = Counter()
         self._counts: Counter[str] = Counter()
@@ -99,6 +101,8 @@ class Pipeline:
         self._rung = self._filter.model.rung
         self._recent.clear()
         self._watch.restart()
+        self._surprises.total = 0.0
+        self._doubted_ns = -DOUBTED_AGAIN_NS
         self._assessment.restart()
 
     def reset(self) -> str:
@@ -220,6 +224,9 @@ class Pipeline:
                 if self._watch.too_large:
                     self._counts["innovations_too_large"] += 1
             self._mean_nis = fsum(self._nis) / len(self._nis)
+            # A peg that turns round surprises whatever its friction is.
+            if self._in_contact and self._filter.tells_friction and self._surprises.add(nis):
+                self._doubt_friction()
         if result is not Correction.GATED:
             self._assessment.oriented(self._t_ns, q, R)
             if measurement.position is not None:
@@ -230,6 +237,15 @@ class Pipeline:
         elif result is Correction.RESET:
             self._counts["filter_restarted"] += 1
             self._assessment.restart_mode()
+
+    def _doubt_friction(self):
+        """Begin friction anew; what surprises again soon after is something else."""
+        again = self._t_ns - self._doubted_ns <= DOUBTED_AGAIN_NS
+        self._doubted_ns = self._t_ns
+        if again:
+            self._counts["innovations_too_large"] += 1
+        else:
+            self._counts["friction_doubted"] += self._filter.doubt()
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
@@ -327,12 +343,14 @@ class Pipeline:
 
     def _snapshot(self):
         state = self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung
-        parts = self._filter.snapshot(), self._assessment.snapshot(), self._watch.snapshot()
+        watches = self._watch.snapshot(), self._surprises.total, self._doubted_ns
+        parts = self._filter.snapshot(), self._assessment.snapshot(), watches
         return state, parts, tuple(self._nis), dict(self._counts)
 
     def _restore(self, snapshot):
-        state, (kalman, assessment, watch), nis, counts = snapshot
+        state, (kalman, assessment, watches), nis, counts = snapshot
         self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung = state
+        watch, self._surprises.total, self._doubted_ns = watches
         self._watch.restore(watch)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)

@@ -10,7 +10,13 @@ from scipy.stats import chi2
 from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.edges.node_diagnostics import WARN, Diagnostics
 from peg_on_hole_ros.estimation.filter import ContactFilter
-from peg_on_hole_ros.estimation.innovations import DRIFTS, TOO_LARGE, WINDOW, InnovationWatch
+from peg_on_hole_ros.estimation.innovations import (
+    DRIFTS,
+    TOO_LARGE,
+    WINDOW,
+    InnovationWatch,
+    SurpriseWatch,
+)
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
@@ -47,6 +53,26 @@ def test_noise_alone_is_not_too_large():
     share = chi2(3).sf(TOO_LARGE)
     assert (0.5 - share) / np.sqrt(share * (1 - share) / WINDOW) > 4
     assert chi2(3).sf(DRIFTS) < 2e-6
+
+
+def test_large_innovations_on_end_tell_and_single_ones_do_not():
+    watch = SurpriseWatch()
+    # Four of the largest that count pass the limit; then it begins anew.
+    assert [watch.add(nis) for nis in (1e9, 14.0, 50.0, 20.0)] == [False, False, False, True]
+    assert watch.total == 0.0
+    for _ in range(100):
+        assert not watch.add(1e9) and not watch.add(3.0) and not watch.add(1.0)
+        watch.add(0.5)
+        watch.add(0.5)
+
+
+def test_innovations_of_the_stated_size_are_hardly_ever_too_large_on_end():
+    """Six minutes of them, and a tenth of a second of some that are two and a half times that."""
+    watch = SurpriseWatch()
+    told = sum(watch.add(nis) for nis in np.random.default_rng(5).chisquare(3, 200_000))
+    assert told == 0
+    larger = np.random.default_rng(6).chisquare(3, 50) * 2.5
+    assert any(watch.add(nis) for nis in larger)
 
 
 def test_an_innovation_is_whitened_by_its_covariance():
@@ -117,3 +143,30 @@ def test_what_is_wrong_is_seen_within_half_a_second(kind, wrong, friction_stddev
     else:
         assert first_ns <= within * 1e9, first_ns
         assert status["level"] == WARN and "sensor_xyz" in status["message"]
+
+
+@pytest.mark.parametrize("friction_stddev", [0.05, 0.0])
+def test_friction_that_no_longer_fits_is_learnt_anew(friction_stddev):
+    truth = motion(CLOSING)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, friction_stddev=friction_stddev)
+    pipeline = Pipeline(replace(configuration, scene=scene))
+    for sample in measure(truth, 1):
+        k = round((sample.t_ns - START_NS) * 1e-6)
+        if k == 300:
+            # As if it had been learnt on another surface, and surely.
+            pipeline._filter.scene_values[7] = 0.15
+            pipeline._filter.spread[0, 0] = min(friction_stddev**2, 1e-8)
+        if isinstance(sample, JointSample):
+            pipeline.on_joints(sample)
+        else:
+            outputs = pipeline.on_wrench(sample)
+    friction = outputs.monitor["friction"]
+    if friction_stddev:
+        assert pipeline.counts["friction_doubted"] > 0
+        assert abs(friction - 0.2) < 4 * outputs.monitor["friction_stddev"] < 0.02
+        assert outputs.contact_mode == "three_point"
+    else:
+        # What is stated as known is not doubted.
+        assert pipeline.counts["friction_doubted"] == 0
+        assert friction == 0.15

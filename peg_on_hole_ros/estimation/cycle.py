@@ -2,9 +2,10 @@
 
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel import correct, predict_contact, predict_free
 from peg_on_hole_ros.estimation.memory import SLOW
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -15,14 +16,14 @@ _SLOW_OUTCOME = kernel.SLOW
 @compiled
 def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density):
     """
-    Predict under contact; where there is no step to rely on, bridge the interval.
+    Learn from balance, predict under contact; without a step to rely on, bridge the interval.
 
     Parameters
     ----------
     m, dy, slopes, dt
         As for `kernel.predict_contact`.
     acceleration_stddev : float
-        See `slow.learn_from_balance` [rad/s^2].
+        See `balance.learn_from_balance` [rad/s^2].
     free_density : float
         Of the rates' random walk where the contact equations give no step [rad^2/s^3].
 
@@ -32,11 +33,12 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density):
         As of `kernel.predict_contact`.
 
     """
+    learn_from_balance(m, dy, dt, acceleration_stddev)
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
     m[SLOW] = 0.0
     if status == _SLOW_OUTCOME:
         m[SLOW] = 1.0
-        predict_slow(m, dy, slopes, dt, acceleration_stddev)
+        bridge(m, slopes, dt)
     elif status != CONVERGED:
         predict_free(m, slopes, dt, free_density)
     return status, evaluations

@@ -7,6 +7,7 @@ import numpy as np
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
@@ -14,7 +15,7 @@ from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, predict_slow
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP
 from peg_on_hole_ros.ladder.rungs import DYNAMIC
@@ -103,6 +104,8 @@ class ContactFilter:
         self._slow = part(self._memory, "SLOW")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
+        self._acceleration = part(self._memory, "ACCELERATION")
+        self._rates_known = False
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
         self._residual = part(self._memory, "RESIDUAL")
@@ -186,7 +189,9 @@ class ContactFilter:
         self._cross[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
-        part(self._memory, "ACCELERATION")[:] = 0.0
+        self._acceleration[:] = 0.0
+        self._rates_known = False
+        part(self._memory, "STOPPED")[0] = 0.0
         self._refused = 0
 
     def forget(self):
@@ -199,11 +204,12 @@ class ContactFilter:
         """Return everything that the estimate depends on, for `restore`."""
         # What follows in the memory is filled anew before it is read.
         times = self._since_correction, self._held, self._held_before
-        return self._memory[:SAVED].copy(), self._refused, times, self.model.snapshot()
+        flags = self._refused, self._rates_known
+        return self._memory[:SAVED].copy(), flags, times, self.model.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        memory, self._refused, times, model = snapshot
+        memory, (self._refused, self._rates_known), times, model = snapshot
         self.model.restore(model)
         self._since_correction, self._held, self._held_before = times
         self._memory[:SAVED] = memory
@@ -222,6 +228,8 @@ class ContactFilter:
         self._held += dt
         self._ramp_over(dt)
         constant = self.model.at_constant_rates(in_contact)
+        learnt = in_contact and not constant and self._learn_from_balance(dt)
+        self._begin(learnt)
         slow_before, self._slow[0] = self._slow.item(), 0.0
         if in_contact:
             if constant:
@@ -247,7 +255,7 @@ class ContactFilter:
             if status == kernel.SLOW:
                 self.model.full()
                 self._slow[0] = 1.0
-                self._predict_slow(dt)
+                bridge(self._memory, self._slopes, dt)
                 if self._keeps_sliding:
                     # What is not known of them alone can hide a slip after one step; what that
                     # step tells of them must not be lost, or nothing ever is told.
@@ -272,8 +280,26 @@ class ContactFilter:
             # Stamps are in whole nanoseconds, and jitter.
             self._ramp[6:] = begin, (1.0 if end > NEARLY_ALL else end)
 
-    def _predict_slow(self, dt):
-        predict_slow(self._memory, self._dy, self._slopes, dt, self.options.acceleration_stddev)
+    def _learn_from_balance(self, dt) -> bool:
+        stddev = self.options.acceleration_stddev
+        return learn_from_balance(self._memory, self._dy, dt, stddev)
+
+    def _begin(self, learnt: bool):
+        """Take note of what a prediction starts from; learnt: balance has just changed it."""
+
+    @property
+    def tells_friction(self) -> bool:
+        """Whether friction was learnt in the last correction, if it is learnt at all."""
+        return self._sliding.item(0) > 0.0
+
+    def doubt(self) -> bool:
+        """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
+        learnt = self.spread.item(0) < self._known[0]
+        if learnt:
+            self.scene_values[7] = self.scalars.f
+            self._cross[:12] = 0.0
+            self.spread[0], self.spread[1, 0] = (self._known[0], 0.0), 0.0
+        return learnt
 
     def _doubt_friction(self, dt):
         """
@@ -332,7 +358,12 @@ class ContactFilter:
             return Correction.RESET, nis
         self._refused = 0
         self._update()
-        follow_acceleration(self._memory, self._since_correction)
+        if self._rates_known:
+            follow_acceleration(self._memory, self._since_correction)
+        else:
+            # That they are no longer unknown is no acceleration.
+            self._acceleration[3:] = self.x[3:]
+            self._rates_known = True
         self._sliding[1] = 0.0
         if self._learns_clearance:
             least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]

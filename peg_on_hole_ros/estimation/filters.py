@@ -61,10 +61,12 @@ class IteratedFilter(ContactFilter):
 
     def predict(self, dt, in_contact):
         """Predict, and remember where from."""
-        before = joint_mean(self), self.joint_covariance()
         result = super().predict(dt, in_contact)
-        self._last = (*before, Flow(self, dt)) if result is Prediction.CONTACT else None
+        self._last = (*self._before, Flow(self, dt)) if result is Prediction.CONTACT else None
         return result
+
+    def _begin(self, learnt):
+        self._before = joint_mean(self), self.joint_covariance()
 
     def correct(self, q, R):
         """Correct, then linearise the step anew; one that had to be widened is left as it is."""
@@ -121,10 +123,10 @@ class UnscentedFilter(ContactFilter):
 
     def predict(self, dt, in_contact):
         """Predict by sigma points."""
-        prior, P0 = joint_mean(self), self.joint_covariance()
         result = super().predict(dt, in_contact)
         if result is not Prediction.CONTACT:
             return result
+        prior, P0 = self._before
         flow = Flow(self, dt)
         _, _, noise = flow(prior)
         # Cholesky's factor needs a variance.
@@ -153,6 +155,9 @@ class UnscentedFilter(ContactFilter):
         prior[free], P[some] = unscented.x, unscented.P
         set_joint(self, prior, P)
         return result
+
+    def _begin(self, learnt):
+        self._before = joint_mean(self), self.joint_covariance()
 
 
 FILTERS = {

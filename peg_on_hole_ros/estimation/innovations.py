@@ -82,3 +82,28 @@ class InnovationWatch:
             self.median = 0.5 * (self._sorted[WINDOW // 2 - 1] + self._sorted[WINDOW // 2])
             self.drift = (s0 * s0 + s1 * s1 + s2 * s2) / WINDOW
             self.too_large = self.median > TOO_LARGE or self.drift > DRIFTS
+
+
+class SurpriseWatch:
+    """
+    Whether innovations under contact have been too large for some time on end: Page's test.
+
+    Each adds what it is above EXCESS, up to MOST_AT_ONCE, to a sum that is not below zero; when it
+    passes ENOUGH, it has been: after four in a row that are far too large, and not once in a
+    million that are as stated.
+    """
+
+    EXCESS = 6.0
+    MOST_AT_ONCE = 14.0
+    ENOUGH = 30.0
+
+    def __init__(self):
+        self.total = 0.0
+
+    def add(self, nis: float) -> bool:
+        """Take a normalised innovation squared, 3 degrees of freedom; begin anew after a yes."""
+        self.total = max(0.0, self.total + min(nis, self.MOST_AT_ONCE) - self.EXCESS)
+        if self.total <= self.ENOUGH:
+            return False
+        self.total = 0.0
+        return True

@@ -23,6 +23,7 @@ from peg_on_hole_ros.estimation.memory import (
     SPEEDS,
     SPREAD,
     STAGE,
+    STOPPED,
     WORK,
     X1,
     R,
@@ -66,6 +67,10 @@ SURELY = 10.0
 # Once not told from none, a slip is so many times farther from it before it counts again: what a
 # few steps in a wrong direction do is forgotten in tens of milliseconds.
 RESUME = 3.0
+# Share of steps that are not believed, over so long [s], above which those that are do not tell
+# of friction: their noise has been selected to push the peg on, so that friction seems higher.
+SELECTED = 0.04
+SELECTED_OVER = 0.05
 # Of a prediction, beside the outcomes of a step.
 SLOW = INACCURATE + 1
 LIMITED = SLOW + 1
@@ -90,7 +95,7 @@ class Process(NamedTuple):
     wrench_jump : float
         Share of what `hold_wrench` says of a jump that counts [-].
     slow_rate_noise : float
-        Least random walk of the rates in `slow.predict_slow` [rad/s^1.5].
+        Least random walk of the rates in `slow.bridge` [rad/s^1.5].
 
     """
 
@@ -159,7 +164,9 @@ def predict_contact(m, dy, slopes, dt):
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
     within = process.slow_slip * (RESUME if m[SLOW_PLACE] > 0.0 else 1.0)
+    lately = min(dt / SELECTED_OVER, 1.0)
     if slow_slip(m, within):
+        m[STOPPED] += lately * (1.0 - m[STOPPED])
         return SLOW, 0, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
@@ -221,7 +228,11 @@ def predict_contact(m, dy, slopes, dt):
             if slow:
                 for i in range(saved):
                     m[X + i] = m[SAVED + i]
+                m[STOPPED] += lately * (1.0 - m[STOPPED])
                 return SLOW, evaluations, pieces
+            m[STOPPED] -= (1.0 if surely else lately) * m[STOPPED]
+            if m[STOPPED] > SELECTED:
+                m[SLIDING] = 0.0
             add_jump(m, slopes, pieces, dt / pieces, integrator)
             for i in range(3):
                 m[Z + 13 * i] += creep * dt

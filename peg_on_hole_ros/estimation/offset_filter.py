@@ -145,6 +145,13 @@ class OffsetFilter(ContactFilter):
         if self.scene_values[7] != before:
             self.offset_spread[:, 0] = 0.0
 
+    def doubt(self):
+        """Take a learnt friction as it was stated."""
+        learnt = super().doubt()
+        if learnt:
+            self.offset_spread[:, 0] = 0.0
+        return learnt
+
     @property
     def _keeps_sliding(self):
         return True

@@ -8,17 +8,17 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from peg_on_hole_ros.estimation.acceleration import CHANGED, FOLLOWED, SHORTEST_TIME
-from peg_on_hole_ros.estimation.held_wrench import AT_ANY_TIME, JUMP_LIMIT
-from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION
-from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
-from peg_on_hole_ros.estimation.slow import (
+from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
-    ADAPTATION,
     LEAST_DETERMINANT,
-    MOST_RATE_NOISE,
-    MOST_SURPRISE,
+    STEADY,
     SURE,
 )
+from peg_on_hole_ros.estimation.held_wrench import AT_ANY_TIME, JUMP_LIMIT
+from peg_on_hole_ros.estimation.kernel import SELECTED, SELECTED_OVER, SURELY
+from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION
+from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
+from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
@@ -182,9 +182,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.process = process
         self.wrench_noise = wrench_noise
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
-        self.acceleration, self.last_rates, self.since_correction = np.zeros(3), np.zeros(3), 0.0
+        self.acceleration, self.last_rates, self.since_correction = np.zeros(3), None, 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = False
+        self.stopped = 0.0
         self.rate_noise = process.slow_rate_noise
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -224,6 +225,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
             self.F = np.eye(self.dim_x)
             self.F[STATE, :SIZE] = F
             self.predict()
+        end, end_variance = self.slip()
+        kept = (speed**2 > SURELY**2 * variance) & (end**2 > SURELY**2 * end_variance)
+        self.stopped *= 0.0 if (kept & (end > 0.5 * speed)).any() else 1 - dt / SELECTED_OVER
+        self.sliding = self.sliding and self.stopped <= SELECTED
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
         stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
@@ -243,17 +248,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
         near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
         return np.sqrt(smallest**2 + widening**2 * variance * near)
 
-    def predict_slow(self, dt, acceleration_stddev):
-        """Predict as if free: a slip is not told from none; friction is learnt from balance."""
+    def predict_slow(self, dt):
+        """Predict as if free: a slip is not told from none."""
         scales = self.friction_scales()
         self.predict_free(dt, np.sqrt(self.rate_noise**2 + FOLLOWED * self.acceleration**2))
         self.scales, self.slow = scales, True
-        self.learn_from_balance(dt, acceleration_stddev)
+        self.stopped += dt / SELECTED_OVER * (1 - self.stopped)
 
     def learn_from_balance(self, dt, acceleration_stddev):
-        """Correct friction by accelerations that are zero but for their spread [rad/s^2]."""
+        """Correct friction, before a prediction, by how a held peg accelerates [rad/s^2]."""
         speed, variance = self.slip_all_ways()
-        if not self.P[FRICTION, FRICTION] > 0 or (speed <= SURE * np.sqrt(variance)).any():
+        if not (self.P[FRICTION, FRICTION] > 0 and self.stopped > SELECTED):
+            return
+        steady = (np.abs(self.acceleration) <= STEADY * acceleration_stddev).all()
+        if not steady or (speed <= SURE * np.sqrt(variance)).any():
             return
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         determinant = [
@@ -309,8 +317,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def follow_acceleration(self):
         """Let the acceleration follow the rates."""
         dt, self.since_correction = max(self.since_correction, SHORTEST_TIME), 0.0
-        changed = (self.x[RATES] - self.last_rates) / dt
-        self.acceleration += min(dt / FOLLOWED, 1.0) * (changed - self.acceleration)
+        if self.last_rates is not None:
+            changed = (self.x[RATES] - self.last_rates) / dt
+            self.acceleration += min(dt / FOLLOWED, 1.0) * (changed - self.acceleration)
         self.last_rates = self.x[RATES].copy()
 
     def acceleration_covariance(self, stddev):

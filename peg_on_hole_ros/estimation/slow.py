@@ -1,39 +1,11 @@
-"""Prediction where a slip is not told from none: constant rates, friction by force balance."""
+"""Prediction where a slip is not told from none: constant rates, which follow innovations."""
 
-from math import exp, isfinite
+from math import exp
 
-from peg_on_hole_ros.estimation.acceleration import acceleration_variance, bridged_density
+from peg_on_hole_ros.estimation.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free
-from peg_on_hole_ros.estimation.memory import (
-    ACCELERATION,
-    CROSS,
-    LEARNT,
-    OFFSET_CROSS,
-    OFFSET_SPREAD,
-    OFFSETS,
-    PROCESS,
-    RATE_NOISE,
-    ROWS,
-    SCALES,
-    SPEEDS,
-    SPREAD,
-    WITH,
-    WORK,
-    U,
-    X,
-    Y,
-    Z,
-    covariance_entry,
-    times_covariance,
-)
-from peg_on_hole_ros.estimation.parameters import move_parameters
-from peg_on_hole_ros.estimation.slip import slip_all_ways
-from peg_on_hole_ros.mechanics.kernel import (
-    accelerate_with_derivatives,
-    compiled,
-    inlined,
-    scene_of,
-)
+from peg_on_hole_ros.estimation.memory import PROCESS, RATE_NOISE, Z
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # How fast the rates' random walk follows the innovations: in so many of them by a factor of e
 # where they are half as large again as stated.
@@ -43,29 +15,6 @@ MOST_SURPRISE = 5.0
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0
-# A slip of so many standard deviations has a direction: friction along it is less by 6 % at most.
-SURE = 3.0
-# A held peg's accelerations are taken to be independent after this time [s].
-ACCELERATION_TIME = 0.02
-# Nearer to the singular set than this a tangent says nothing of friction.
-LEAST_DETERMINANT = 0.1
-
-
-@compiled
-def predict_slow(m, dy, slopes, dt, acceleration_stddev):
-    """
-    Predict over dt at constant rates, then learn friction.
-
-    Parameters
-    ----------
-    m, dy, acceleration_stddev
-        As for `learn_from_balance`.
-    slopes, dt
-        As for `bridge`.
-
-    """
-    bridge(m, slopes, dt)
-    learn_from_balance(m, dy, dt, acceleration_stddev)
 
 
 @compiled
@@ -96,7 +45,7 @@ def bridge(m, slopes, dt):
 @inlined
 def adapt_rate_noise(m, nis):
     """
-    Let the rates' random walk follow an innovation squared after `predict_slow`.
+    Let the rates' random walk follow an innovation squared after `bridge`.
 
     At constant rates the innovations alone tell how much a peg accelerates. The random walk grows
     and falls by exp(ADAPTATION (nis / 3 - 1)) with each, from what is configured upwards.
@@ -104,86 +53,3 @@ def adapt_rate_noise(m, nis):
     surprise = min(nis / 3.0, MOST_SURPRISE)
     grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0))
     m[RATE_NOISE] = min(max(grown, m[PROCESS + 8]), MOST_RATE_NOISE)
-
-
-@compiled
-def learn_from_balance(m, dy, dt, acceleration_stddev):
-    """
-    Correct friction by how much a held peg can accelerate; all else is only considered.
-
-    Where friction may be higher than what stops the peg within a step, a prediction has a kink
-    inside the spread and teaches nothing. The accelerations at the present rates have none: while
-    the peg surely slides, they are a smooth function of friction, and small.
-
-    Parameters
-    ----------
-    m : ndarray
-        Memory: friction, and its covariance with everything, are changed.
-    dy : ndarray, shape (6, 14)
-        Scratch.
-    dt : float
-        Time since this was last asked [s].
-    acceleration_stddev : float
-        Of each angle [rad/s^2].
-
-    Returns
-    -------
-    bool
-        Whether something was learnt.
-
-    """
-    if not m[LEARNT] * m[SPREAD] > 0.0:
-        return False
-    slip_all_ways(scene_of(m), m, m[X])
-    for i in range(3):
-        if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:
-            return False
-    determinant = accelerate_with_derivatives(
-        scene_of(m), m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
-    )
-    a0 = m[Y] - m[ACCELERATION]
-    a1 = m[Y + 1] - m[ACCELERATION + 1]
-    a2 = m[Y + 2] - m[ACCELERATION + 2]
-    if not (isfinite(a0 + a1 + a2) and determinant > LEAST_DETERMINANT):
-        return False
-    for i in range(3):
-        if not m[Y + 3 + i] > 0.0:
-            return False
-    again = max(1.0, ACCELERATION_TIME / dt)
-    times_covariance(m, dy, 3)
-    # The innovation's covariance and its Cholesky factor.
-    s00 = covariance_entry(m, dy, 0, 0, True)
-    s00 += again * acceleration_variance(m, 0, acceleration_stddev)
-    s10 = covariance_entry(m, dy, 1, 0, True)
-    s11 = covariance_entry(m, dy, 1, 1, True)
-    s11 += again * acceleration_variance(m, 1, acceleration_stddev)
-    s20 = covariance_entry(m, dy, 2, 0, True)
-    s21 = covariance_entry(m, dy, 2, 1, True)
-    s22 = covariance_entry(m, dy, 2, 2, True)
-    s22 += again * acceleration_variance(m, 2, acceleration_stddev)
-    l10, l20 = s10 / s00, s20 / s00
-    d1 = s11 - l10 * s10
-    l21 = (s21 - l20 * s10) / d1
-    d2 = s22 - l20 * s20 - l21 * l21 * d1
-    t0, t1, t2 = m[WITH], m[WITH + 2], m[WITH + 4]
-    t1 -= l10 * t0
-    t2 -= l20 * t0 + l21 * t1
-    g2 = t2 / d2
-    g1 = t1 / d1 - l21 * g2
-    g0 = t0 / s00 - l10 * g1 - l20 * g2
-    move_parameters(m, -(g0 * a0 + g1 * a1 + g2 * a2), 0.0)
-    m[SPREAD] -= g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]
-    m[SPREAD + 1] -= g0 * m[WITH + 1] + g1 * m[WITH + 3] + g2 * m[WITH + 5]
-    m[SPREAD + 2] = m[SPREAD + 1]
-    for k in range(int(m[OFFSETS]), int(m[OFFSETS + 1])):
-        at, total = OFFSET_CROSS + 12 * k, 0.0
-        for i in range(3):
-            with_k = dy[i, 12] * m[OFFSET_SPREAD + 10 * k]
-            with_k += dy[i, 13] * m[OFFSET_SPREAD + 10 * k + 1]
-            for j in range(12):
-                with_k += dy[i, j] * m[at + j]
-            total += (g0 if i == 0 else (g1 if i == 1 else g2)) * with_k
-        m[OFFSET_SPREAD + 10 * k] -= total
-    for j in range(12):
-        m[CROSS + j] -= g0 * m[ROWS + j] + g1 * m[ROWS + 12 + j] + g2 * m[ROWS + 24 + j]
-    return True

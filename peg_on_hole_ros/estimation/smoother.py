@@ -4,7 +4,6 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import Flow, joint_mean, scaled_gain
-from peg_on_hole_ros.estimation.slow import bridge, learn_from_balance
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 # What stays when a wrench is let go: state, friction and peg diameter.
@@ -32,7 +31,7 @@ class SmoothingFilter(ContactFilter):
         super().__init__(*arguments)
         self._records: list[_Record] = []
         self._marks: list[tuple[int, int]] = []
-        self._predicted = None
+        self._before = None
 
     def _joint(self):
         return joint_mean(self), self.joint_covariance()
@@ -51,21 +50,25 @@ class SmoothingFilter(ContactFilter):
 
     def predict(self, dt, in_contact):
         """Predict and keep how."""
-        before, self._predicted = self._joint(), None
         result = super().predict(dt, in_contact)
         F = np.eye(WIDTH)
         if result is Prediction.CONTACT:
-            _, F, _ = Flow(self, dt)(before[0])
+            _, F, _ = Flow(self, dt)(self._before[0])
         else:
             F[range(3), range(3, 6)] = dt
-        self._records.append(_Record(before, F, self._predicted or self._joint()))
+        self._records.append(_Record(self._before, F, self._joint()))
         return result
 
-    def _predict_slow(self, dt):
-        # What friction is learnt from comes after the prediction.
-        bridge(self._memory, self._slopes, dt)
-        self._predicted = self._joint()
-        learn_from_balance(self._memory, self._dy, dt, self.options.acceleration_stddev)
+    def _begin(self, learnt):
+        self._before = self._joint()
+
+    def doubt(self):
+        """Take a learnt friction as it was stated: a prediction that takes no time."""
+        before = self._joint()
+        learnt = super().doubt()
+        if learnt:
+            self._records.append(_Record(before, np.eye(WIDTH), self._joint()))
+        return learnt
 
     def _widen(self, factor):
         super()._widen(factor)

@@ -34,6 +34,8 @@ class SquareRootFilter(ContactFilter):
     def __init__(self, *arguments):
         super().__init__(*arguments)
         self._root = np.zeros((WIDTH, WIDTH))
+        # Joint mean, root and variance of friction before a prediction.
+        self._before = None
 
     def _set(self, mean, factor):
         # The triangle of a QR decomposition, (14, n) to (14, 14).
@@ -60,12 +62,8 @@ class SquareRootFilter(ContactFilter):
 
     def predict(self, dt, in_contact):
         """Predict; the mean is the extended filter's."""
-        full, root, friction = joint_mean(self), self._root, self.spread[0, 0]
         result = super().predict(dt, in_contact)
-        if result is Prediction.SLOW and self.spread[0, 0] != friction:
-            # Friction was learnt as well, with a gain of its own.
-            self._set(joint_mean(self), _root_of(self.joint_covariance()))
-            return result
+        full, root, friction = self._before
         if result is Prediction.CONTACT:
             flow = Flow(self, dt)
             for piece in range(flow.pieces):
@@ -90,6 +88,22 @@ class SquareRootFilter(ContactFilter):
                 added[FRICTION] = max(self.spread[0, 0] - np.sum(root[FRICTION] ** 2), 0.0)
         self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added)), jumped[:, None]]))
         return result
+
+    def _begin(self, learnt):
+        if learnt:
+            # With a gain of its own.
+            self._set_anew()
+        self._before = joint_mean(self), self._root, self.spread.item(0)
+
+    def doubt(self):
+        """Take a learnt friction as it was stated."""
+        learnt = super().doubt()
+        if learnt:
+            self._set_anew()
+        return learnt
+
+    def _set_anew(self):
+        self._set(joint_mean(self), _root_of(self.joint_covariance()))
 
     def _widen(self, factor):
         carried = np.zeros((WIDTH, WIDTH))

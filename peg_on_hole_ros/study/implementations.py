@@ -118,12 +118,14 @@ class _Run:
         reference.x = np.concatenate([kalman.x, kalman.u, learnt])
         reference.P = self.joint.copy()
         followed = part(kalman._memory, "ACCELERATION")
+        reference.stopped = part(kalman._memory, "STOPPED").item()
         reference.acceleration, reference.last_rates = followed[:3].copy(), followed[3:].copy()
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])
+            reference.learn_from_balance(self.dt, self.configuration.filter.acceleration_stddev)
             if slow[k - _WARM]:
-                reference.predict_slow(self.dt, self.configuration.filter.acceleration_stddev)
+                reference.predict_slow(self.dt)
             else:
                 reference.predict_contact(self.dt)
             reference.correct(self.angles[k], self.covariances[k])
