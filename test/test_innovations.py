@@ -17,6 +17,8 @@ from peg_on_hole_ros.estimation.innovations import (
     InnovationWatch,
     SurpriseWatch,
 )
+from peg_on_hole_ros.estimation.memory import part
+from peg_on_hole_ros.estimation.square_root import SquareRootFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
@@ -143,6 +145,30 @@ def test_what_is_wrong_is_seen_within_half_a_second(kind, wrong, friction_stddev
     else:
         assert first_ns <= within * 1e9, first_ns
         assert status["level"] == WARN and "sensor_xyz" in status["message"]
+
+
+def test_friction_that_is_doubted_is_as_it_was_stated():
+    scene = Scene(friction=0.3, friction_stddev=0.05, clearance_stddev=2e-6)
+    kalman = ContactFilter(scene, FilterOptions(), np.eye(6))
+    kalman.start(np.array([0.1, 0.2, 0.3]), 1e-6 * np.eye(3))
+    assert not kalman.doubt()
+    kalman.scene_values[7] = 0.4
+    kalman.spread[:] = [[1e-6, 1e-10], [1e-10, 4e-12]]
+    part(kalman.memory, "CROSS")[:] = 1e-9
+    before = kalman.Z.copy()
+    assert kalman.doubt()
+    assert kalman.friction == pytest.approx((0.3, 0.05))
+    assert not kalman.spread[[0, 1], [1, 0]].any() and kalman.spread[1, 1] == 4e-12
+    cross = part(kalman.memory, "CROSS", (2, 12))
+    assert not cross[0].any() and (cross[1] == 1e-9).all()
+    assert (before == kalman.Z).all()
+    # And so again by the square root.
+    root = SquareRootFilter(scene, FilterOptions(), np.eye(6))
+    root.start(np.array([0.1, 0.2, 0.3]), 1e-6 * np.eye(3))
+    root.spread[0, 0] = 1e-6
+    assert root.doubt()
+    np.testing.assert_allclose(root._root @ root._root.T, root.joint_covariance(), atol=1e-18)
+    assert root.friction == pytest.approx((0.3, 0.05))
 
 
 @pytest.mark.parametrize("friction_stddev", [0.05, 0.0])

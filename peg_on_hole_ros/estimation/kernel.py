@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimation.memory import (
     ENDS,
     GAIN,
     JOSEPH,
+    LEARNT,
     METHOD,
     METHOD_USED,
     OFFSETS,
@@ -231,7 +232,8 @@ def predict_contact(m, dy, slopes, dt):
                 m[STOPPED] += lately * (1.0 - m[STOPPED])
                 return SLOW, evaluations, pieces
             m[STOPPED] -= (1.0 if surely else lately) * m[STOPPED]
-            if m[STOPPED] > SELECTED:
+            # What a learnt clearance may be off by hides a slip as well, and selects nothing.
+            if m[STOPPED] > SELECTED and not m[LEARNT + 1] * m[SPREAD + 3] > 0.0:
                 m[SLIDING] = 0.0
             add_jump(m, slopes, pieces, dt / pieces, integrator)
             for i in range(3):

@@ -228,7 +228,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         end, end_variance = self.slip()
         kept = (speed**2 > SURELY**2 * variance) & (end**2 > SURELY**2 * end_variance)
         self.stopped *= 0.0 if (kept & (end > 0.5 * speed)).any() else 1 - dt / SELECTED_OVER
-        self.sliding = self.sliding and self.stopped <= SELECTED
+        selected = self.stopped > SELECTED and self.P[DIAMETER, DIAMETER] == 0
+        self.sliding = self.sliding and not selected
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
         stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
