@@ -37,6 +37,8 @@ SURE = 3.0
 # While a peg accelerates by more than this share of what it may, the rates lag: bridged, they are
 # those of some milliseconds before.
 STEADY = 0.25
+# What that makes of friction counts once it is known to this share of itself.
+ROUGHLY = 0.2
 # A held peg's accelerations are taken to be independent after this time [s].
 ACCELERATION_TIME = 0.02
 # Nearer to the singular set than this a tangent says nothing of friction.
@@ -72,11 +74,12 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     """
     if not (m[LEARNT] * m[SPREAD] > 0.0 and m[STOPPED] > SELECTED):
         return False
-    steady = STEADY * acceleration_stddev
-    for i in range(3):
-        if not fabs(m[ACCELERATION + i]) <= steady:
-            return False
     p = scene_of(m)
+    if m[SPREAD] < (ROUGHLY * p.f) ** 2:
+        steady = STEADY * acceleration_stddev
+        for i in range(3):
+            if not fabs(m[ACCELERATION + i]) <= steady:
+                return False
     slip_all_ways(p, m, m[X])
     for i in range(3):
         if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:

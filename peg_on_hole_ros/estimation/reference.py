@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimation.acceleration import CHANGED, FOLLOWED, SHORTEST_
 from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
     LEAST_DETERMINANT,
+    ROUGHLY,
     STEADY,
     SURE,
 )
@@ -262,7 +263,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if not (self.P[FRICTION, FRICTION] > 0 and self.stopped > SELECTED):
             return
         steady = (np.abs(self.acceleration) <= STEADY * acceleration_stddev).all()
-        if not steady or (speed <= SURE * np.sqrt(variance)).any():
+        roughly = self.P[FRICTION, FRICTION] >= (ROUGHLY * self.x[FRICTION]) ** 2
+        if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
             return
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         determinant = [
