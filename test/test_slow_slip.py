@@ -154,8 +154,11 @@ def test_an_acceleration_that_the_peg_has_tells_nothing_of_friction(memory):
     moving = memory.copy()
     assert learn_from_balance(moving, scratch(), 1e-3, may)
     assert part(moving, "SCENE")[7] == pytest.approx(before, rel=1e-12)
-    # Of a peg that accelerates nearly as fast as it may, the rates lag.
+    # Of a peg that accelerates nearly as fast as it may, the rates lag: a friction that is known
+    # to less than that is not learnt.
     may = 2.0 * np.abs(part(memory, "ACCELERATION")[:3]).max()
+    assert learn_from_balance(memory.copy(), scratch(), 1e-3, may)
+    part(memory, "SPREAD")[0] = (0.1 * before) ** 2
     assert not learn_from_balance(memory, scratch(), 1e-3, may)
 
 
