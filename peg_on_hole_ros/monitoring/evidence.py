@@ -164,13 +164,17 @@ def pushing(f):
 @compiled
 def new_share(f, i):
     """
-    Return the share of a reaction's variance that is another one at each sample.
+    Return which share of what a reaction says of its contact is news at each sample.
 
-    What friction and clearance make of it stays: however often it says so, it says it once.
+    What friction and clearance make of a reaction stays: however often it says so, it says it
+    once. By more than PULL standard deviations, they do not explain it.
     """
+    variance = max(f[REACTIONS + 21 + 7 * i], 1e-18)
+    if f[Y + 3 + i] < 0.0 and f[Y + 3 + i] * f[Y + 3 + i] > PULL * PULL * variance:
+        return 1.0
     by_friction, by_diameter = f[LASTING + 3 + i], f[LASTING + 9 + i]
     lasting = by_friction * by_friction + by_diameter * by_diameter
-    return max(0.0, 1.0 - lasting / max(f[REACTIONS + 21 + 7 * i], 1e-18))
+    return max(0.0, 1.0 - lasting / variance)
 
 
 @compiled
