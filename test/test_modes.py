@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from grid_cells import Motion, truth_of, with_noise
+from peg_on_hole_ros.estimation import memory
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import contacts
@@ -27,7 +28,7 @@ from peg_on_hole_ros.monitoring.contacts import (
     opening_evidence,
     weigh,
 )
-from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, settings, show
+from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, new_share, settings, show
 from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
@@ -385,3 +386,17 @@ def test_what_friction_makes_of_a_reaction_opens_no_contact():
     pipeline = Pipeline(replace(configuration, scene=replace(configuration.scene, friction=0.15)))
     modes = [outputs.contact_mode for outputs in pipeline.play(measure(truth, 1))]
     assert set(modes[30:]) == {"three_point"}
+
+
+def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave():
+    m = np.zeros(memory.SIZE)
+    part = memory.part
+    part(m, "REACTIONS", (6, 6))[4, 4] = 4.0
+    part(m, "LASTING", (2, 6))[:, 4] = 1.0, np.sqrt(2.0)
+    part(m, "Y")[4] = -5.9
+    assert new_share(m, 1) == pytest.approx(0.25)
+    # They do not explain a pull of more than three deviations, whatever is stated of them.
+    part(m, "Y")[4] = -6.1
+    assert new_share(m, 1) == 1.0
+    part(m, "Y")[4] = 6.1
+    assert new_share(m, 1) == pytest.approx(0.25)
