@@ -69,7 +69,7 @@ def test_while_friction_is_learnt_between_two_orientations():
     rows = scenes.recorded(truth, 100)
     steps = [
         Step(rows.dt, u, *((q, R) if np.isfinite(q).all() else (None, None)))
-        for u, q, R in zip(rows.wrench[:100], rows.angles, rows.covariances)
+        for u, q, R in zip(rows.wrench[:60], rows.angles, rows.covariances)
     ]
     found = list(compared(truth.plan.configuration, steps))
     assert [item.prediction for item in found].count(Prediction.CONTACT) > 50
