@@ -16,8 +16,9 @@ from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
-from peg_on_hole_ros.estimation.reference import DIAMETER, ReferenceFilter
+from peg_on_hole_ros.estimation.reference import ReferenceFilter
 from peg_on_hole_ros.estimation.reference_offsets import OffsetReference
+from peg_on_hole_ros.estimation.reference_steps import DIAMETER
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample
 

@@ -2,14 +2,14 @@
 
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
-from math import fsum, isfinite
+from math import isfinite
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import Correction, Prediction
 from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
-from peg_on_hole_ros.estimation.innovations import InnovationWatch, SurpriseWatch
+from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -21,10 +21,6 @@ MAX_WAITING = 512
 # A stamp this far behind is a clock that was set back or a bag played again, not a late message.
 CLOCK_JUMP_NS = 1_000_000_000
 TARE_SAMPLES = 100
-NIS_MEMORY = 20
-EXPECTED_NIS = 3.0
-# Friction that was begun anew is learnt in some tens of milliseconds.
-DOUBTED_AGAIN_NS = 200_000_000
 
 
 class Pipeline:
@@ -59,7 +55,7 @@ class Pipeline:
         self._offset = self._filter if offsets.variance.any() else None
         judge = Assessment if configuration.monitor.modes else Unjudged
         self._assessment = judge(self.scene, configuration.monitor, self._reduction.covariance)
-        self._watch, self._surprises = InnovationWatch(), SurpriseWatch()
+        self._innovations = Innovations(white=self._offset is None)
         # Fates that arrival decides, and those that going back decides anew.
         self._arrival_counts: Counter[str] = Counter()
         self._counts: Counter[str] = Counter()
@@ -77,17 +73,13 @@ class Pipeline:
     @property
     def health(self) -> dict[str, float]:
         """State of the filter after the last wrench, for diagnostics."""
-        found = {
-            "nis_mean": 0.0 if self._mean_nis is None else self._mean_nis,
+        return {
+            "nis_mean": self._innovations.mean if self._innovations.any else 0.0,
             "evaluations": float(self._filter.evaluations),
             "sub_steps": float(self._filter.pieces),
             "steps_refused": float(self._filter.refused + self._filter.inaccurate),
+            **self._innovations.told(),
         }
-        if self._watch.median is not None:
-            found["nis_median"] = self._watch.median
-            if not self._offset:
-                found["nis_drift"] = self._watch.drift
-        return found
 
     def _restart(self):
         self._t_ns: int | None = None
@@ -95,14 +87,10 @@ class Pipeline:
         self._history.clear()
         self._started = False
         self._waiting.clear()
-        self._nis: deque[float] = deque(maxlen=NIS_MEMORY)
-        self._mean_nis: float | None = None
         self._in_contact = self._touching = False
         self._rung = self._filter.model.rung
         self._recent.clear()
-        self._watch.restart()
-        self._surprises.total = 0.0
-        self._doubted_ns = -DOUBTED_AGAIN_NS
+        self._innovations.restart()
         self._assessment.restart()
 
     def reset(self) -> str:
@@ -214,19 +202,13 @@ class Pipeline:
             R = R + self._delay_variance * np.outer(x[3:], x[3:])
         result, nis = self._filter.correct(q, R)
         if isfinite(nis):
-            # Constant rates say nothing for or against three contacts: what they miss by must not
-            # keep the mode from being tried again.
-            self._nis.append(nis if self._in_contact else EXPECTED_NIS)
-            if self._touching:
-                # Bias and tilt are learnt with a share of the gain: innovations are not white.
-                white = result is Correction.USED and not self._offset
-                self._watch.add(nis, self._filter.white_innovation() if white else (0.0, 0.0, 0.0))
-                if self._watch.too_large:
-                    self._counts["innovations_too_large"] += 1
-            self._mean_nis = fsum(self._nis) / len(self._nis)
-            # A peg that turns round surprises whatever its friction is.
-            if self._in_contact and self._filter.tells_friction and self._surprises.add(nis):
-                self._doubt_friction()
+            used = result is Correction.USED
+            told = self._innovations.add(
+                self._t_ns, nis, self._filter, used, self._in_contact, self._touching
+            )
+            self._counts["innovations_too_large"] += told.too_large
+            if told.friction:
+                self._counts["friction_doubted"] += self._filter.doubt()
         if result is not Correction.GATED:
             self._assessment.oriented(self._t_ns, q, R)
             if measurement.position is not None:
@@ -237,15 +219,6 @@ class Pipeline:
         elif result is Correction.RESET:
             self._counts["filter_restarted"] += 1
             self._assessment.restart_mode()
-
-    def _doubt_friction(self):
-        """Begin friction anew; what surprises again soon after is something else."""
-        again = self._t_ns - self._doubted_ns <= DOUBTED_AGAIN_NS
-        self._doubted_ns = self._t_ns
-        if again:
-            self._counts["innovations_too_large"] += 1
-        else:
-            self._counts["friction_doubted"] += self._filter.doubt()
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
@@ -294,13 +267,9 @@ class Pipeline:
             self._correct(measurement)
         self._advance(wrench.t_ns)
         self._counts["wrench_used"] += 1
-        nis = EXPECTED_NIS if self._mean_nis is None else self._mean_nis
-        outputs = self._assessment.outputs(wrench.t_ns, self._filter, nis)
+        outputs = self._assessment.outputs(wrench.t_ns, self._filter, self._innovations.mean)
         self._note_model(outputs)
-        if self._watch.median is not None:
-            outputs.monitor["nis_median"] = self._watch.median
-            if not self._offset:
-                outputs.monitor["nis_drift"] = self._watch.drift
+        outputs.monitor.update(self._innovations.told())
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self._reduction.taken_off))
         for measurement in unit.after:
@@ -342,19 +311,16 @@ class Pipeline:
             self._process(unit)
 
     def _snapshot(self):
-        state = self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung
-        watches = self._watch.snapshot(), self._surprises.total, self._doubted_ns
-        parts = self._filter.snapshot(), self._assessment.snapshot(), watches
-        return state, parts, tuple(self._nis), dict(self._counts)
+        state = self._t_ns, self._in_contact, self._touching, self._rung
+        parts = self._filter.snapshot(), self._assessment.snapshot(), self._innovations.snapshot()
+        return state, parts, dict(self._counts)
 
     def _restore(self, snapshot):
-        state, (kalman, assessment, watches), nis, counts = snapshot
-        self._t_ns, self._mean_nis, self._in_contact, self._touching, self._rung = state
-        watch, self._surprises.total, self._doubted_ns = watches
-        self._watch.restore(watch)
+        state, (kalman, assessment, innovations), counts = snapshot
+        self._t_ns, self._in_contact, self._touching, self._rung = state
+        self._innovations.restore(innovations)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)
-        self._nis = deque(nis, maxlen=NIS_MEMORY)
         self._counts = Counter(counts)
 
     def _advance(self, t_ns: int):

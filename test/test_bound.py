@@ -12,7 +12,7 @@ from grid_score import bound_of, run_seeds
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
-from peg_on_hole_ros.estimation.reference import solve_with_slopes
+from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import WrenchInput
 from simulated import truth

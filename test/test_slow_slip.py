@@ -13,7 +13,7 @@ from peg_on_hole_ros.estimation.direction import slip_without_kink
 from peg_on_hole_ros.estimation.filter import Prediction
 from peg_on_hole_ros.estimation.kernel import SELECTED, Process
 from peg_on_hole_ros.estimation.memory import SIZE, part
-from peg_on_hole_ros.estimation.reference import solve_with_slopes
+from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
 from peg_on_hole_ros.estimation.slip import slip
 from peg_on_hole_ros.estimation.slow import (
     ADAPTATION,
@@ -249,10 +249,10 @@ def test_rates_that_changed_of_late_may_go_on_so(memory):
 
 def test_the_acceleration_is_that_of_the_last_ten_milliseconds(memory):
     for k in range(20):
-        part(memory, "X")[3] = 50.0 * 2e-3 * k
+        part(memory, "X")[3] = 7.0 + 50.0 * 2e-3 * k
         follow_acceleration(memory, 2e-3)
     followed = part(memory, "ACCELERATION")
-    # What is left of the start: a fifth is taken over each 2 ms.
+    # What is left of the start, which is no change: a fifth is taken over each 2 ms.
     assert followed[0] == pytest.approx(50.0 * (1 - 0.8**19), rel=0.03)
     for _ in range(20):
         follow_acceleration(memory, 2e-3)

@@ -1,6 +1,6 @@
 """How a held peg accelerates: as it did of late, within what is stated."""
 
-from peg_on_hole_ros.estimation.memory import ACCELERATION, X
+from peg_on_hole_ros.estimation.memory import ACCELERATION, FOLLOWED_BEFORE, X
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # The rates' changes are averaged over this time [s].
@@ -16,6 +16,8 @@ def follow_acceleration(m, dt):
     """
     Let the acceleration follow the rates after a correction.
 
+    After the first one the rates are no longer unknown, which is no acceleration.
+
     Parameters
     ----------
     m : ndarray
@@ -25,7 +27,8 @@ def follow_acceleration(m, dt):
 
     """
     dt = max(dt, SHORTEST_TIME)
-    share = min(dt / FOLLOWED, 1.0)
+    share = min(dt / FOLLOWED, 1.0) * m[FOLLOWED_BEFORE]
+    m[FOLLOWED_BEFORE] = 1.0
     for i in range(3):
         now = (m[X + 3 + i] - m[ACCELERATION + 3 + i]) / dt
         m[ACCELERATION + i] += share * (now - m[ACCELERATION + i])

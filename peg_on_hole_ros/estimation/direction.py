@@ -10,13 +10,8 @@ from peg_on_hole_ros.estimation.memory import (
     times_covariance,
 )
 from peg_on_hole_ros.estimation.slip import along
-from peg_on_hole_ros.estimation.step import inverse_of, times_column
-from peg_on_hole_ros.mechanics.kernel import (
-    WIDTH,
-    accelerate_with_derivatives,
-    closed_forms,
-    compiled,
-)
+from peg_on_hole_ros.estimation.step import fill_slopes, inverse_of, times_column
+from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, closed_forms, compiled
 
 
 @compiled
@@ -57,13 +52,7 @@ def slip_without_kink(p, m, dy, dt):
     gain0 = times_column(row0, a0, a1, a2)
     gain1 = times_column(row1, a0, a1, a2)
     gain2 = times_column(row2, a0, a1, a2)
-    for j in range(WIDTH):
-        e0, e1, e2 = dt * dy[0, j], dt * dy[1, j], dt * dy[2, j]
-        dy[0, j] = times_column(row0, e0, e1, e2)
-        dy[1, j] = times_column(row1, e0, e1, e2)
-        dy[2, j] = times_column(row2, e0, e1, e2)
-    for j in range(3):
-        dy[0, 3 + j], dy[1, 3 + j], dy[2, 3 + j] = row0[j], row1[j], row2[j]
+    fill_slopes(dt, dy, row0, row1, row2, dy)
     uncertain = times_covariance(m, dy, 3)
     most = 0.0
     for i in range(3):

@@ -105,7 +105,6 @@ class ContactFilter:
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._acceleration = part(self._memory, "ACCELERATION")
-        self._rates_known = False
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
         self._residual = part(self._memory, "RESIDUAL")
@@ -190,8 +189,8 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._acceleration[:] = 0.0
-        self._rates_known = False
-        part(self._memory, "STOPPED")[0] = 0.0
+        for name in ("FOLLOWED_BEFORE", "STOPPED"):
+            part(self._memory, name)[0] = 0.0
         self._refused = 0
 
     def forget(self):
@@ -204,12 +203,11 @@ class ContactFilter:
         """Return everything that the estimate depends on, for `restore`."""
         # What follows in the memory is filled anew before it is read.
         times = self._since_correction, self._held, self._held_before
-        flags = self._refused, self._rates_known
-        return self._memory[:SAVED].copy(), flags, times, self.model.snapshot()
+        return self._memory[:SAVED].copy(), self._refused, times, self.model.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        memory, (self._refused, self._rates_known), times, model = snapshot
+        memory, self._refused, times, model = snapshot
         self.model.restore(model)
         self._since_correction, self._held, self._held_before = times
         self._memory[:SAVED] = memory
@@ -230,46 +228,45 @@ class ContactFilter:
         constant = self.model.at_constant_rates(in_contact)
         learnt = in_contact and not constant and self._learn_from_balance(dt)
         self._begin(learnt)
-        slow_before, self._slow[0] = self._slow.item(), 0.0
-        if in_contact:
-            if constant:
-                status = predict_at_constant_rates(
-                    self._memory, self._slopes, dt, options.free_rate_noise**2
-                )
-            else:
-                if self._learns_clearance:
-                    # A spread that is the clearance's own does not make the slip doubtful.
-                    wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
-                    slow = self.process.slow_slip
-                    self._slow_slip[0] = min(slow, 1.0) if wide else slow
-                self._slow[0] = slow_before
-                status, self.evaluations, self.pieces = kernel.predict_contact(
-                    self._memory, self._dy, self._slopes, dt
-                )
-                self._slow[0] = 0.0
-                refused, inaccurate = self._attempts.tolist()
-                self.refused, self.inaccurate = int(refused), int(inaccurate)
-            if status == CONVERGED:
-                self._sliding[1] = self._sliding[0]
-                return Prediction.HELD if constant else Prediction.CONTACT
-            if status == kernel.SLOW:
-                self.model.full()
-                self._slow[0] = 1.0
-                bridge(self._memory, self._slopes, dt)
-                if self._keeps_sliding:
-                    # What is not known of them alone can hide a slip after one step; what that
-                    # step tells of them must not be lost, or nothing ever is told.
-                    self._sliding[0] = self._sliding[1]
-                return Prediction.SLOW
-            # Held for long, the noise of one wrench leaves no step just as well.
-            if max(self._held, self._held_before) <= LONG_STEP:
-                self._doubt_friction(dt)
+        status = self._predict_contact(dt, constant) if in_contact else None
+        # It is harder to tell from none the next time.
+        self._slow[0] = 1.0 if status == kernel.SLOW else 0.0
+        if status == CONVERGED:
+            self._sliding[1] = self._sliding[0]
+            return Prediction.HELD if constant else Prediction.CONTACT
+        if status == kernel.SLOW:
+            self.model.full()
+            bridge(self._memory, self._slopes, dt)
+            if self._keeps_sliding:
+                # What is not known of them alone can hide a slip after one step; what that
+                # step tells of them must not be lost, or nothing ever is told.
+                self._sliding[0] = self._sliding[1]
+            return Prediction.SLOW
+        # Held for long, the noise of one wrench leaves no step just as well.
+        if in_contact and max(self._held, self._held_before) <= LONG_STEP:
+            self._doubt_friction(dt)
         self._scales[:] = options.slip_velocity_scale
         self._sliding[1] = 0.0
         kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
         if not in_contact:
             return Prediction.FREE
         return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
+
+    def _predict_contact(self, dt, constant) -> int:
+        if constant:
+            density = self.options.free_rate_noise**2
+            return predict_at_constant_rates(self._memory, self._slopes, dt, density)
+        if self._learns_clearance:
+            # A spread that is the clearance's own does not make the slip doubtful.
+            wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
+            slow = self.process.slow_slip
+            self._slow_slip[0] = min(slow, 1.0) if wide else slow
+        status, self.evaluations, self.pieces = kernel.predict_contact(
+            self._memory, self._dy, self._slopes, dt
+        )
+        refused, inaccurate = self._attempts.tolist()
+        self.refused, self.inaccurate = int(refused), int(inaccurate)
+        return status
 
     def _ramp_over(self, dt):
         """Say which share of the wrench's interval this is; intervals are much alike."""
@@ -296,10 +293,14 @@ class ContactFilter:
         """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
         learnt = self.spread.item(0) < self._known[0]
         if learnt:
-            self.scene_values[7] = self.scalars.f
-            self._cross[:12] = 0.0
-            self.spread[0], self.spread[1, 0] = (self._known[0], 0.0), 0.0
+            self._take_friction(self.scalars.f, self._known[0])
         return learnt
+
+    def _take_friction(self, value, variance):
+        """Take friction for a value that has nothing to do with what else is estimated."""
+        self.scene_values[7] = value
+        self._cross[:12] = 0.0
+        self.spread[0], self.spread[1, 0] = (variance, 0.0), 0.0
 
     def _doubt_friction(self, dt):
         """
@@ -314,9 +315,10 @@ class ContactFilter:
         if self._sliding[0] > 0.0 and self.spread[0, 0] > 0.9 * known > 0.0:
             stddev = sqrt(known)
             lowest = max(self.scalars.f - SEEK_FRICTION * stddev, LEAST_FRICTION)
-            lower = self.scene_values[7] - stddev * SEEK_FRICTION * dt / FORGET_FRICTION
-            self.scene_values[7] = max(lower, min(lowest, self.scene_values[7]))
-            self._cross[:12] = 0.0
+            now = self.scene_values.item(7)
+            lower = now - stddev * SEEK_FRICTION * dt / FORGET_FRICTION
+            if now > lowest:
+                self._take_friction(max(lower, lowest), self.spread.item(0))
 
     def correct(self, q, R) -> tuple[Correction, float]:
         """
@@ -358,12 +360,7 @@ class ContactFilter:
             return Correction.RESET, nis
         self._refused = 0
         self._update()
-        if self._rates_known:
-            follow_acceleration(self._memory, self._since_correction)
-        else:
-            # That they are no longer unknown is no acceleration.
-            self._acceleration[3:] = self.x[3:]
-            self._rates_known = True
+        follow_acceleration(self._memory, self._since_correction)
         self._sliding[1] = 0.0
         if self._learns_clearance:
             least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]

@@ -7,7 +7,13 @@ import numpy as np
 
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction, Reactions
-from peg_on_hole_ros.estimation.flow import Flow, joint_mean, scaled_gain, set_joint
+from peg_on_hole_ros.estimation.flow import (
+    Flow,
+    joint_estimate,
+    joint_mean,
+    scaled_gain,
+    set_joint,
+)
 from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
 from peg_on_hole_ros.estimation.square_root import SquareRootFilter
 
@@ -66,7 +72,7 @@ class IteratedFilter(ContactFilter):
         return result
 
     def _begin(self, learnt):
-        self._before = joint_mean(self), self.joint_covariance()
+        self._before = joint_estimate(self)
 
     def correct(self, q, R):
         """Correct, then linearise the step anew; one that had to be widened is left as it is."""
@@ -157,7 +163,7 @@ class UnscentedFilter(ContactFilter):
         return result
 
     def _begin(self, learnt):
-        self._before = joint_mean(self), self.joint_covariance()
+        self._before = joint_estimate(self)
 
 
 FILTERS = {

@@ -28,6 +28,11 @@ def joint_mean(kalman) -> np.ndarray:
     return np.concatenate([kalman.x, kalman.u, [kalman.friction[0], kalman.peg_diameter[0]]])
 
 
+def joint_estimate(kalman) -> tuple[np.ndarray, np.ndarray]:
+    """Return `joint_mean` and its covariance, shape (14, 14)."""
+    return joint_mean(kalman), kalman.joint_covariance()
+
+
 def set_joint(kalman, mean, P) -> None:
     """Give a filter a joint mean, shape (14,), and covariance, shape (14, 14)."""
     kalman.x[:], kalman.u[:] = mean[:6], mean[6:12]

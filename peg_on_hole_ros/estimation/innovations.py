@@ -2,6 +2,9 @@
 
 from array import array
 from bisect import bisect_left, insort
+from collections import deque
+from math import fsum
+from typing import NamedTuple
 
 # Enough to tell 3.3 from the median of a chi-squared variable of 3 degrees of freedom, 2.37, by
 # five standard deviations of a median (0.19).
@@ -10,6 +13,11 @@ TOO_LARGE = 3.3
 # A chi-squared variable of 3 degrees of freedom is above it once in 7e5 windows. Over 11 s of a
 # working cycle the largest was 17, in a friction that is not as learnt after each turn.
 DRIFTS = 30.0
+# Over so many corrections the mean is taken that says whether a contact mode fits.
+MEAN_OF = 20
+EXPECTED = 3.0
+# Friction that was begun anew is learnt in some tens of milliseconds.
+DOUBTED_AGAIN_NS = 200_000_000
 
 
 class InnovationWatch:
@@ -107,3 +115,109 @@ class SurpriseWatch:
             return False
         self.total = 0.0
         return True
+
+
+class Told(NamedTuple):
+    """
+    What one innovation has told.
+
+    Attributes
+    ----------
+    too_large : int
+        How many watches find the innovations larger than stated.
+    friction : bool
+        Whether friction does not fit, and is to be begun anew.
+
+    """
+
+    too_large: int
+    friction: bool
+
+
+class Innovations:
+    """
+    What the innovations tell of settings, contact mode and friction.
+
+    Parameters
+    ----------
+    white : bool
+        Whether they are: with bias or tilt learnt, by a share of the gain, they are not.
+
+    Attributes
+    ----------
+    mean : float
+        Of the last MEAN_OF, normalised and squared; EXPECTED before there are any.
+    any : bool
+        Whether there are any.
+
+    """
+
+    def __init__(self, white: bool):
+        self._white = white
+        self._watch, self._surprises = InnovationWatch(), SurpriseWatch()
+        self.restart()
+
+    def restart(self):
+        """Forget all innovations."""
+        self._last: deque[float] = deque(maxlen=MEAN_OF)
+        self.mean, self.any = EXPECTED, False
+        self._watch.restart()
+        self._surprises.total = 0.0
+        self._doubted_ns = -DOUBTED_AGAIN_NS
+
+    def snapshot(self):
+        """Return what `restore` takes back."""
+        told = tuple(self._last), self.mean, self.any, self._surprises.total, self._doubted_ns
+        return told, self._watch.snapshot()
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; it can be gone back to again."""
+        (last, self.mean, self.any, self._surprises.total, self._doubted_ns), watch = snapshot
+        self._last = deque(last, maxlen=MEAN_OF)
+        self._watch.restore(watch)
+
+    def add(self, t_ns, nis, kalman, used, in_contact, touching) -> Told:
+        """
+        Take an innovation.
+
+        Parameters
+        ----------
+        t_ns : int
+            Stamp [ns].
+        nis : float
+            Normalised and squared, 3 degrees of freedom, finite.
+        kalman : ContactFilter
+            Right after the correction.
+        used : bool
+            Whether it was corrected as predicted, without any widening.
+        in_contact : bool
+            Whether the contact equations predicted it.
+        touching : bool
+            Whether it says something of the settings: in contact, or in a mode that is doubtful.
+
+        """
+        # Constant rates say nothing for or against three contacts: what they miss by must not
+        # keep the mode from being tried again.
+        self._last.append(nis if in_contact else EXPECTED)
+        self.mean, self.any = fsum(self._last) / len(self._last), True
+        too_large = 0
+        if touching:
+            white = kalman.white_innovation() if used and self._white else (0.0, 0.0, 0.0)
+            self._watch.add(nis, white)
+            too_large += self._watch.too_large
+        # A peg that turns round surprises whatever its friction is.
+        doubt = in_contact and kalman.tells_friction and self._surprises.add(nis)
+        if doubt:
+            # What surprises again soon after is something else.
+            again = t_ns - self._doubted_ns <= DOUBTED_AGAIN_NS
+            self._doubted_ns = t_ns
+            too_large += again
+            doubt = not again
+        return Told(too_large, doubt)
+
+    def told(self) -> dict[str, float]:
+        """Return median and drift by the names they are published under, once there are any."""
+        if self._watch.median is None:
+            return {}
+        drift = {"nis_drift": self._watch.drift} if self._white else {}
+        return {"nis_median": self._watch.median, **drift}

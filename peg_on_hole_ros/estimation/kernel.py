@@ -167,7 +167,7 @@ def predict_contact(m, dy, slopes, dt):
     within = process.slow_slip * (RESUME if m[SLOW_PLACE] > 0.0 else 1.0)
     lately = min(dt / SELECTED_OVER, 1.0)
     if slow_slip(m, within):
-        m[STOPPED] += lately * (1.0 - m[STOPPED])
+        _note_step(m, 1.0, lately)
         return SLOW, 0, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
@@ -229,9 +229,9 @@ def predict_contact(m, dy, slopes, dt):
             if slow:
                 for i in range(saved):
                     m[X + i] = m[SAVED + i]
-                m[STOPPED] += lately * (1.0 - m[STOPPED])
+                _note_step(m, 1.0, lately)
                 return SLOW, evaluations, pieces
-            m[STOPPED] -= (1.0 if surely else lately) * m[STOPPED]
+            _note_step(m, 0.0, 1.0 if surely else lately)
             # What a learnt clearance may be off by hides a slip as well, and selects nothing.
             if m[STOPPED] > SELECTED and not m[LEARNT + 1] * m[SPREAD + 3] > 0.0:
                 m[SLIDING] = 0.0
@@ -254,6 +254,12 @@ def _keeps_on(begin, begin_variance, end, end_variance):
     """Return whether a slip is so sure at the begin and at the end that it kept its direction."""
     told = begin * begin > SURELY * SURELY * begin_variance
     return told and end > 0.5 * begin and end * end > SURELY * SURELY * end_variance
+
+
+@inlined
+def _note_step(m, unbelieved, share):
+    """Let the share of unbelieved steps follow this one, 1.0 if it is not believed."""
+    m[STOPPED] += share * (unbelieved - m[STOPPED])
 
 
 @inlined

@@ -139,18 +139,9 @@ class OffsetFilter(ContactFilter):
         super().hold(u + bias)
         hold_offsets(self._memory)
 
-    def _doubt_friction(self, dt):
-        before = self.scene_values[7]
-        super()._doubt_friction(dt)
-        if self.scene_values[7] != before:
-            self.offset_spread[:, 0] = 0.0
-
-    def doubt(self):
-        """Take a learnt friction as it was stated."""
-        learnt = super().doubt()
-        if learnt:
-            self.offset_spread[:, 0] = 0.0
-        return learnt
+    def _take_friction(self, value, variance):
+        super()._take_friction(value, variance)
+        self.offset_spread[:, 0] = 0.0
 
     @property
     def _keeps_sliding(self):

@@ -7,13 +7,8 @@ from scipy.linalg import expm
 
 from peg_on_hole_ros.estimation.measurement import angles_of, skew
 from peg_on_hole_ros.estimation.offsets import CAREFUL, SPREADS, Offsets
-from peg_on_hole_ros.estimation.reference import (
-    FRICTION,
-    SIZE,
-    WRENCH,
-    ReferenceFilter,
-    with_parameters,
-)
+from peg_on_hole_ros.estimation.reference import ReferenceFilter
+from peg_on_hole_ros.estimation.reference_steps import FRICTION, SIZE, WRENCH, with_parameters
 from peg_on_hole_ros.mechanics.reference import peg_axes
 
 BIAS, TILT, ALL = slice(SIZE, SIZE + 6), slice(SIZE + 6, SIZE + 8), SIZE + 8

@@ -3,7 +3,7 @@
 import numpy as np
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.flow import Flow, joint_mean, scaled_gain
+from peg_on_hole_ros.estimation.flow import Flow, joint_estimate, scaled_gain
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 # What stays when a wrench is let go: state, friction and peg diameter.
@@ -33,9 +33,6 @@ class SmoothingFilter(ContactFilter):
         self._marks: list[tuple[int, int]] = []
         self._before = None
 
-    def _joint(self):
-        return joint_mean(self), self.joint_covariance()
-
     def start(self, q, R):
         """Start; nothing later tells of what was before."""
         if self._records:
@@ -45,7 +42,7 @@ class SmoothingFilter(ContactFilter):
     def hold(self, u):
         """Hold a new wrench."""
         if self._records and self._records[-1].end is None:
-            self._records[-1].end = self._joint()
+            self._records[-1].end = joint_estimate(self)
         super().hold(u)
 
     def predict(self, dt, in_contact):
@@ -56,18 +53,18 @@ class SmoothingFilter(ContactFilter):
             _, F, _ = Flow(self, dt)(self._before[0])
         else:
             F[range(3), range(3, 6)] = dt
-        self._records.append(_Record(self._before, F, self._joint()))
+        self._records.append(_Record(self._before, F, joint_estimate(self)))
         return result
 
     def _begin(self, learnt):
-        self._before = self._joint()
+        self._before = joint_estimate(self)
 
     def doubt(self):
         """Take a learnt friction as it was stated: a prediction that takes no time."""
-        before = self._joint()
+        before = joint_estimate(self)
         learnt = super().doubt()
         if learnt:
-            self._records.append(_Record(before, np.eye(WIDTH), self._joint()))
+            self._records.append(_Record(before, np.eye(WIDTH), joint_estimate(self)))
         return learnt
 
     def _widen(self, factor):
@@ -110,7 +107,7 @@ class SmoothingFilter(ContactFilter):
 
         """
         count = len(self._records)
-        mean, Z = self._joint()
+        mean, Z = joint_estimate(self)
         x, P = np.empty((count + 1, 6)), np.empty((count + 1, 6, 6))
         x[count], P[count] = mean[:6], Z[:6, :6]
         for k in range(count - 1, -1, -1):

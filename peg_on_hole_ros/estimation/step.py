@@ -40,6 +40,18 @@ def times_column(row, r0, r1, r2):
     return row[0] * r0 + row[1] * r1 + row[2] * r2
 
 
+@inlined
+def fill_slopes(h, dy, row0, row1, row2, slopes):
+    """Fill the derivatives of the rates at the end, (3, 14), from `inverse_of`; may be in dy."""
+    for j in range(WIDTH):
+        d0, d1, d2 = h * dy[0, j], h * dy[1, j], h * dy[2, j]
+        slopes[0, j] = times_column(row0, d0, d1, d2)
+        slopes[1, j] = times_column(row1, d0, d1, d2)
+        slopes[2, j] = times_column(row2, d0, d1, d2)
+    for j in range(3):
+        slopes[0, 3 + j], slopes[1, 3 + j], slopes[2, 3 + j] = row0[j], row1[j], row2[j]
+
+
 @compiled
 def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
     """
@@ -101,17 +113,7 @@ def implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, work):
         if merit < 0.0 or trial < merit or trial <= RATE_TOLERANCE * RATE_TOLERANCE:
             row0, row1, row2 = inverse_of(h, dy)
             if sqrt(trial) <= RATE_TOLERANCE + 1e-13 * size:
-                for j in range(WIDTH):
-                    d0, d1, d2 = h * dy[0, j], h * dy[1, j], h * dy[2, j]
-                    slopes[0, j] = times_column(row0, d0, d1, d2)
-                    slopes[1, j] = times_column(row1, d0, d1, d2)
-                    slopes[2, j] = times_column(row2, d0, d1, d2)
-                for j in range(3):
-                    slopes[0, 3 + j], slopes[1, 3 + j], slopes[2, 3 + j] = (
-                        row0[j],
-                        row1[j],
-                        row2[j],
-                    )
+                fill_slopes(h, dy, row0, row1, row2, slopes)
                 return CONVERGED, evaluation + 1
             merit = trial
             v0, v1, v2 = x1[3], x1[4], x1[5]
