@@ -9,6 +9,8 @@ import pytest
 
 from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.estimation.filter import SURPRISED, ContactFilter
+from peg_on_hole_ros.estimation.filters import FILTERS
+from peg_on_hole_ros.estimation.flow import joint_estimate
 from peg_on_hole_ros.estimation.outcomes import Prediction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.assessment import Assessment
@@ -108,11 +110,16 @@ def sliding(scene, spread=0.05):
     kalman = ContactFilter(
         replace(scene, friction_stddev=spread), FilterOptions(), np.eye(6) * 1e-6
     )
+    slide(kalman)
+    return kalman
+
+
+def slide(kalman):
+    """Start a filter on a peg that slides."""
     kalman.start(np.array([0.2, 0.0, 0.0]), np.eye(3) * 1e-10)
     kalman.x[3:] = -0.1, 0.1, 2.0
     kalman.Z[3:6, 3:6] = np.eye(3) * 1e-8
     kalman.hold(np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
-    return kalman
 
 
 @pytest.mark.parametrize(("stddev", "learns"), [(2e-5, True), (0.0, False)])
@@ -143,6 +150,34 @@ def test_a_surprise_gives_friction_its_spread_back(stddev, learns):
     least = SURPRISED * 0.05**2
     assert (kalman.friction[1] ** 2 > 0.5 * least) is learns
     assert kalman.friction[1] <= 0.05
+
+
+@pytest.mark.parametrize("method", ["extended", "square_root"])
+@pytest.mark.parametrize(("apart", "share"), [(0.31, 1.0), (0.29, 0.3)])
+def test_along_a_ridge_both_are_learnt_with_a_share_of_the_gain(method, apart, share):
+    scene = Scene(clearance_stddev=2e-5, friction_stddev=0.05)
+    kalman = FILTERS[method](scene, FilterOptions(), np.eye(6) * 1e-6)
+    slide(kalman)
+    kalman.predict(1e-3, True)
+    # Wide enough that the ridge is one of a covariance with what the step made of the state.
+    sizes = np.array([0.3, 1e-3])
+    kalman.spread[:] = np.outer(sizes, sizes)
+    kalman.spread[[0, 1], [1, 0]] *= np.sqrt(1.0 - apart)
+    if method == "square_root":
+        kalman._set_anew()
+    assert kalman.learning_share == share
+    before, P = joint_estimate(kalman)
+    q, R = kalman.x[:3] + [1e-6, -2e-6, 1e-6], np.eye(3) * 1e-10
+    gain = P[:, :3] @ np.linalg.inv(P[:3, :3] + R)
+    gain[12:] *= share
+    kalman.correct(q, R)
+    after, P_after = joint_estimate(kalman)
+    left = np.eye(14) - gain @ np.eye(14)[:3]
+    expected = left @ P @ left.T + gain @ R @ gain.T
+    # Rounding of either form, over variances of 1e-12 to 1e-1.
+    np.testing.assert_allclose(after - before, gain @ (q - before[:3]), rtol=1e-6, atol=1e-15)
+    scale = np.sqrt(np.diagonal(expected))
+    assert np.abs((P_after - expected) / np.outer(scale, scale)).max() < 1e-6
 
 
 @pytest.mark.parametrize("off", [2e-6, -2e-6, 1e-5, -1e-5])

@@ -8,8 +8,9 @@ import pytest
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation.filter import Prediction
+from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.outcomes import NO_STEP
+from peg_on_hole_ros.estimation.parameters import ALONG_RIDGE
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
 from side_by_side import Step, bag_steps, compared
@@ -20,10 +21,10 @@ ROOT = Path(__file__).parents[1]
 LIMIT = 1e-6
 
 
-def differences(name, **scene):
+def differences(name, count=None, **scene):
     configuration = from_parameters(read_parameters(ROOT / "config" / f"{name}.yaml"))
     configuration = replace(configuration, scene=replace(configuration.scene, **scene))
-    steps = bag_steps(ROOT / "bags" / f"{name}.mcap", configuration)
+    steps = bag_steps(ROOT / "bags" / f"{name}.mcap", configuration)[:count]
     return list(compared(configuration, steps)), len(steps)
 
 
@@ -73,4 +74,19 @@ def test_while_friction_is_learnt_between_two_orientations():
     ]
     found = list(compared(truth.plan.configuration, steps))
     assert [item.prediction for item in found].count(Prediction.CONTACT) > 50
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
+def test_along_a_ridge_of_friction_and_clearance(monkeypatch):
+    """Closing without slip tells what the two make together."""
+    shares, correct = [], ContactFilter.correct
+
+    def noted(self, q, R):
+        shares.append(self.learning_share)
+        return correct(self, q, R)
+
+    monkeypatch.setattr(ContactFilter, "correct", noted)
+    found, _ = differences("closing_without_slip", 120, clearance_stddev=1e-5)
+    assert shares[:8] == [1.0] * 8 and shares.count(ALONG_RIDGE) > 40
     assert all(value < LIMIT for value in largest(found).values()), largest(found)

@@ -14,6 +14,7 @@ from peg_on_hole_ros.estimation.innovations import (
     DRIFTS,
     TOO_LARGE,
     WINDOW,
+    Innovations,
     InnovationWatch,
     SurpriseWatch,
 )
@@ -48,6 +49,23 @@ def test_the_drift_is_that_of_the_window():
         assert watch.too_large == (n >= WINDOW and expected > DRIFTS)
     watch.restart()
     assert watch.drift is None and not watch.too_large
+
+
+@pytest.mark.parametrize(
+    ("apart", "used", "drifts"), [(0.31, True, True), (0.29, True, False), (0.31, False, False)]
+)
+def test_innovations_drift_only_where_the_gain_is_the_optimal_one(apart, used, drifts):
+    kalman = ContactFilter(Scene(clearance_stddev=1e-5), FilterOptions(), np.eye(6) * 1e-6)
+    kalman.start(np.array([0.2, 0.0, 0.0]), np.eye(3) * 1e-8)
+    kalman.spread[:] = np.outer([0.05, 1e-5], [0.05, 1e-5])
+    kalman.spread[[0, 1], [1, 0]] *= np.sqrt(1.0 - apart)
+    kalman._innovation(kalman.x[:3] + 1e-4)
+    innovations = Innovations(white=True)
+    for k in range(WINDOW):
+        innovations.add(k, 2.0, kalman, used, in_contact=True, touching=True)
+    size = np.sum(np.square(kalman.white_innovation()))
+    expected = WINDOW * size if drifts else 0.0
+    assert innovations.told() == {"nis_median": 2.0, "nis_drift": pytest.approx(expected)}
 
 
 def test_noise_alone_is_not_too_large():

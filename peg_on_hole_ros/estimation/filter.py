@@ -13,7 +13,7 @@ from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
-from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
+from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, learning_share
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -164,6 +164,12 @@ class ContactFilter:
     def gamma0(self) -> float:
         """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
         return self.scene_values.item(3)
+
+    @property
+    def learning_share(self) -> float:
+        """Share of the optimal gain for friction and peg diameter; see `parameters`."""
+        ff, fd, _, dd = self.spread.ravel().tolist()
+        return learning_share(ff, fd, dd)
 
     def joint_covariance(self) -> np.ndarray:
         """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""

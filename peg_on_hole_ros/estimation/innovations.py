@@ -202,8 +202,9 @@ class Innovations:
         self.mean, self.any = fsum(self._last) / len(self._last), True
         too_large = 0
         if touching:
-            white = kalman.white_innovation() if used and self._white else (0.0, 0.0, 0.0)
-            self._watch.add(nis, white)
+            # A share of the optimal gain leaves innovations that follow one another.
+            white = used and self._white and kalman.learning_share == 1.0
+            self._watch.add(nis, kalman.white_innovation() if white else (0.0, 0.0, 0.0))
             too_large += self._watch.too_large
         # A peg that turns round surprises whatever its friction is.
         doubt = in_contact and kalman.tells_friction and self._surprises.add(nis)

@@ -19,6 +19,22 @@ from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 # What is learnt stays a peg on a hole with friction [-], [m].
 LEAST_FRICTION, MOST_FRICTION = 1e-3, 2.0
 LEAST_CLEARANCE = 1e-7
+# Friction and peg diameter lie on a ridge where either, were the other known, would be known to
+# less than this share of its variance; they are then learnt with a share of the optimal gain.
+RIDGE = 0.3
+ALONG_RIDGE = 0.3
+
+
+@inlined
+def learning_share(ff, fd, dd):
+    """
+    Return the share of the optimal gain with which friction and peg diameter are learnt.
+
+    Where a motion tells what they make together far better than either, as pure align does, the
+    tangent of the ridge turns while they move along it, and with its full gain the filter takes
+    that for knowledge of each. Arguments are variances and covariance of the two.
+    """
+    return ALONG_RIDGE if ff * dd - fd * fd < RIDGE * ff * dd else 1.0
 
 
 @compiled
@@ -30,6 +46,8 @@ def correct_parameters(m):
     K H times it whether the parameter itself is corrected or not. Only a peg that surely slides
     at all contacts tells of them: elsewhere friction may point anywhere.
     """
+    share = m[SLIDING] * learning_share(m[SPREAD], m[SPREAD + 1], m[SPREAD + 3])
+    of_friction, of_diameter = share * m[LEARNT], share * m[LEARNT + 1]
     l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
     o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
     for k in range(2):
@@ -40,21 +58,17 @@ def correct_parameters(m):
         g2 = (t2 - l20 * g0 - l21 * g1) * o2 * o2
         g1 = (g1 - l21 * g2) * o1
         g0 = (g0 - l10 * g1 - l20 * g2) * o0
-        learnt = m[LEARNT + k] * m[SLIDING]
-        m[WITH + 3 * k], m[WITH + 3 * k + 1], m[WITH + 3 * k + 2] = (
-            learnt * g0,
-            learnt * g1,
-            learnt * g2,
-        )
-    move_parameters(m, _gained(m, 0), _gained(m, 1))
+        m[WITH + 3 * k], m[WITH + 3 * k + 1], m[WITH + 3 * k + 2] = g0, g1, g2
+    move_parameters(m, of_friction * _gained(m, 0), of_diameter * _gained(m, 1))
     for k in range(2):
         for n in range(2):
-            # The gain of whichever of the two is corrected; of both it is the same product.
-            by, of = (k, n) if m[LEARNT + k] * m[SLIDING] > 0.0 else (n, k)
-            m[ROWS + 2 * k + n] = (
-                m[WITH + 3 * by] * m[CROSS + 12 * of]
-                + m[WITH + 3 * by + 1] * m[CROSS + 12 * of + 1]
-                + m[WITH + 3 * by + 2] * m[CROSS + 12 * of + 2]
+            # Joseph's form for shares of the optimal gain.
+            left_k = 1.0 - (of_friction if k == 0 else of_diameter)
+            left_n = 1.0 - (of_friction if n == 0 else of_diameter)
+            m[ROWS + 2 * k + n] = (1.0 - left_k * left_n) * (
+                m[WITH + 3 * k] * m[CROSS + 12 * n]
+                + m[WITH + 3 * k + 1] * m[CROSS + 12 * n + 1]
+                + m[WITH + 3 * k + 2] * m[CROSS + 12 * n + 2]
             )
     for k in range(4):
         m[SPREAD + k] -= m[ROWS + k]

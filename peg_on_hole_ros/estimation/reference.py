@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimation.balance import (
 )
 from peg_on_hole_ros.estimation.held_wrench import AT_ANY_TIME, JUMP_LIMIT
 from peg_on_hole_ros.estimation.kernel import SELECTED, SELECTED_OVER, SURELY
-from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION
+from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION, learning_share
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
 from peg_on_hole_ros.estimation.reference_steps import (
     DIAMETER,
@@ -198,15 +198,28 @@ class ReferenceFilter(ExtendedKalmanFilter):
         return np.eye(self.dim_x)[:3]
 
     def correct(self, q, R):
-        """Correct with an orientation q [rad] of covariance R by filterpy's update."""
+        """
+        Correct with an orientation q [rad] of covariance R by filterpy's update.
+
+        Friction and peg diameter are only considered where the peg may not slide (Schmidt's
+        filter), and learnt with a share of the gain on a ridge.
+        """
         H = self.measured()
-        parameters, spread = self.x[FRICTION:].copy(), self.P[FRICTION:, FRICTION:].copy()
         self.adapt(q - self.x[:3], self.P[:3, :3] + R)
-        self.update(q, lambda x: H, lambda x: x[:3], R=R)
-        if not self.sliding:
-            # Schmidt's filter: the optimal gain's covariance with them is right without their own.
-            self.x[FRICTION:], self.P[FRICTION:, FRICTION:] = parameters, spread
+        (ff, fd), (_, dd) = self.P[FRICTION:SIZE, FRICTION:SIZE]
+        share = learning_share(ff, fd, dd) if self.sliding else 0.0
+        if share == 1.0:
+            self.update(q, lambda x: H, lambda x: x[:3], R=R)
+        else:
+            self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), share, share])
         self.follow_acceleration()
+
+    def update_in_part(self, q, H, R, share):
+        """Update with a share of each gain: filterpy has but the optimal one, so Joseph's form."""
+        K = share[:, None] * (self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R))
+        self.x = self.x + K @ (q - self.x[:3])
+        left = np.eye(self.dim_x) - K @ H
+        self.P = left @ self.P @ left.T + K @ R @ K.T
 
     def follow_acceleration(self):
         """Let the acceleration follow the rates."""

@@ -85,11 +85,7 @@ class OffsetReference(ReferenceFilter):
         return H
 
     def correct(self, q, R):
-        """
-        Correct with an orientation in the axes of the hole as it is now taken to lie.
-
-        filterpy has no gain but the optimal one: here Joseph's form is written out.
-        """
+        """Correct with an orientation in the axes of the hole as it is now taken to lie."""
         H = self.measured()
         share = np.ones(ALL)
         share[FRICTION:] = CAREFUL
@@ -99,9 +95,6 @@ class OffsetReference(ReferenceFilter):
         if not (self.sliding and self.x[0] - gamma0 > SPREADS * np.sqrt(self.P[0, 0])):
             share[FRICTION:] = 0.0
         self.adapt(q - self.x[:3], H @ self.P @ H.T + R)
-        K = share[:, None] * (self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R))
-        self.x = self.x + K @ (q - self.x[:3])
-        left = np.eye(ALL) - K @ H
-        self.P = left @ self.P @ left.T + K @ R @ K.T
+        self.update_in_part(q, H, R, share)
         self.follow_acceleration()
         self.slid = False

@@ -117,7 +117,7 @@ class SquareRootFilter(ContactFilter):
         arrays[3:, 3:] = self._root
         lower = np.linalg.qr(arrays.T, mode="r").T
         gain = np.linalg.solve(lower[:3, :3].T, lower[3:, :3].T).T
-        learnt = part(self._memory, "LEARNT") * part(self._memory, "SLIDING")
+        learnt = part(self._memory, "LEARNT") * self._sliding[0] * self.learning_share
         gain[FRICTION : DIAMETER + 1] *= learnt[:, None]
         moved = joint_mean(self) + gain @ self._residual
         self._set(moved, np.hstack([self._root - gain @ angles, gain @ noise]))
