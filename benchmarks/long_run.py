@@ -25,7 +25,7 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.cycle import predict_or_bridge
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import CROSS, SLOW, SPREAD, R, X, Z
+from peg_on_hole_ros.estimation.memory import CROSS, INTERVAL, SLOW, SPREAD, R, X, Z
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -107,6 +107,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
             kernel.widen_rates(m, dt, nis / 3.0 - 1.0)
             nis = kernel.innovation(m, angles[k])
         if nis <= thresholds[1]:
+            m[INTERVAL] = dt
             kernel.correct(m)
             follow_acceleration(m, dt)
         else:

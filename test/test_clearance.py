@@ -11,7 +11,9 @@ from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.estimation.filter import SURPRISED, ContactFilter
 from peg_on_hole_ros.estimation.filters import FILTERS
 from peg_on_hole_ros.estimation.flow import joint_estimate
+from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.outcomes import Prediction
+from peg_on_hole_ros.estimation.parameters import TOLD_AT, TOLD_IN_A_SECOND
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.options import FilterOptions
@@ -129,6 +131,10 @@ def test_what_a_step_told_is_not_lost_where_the_next_has_no_direction(stddev, le
     # As after a step under a clearance that may be anything.
     kalman.Z[3:6, 3:6] += np.eye(3) * 1e4
     assert kalman.predict(1e-4, True) is Prediction.SLOW
+    # An orientation then tells much of both.
+    stddev = np.sqrt(np.diagonal(kalman.spread))
+    cross = part(kalman.memory, "CROSS", (2, 12))
+    cross[:, 0] = 0.6 * stddev * np.sqrt(kalman.Z[0, 0])
     before = kalman.scene_values[7], kalman.peg_diameter[0]
     kalman.correct(kalman.x[:3] + [1e-5, 2e-5, 3e-5], np.eye(3) * 1e-8)
     after = kalman.scene_values[7], kalman.peg_diameter[0]
@@ -139,6 +145,33 @@ def test_what_a_step_told_is_not_lost_where_the_next_has_no_direction(stddev, le
     before = kalman.peg_diameter[0]
     kalman.correct(kalman.x[:3] + [1e-5, 2e-5, 3e-5], np.eye(3) * 1e-8)
     assert kalman.peg_diameter[0] == before
+
+
+# By the rate at which its variance falls, and by what a second of it would tell.
+@pytest.mark.parametrize("size", [1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("method", ["extended", "square_root"])
+def test_a_diameter_is_learnt_only_where_it_is_told_fast(method, size):
+    interval = 2e-3
+    least = interval * min(TOLD_AT, (size / TOLD_IN_A_SECOND) ** 2)
+    for share, learns in ((1.05, True), (0.95, False)):
+        kalman = FILTERS[method](Scene(clearance_stddev=size), FilterOptions(), np.eye(6) * 1e-6)
+        slide(kalman)
+        kalman.predict(interval, True)
+        part(kalman.memory, "SLIDING")[0] = 1.0
+        # The variance falls by told of itself.
+        told = share * least / (1.0 + share * least)
+        cross = part(kalman.memory, "CROSS", (2, 12))
+        cross[:] = 0.0
+        R = np.eye(3) * 1e-10
+        kalman.Z[:] = np.diag([1e-8] * 3 + [1e-6] * 9)
+        cross[1, 0] = size * np.sqrt(told * (kalman.Z[0, 0] + R[0, 0]))
+        kalman.spread[:] = np.diag([1e-4, size**2])
+        if method == "square_root":
+            kalman._set_anew()
+        before = kalman.peg_diameter[0]
+        kalman.correct(kalman.x[:3] + [1e-6, 0.0, 0.0], R)
+        assert (kalman.peg_diameter[0] != before) is learns
+        assert (kalman.peg_diameter[1] < 0.9999999 * size) is learns
 
 
 @pytest.mark.parametrize(("stddev", "learns"), [(2e-5, True), (0.0, False)])

@@ -4,7 +4,7 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel import correct, predict_contact, predict_free
-from peg_on_hole_ros.estimation.memory import SLOW
+from peg_on_hole_ros.estimation.memory import INTERVAL, SLOW
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -49,5 +49,6 @@ def correct_and_follow(m, nis, dt):
     """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
     if m[SLOW] > 0.0:
         adapt_rate_noise(m, nis)
+    m[INTERVAL] = dt
     correct(m)
     follow_acceleration(m, dt)

@@ -101,6 +101,7 @@ class ContactFilter:
         self.wrench_noise = part(self._memory, "NOISE", (6, 6))
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
+        self._interval = part(self._memory, "INTERVAL")
         self._slow = part(self._memory, "SLOW")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
@@ -167,7 +168,7 @@ class ContactFilter:
 
     @property
     def learning_share(self) -> float:
-        """Share of the optimal gain for friction and peg diameter; see `parameters`."""
+        """Share of the optimal gain for what is learnt of friction and peg diameter."""
         ff, fd, _, dd = self.spread.ravel().tolist()
         return learning_share(ff, fd, dd)
 
@@ -365,6 +366,7 @@ class ContactFilter:
             self.start(q, R)
             return Correction.RESET, nis
         self._refused = 0
+        self._interval[0] = self._since_correction
         self._update()
         follow_acceleration(self._memory, self._since_correction)
         self._sliding[1] = 0.0

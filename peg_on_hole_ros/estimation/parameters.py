@@ -5,6 +5,7 @@ from math import asin, sqrt
 from peg_on_hole_ros.estimation.memory import (
     CROSS,
     GAIN,
+    INTERVAL,
     LEARNT,
     RESIDUAL,
     ROWS,
@@ -23,18 +24,46 @@ LEAST_CLEARANCE = 1e-7
 # less than this share of its variance; they are then learnt with a share of the optimal gain.
 RIDGE = 0.3
 ALONG_RIDGE = 0.3
+# A peg diameter is learnt where a second of such corrections would tell it to this [m], or where
+# they lower its variance at this rate [1/s]. Where they tell less, as in pure align at low
+# friction, what the model leaves out moves it further.
+TOLD_IN_A_SECOND = 2.5e-6
+TOLD_AT = 30.0
+# Two orientations may have one stamp [s].
+SHORTEST_INTERVAL = 1e-4
 
 
 @inlined
 def learning_share(ff, fd, dd):
     """
-    Return the share of the optimal gain with which friction and peg diameter are learnt.
+    Return the share of the optimal gain with which what is learnt of the two is learnt.
 
     Where a motion tells what they make together far better than either, as pure align does, the
     tangent of the ridge turns while they move along it, and with its full gain the filter takes
     that for knowledge of each. Arguments are variances and covariance of the two.
     """
     return ALONG_RIDGE if ff * dd - fd * fd < RIDGE * ff * dd else 1.0
+
+
+@inlined
+def tells_diameter(variance, told, interval):
+    """Return whether a correction that lowers a diameter's variance by `told` is to change it."""
+    left = (variance - told) * max(interval, SHORTEST_INTERVAL)
+    return told > left * min(TOLD_AT, variance / (TOLD_IN_A_SECOND * TOLD_IN_A_SECOND))
+
+
+@compiled
+def learning_shares(m):
+    """Return the shares of the optimal gain for friction and peg diameter; S as `innovation`'s."""
+    share = m[SLIDING] * learning_share(m[SPREAD], m[SPREAD + 1], m[SPREAD + 3])
+    of_diameter = 0.0
+    if m[LEARNT + 1] * share > 0.0 and m[SPREAD + 3] > 0.0:
+        w0 = m[CROSS + 12] / m[S]
+        w1 = (m[CROSS + 13] - m[S + 3] * w0) / m[S + 4]
+        w2 = (m[CROSS + 14] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
+        if tells_diameter(m[SPREAD + 3], w0 * w0 + w1 * w1 + w2 * w2, m[INTERVAL]):
+            of_diameter = m[LEARNT + 1] * share
+    return m[LEARNT] * share, of_diameter
 
 
 @compiled
@@ -46,8 +75,7 @@ def correct_parameters(m):
     K H times it whether the parameter itself is corrected or not. Only a peg that surely slides
     at all contacts tells of them: elsewhere friction may point anywhere.
     """
-    share = m[SLIDING] * learning_share(m[SPREAD], m[SPREAD + 1], m[SPREAD + 3])
-    of_friction, of_diameter = share * m[LEARNT], share * m[LEARNT + 1]
+    of_friction, of_diameter = learning_shares(m)
     l10, l20, l21 = m[S + 3], m[S + 6], m[S + 7]
     o0, o1, o2 = 1.0 / m[S], 1.0 / m[S + 4], 1.0 / m[S + 8]
     for k in range(2):

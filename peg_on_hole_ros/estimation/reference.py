@@ -15,7 +15,12 @@ from peg_on_hole_ros.estimation.balance import (
 )
 from peg_on_hole_ros.estimation.held_wrench import AT_ANY_TIME, JUMP_LIMIT
 from peg_on_hole_ros.estimation.kernel import SELECTED, SELECTED_OVER, SURELY
-from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION, learning_share
+from peg_on_hole_ros.estimation.parameters import (
+    LEAST_FRICTION,
+    MOST_FRICTION,
+    learning_share,
+    tells_diameter,
+)
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
 from peg_on_hole_ros.estimation.reference_steps import (
     DIAMETER,
@@ -202,17 +207,26 @@ class ReferenceFilter(ExtendedKalmanFilter):
         Correct with an orientation q [rad] of covariance R by filterpy's update.
 
         Friction and peg diameter are only considered where the peg may not slide (Schmidt's
-        filter), and learnt with a share of the gain on a ridge.
+        filter), a diameter also where little tells of it, and on a ridge they are learnt with a
+        share of the gain.
         """
         H = self.measured()
         self.adapt(q - self.x[:3], self.P[:3, :3] + R)
-        (ff, fd), (_, dd) = self.P[FRICTION:SIZE, FRICTION:SIZE]
-        share = learning_share(ff, fd, dd) if self.sliding else 0.0
-        if share == 1.0:
+        shares = self.learning_shares(R)
+        if (shares == 1.0).all():
             self.update(q, lambda x: H, lambda x: x[:3], R=R)
         else:
-            self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), share, share])
+            self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
         self.follow_acceleration()
+
+    def learning_shares(self, R):
+        """Return the shares of the gain with which friction and peg diameter are learnt."""
+        (ff, fd), (_, dd) = self.P[FRICTION:SIZE, FRICTION:SIZE]
+        share = learning_share(ff, fd, dd) if self.sliding else 0.0
+        seen = self.P[DIAMETER, :3]
+        told = seen @ np.linalg.solve(self.P[:3, :3] + R, seen)
+        tells = dd == 0.0 or tells_diameter(dd, told, self.since_correction)
+        return np.array([share, share if tells else 0.0])
 
     def update_in_part(self, q, H, R, share):
         """Update with a share of each gain: filterpy has but the optimal one, so Joseph's form."""

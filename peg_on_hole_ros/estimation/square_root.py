@@ -7,6 +7,7 @@ from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import DIAMETER, FRICTION, RATES, Flow, joint_mean, set_joint
 from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.outcomes import NO_STEP
+from peg_on_hole_ros.estimation.parameters import learning_shares
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 WRENCH = slice(6, 12)
@@ -117,8 +118,7 @@ class SquareRootFilter(ContactFilter):
         arrays[3:, 3:] = self._root
         lower = np.linalg.qr(arrays.T, mode="r").T
         gain = np.linalg.solve(lower[:3, :3].T, lower[3:, :3].T).T
-        learnt = part(self._memory, "LEARNT") * self._sliding[0] * self.learning_share
-        gain[FRICTION : DIAMETER + 1] *= learnt[:, None]
+        gain[FRICTION : DIAMETER + 1] *= np.array(learning_shares(self._memory))[:, None]
         moved = joint_mean(self) + gain @ self._residual
         self._set(moved, np.hstack([self._root - gain @ angles, gain @ noise]))
 
