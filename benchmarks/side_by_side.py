@@ -18,7 +18,6 @@ from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
 from peg_on_hole_ros.estimation.reference import ReferenceFilter
 from peg_on_hole_ros.estimation.reference_offsets import OffsetReference
-from peg_on_hole_ros.estimation.reference_steps import DIAMETER
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample
 
@@ -53,8 +52,7 @@ class Difference(NamedTuple):
     Attributes
     ----------
     mean : float
-        Largest difference in state and learnt friction, whitened by the
-        reference.
+        Largest difference in state and what is learnt, whitened by the reference.
     covariance : float
         Largest entry of L^-1 (P - P_ref) L^-T, P_ref = L L^T.
     reactions : float
@@ -181,7 +179,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
 def state_difference(kalman: ContactFilter, reference: ReferenceFilter) -> tuple[float, float]:
     """Return `mean` and `covariance` of a Difference."""
     uncertain = [i for i in carried_states(kalman)[12:] if reference.P[i, i] > 0]
-    learnt = [*range(6), *(i for i in uncertain if i != DIAMETER)]
+    learnt = [*range(6), *uncertain]
     found = np.zeros(reference.dim_x)
     found[:14] = *kalman.x, *kalman.u, kalman.friction[0], kalman.peg_diameter[0]
     joint = np.zeros_like(reference.P)

@@ -7,7 +7,7 @@ from itertools import takewhile
 import numpy as np
 import pytest
 
-from grid_cells import SMALLEST, truth_of
+from grid_cells import SMALLEST, Motion, truth_of
 from peg_on_hole_ros.estimation.filter import SURPRISED, ContactFilter
 from peg_on_hole_ros.estimation.filters import FILTERS
 from peg_on_hole_ros.estimation.flow import joint_estimate
@@ -171,6 +171,7 @@ def test_a_diameter_is_learnt_only_where_it_is_told_fast(method, size):
         before = kalman.peg_diameter[0]
         kalman.correct(kalman.x[:3] + [1e-6, 0.0, 0.0], R)
         assert (kalman.peg_diameter[0] != before) is learns
+        assert kalman.held_back is not learns
         assert (kalman.peg_diameter[1] < 0.9999999 * size) is learns
 
 
@@ -192,31 +193,40 @@ def test_along_a_ridge_both_are_learnt_with_a_share_of_the_gain(method, apart, s
     kalman = FILTERS[method](scene, FilterOptions(), np.eye(6) * 1e-6)
     slide(kalman)
     kalman.predict(1e-3, True)
-    # Wide enough that the ridge is one of a covariance with what the step made of the state.
-    sizes = np.array([0.3, 1e-3])
+    part(kalman.memory, "SLIDING")[0] = 1.0
+    sizes = np.array([0.05, 2e-5])
     kalman.spread[:] = np.outer(sizes, sizes)
     kalman.spread[[0, 1], [1, 0]] *= np.sqrt(1.0 - apart)
+    kalman.Z[:] = np.diag([1e-8] * 3 + [1e-6] * 9)
+    # Both are told much, so that a diameter is learnt.
+    cross = part(kalman.memory, "CROSS", (2, 12))
+    cross[:] = 0.3 * sizes[:, None] * np.sqrt(np.diagonal(kalman.Z)) * (np.arange(12) % 3 == 0)
     if method == "square_root":
         kalman._set_anew()
-    assert kalman.learning_share == share
     before, P = joint_estimate(kalman)
-    q, R = kalman.x[:3] + [1e-6, -2e-6, 1e-6], np.eye(3) * 1e-10
+    q, R = kalman.x[:3] + [1e-5, -2e-5, 1e-5], np.eye(3) * 1e-10
     gain = P[:, :3] @ np.linalg.inv(P[:3, :3] + R)
     gain[12:] *= share
     kalman.correct(q, R)
+    assert kalman.held_back is (share < 1.0)
     after, P_after = joint_estimate(kalman)
     left = np.eye(14) - gain @ np.eye(14)[:3]
     expected = left @ P @ left.T + gain @ R @ gain.T
     # Rounding of either form, over variances of 1e-12 to 1e-1.
-    np.testing.assert_allclose(after - before, gain @ (q - before[:3]), rtol=1e-6, atol=1e-15)
+    moved = gain @ (q - before[:3])
+    assert (np.abs(moved[12:]) > 1e-3 * sizes).all()
+    np.testing.assert_allclose(after - before, moved, rtol=1e-6, atol=1e-15)
     scale = np.sqrt(np.diagonal(expected))
     assert np.abs((P_after - expected) / np.outer(scale, scale)).max() < 1e-6
 
 
 @pytest.mark.parametrize("off", [2e-6, -2e-6, 1e-5, -1e-5])
-@pytest.mark.parametrize("learns", ["estimated", "considered"])
-def test_bounds_of_reactions_hold_with_a_peg_that_is_not_as_stated(off, learns):
-    motion = slipping()
+@pytest.mark.parametrize(
+    ("kind", "learns"),
+    [("slip", "estimated"), ("slip", "considered"), ("align", "estimated")],
+)
+def test_bounds_of_reactions_hold_with_a_peg_that_is_not_as_stated(off, kind, learns):
+    motion = slipping() if kind == "slip" else aligning()
     configuration = motion.plan.configuration
     scene = configuration.scene
     scene = replace(scene, peg_diameter=scene.peg_diameter + off, clearance_stddev=abs(off))
@@ -245,3 +255,9 @@ def test_bounds_of_reactions_hold_with_a_peg_that_is_not_as_stated(off, learns):
 def slipping():
     """Closing at 0.16 rad/s with slip, clearance 0.1 mm."""
     return truth_of(SMALLEST[0])[0]
+
+
+@cache
+def aligning():
+    """Closing at 0.16 rad/s without slip, clearance 0.5 mm: it tells little of the diameter."""
+    return truth_of(Motion(5e-4, 0.2, 0.16, "align"))[0]

@@ -13,7 +13,7 @@ from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
-from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, learning_share
+from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -102,6 +102,7 @@ class ContactFilter:
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
         self._interval = part(self._memory, "INTERVAL")
+        self._held_back = part(self._memory, "HELD_BACK")
         self._slow = part(self._memory, "SLOW")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
@@ -167,10 +168,9 @@ class ContactFilter:
         return self.scene_values.item(3)
 
     @property
-    def learning_share(self) -> float:
-        """Share of the optimal gain for what is learnt of friction and peg diameter."""
-        ff, fd, _, dd = self.spread.ravel().tolist()
-        return learning_share(ff, fd, dd)
+    def held_back(self) -> bool:
+        """Whether the last correction told more of friction or peg diameter than was learnt."""
+        return self._held_back.item() > 0.0
 
     def joint_covariance(self) -> np.ndarray:
         """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""

@@ -141,7 +141,7 @@ class Innovations:
     Parameters
     ----------
     white : bool
-        Whether they are: with bias or tilt learnt, by a share of the gain, they are not.
+        Whether innovations are white: where bias or tilt are learnt they are not.
 
     Attributes
     ----------
@@ -202,8 +202,8 @@ class Innovations:
         self.mean, self.any = fsum(self._last) / len(self._last), True
         too_large = 0
         if touching:
-            # A share of the optimal gain leaves innovations that follow one another.
-            white = used and self._white and kalman.learning_share == 1.0
+            # What was not learnt from one innovation is in the next.
+            white = used and self._white and not kalman.held_back
             self._watch.add(nis, kalman.white_innovation() if white else (0.0, 0.0, 0.0))
             too_large += self._watch.too_large
         # A peg that turns round surprises whatever its friction is.

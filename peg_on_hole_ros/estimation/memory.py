@@ -24,6 +24,7 @@ _SIZES = {
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
     "INTERVAL": 1,  # from the last correction to this one [s]
+    "HELD_BACK": 1,  # 1: what that told of friction or peg diameter was not taken in full
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
     "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
@@ -90,7 +91,8 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
-LASTING, STOPPED, INTERVAL = _AT["LASTING"], _AT["STOPPED"], _AT["INTERVAL"]
+LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
+INTERVAL, HELD_BACK = _AT["INTERVAL"], _AT["HELD_BACK"]
 LOAD, MASSES, GRAVITY, TURN = (_AT[name] for name in ("LOAD", "MASSES", "GRAVITY", "TURN"))
 JOINT, SEEN, GAINS = (_AT[name] for name in ("JOINT", "SEEN", "GAINS"))
 METHOD, STAGE, CREEP, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "CREEP", "REFUSED"))

@@ -62,7 +62,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
     The contact filter as one of 14 states.
 
     The held wrench is six of them, which restart with each wrench; friction and peg diameter are
-    the last two, learnt where their variance is not zero.
+    the last two, learnt where their variance is not zero. What `ContactFilter` does about
+    parameters that are only considered, surprises and limits of what is learnt is not here.
 
     Parameters
     ----------
@@ -229,7 +230,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         return np.array([share, share if tells else 0.0])
 
     def update_in_part(self, q, H, R, share):
-        """Update with a share of each gain: filterpy has but the optimal one, so Joseph's form."""
+        """Update with a share of each gain, shape (14 or more,), in Joseph's form."""
+        # filterpy has no gain but the optimal one.
         K = share[:, None] * (self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R))
         self.x = self.x + K @ (q - self.x[:3])
         left = np.eye(self.dim_x) - K @ H
