@@ -107,7 +107,8 @@ def test_accelerations_count_as_independent_only_after_a_while(memory):
     for count in (20, 2):
         m = memory.copy()
         for _ in range(count):
-            # All else is known.
+            # All else is known, and the interval ends at the same place.
+            part(m, "X")[:3] = part(memory, "X")[:3] - 0.02 / count * part(m, "X")[3:]
             part(m, "Z")[:] = part(m, "CROSS")[:] = 0.0
             part(m, "Z", (12, 12))[range(3, 6), range(3, 6)] = 1e-18
             friction = part(m, "SCENE")[7]
@@ -117,6 +118,21 @@ def test_accelerations_count_as_independent_only_after_a_while(memory):
     # Information adds up, but for the slopes' own change, of which there is none here.
     assert spreads[0] == pytest.approx(spreads[1], rel=1e-6)
     assert spreads[0] < 0.5 * 0.05**2
+
+
+def test_a_wrench_is_that_of_where_its_interval_ends(memory):
+    interval = 0.01
+    state, rates = part(memory, "X"), part(memory, "X")[3:]
+    end = np.concatenate([state[:3] + interval * rates, rates, part(memory, "U"), [0.2, 0.0]])
+    end[13] = Scene().peg_diameter
+    y, dy = solve_with_slopes(Scene(), end, 2e-5)
+    # Moments under which a peg of this friction does not accelerate there.
+    part(memory, "U")[3:] -= np.linalg.solve(dy[:3, 9:12], y[:3])
+    part(memory, "SCENE")[7] = 0.2
+    assert learn_from_balance(memory, scratch(), interval, 20.0)
+    assert part(memory, "SCENE")[7] == pytest.approx(0.2, abs=1e-9)
+    assert part(memory, "SPREAD")[0] < 0.9 * 0.05**2
+    np.testing.assert_array_equal(state[:3], [0.15, 0.0, 0.0])
 
 
 def test_rates_follow_the_innovations(memory):

@@ -52,8 +52,9 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
 
     Where noise stops the peg in some steps, those that are believed are the others: what they
     tell of friction is too high. The wrench that begins is told apart from the state before it,
-    and selects nothing. Accelerations at the present rates have no kink: while the peg surely
-    slides, they are a smooth function of friction, and small.
+    and selects nothing. It is measured at the end of its interval, to where the angles are taken
+    at constant rates. Accelerations at these rates have no kink: while the peg surely slides, they
+    are a smooth function of friction, and small.
 
     Parameters
     ----------
@@ -80,6 +81,17 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
         for i in range(3):
             if not fabs(m[ACCELERATION + i]) <= steady:
                 return False
+    q0, q1, q2 = m[X], m[X + 1], m[X + 2]
+    for i in range(3):
+        m[X + i] += dt * m[X + 3 + i]
+    learnt = _learn(p, m, dy, dt, acceleration_stddev)
+    m[X], m[X + 1], m[X + 2] = q0, q1, q2
+    return learnt
+
+
+@compiled
+def _learn(p, m, dy, dt, acceleration_stddev):
+    """Do so with the angles where the interval ends, and their covariance where it begins."""
     slip_all_ways(p, m, m[X])
     for i in range(3):
         if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:
@@ -96,6 +108,9 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     a1 = m[Y + 1] - m[ACCELERATION + 1]
     a2 = m[Y + 2] - m[ACCELERATION + 2]
     again = max(1.0, ACCELERATION_TIME / dt)
+    for i in range(3):
+        for j in range(3):
+            dy[i, 3 + j] += dt * dy[i, j]
     times_covariance(m, dy, 3)
     # The innovation's covariance and its Cholesky factor.
     s00 = covariance_entry(m, dy, 0, 0, True)

@@ -155,7 +155,17 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
 
     def learn_from_balance(self, dt, acceleration_stddev):
-        """Correct friction, before a prediction, by how a held peg accelerates [rad/s^2]."""
+        """
+        Correct friction, before a prediction, by how a held peg accelerates [rad/s^2].
+
+        The wrench is measured at the end of its interval: the angles are taken there.
+        """
+        begin = self.x[:3].copy()
+        self.x[:3] += dt * self.x[RATES]
+        self._learn_from_balance(dt, acceleration_stddev)
+        self.x[:3] = begin
+
+    def _learn_from_balance(self, dt, acceleration_stddev):
         speed, variance = self.slip_all_ways()
         if not (self.P[FRICTION, FRICTION] > 0 and self.stopped > SELECTED):
             return
@@ -175,6 +185,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         ]  # fmt: skip
         if not (determinant[0] / determinant[1] > LEAST_DETERMINANT and (y[3:] > 0).all()):
             return
+        dy[:, RATES] += dt * dy[:, :3]
         shared = dy[:3] @ self.P[:SIZE]
         noise = self.acceleration_covariance(acceleration_stddev)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
