@@ -25,10 +25,11 @@ from peg_on_hole_ros.estimation.slow import (
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_of, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import FilterOptions
+from peg_on_hole_ros.options import Configuration, FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
+from peg_on_hole_ros.study import filtering, scenes
 from test_filter import sliding
 
 LEAST = 0.07
@@ -133,6 +134,20 @@ def test_a_wrench_is_that_of_where_its_interval_ends(memory):
     assert part(memory, "SCENE")[7] == pytest.approx(0.2, abs=1e-9)
     assert part(memory, "SPREAD")[0] < 0.9 * 0.05**2
     np.testing.assert_array_equal(state[:3], [0.15, 0.0, 0.0])
+
+
+def test_bounds_of_reactions_hold_with_a_wrench_at_100_hz():
+    """Over 10 ms the noise of one wrench hides every slip: friction is that of the balance."""
+    case = next(case for case in scenes.CASES if case.name == "narrow")
+    truth = scenes.truth_of(case, Configuration())
+    every = filtering.Variant("every tenth wrench", every=10)
+    inside = []
+    for seed in (100, 101):
+        recording = scenes.recorded(truth, seed)
+        track = filtering.run(every, truth.plan.configuration, recording, clock=lambda: 0.0)
+        off = np.abs(track.values[:, 6:] - truth.normal[track.rows])
+        inside.append(off < 1.96 * track.stddev[:, 6:])
+    assert np.mean(inside, axis=(0, 1)).min() > 0.9
 
 
 def test_rates_follow_the_innovations(memory):
