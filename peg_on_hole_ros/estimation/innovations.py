@@ -147,8 +147,6 @@ class Innovations:
     ----------
     mean : float
         Of the last MEAN_OF, normalised and squared; EXPECTED before there are any.
-    any : bool
-        Whether there are any.
 
     """
 
@@ -157,22 +155,27 @@ class Innovations:
         self._watch, self._surprises = InnovationWatch(), SurpriseWatch()
         self.restart()
 
+    @property
+    def any(self) -> bool:
+        """Whether there are any."""
+        return bool(self._last)
+
     def restart(self):
         """Forget all innovations."""
         self._last: deque[float] = deque(maxlen=MEAN_OF)
-        self.mean, self.any = EXPECTED, False
+        self.mean = EXPECTED
         self._watch.restart()
         self._surprises.total = 0.0
         self._doubted_ns = -DOUBTED_AGAIN_NS
 
     def snapshot(self):
         """Return what `restore` takes back."""
-        told = tuple(self._last), self.mean, self.any, self._surprises.total, self._doubted_ns
+        told = tuple(self._last), self.mean, self._surprises.total, self._doubted_ns
         return told, self._watch.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; it can be gone back to again."""
-        (last, self.mean, self.any, self._surprises.total, self._doubted_ns), watch = snapshot
+        (last, self.mean, self._surprises.total, self._doubted_ns), watch = snapshot
         self._last = deque(last, maxlen=MEAN_OF)
         self._watch.restore(watch)
 
@@ -199,7 +202,7 @@ class Innovations:
         # Constant rates say nothing for or against three contacts: what they miss by must not
         # keep the mode from being tried again.
         self._last.append(nis if in_contact else EXPECTED)
-        self.mean, self.any = fsum(self._last) / len(self._last), True
+        self.mean = fsum(self._last) / len(self._last)
         too_large = 0
         if touching:
             # What was not learnt from one innovation is in the next.
