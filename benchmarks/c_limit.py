@@ -38,7 +38,7 @@ class Race:
         self._arguments = (
             kalman._memory, kalman._dy, kalman._slopes, self.bench.dt, self.count,
             wrenches, angles, covariances, options.acceleration_stddev,
-            options.free_rate_noise**2,
+            options.free_rate_noise,
         )  # fmt: skip
 
     def run(self, function) -> float:

@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.cycle import correct_and_follow, predict_or_bridge
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import SLOW, R
+from peg_on_hole_ros.estimation.memory import BRIDGED, SLOW, R
 from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.estimation.slow import bridge
@@ -45,11 +45,11 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
         hold_wrench(m, wrenches[k])
         used = choose_at(m, choice, y) if rung == AUTO else min(rung, DYNAMIC)
         if used <= QUASI_STATIC:
-            status = predict_at_constant_rates(m, slopes, dt, free)
-            m[SLOW] = 0.0
+            status = predict_at_constant_rates(m, slopes, dt, free * free)
+            m[SLOW] = m[BRIDGED] = 0.0
             if status == kernel.SLOW:
                 m[SLOW] = 1.0
-                bridge(m, slopes, dt)
+                bridge(m, slopes, dt, 0.0)
         else:
             status, _ = predict_or_bridge(m, dy, slopes, dt, held, free)
         if status != CONVERGED:
@@ -133,7 +133,7 @@ def _step_costs(scene: Drawn):
             begun = perf_counter()
             filtered(
                 rung, choice, kalman.memory, dy, slopes, y, scene.wrenches, angles,
-                covariance.ravel(), scene.interval, options.free_rate_noise**2,
+                covariance.ravel(), scene.interval, options.free_rate_noise,
                 options.acceleration_stddev,
             )  # fmt: skip
             least[at] = min(least[at], perf_counter() - begun)

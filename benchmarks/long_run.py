@@ -25,7 +25,7 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.cycle import predict_or_bridge
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import CROSS, INTERVAL, SLOW, SPREAD, R, X, Z
+from peg_on_hole_ros.estimation.memory import BRIDGED, CROSS, INTERVAL, SPREAD, R, X, Z
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -98,7 +98,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
         for i in range(9):
             m[R + i] = covariances[k, i]
         nis = kernel.innovation(m, angles[k])
-        if m[SLOW] > 0.0 and nis < inf:
+        if m[BRIDGED] > 0.0 and nis < inf:
             adapt_rate_noise(m, nis)
         if not nis < inf:
             not_finite += 1
@@ -130,7 +130,7 @@ def long_run(configuration, bag: Path, steps: int) -> Found:
         np.array([step.u for step in chosen]),
         np.array([step.q for step in chosen]),
         np.array([step.R.ravel() for step in chosen]),
-        np.array([options.free_rate_noise**2, options.acceleration_stddev]),
+        np.array([options.free_rate_noise, options.acceleration_stddev]),
         np.array([options.inflation_threshold, options.gate_threshold]),
     )  # fmt: skip
     # Compiled before the clock runs.

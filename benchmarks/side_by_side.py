@@ -162,7 +162,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         elif prediction is Prediction.SLOW:
             reference.predict_slow(step.dt)
         else:
-            reference.predict_free(step.dt, configuration.filter.free_rate_noise)
+            reference.predict_without_step(step.dt, configuration.filter.free_rate_noise)
         if step.q is not None:
             reference.correct(*in_hole_axes(reference, step))
         normal, covariance = reference.reactions(spread)

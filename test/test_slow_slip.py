@@ -10,9 +10,15 @@ from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.acceleration import FOLLOWED, follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.direction import slip_without_kink
-from peg_on_hole_ros.estimation.filter import Prediction
+from peg_on_hole_ros.estimation.filter import (
+    FORGET_FRICTION,
+    LEARNT_WRONG,
+    ContactFilter,
+    Prediction,
+)
 from peg_on_hole_ros.estimation.kernel import SELECTED, Process
 from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.outcomes import NO_STEP
 from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
 from peg_on_hole_ros.estimation.slip import slip
 from peg_on_hole_ros.estimation.slow import (
@@ -30,7 +36,7 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.study import filtering, scenes
-from test_filter import sliding
+from test_filter import SCENE, WRENCH_NOISE, balanced, sliding
 
 LEAST = 0.07
 
@@ -268,14 +274,75 @@ def test_a_slip_that_was_not_told_has_to_be_told_more_surely():
 
 def test_rates_that_changed_of_late_may_go_on_so(memory):
     still = memory.copy()
-    bridge(still, scratch(), 1e-3)
+    bridge(still, scratch(), 1e-3, 0.0)
     part(memory, "ACCELERATION")[2] = 90.0
-    bridge(memory, scratch(), 1e-3)
+    bridge(memory, scratch(), 1e-3, 0.0)
     grown = part(memory, "Z", (12, 12)) - part(still, "Z", (12, 12))
     # A random walk that gets as far within FOLLOWED as the rate would, going on as of late.
     assert grown[5, 5] == pytest.approx(90.0**2 * FOLLOWED * 1e-3)
     assert grown[2, 5] == pytest.approx(1e-3 * grown[5, 5])
     assert np.count_nonzero(grown) == 4
+
+
+def stopped_by_friction(**scene):
+    """A peg that slides; the friction that its filter has learnt leaves no step."""
+    x = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])
+    scene = replace(SCENE, friction_stddev=0.05, **scene)
+    kalman = ContactFilter(scene, FilterOptions(), WRENCH_NOISE)
+    kalman.start(x[:3], 1e-8 * np.eye(3))
+    kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = x[3:], 1e-4
+    kalman.scene_values[7], kalman.spread[0, 0] = 1.5, 1e-6
+    for _ in range(2):
+        assert goes_on(kalman) in NO_STEP
+    return kalman
+
+
+def goes_on(kalman, h=1e-3):
+    kalman.hold(balanced(kalman.x))
+    return kalman.predict(h, True)
+
+
+def test_without_a_step_the_rates_follow_the_innovations():
+    kalman, options = stopped_by_friction(), FilterOptions()
+    noise = part(kalman.memory, "RATE_NOISE")
+    assert noise[0] == options.free_rate_noise
+    R = 1e-8 * np.eye(3)
+    surprising = kalman.x[:3] + 4.0 * np.sqrt(np.diagonal(kalman.Z[:3, :3] + R))
+    _, nis = kalman.correct(surprising, R)
+    grown = options.free_rate_noise * np.exp(ADAPTATION * (min(nis / 3, MOST_SURPRISE) - 1))
+    assert nis > 9.0 and noise[0] == pytest.approx(grown)
+    # They go on as they did of late, and as they may by what the innovations told.
+    part(kalman.memory, "ACCELERATION")[:3] = 10.0, 20.0, 30.0
+    before = np.diagonal(kalman.Z)[3:6].copy()
+    assert kalman.predict(1e-3, True) in NO_STEP
+    walk = 1e-3 * (grown**2 + FOLLOWED * np.array([10.0, 20.0, 30.0]) ** 2)
+    np.testing.assert_allclose(np.diagonal(kalman.Z)[3:6] - before, walk, rtol=1e-9)
+    # A free peg's are as configured, and change nothing.
+    kalman.predict(1e-3, False)
+    kalman.correct(kalman.x[:3] + 1e-3, R)
+    assert noise[0] == pytest.approx(grown)
+
+
+def test_a_learnt_friction_is_forgotten_only_if_there_is_no_step_for_long():
+    kalman = stopped_by_friction()
+    learnt = kalman.friction
+    for _ in range(round(LEARNT_WRONG * 1e3) - 3):
+        goes_on(kalman)
+        assert kalman.friction == learnt
+    # One step found, and noise in the wrench is to blame for all of those before.
+    friction = kalman.scene_values[7]
+    kalman.scene_values[7] = SCENE.friction
+    assert goes_on(kalman, 1e-4) not in NO_STEP
+    kalman.scene_values[7] = friction
+    for _ in range(round(LEARNT_WRONG * 1e3) - 1):
+        assert goes_on(kalman) in NO_STEP
+        assert kalman.friction[1] < 2 * learnt[1]
+    for _ in range(2 + round(FORGET_FRICTION * 1e3)):
+        goes_on(kalman)
+    assert kalman.friction[1] == pytest.approx(0.05)
+    # Beside a clearance that is hardly known, friction was learnt with a wrong one.
+    kalman = stopped_by_friction(clearance_stddev=1e-5)
+    assert kalman.friction[1] > 10 * learnt[1]
 
 
 def test_the_acceleration_is_that_of_the_last_ten_milliseconds(memory):

@@ -3,8 +3,8 @@
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
-from peg_on_hole_ros.estimation.kernel import correct, predict_contact, predict_free
-from peg_on_hole_ros.estimation.memory import INTERVAL, SLOW
+from peg_on_hole_ros.estimation.kernel import correct, predict_contact
+from peg_on_hole_ros.estimation.memory import BRIDGED, INTERVAL, SLOW
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -14,7 +14,7 @@ _SLOW_OUTCOME = kernel.SLOW
 
 
 @compiled
-def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density):
+def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
     """
     Learn from balance, predict under contact; without a step to rely on, bridge the interval.
 
@@ -24,8 +24,8 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density):
         As for `kernel.predict_contact`.
     acceleration_stddev : float
         See `balance.learn_from_balance` [rad/s^2].
-    free_density : float
-        Of the rates' random walk where the contact equations give no step [rad^2/s^3].
+    free_rate_noise : float
+        Least random walk of the rates where the contact equations give no step [rad/s^1.5].
 
     Returns
     -------
@@ -35,19 +35,19 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density):
     """
     learn_from_balance(m, dy, dt, acceleration_stddev)
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
-    m[SLOW] = 0.0
+    m[SLOW] = m[BRIDGED] = 0.0
     if status == _SLOW_OUTCOME:
         m[SLOW] = 1.0
-        bridge(m, slopes, dt)
+        bridge(m, slopes, dt, 0.0)
     elif status != CONVERGED:
-        predict_free(m, slopes, dt, free_density)
+        bridge(m, slopes, dt, free_rate_noise)
     return status, evaluations
 
 
 @compiled
 def correct_and_follow(m, nis, dt):
     """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
-    if m[SLOW] > 0.0:
+    if m[BRIDGED] > 0.0:
         adapt_rate_noise(m, nis)
     m[INTERVAL] = dt
     correct(m)

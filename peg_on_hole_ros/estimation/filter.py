@@ -23,7 +23,10 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
-# In this time without a step [s] all is forgotten of a friction coefficient that was learnt.
+# Without a step for longer than this [s] a friction coefficient is not what it was learnt to be.
+# For less it is noise in the wrench: where a peg nearly wedges, it leaves no step now and then.
+LEARNT_WRONG = 0.02
+# In this time after that [s] all that was learnt of it is forgotten.
 FORGET_FRICTION = 0.02
 # In the same time, a coefficient that leaves no step is sought by this many of its standard
 # deviations below the stated one.
@@ -104,6 +107,8 @@ class ContactFilter:
         self._interval = part(self._memory, "INTERVAL")
         self._held_back = part(self._memory, "HELD_BACK")
         self._slow = part(self._memory, "SLOW")
+        self._bridged = part(self._memory, "BRIDGED")
+        self._without_step = part(self._memory, "WITHOUT_STEP")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._acceleration = part(self._memory, "ACCELERATION")
@@ -196,9 +201,10 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._acceleration[:] = 0.0
-        for name in ("FOLLOWED_BEFORE", "STOPPED"):
+        for name in ("FOLLOWED_BEFORE", "STOPPED", "WITHOUT_STEP"):
             part(self._memory, name)[0] = 0.0
         self._refused = 0
+        self._since_correction = 0.0
 
     def forget(self):
         """Take friction and peg diameter as stated again, whatever has been learnt of them."""
@@ -227,7 +233,6 @@ class ContactFilter:
 
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""
-        options = self.options
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
         self._since_correction += dt
         self._held += dt
@@ -238,26 +243,37 @@ class ContactFilter:
         status = self._predict_contact(dt, constant) if in_contact else None
         # It is harder to tell from none the next time.
         self._slow[0] = 1.0 if status == kernel.SLOW else 0.0
+        self._bridged[0] = 0.0
+        if in_contact and status != CONVERGED and status != kernel.SLOW:
+            self._bridge_without_step(dt)
+            return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
+        self._without_step[0] = 0.0
         if status == CONVERGED:
             self._sliding[1] = self._sliding[0]
             return Prediction.HELD if constant else Prediction.CONTACT
         if status == kernel.SLOW:
             self.model.full()
-            bridge(self._memory, self._slopes, dt)
+            bridge(self._memory, self._slopes, dt, 0.0)
             if self._keeps_sliding:
                 # What is not known of them alone can hide a slip after one step; what that
                 # step tells of them must not be lost, or nothing ever is told.
                 self._sliding[0] = self._sliding[1]
             return Prediction.SLOW
+        self._forget_slip()
+        kernel.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
+        return Prediction.FREE
+
+    def _bridge_without_step(self, dt):
+        self._without_step[0] += dt
         # Held for long, the noise of one wrench leaves no step just as well.
-        if in_contact and max(self._held, self._held_before) <= LONG_STEP:
+        if max(self._held, self._held_before) <= LONG_STEP:
             self._doubt_friction(dt)
-        self._scales[:] = options.slip_velocity_scale
+        self._forget_slip()
+        bridge(self._memory, self._slopes, dt, self.options.free_rate_noise)
+
+    def _forget_slip(self):
+        self._scales[:] = self.options.slip_velocity_scale
         self._sliding[1] = 0.0
-        kernel.predict_free(self._memory, self._slopes, dt, options.free_rate_noise**2)
-        if not in_contact:
-            return Prediction.FREE
-        return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
 
     def _predict_contact(self, dt, constant) -> int:
         if constant:
@@ -265,9 +281,8 @@ class ContactFilter:
             return predict_at_constant_rates(self._memory, self._slopes, dt, density)
         if self._learns_clearance:
             # A spread that is the clearance's own does not make the slip doubtful.
-            wide = self.spread.item(3) > (WIDE_CLEARANCE**2) * self._known[1]
             slow = self.process.slow_slip
-            self._slow_slip[0] = min(slow, 1.0) if wide else slow
+            self._slow_slip[0] = min(slow, 1.0) if self._clearance_is_wide else slow
         status, self.evaluations, self.pieces = kernel.predict_contact(
             self._memory, self._dy, self._slopes, dt
         )
@@ -318,7 +333,9 @@ class ContactFilter:
         the equations have no solution, it never would be.
         """
         known = self._known[0]
-        self.spread[0, 0] = min(self.spread[0, 0] + known * dt / FORGET_FRICTION, known)
+        # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
+        if self._without_step.item() > LEARNT_WRONG or self._clearance_is_wide:
+            self.spread[0, 0] = min(self.spread[0, 0] + known * dt / FORGET_FRICTION, known)
         if self._sliding[0] > 0.0 and self.spread[0, 0] > 0.9 * known > 0.0:
             stddev = sqrt(known)
             lowest = max(self.scalars.f - SEEK_FRICTION * stddev, LEAST_FRICTION)
@@ -348,7 +365,7 @@ class ContactFilter:
         options = self.options
         self._R[:] = R
         nis = self._innovation(q)
-        if self._slow.item():
+        if self._bridged.item():
             adapt_rate_noise(self._memory, nis)
         result, after = Correction.USED, nis
         if not isfinite(nis):
@@ -407,6 +424,12 @@ class ContactFilter:
     @property
     def _learns_clearance(self):
         return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
+
+    @property
+    def _clearance_is_wide(self):
+        return self._learns_clearance and (
+            self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1]
+        )
 
     def _update(self):
         kernel.correct(self._memory)

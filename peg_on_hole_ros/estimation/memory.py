@@ -27,12 +27,14 @@ _SIZES = {
     "HELD_BACK": 1,  # 1: what that told of friction or peg diameter was not taken in full
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
+    "BRIDGED": 1,  # 1: the last prediction was `slow.bridge`
+    "WITHOUT_STEP": 1,  # for how long the contact equations have given no step [s]
     "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
     "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
     "FOLLOWED_BEFORE": 1,  # 1: those rates are known
-    "RATE_NOISE": 1,  # random walk of the rates while a slip is not told from none [rad/s^1.5]
+    "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
@@ -79,7 +81,9 @@ _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
-SLOW, RATE_NOISE, FRICTION = (_AT[name] for name in ("SLOW", "RATE_NOISE", "FRICTION"))
+SLOW, BRIDGED, RATE_NOISE, FRICTION = (
+    _AT[name] for name in ("SLOW", "BRIDGED", "RATE_NOISE", "FRICTION")
+)
 RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
 ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))
 FOLLOWED_BEFORE = _AT["FOLLOWED_BEFORE"]

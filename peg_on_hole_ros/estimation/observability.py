@@ -121,8 +121,8 @@ class ObservingFilter(ContactFilter):
             _, F, noise = Flow(self, dt)(before)
         else:
             options = self.options
-            slow = result is Prediction.SLOW
-            density = (self._rate_noise.item() if slow else options.free_rate_noise) ** 2
+            bridged = self._bridged.item() > 0.0
+            density = (self._rate_noise.item() if bridged else options.free_rate_noise) ** 2
             F[range(3), range(3, 6)] = dt
             noise[range(3, 6), range(3, 6)] = density * dt
         A = F[JOINT, JOINT]

@@ -81,7 +81,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.last_rates, self.since_correction = np.zeros(3), None, 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
-        self.sliding = self.slow = False
+        self.sliding = self.slow = self.bridged = False
         self.stopped = 0.0
         self.rate_noise = process.slow_rate_noise
         self.x = np.zeros(size)
@@ -102,7 +102,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
-        self.slow = False
+        self.slow = self.bridged = False
         self.since_correction += dt
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
@@ -150,9 +150,18 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
         scales = self.friction_scales()
-        self.predict_free(dt, np.sqrt(self.rate_noise**2 + FOLLOWED * self.acceleration**2))
+        self._bridge(dt)
         self.scales, self.slow = scales, True
         self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
+
+    def predict_without_step(self, dt, rate_noise):
+        """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
+        self.rate_noise = max(self.rate_noise, rate_noise)
+        self._bridge(dt)
+
+    def _bridge(self, dt):
+        self.predict_free(dt, np.sqrt(self.rate_noise**2 + FOLLOWED * self.acceleration**2))
+        self.bridged = True
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """
@@ -197,7 +206,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
-        self.slow = self.sliding = False
+        self.slow = self.bridged = self.sliding = False
         self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.F = np.eye(self.dim_x)
@@ -262,7 +271,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
-        if self.slow:
+        if self.bridged:
             surprise = min(residual @ np.linalg.solve(covariance, residual) / 3, MOST_SURPRISE)
             grown = self.rate_noise * np.exp(ADAPTATION * (surprise - 1))
             self.rate_noise = np.clip(grown, self.process.slow_rate_noise, MOST_RATE_NOISE)

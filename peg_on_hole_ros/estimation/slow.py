@@ -1,10 +1,10 @@
-"""Prediction where a slip is not told from none: constant rates, which follow innovations."""
+"""Prediction where no step is to be relied on: constant rates, which follow innovations."""
 
 from math import exp
 
 from peg_on_hole_ros.estimation.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free
-from peg_on_hole_ros.estimation.memory import PROCESS, RATE_NOISE, Z
+from peg_on_hole_ros.estimation.memory import BRIDGED, PROCESS, RATE_NOISE, Z
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # How fast the rates' random walk follows the innovations: in so many of them by a factor of e
@@ -18,9 +18,12 @@ MOST_RATE_NOISE = 3.0
 
 
 @compiled
-def bridge(m, slopes, dt):
+def bridge(m, slopes, dt, least):
     """
     Predict over dt at constant rates, uncertain by RATE_NOISE and by how they changed of late.
+
+    A slip is not told from none, and its friction has no direction; or the equations have no step
+    under a wrench that noise has moved to where they have none.
 
     Parameters
     ----------
@@ -30,8 +33,12 @@ def bridge(m, slopes, dt):
         Scratch.
     dt : float
         [s].
+    least : float
+        RATE_NOISE is raised to it [rad/s^1.5].
 
     """
+    m[BRIDGED] = 1.0
+    m[RATE_NOISE] = max(m[RATE_NOISE], least)
     predict_free(m, slopes, dt, m[RATE_NOISE] * m[RATE_NOISE])
     for i in range(3):
         # As `carry` adds a random walk.

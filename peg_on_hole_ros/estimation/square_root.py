@@ -72,9 +72,8 @@ class SquareRootFilter(ContactFilter):
                 root = np.linalg.qr(np.hstack([F @ root, flow.walk()]).T, mode="r").T
             added, jumped = flow.added(), flow.jumped
         else:
-            slow = result is Prediction.SLOW
             noise = np.full(3, self.options.free_rate_noise)
-            if slow:
+            if self._bridged.item():
                 followed = part(self._memory, "ACCELERATION")[:3]
                 noise = np.sqrt(self._rate_noise.item() ** 2 + FOLLOWED * followed**2)
             F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)

@@ -85,7 +85,7 @@ class _Run:
         arguments = (
             self.kalman._memory, np.zeros((6, WIDTH)), np.zeros((6, WIDTH)), self.dt, count,
             self.wrench[part].ravel(), self.angles[part].ravel(), self.covariances[part].ravel(),
-            options.acceleration_stddev, options.free_rate_noise**2,
+            options.acceleration_stddev, options.free_rate_noise,
         )  # fmt: skip
         begun = clock()
         function(*arguments)

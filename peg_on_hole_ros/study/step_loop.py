@@ -11,7 +11,7 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 @compiled
 def run_steps(
     m, dy, slopes, dt, count, wrenches, angles, covariances, acceleration_stddev,
-    free_density,
+    free_rate_noise,
 ):  # fmt: skip
     """
     Hold the wrench, predict, correct and react, for every step, as `filter.ContactFilter` does.
@@ -31,8 +31,8 @@ def run_steps(
         Of the angles [rad^2].
     acceleration_stddev : float
         See `reactions.fuse_reactions` [rad/s^2].
-    free_density : float
-        Of the rates' random walk where the contact equations give no step [rad^2/s^3].
+    free_rate_noise : float
+        Least random walk of the rates where the contact equations give no step [rad/s^1.5].
 
     Returns
     -------
@@ -43,7 +43,7 @@ def run_steps(
     total = 0
     for k in range(count):
         hold_wrench(m, wrenches[6 * k :])
-        _, evaluations = predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_density)
+        _, evaluations = predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise)
         total += evaluations
         for i in range(9):
             m[R + i] = covariances[9 * k + i]
