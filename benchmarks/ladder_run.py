@@ -49,7 +49,7 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
             m[SLOW] = m[BRIDGED] = 0.0
             if status == kernel.SLOW:
                 m[SLOW] = 1.0
-                bridge(m, slopes, dt, 0.0)
+                bridge(m, slopes, dt)
         else:
             status, _ = predict_or_bridge(m, dy, slopes, dt, held, free)
         if status != CONVERGED:

@@ -111,6 +111,8 @@ def test_friction_that_is_only_considered_is_not_learnt(memory):
 def test_accelerations_count_as_independent_only_after_a_while(memory):
     """As much is learnt in 20 ms, whether it is asked 20 times or twice."""
     spreads = []
+    # It hardly accelerates, so that friction stays, and with it the slopes.
+    part(memory, "U")[:] = balanced(part(memory, "X"))
     for count in (20, 2):
         m = memory.copy()
         for _ in range(count):
@@ -274,9 +276,9 @@ def test_a_slip_that_was_not_told_has_to_be_told_more_surely():
 
 def test_rates_that_changed_of_late_may_go_on_so(memory):
     still = memory.copy()
-    bridge(still, scratch(), 1e-3, 0.0)
+    bridge(still, scratch(), 1e-3)
     part(memory, "ACCELERATION")[2] = 90.0
-    bridge(memory, scratch(), 1e-3, 0.0)
+    bridge(memory, scratch(), 1e-3)
     grown = part(memory, "Z", (12, 12)) - part(still, "Z", (12, 12))
     # A random walk that gets as far within FOLLOWED as the rate would, going on as of late.
     assert grown[5, 5] == pytest.approx(90.0**2 * FOLLOWED * 1e-3)
@@ -304,8 +306,15 @@ def goes_on(kalman, h=1e-3):
 
 def test_without_a_step_the_rates_follow_the_innovations():
     kalman, options = stopped_by_friction(), FilterOptions()
-    noise = part(kalman.memory, "RATE_NOISE")
-    assert noise[0] == options.free_rate_noise
+    noise, walk = part(kalman.memory, "RATE_NOISE"), options.free_rate_noise
+    # One or two wrenches tell nothing of the rates, but may do anything to them.
+    assert noise[0] == options.slow_rate_noise < walk
+    before = np.diagonal(kalman.Z)[3:6].copy()
+    goes_on(kalman)
+    grown = np.diagonal(kalman.Z)[3:6] - before
+    np.testing.assert_allclose(grown, 1e-3 * walk**2, rtol=1e-9)
+    # Three last.
+    assert noise[0] == walk
     R = 1e-8 * np.eye(3)
     surprising = kalman.x[:3] + 4.0 * np.sqrt(np.diagonal(kalman.Z[:3, :3] + R))
     _, nis = kalman.correct(surprising, R)

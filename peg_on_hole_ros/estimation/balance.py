@@ -24,7 +24,7 @@ from peg_on_hole_ros.estimation.memory import (
     covariance_entry,
     times_covariance,
 )
-from peg_on_hole_ros.estimation.parameters import move_parameters
+from peg_on_hole_ros.estimation.parameters import learnt_variance, move_parameters
 from peg_on_hole_ros.estimation.slip import slip_all_ways
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
@@ -132,8 +132,10 @@ def _learn(p, m, dy, dt, acceleration_stddev):
     g2 = t2 / d2
     g1 = t1 / d1 - l21 * g2
     g0 = t0 / s00 - l10 * g1 - l20 * g2
-    move_parameters(m, -(g0 * a0 + g1 * a1 + g2 * a2), 0.0)
-    m[SPREAD] -= g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]
+    moved = -(g0 * a0 + g1 * a1 + g2 * a2)
+    move_parameters(m, moved, 0.0)
+    told = g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]
+    m[SPREAD] = learnt_variance(m[SPREAD] - told, m[SPREAD], moved)
     m[SPREAD + 1] -= g0 * m[WITH + 1] + g1 * m[WITH + 3] + g2 * m[WITH + 5]
     m[SPREAD + 2] = m[SPREAD + 1]
     for k in range(int(m[OFFSETS]), int(m[OFFSETS + 1])):

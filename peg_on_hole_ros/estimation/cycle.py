@@ -4,8 +4,8 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel import correct, predict_contact
-from peg_on_hole_ros.estimation.memory import BRIDGED, INTERVAL, SLOW
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
+from peg_on_hole_ros.estimation.memory import BRIDGED, INTERVAL, SLOW, WITHOUT_STEP
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge, bridge_without_step
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -36,11 +36,13 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
     learn_from_balance(m, dy, dt, acceleration_stddev)
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
     m[SLOW] = m[BRIDGED] = 0.0
+    if status != CONVERGED and status != _SLOW_OUTCOME:
+        bridge_without_step(m, slopes, dt, free_rate_noise)
+        return status, evaluations
+    m[WITHOUT_STEP] = 0.0
     if status == _SLOW_OUTCOME:
         m[SLOW] = 1.0
-        bridge(m, slopes, dt, 0.0)
-    elif status != CONVERGED:
-        bridge(m, slopes, dt, free_rate_noise)
+        bridge(m, slopes, dt)
     return status, evaluations
 
 

@@ -12,10 +12,10 @@ from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
-from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
+from peg_on_hole_ros.estimation.outcomes import NO_STEP, Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge
+from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge, bridge_without_step
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP
 from peg_on_hole_ros.ladder.rungs import DYNAMIC
@@ -253,7 +253,7 @@ class ContactFilter:
             return Prediction.HELD if constant else Prediction.CONTACT
         if status == kernel.SLOW:
             self.model.full()
-            bridge(self._memory, self._slopes, dt, 0.0)
+            bridge(self._memory, self._slopes, dt)
             if self._keeps_sliding:
                 # What is not known of them alone can hide a slip after one step; what that
                 # step tells of them must not be lost, or nothing ever is told.
@@ -264,12 +264,18 @@ class ContactFilter:
         return Prediction.FREE
 
     def _bridge_without_step(self, dt):
-        self._without_step[0] += dt
         # Held for long, the noise of one wrench leaves no step just as well.
         if max(self._held, self._held_before) <= LONG_STEP:
             self._doubt_friction(dt)
         self._forget_slip()
-        bridge(self._memory, self._slopes, dt, self.options.free_rate_noise)
+        bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
+
+    def _walk_at_constant_rates(self, result: Prediction) -> float:
+        """Return the random walk of the rates in the last prediction [rad/s^1.5]."""
+        adapted, free = self._rate_noise.item(), self.options.free_rate_noise
+        if result is Prediction.SLOW:
+            return adapted
+        return max(adapted, free) if result in NO_STEP else free
 
     def _forget_slip(self):
         self._scales[:] = self.options.slip_velocity_scale
@@ -334,7 +340,7 @@ class ContactFilter:
         """
         known = self._known[0]
         # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
-        if self._without_step.item() > LEARNT_WRONG or self._clearance_is_wide:
+        if self._without_step.item() + dt > LEARNT_WRONG or self._clearance_is_wide:
             self.spread[0, 0] = min(self.spread[0, 0] + known * dt / FORGET_FRICTION, known)
         if self._sliding[0] > 0.0 and self.spread[0, 0] > 0.9 * known > 0.0:
             stddev = sqrt(known)

@@ -27,7 +27,7 @@ _SIZES = {
     "HELD_BACK": 1,  # 1: what that told of friction or peg diameter was not taken in full
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
-    "BRIDGED": 1,  # 1: the last prediction was `slow.bridge`
+    "BRIDGED": 1,  # 1: the last prediction was one of `slow`
     "WITHOUT_STEP": 1,  # for how long the contact equations have given no step [s]
     "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
@@ -81,8 +81,8 @@ _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
-SLOW, BRIDGED, RATE_NOISE, FRICTION = (
-    _AT[name] for name in ("SLOW", "BRIDGED", "RATE_NOISE", "FRICTION")
+SLOW, BRIDGED, WITHOUT_STEP, RATE_NOISE, FRICTION = (
+    _AT[name] for name in ("SLOW", "BRIDGED", "WITHOUT_STEP", "RATE_NOISE", "FRICTION")
 )
 RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
 ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))

@@ -120,9 +120,7 @@ class ObservingFilter(ContactFilter):
         if result is Prediction.CONTACT:
             _, F, noise = Flow(self, dt)(before)
         else:
-            options = self.options
-            bridged = self._bridged.item() > 0.0
-            density = (self._rate_noise.item() if bridged else options.free_rate_noise) ** 2
+            density = self._walk_at_constant_rates(result) ** 2
             F[range(3), range(3, 6)] = dt
             noise[range(3, 6), range(3, 6)] = density * dt
         A = F[JOINT, JOINT]

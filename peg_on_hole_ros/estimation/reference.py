@@ -1,5 +1,6 @@
 """The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
 
+from contextlib import contextmanager
 from math import erf
 
 import numpy as np
@@ -19,6 +20,7 @@ from peg_on_hole_ros.estimation.parameters import (
     LEAST_FRICTION,
     MOST_FRICTION,
     learning_share,
+    learnt_variance,
     tells_diameter,
 )
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
@@ -35,7 +37,7 @@ from peg_on_hole_ros.estimation.reference_steps import (
     solve_with_slopes,
     with_parameters,
 )
-from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE
+from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE, SEVERAL
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
@@ -82,7 +84,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.acceleration, self.last_rates, self.since_correction = np.zeros(3), None, 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = self.bridged = False
-        self.stopped = 0.0
+        self.stopped = self.without_step = 0.0
         self.rate_noise = process.slow_rate_noise
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -102,7 +104,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
-        self.slow = self.bridged = False
+        self.slow, self.bridged, self.without_step = False, False, 0.0
         self.since_correction += dt
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
@@ -150,17 +152,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
         scales = self.friction_scales()
-        self._bridge(dt)
+        self._bridge(dt, self.rate_noise)
         self.scales, self.slow = scales, True
         self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
 
     def predict_without_step(self, dt, rate_noise):
         """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
-        self.rate_noise = max(self.rate_noise, rate_noise)
-        self._bridge(dt)
+        noise, lasted = max(self.rate_noise, rate_noise), self.without_step + dt
+        if lasted > SEVERAL:
+            self.rate_noise = noise
+        self._bridge(dt, noise)
+        self.without_step = lasted
 
-    def _bridge(self, dt):
-        self.predict_free(dt, np.sqrt(self.rate_noise**2 + FOLLOWED * self.acceleration**2))
+    def _bridge(self, dt, rate_noise):
+        self.predict_free(dt, np.sqrt(rate_noise**2 + FOLLOWED * self.acceleration**2))
         self.bridged = True
 
     def learn_from_balance(self, dt, acceleration_stddev):
@@ -200,13 +205,15 @@ class ReferenceFilter(ExtendedKalmanFilter):
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
         gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
         moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration)
-        self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
-        self.P[FRICTION] -= gain @ shared
-        self.P[:, FRICTION] = self.P[FRICTION]
+        with self.bent_friction():
+            self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
+            self.P[FRICTION] -= gain @ shared
+            self.P[:, FRICTION] = self.P[FRICTION]
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
         self.slow = self.bridged = self.sliding = False
+        self.without_step = 0.0
         self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.F = np.eye(self.dim_x)
@@ -234,11 +241,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
         H = self.measured()
         self.adapt(q - self.x[:3], self.P[:3, :3] + R)
         shares = self.learning_shares(R)
-        if (shares == 1.0).all():
-            self.update(q, lambda x: H, lambda x: x[:3], R=R)
-        else:
-            self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
+        with self.bent_friction():
+            if (shares == 1.0).all():
+                self.update(q, lambda x: H, lambda x: x[:3], R=R)
+            else:
+                self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
         self.follow_acceleration()
+
+    @contextmanager
+    def bent_friction(self):
+        """Leave friction known no better than a tangent that moved it so far can tell."""
+        value, before = self.x[FRICTION], self.P[FRICTION, FRICTION]
+        yield
+        after, moved = self.P[FRICTION, FRICTION], self.x[FRICTION] - value
+        self.P[FRICTION, FRICTION] = learnt_variance(after, before, moved)
 
     def learning_shares(self, R):
         """Return the shares of the gain with which friction and peg diameter are learnt."""

@@ -4,7 +4,7 @@ from math import exp
 
 from peg_on_hole_ros.estimation.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free
-from peg_on_hole_ros.estimation.memory import BRIDGED, PROCESS, RATE_NOISE, Z
+from peg_on_hole_ros.estimation.memory import BRIDGED, PROCESS, RATE_NOISE, WITHOUT_STEP, Z
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # How fast the rates' random walk follows the innovations: in so many of them by a factor of e
@@ -15,15 +15,14 @@ MOST_SURPRISE = 5.0
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0
+# Without a step for longer than this [s] it is not one wrench.
+SEVERAL = 0.0025
 
 
 @compiled
-def bridge(m, slopes, dt, least):
+def bridge(m, slopes, dt):
     """
     Predict over dt at constant rates, uncertain by RATE_NOISE and by how they changed of late.
-
-    A slip is not told from none, and its friction has no direction; or the equations have no step
-    under a wrench that noise has moved to where they have none.
 
     Parameters
     ----------
@@ -33,13 +32,38 @@ def bridge(m, slopes, dt, least):
         Scratch.
     dt : float
         [s].
-    least : float
-        RATE_NOISE is raised to it [rad/s^1.5].
 
     """
+    _bridge(m, slopes, dt, m[RATE_NOISE])
+
+
+@compiled
+def bridge_without_step(m, slopes, dt, least):
+    """
+    Predict so where the equations have no step, as under a wrench that noise has moved there.
+
+    One such interval tells nothing of how the rates change; several in a row begin a random walk
+    that lasts.
+
+    Parameters
+    ----------
+    m, slopes, dt
+        As for `bridge`; the time is added to WITHOUT_STEP.
+    least : float
+        Least random walk of the rates [rad/s^1.5].
+
+    """
+    m[WITHOUT_STEP] += dt
+    noise = max(m[RATE_NOISE], least)
+    if m[WITHOUT_STEP] > SEVERAL:
+        m[RATE_NOISE] = noise
+    _bridge(m, slopes, dt, noise)
+
+
+@inlined
+def _bridge(m, slopes, dt, noise):
     m[BRIDGED] = 1.0
-    m[RATE_NOISE] = max(m[RATE_NOISE], least)
-    predict_free(m, slopes, dt, m[RATE_NOISE] * m[RATE_NOISE])
+    predict_free(m, slopes, dt, noise * noise)
     for i in range(3):
         # As `carry` adds a random walk.
         more, at = dt * bridged_density(m, i), Z + 13 * i

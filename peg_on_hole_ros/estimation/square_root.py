@@ -7,7 +7,7 @@ from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import DIAMETER, FRICTION, RATES, Flow, joint_mean, set_joint
 from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.outcomes import NO_STEP
-from peg_on_hole_ros.estimation.parameters import learning_shares
+from peg_on_hole_ros.estimation.parameters import learning_shares, learnt_variance
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 WRENCH = slice(6, 12)
@@ -72,10 +72,8 @@ class SquareRootFilter(ContactFilter):
                 root = np.linalg.qr(np.hstack([F @ root, flow.walk()]).T, mode="r").T
             added, jumped = flow.added(), flow.jumped
         else:
-            noise = np.full(3, self.options.free_rate_noise)
-            if self._bridged.item():
-                followed = part(self._memory, "ACCELERATION")[:3]
-                noise = np.sqrt(self._rate_noise.item() ** 2 + FOLLOWED * followed**2)
+            followed = self._bridged.item() * part(self._memory, "ACCELERATION")[:3]
+            noise = np.sqrt(self._walk_at_constant_rates(result) ** 2 + FOLLOWED * followed**2)
             F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
             jumped = np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt
@@ -118,8 +116,12 @@ class SquareRootFilter(ContactFilter):
         lower = np.linalg.qr(arrays.T, mode="r").T
         gain = np.linalg.solve(lower[:3, :3].T, lower[3:, :3].T).T
         gain[FRICTION : DIAMETER + 1] *= np.array(learning_shares(self._memory))[:, None]
-        moved = joint_mean(self) + gain @ self._residual
-        self._set(moved, np.hstack([self._root - gain @ angles, gain @ noise]))
+        before, moves = self.spread.item(0), gain @ self._residual
+        root = np.hstack([self._root - gain @ angles, gain @ noise])
+        told = np.sum(root[FRICTION] ** 2)
+        added = np.zeros((WIDTH, 1))
+        added[FRICTION] = np.sqrt(learnt_variance(told, before, moves[FRICTION]) - told)
+        self._set(joint_mean(self) + moves, np.hstack([root, added]))
 
     def snapshot(self):
         """Return what `restore` takes back."""
