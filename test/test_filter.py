@@ -8,9 +8,11 @@ from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.filters import make_filter
 from peg_on_hole_ros.estimation.held_wrench import JUMP_LIMIT
 from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.memory import part
+from peg_on_hole_ros.estimation.parameters import BENT
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
 from peg_on_hole_ros.estimation.steps_second_order import SHARE, sdirk2
@@ -159,6 +161,28 @@ def test_parameters_are_corrected_or_considered_as_by_schmidt(learnt):
         np.sqrt((SCENE.hole_diameter - kalman.peg_diameter[0]) / (2 * SCENE.hole_diameter))
     )
     assert kalman.gamma0 == pytest.approx(expected_gamma0, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["extended", "square_root"])
+@pytest.mark.parametrize("size, bent", [(1.0, False), (119.0, True), (300.0, True)])
+def test_what_moves_friction_far_has_told_less_than_its_tangent_says(method, size, bent):
+    options = replace(PLAIN, method=method, inflation_threshold=np.inf, gate_threshold=np.inf)
+    kalman, before = make_filter(SCENE, options, WRENCH_NOISE), random_joint(4)
+    kalman.start(np.array([0.15, 0.3, -0.4]), np.eye(3))
+    put_joint(kalman, before)
+    if method == "square_root":
+        kalman._set_anew()
+    part(kalman._memory, "LEARNT")[:] = 1.0, 0.0
+    part(kalman._memory, "SLIDING")[:] = 1.0
+    R = angle_covariance(kalman.x[0], 1e-4)
+    told = before[12, :3] @ np.linalg.solve(before[:3, :3] + R, before[:3, 12])
+    friction, tangent = kalman.friction[0], before[12, 12] - told
+    kalman.correct(kalman.x[:3] + size * np.array([2e-5, -4e-5, 3e-5]), R)
+    least = (BENT * (kalman.friction[0] - friction)) ** 2
+    assert (tangent < least) == bent
+    expected = min(least, before[12, 12]) if bent else tangent
+    assert kalman.spread[0, 0] == pytest.approx(expected, rel=1e-8)
+    assert kalman.joint_covariance()[12, 12] == kalman.spread[0, 0]
 
 
 def test_correction_is_the_textbooks():

@@ -8,6 +8,7 @@ import pytest
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.estimation import reference
 from peg_on_hole_ros.estimation.filter import Prediction
 from peg_on_hole_ros.estimation.outcomes import NO_STEP
 from peg_on_hole_ros.estimation.parameters import ALONG_RIDGE
@@ -75,6 +76,29 @@ def test_while_friction_is_learnt_between_two_orientations():
     ]
     found = list(compared(truth.plan.configuration, steps))
     assert [item.prediction for item in found].count(Prediction.CONTACT) > 50
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
+def test_where_one_correction_moves_friction_far(monkeypatch):
+    """Stated three standard deviations too low, it is thrown up at first."""
+    case = next(case for case in scenes.CASES if case.name == "narrow")
+    truth = scenes.truth_of(case, Configuration())
+    rows = scenes.recorded(truth, 100)
+    steps = [Step(rows.dt, *each) for each in zip(rows.wrench, rows.angles, rows.covariances)]
+    measured = [step for step in steps if np.isfinite(step.q).all()][:40]
+    configuration = truth.plan.configuration
+    friction = configuration.scene.friction - 0.15
+    scene = replace(configuration.scene, friction=friction, friction_stddev=0.05)
+    bent, used = [], reference.learnt_variance
+
+    def noted(variance, before, moved):
+        bent.append(used(variance, before, moved) > variance)
+        return used(variance, before, moved)
+
+    monkeypatch.setattr(reference, "learnt_variance", noted)
+    found = list(compared(replace(configuration, scene=scene), measured))
+    assert any(bent)
     assert all(value < LIMIT for value in largest(found).values()), largest(found)
 
 

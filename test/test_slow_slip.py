@@ -286,6 +286,21 @@ def test_rates_that_changed_of_late_may_go_on_so(memory):
     assert np.count_nonzero(grown) == 4
 
 
+def test_a_friction_that_is_stated_too_high_is_not_thrown_past_the_true_one():
+    """By tangents alone it was 5 deviations too low for 50 ms."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 1.0, "align"))[0], "low", 0.05)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, friction=0.3145)
+    off = []
+    for seed in range(4):
+        pipeline = Pipeline(replace(configuration, scene=scene))
+        for outputs in pipeline.play(measure(truth, seed)):
+            value, stddev = outputs.monitor["friction"], outputs.monitor["friction_stddev"]
+            off.append((value - 0.2) / stddev)
+        assert abs(off[-1]) < 3.0 and stddev < 0.002
+    assert np.abs(off).max() < 4.0
+
+
 def stopped_by_friction(**scene):
     """A peg that slides; the friction that its filter has learnt leaves no step."""
     x = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])
