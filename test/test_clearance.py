@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from grid_cells import SMALLEST, Motion, truth_of
-from peg_on_hole_ros.estimation.filter import SURPRISED, ContactFilter
 from peg_on_hole_ros.estimation.filters import FILTERS
 from peg_on_hole_ros.estimation.flow import joint_estimate
+from peg_on_hole_ros.estimation.friction_doubt import SURPRISED
 from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.outcomes import Prediction
 from peg_on_hole_ros.estimation.parameters import TOLD_AT, TOLD_IN_A_SECOND
@@ -107,11 +107,10 @@ def test_a_peg_that_may_be_in_the_hole_is_tried_on_three_contacts(monkeypatch):
     assert found[-1]["clearance_stddev"] == pytest.approx(wide)
 
 
-def sliding(scene, spread=0.05):
+def sliding(scene, method="extended", spread=0.05):
     """Return a filter on a peg that slides, started, with small spreads."""
-    kalman = ContactFilter(
-        replace(scene, friction_stddev=spread), FilterOptions(), np.eye(6) * 1e-6
-    )
+    scene = replace(scene, friction_stddev=spread)
+    kalman = FILTERS[method](scene, FilterOptions(), np.eye(6) * 1e-6)
     slide(kalman)
     return kalman
 
@@ -175,15 +174,34 @@ def test_a_diameter_is_learnt_only_where_it_is_told_fast(method, size):
         assert (kalman.peg_diameter[1] < 0.9999999 * size) is learns
 
 
+@pytest.mark.parametrize("method", ["extended", "square_root"])
 @pytest.mark.parametrize(("stddev", "learns"), [(2e-5, True), (0.0, False)])
-def test_a_surprise_gives_friction_its_spread_back(stddev, learns):
-    kalman = sliding(Scene(clearance_stddev=stddev))
+def test_a_surprise_gives_friction_its_spread_back(method, stddev, learns):
+    kalman = sliding(Scene(clearance_stddev=stddev), method)
     kalman.predict(1e-3, True)
     kalman.spread[0, 0] = 1e-8
+    if method == "square_root":
+        kalman._set_anew()
     kalman.correct(kalman.x[:3] + [0.02, 0.0, 0.0], np.eye(3) * 1e-8)
     least = SURPRISED * 0.05**2
     assert (kalman.friction[1] ** 2 > 0.5 * least) is learns
     assert kalman.friction[1] <= 0.05
+    assert kalman.joint_covariance()[12, 12] == kalman.spread[0, 0]
+
+
+@pytest.mark.parametrize("method", ["extended", "square_root"])
+def test_no_clearance_is_learnt_to_less_than_a_hundredth_of_what_was_stated(method):
+    kalman = sliding(Scene(clearance_stddev=2e-5), method)
+    kalman.predict(1e-3, True)
+    kalman.spread[1, 1] = 1e-16
+    if method == "square_root":
+        kalman._set_anew()
+    for _ in range(3):
+        kalman.correct(kalman.x[:3], np.eye(3) * 1e-8)
+        assert kalman.peg_diameter[1] == pytest.approx(0.01 * 2e-5)
+        kalman.predict(1e-3, True)
+        # Two steps later it is that still.
+        assert kalman.peg_diameter[1] >= 0.0099 * 2e-5
 
 
 @pytest.mark.parametrize("method", ["extended", "square_root"])

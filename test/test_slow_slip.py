@@ -10,12 +10,8 @@ from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.acceleration import FOLLOWED, follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.direction import slip_without_kink
-from peg_on_hole_ros.estimation.filter import (
-    FORGET_FRICTION,
-    LEARNT_WRONG,
-    ContactFilter,
-    Prediction,
-)
+from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
 from peg_on_hole_ros.estimation.kernel import SELECTED, Process
 from peg_on_hole_ros.estimation.memory import SIZE, part
 from peg_on_hole_ros.estimation.outcomes import NO_STEP

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
+from peg_on_hole_ros.estimation.friction_doubt import LEARNT_WRONG
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP, step_error, take_step
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
@@ -248,8 +249,11 @@ def test_a_step_that_is_not_found_says_little_of_friction_over_a_long_interval(d
         kalman.hold(np.zeros(6))
         kalman.predict(part * dt, False)
         kalman.predict((1 - part) * dt, False)
-    kalman.hold(np.zeros(6))
-    assert kalman.predict(0.1 * dt, True) is Prediction.FAILED
+    for _ in range(round(LEARNT_WRONG / dt) + 1):
+        assert kalman.spread[0, 0] == before
+        kalman.hold(np.zeros(6))
+        assert kalman.predict(0.4 * dt, True) is Prediction.FAILED
+        assert kalman.predict(0.6 * dt, True) is Prediction.FAILED
     assert (kalman.spread[0, 0] > before) == given_back
 
 

@@ -1,6 +1,6 @@
 """How a held peg accelerates: as it did of late, within what is stated."""
 
-from peg_on_hole_ros.estimation.memory import ACCELERATION, FOLLOWED_BEFORE, X
+from peg_on_hole_ros.estimation.memory import ACCELERATION, RATES_KNOWN, X
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # The rates' changes are averaged over this time [s].
@@ -27,8 +27,8 @@ def follow_acceleration(m, dt):
 
     """
     dt = max(dt, SHORTEST_TIME)
-    share = min(dt / FOLLOWED, 1.0) * m[FOLLOWED_BEFORE]
-    m[FOLLOWED_BEFORE] = 1.0
+    share = min(dt / FOLLOWED, 1.0) * m[RATES_KNOWN]
+    m[RATES_KNOWN] = 1.0
     for i in range(3):
         now = (m[X + 3 + i] - m[ACCELERATION + 3 + i]) / dt
         m[ACCELERATION + i] += share * (now - m[ACCELERATION + i])

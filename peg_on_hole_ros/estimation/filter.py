@@ -9,11 +9,15 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.description import Description, description
+from peg_on_hole_ros.estimation.friction_doubt import (
+    doubt_without_step,
+    regained_by_surprise,
+    take_friction,
+)
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import NO_STEP, Correction, Prediction, Reactions
-from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge, bridge_without_step
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -23,16 +27,6 @@ from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 
-# Without a step for longer than this [s] a friction coefficient is not what it was learnt to be.
-# For less it is noise in the wrench: where a peg nearly wedges, it leaves no step now and then.
-LEARNT_WRONG = 0.02
-# In this time after that [s] all that was learnt of it is forgotten.
-FORGET_FRICTION = 0.02
-# In the same time, a coefficient that leaves no step is sought by this many of its standard
-# deviations below the stated one.
-SEEK_FRICTION = 2.0
-# Share of its stated variance that friction gets back with each surprise.
-SURPRISED = 0.5
 # Of a wrench's interval.
 NEARLY_ALL = 0.9
 # A clearance counts as wide above this share of its stated spread.
@@ -201,7 +195,7 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._acceleration[:] = 0.0
-        for name in ("FOLLOWED_BEFORE", "STOPPED", "WITHOUT_STEP"):
+        for name in ("RATES_KNOWN", "STOPPED", "WITHOUT_STEP"):
             part(self._memory, name)[0] = 0.0
         self._refused = 0
         self._since_correction = 0.0
@@ -266,7 +260,9 @@ class ContactFilter:
     def _bridge_without_step(self, dt):
         # Held for long, the noise of one wrench leaves no step just as well.
         if max(self._held, self._held_before) <= LONG_STEP:
-            self._doubt_friction(dt)
+            # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
+            patient = not self._clearance_is_wide
+            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
         self._forget_slip()
         bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
@@ -321,34 +317,8 @@ class ContactFilter:
         """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
         learnt = self.spread.item(0) < self._known[0]
         if learnt:
-            self._take_friction(self.scalars.f, self._known[0])
+            take_friction(self._memory, self.scalars.f, self._known[0])
         return learnt
-
-    def _take_friction(self, value, variance):
-        """Take friction for a value that has nothing to do with what else is estimated."""
-        self.scene_values[7] = value
-        self._cross[:12] = 0.0
-        self.spread[0], self.spread[1, 0] = (variance, 0.0), 0.0
-
-    def _doubt_friction(self, dt):
-        """
-        Give friction its spread back: no step at its value, and a wrong one leaves none either.
-
-        A peg that surely slides where its friction would wedge it has less of it: as long as
-        friction is not known, it is then sought below. From there it is learnt; from above, where
-        the equations have no solution, it never would be.
-        """
-        known = self._known[0]
-        # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
-        if self._without_step.item() + dt > LEARNT_WRONG or self._clearance_is_wide:
-            self.spread[0, 0] = min(self.spread[0, 0] + known * dt / FORGET_FRICTION, known)
-        if self._sliding[0] > 0.0 and self.spread[0, 0] > 0.9 * known > 0.0:
-            stddev = sqrt(known)
-            lowest = max(self.scalars.f - SEEK_FRICTION * stddev, LEAST_FRICTION)
-            now = self.scene_values.item(7)
-            lower = now - stddev * SEEK_FRICTION * dt / FORGET_FRICTION
-            if now > lowest:
-                self._take_friction(max(lower, lowest), self.spread.item(0))
 
     def correct(self, q, R) -> tuple[Correction, float]:
         """
@@ -394,8 +364,7 @@ class ContactFilter:
         follow_acceleration(self._memory, self._since_correction)
         self._sliding[1] = 0.0
         if self._learns_clearance:
-            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
-            self.spread[1, 1] = max(self.spread.item(3), least)
+            self._widen_parameters(0.0, self._least_clearance - self.spread.item(3))
         self._since_correction = 0.0
         return result, nis
 
@@ -417,11 +386,18 @@ class ContactFilter:
         return kernel.innovation(self._memory, q)
 
     def _widen(self, factor):
-        kernel.widen_rates(self._memory, self._since_correction, factor)
+        self._widen_rates(factor)
         if self._learns_clearance:
             # Friction that has changed is not to be taken for another clearance.
-            known = self._known[0]
-            self.spread[0, 0] = min(self.spread[0, 0] + SURPRISED * known, known)
+            self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
+
+    def _widen_rates(self, factor):
+        kernel.widen_rates(self._memory, self._since_correction, factor)
+
+    def _widen_parameters(self, friction, diameter):
+        """Add to the variances of friction and of the peg diameter; nothing below zero."""
+        self.spread[0, 0] += max(friction, 0.0)
+        self.spread[1, 1] += max(diameter, 0.0)
 
     @property
     def _keeps_sliding(self):
@@ -430,6 +406,10 @@ class ContactFilter:
     @property
     def _learns_clearance(self):
         return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
+
+    @property
+    def _least_clearance(self):
+        return LEAST_CLEARANCE_SPREAD**2 * self._known[1]
 
     @property
     def _clearance_is_wide(self):

@@ -33,7 +33,7 @@ _SIZES = {
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
     "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
-    "FOLLOWED_BEFORE": 1,  # 1: those rates are known
+    "RATES_KNOWN": 1,  # 1: those at the last correction are
     "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
@@ -86,7 +86,7 @@ SLOW, BRIDGED, WITHOUT_STEP, RATE_NOISE, FRICTION = (
 )
 RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
 ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))
-FOLLOWED_BEFORE = _AT["FOLLOWED_BEFORE"]
+RATES_KNOWN = _AT["RATES_KNOWN"]
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

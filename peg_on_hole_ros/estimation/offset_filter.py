@@ -139,10 +139,6 @@ class OffsetFilter(ContactFilter):
         super().hold(u + bias)
         hold_offsets(self._memory)
 
-    def _take_friction(self, value, variance):
-        super()._take_friction(value, variance)
-        self.offset_spread[:, 0] = 0.0
-
     @property
     def _keeps_sliding(self):
         return True

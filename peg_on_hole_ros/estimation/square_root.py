@@ -103,11 +103,17 @@ class SquareRootFilter(ContactFilter):
     def _set_anew(self):
         self._set(joint_mean(self), _root_of(self.joint_covariance()))
 
-    def _widen(self, factor):
+    def _widen_rates(self, factor):
         carried = np.zeros((WIDTH, WIDTH))
         carried[RATES] = self._root[RATES]
         carried[:3] = self._since_correction * self._root[RATES]
         self._set(joint_mean(self), np.hstack([self._root, np.sqrt(factor) * carried]))
+
+    def _widen_parameters(self, friction, diameter):
+        added = np.zeros((WIDTH, 2))
+        added[FRICTION, 0], added[DIAMETER, 1] = np.sqrt(np.maximum([friction, diameter], 0.0))
+        if added.any():
+            self._set(joint_mean(self), np.hstack([self._root, added]))
 
     def _update(self):
         noise, angles = np.linalg.cholesky(self._R), self._root[:3]
