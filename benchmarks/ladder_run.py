@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.cycle import correct_and_follow, predict_or_bridge
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import BRIDGED, SLOW, R
+from peg_on_hole_ros.estimation.memory import BRIDGED, SLOW, WITHOUT_STEP, R
 from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.reactions import react
 from peg_on_hole_ros.estimation.slow import bridge
@@ -46,7 +46,7 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
         used = choose_at(m, choice, y) if rung == AUTO else min(rung, DYNAMIC)
         if used <= QUASI_STATIC:
             status = predict_at_constant_rates(m, slopes, dt, free * free)
-            m[SLOW] = m[BRIDGED] = 0.0
+            m[SLOW] = m[BRIDGED] = m[WITHOUT_STEP] = 0.0
             if status == kernel.SLOW:
                 m[SLOW] = 1.0
                 bridge(m, slopes, dt)

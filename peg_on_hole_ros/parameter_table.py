@@ -307,7 +307,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "free_rate_noise",
-        "random walk of the rates where no contact model holds; per root of a second",
+        "random walk of the rates where no contact model holds, and the least where the model has "
+        "no step; per root of a second",
         "rad/s",
         1e-6,
         1e3,

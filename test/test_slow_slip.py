@@ -10,7 +10,8 @@ from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.acceleration import FOLLOWED, follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.direction import slip_without_kink
-from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.filter import Prediction
+from peg_on_hole_ros.estimation.filters import FILTERS
 from peg_on_hole_ros.estimation.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
 from peg_on_hole_ros.estimation.kernel import SELECTED, Process
 from peg_on_hole_ros.estimation.memory import SIZE, part
@@ -297,14 +298,16 @@ def test_a_friction_that_is_stated_too_high_is_not_thrown_past_the_true_one():
     assert np.abs(off).max() < 4.0
 
 
-def stopped_by_friction(**scene):
+def stopped_by_friction(method="extended", **scene):
     """A peg that slides; the friction that its filter has learnt leaves no step."""
     x = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])
     scene = replace(SCENE, friction_stddev=0.05, **scene)
-    kalman = ContactFilter(scene, FilterOptions(), WRENCH_NOISE)
+    kalman = FILTERS[method](scene, FilterOptions(), WRENCH_NOISE)
     kalman.start(x[:3], 1e-8 * np.eye(3))
     kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = x[3:], 1e-4
     kalman.scene_values[7], kalman.spread[0, 0] = 1.5, 1e-6
+    if method == "square_root":
+        kalman._set_anew()
     for _ in range(2):
         assert goes_on(kalman) in NO_STEP
     return kalman
@@ -363,6 +366,23 @@ def test_a_learnt_friction_is_forgotten_only_if_there_is_no_step_for_long():
     # Beside a clearance that is hardly known, friction was learnt with a wrong one.
     kalman = stopped_by_friction(clearance_stddev=1e-5)
     assert kalman.friction[1] > 10 * learnt[1]
+
+
+@pytest.mark.parametrize("spread", [0.05, 0.0499])
+def test_a_friction_that_is_sought_has_nothing_to_do_with_the_motion(spread):
+    """By the covariance and by its root, whether its spread changes or stays."""
+    found = {}
+    for method in ("extended", "square_root"):
+        kalman = stopped_by_friction(method)
+        kalman.spread[0, 0] = spread**2
+        part(kalman.memory, "CROSS", (2, 12))[0, 3] = 1e-5
+        if method == "square_root":
+            kalman._set_anew()
+        assert goes_on(kalman) in NO_STEP
+        assert kalman.friction[0] < 1.5
+        assert not part(kalman.memory, "CROSS", (2, 12))[0].any()
+        found[method] = kalman.joint_covariance()
+    np.testing.assert_allclose(found["square_root"], found["extended"], rtol=1e-9, atol=1e-20)
 
 
 def test_the_acceleration_is_that_of_the_last_ten_milliseconds(memory):

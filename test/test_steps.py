@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.estimation.filter import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.friction_doubt import LEARNT_WRONG
+from peg_on_hole_ros.estimation.memory import part
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP, step_error, take_step
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
@@ -244,25 +245,30 @@ def test_a_step_that_is_not_found_says_little_of_friction_over_a_long_interval(d
     # Below gamma0 there is no three-point contact, and no step.
     kalman.start(np.array([0.5 * kalman.gamma0, 0.3, -0.4]), 1e-8 * np.eye(3))
     kalman.spread[0, 0] = before = 1e-6
-    for part in (0.4, 0.6):
+    for share in (0.4, 0.6):
         # An orientation between two wrenches does not make the interval a short one.
         kalman.hold(np.zeros(6))
-        kalman.predict(part * dt, False)
-        kalman.predict((1 - part) * dt, False)
-    for _ in range(round(LEARNT_WRONG / dt) + 1):
-        assert kalman.spread[0, 0] == before
+        kalman.predict(share * dt, False)
+        kalman.predict((1 - share) * dt, False)
+    enough = round(LEARNT_WRONG / dt)
+    for k in range(enough + 1):
         kalman.hold(np.zeros(6))
         assert kalman.predict(0.4 * dt, True) is Prediction.FAILED
         assert kalman.predict(0.6 * dt, True) is Prediction.FAILED
+        assert k >= enough - 1 or kalman.spread[0, 0] == before
     assert (kalman.spread[0, 0] > before) == given_back
 
 
 def test_a_covariance_that_has_lost_its_meaning_restarts_the_filter():
     kalman = sliding()
-    kalman.Z[0, 0] = -1.0
-    result, _ = kalman.correct(np.array([0.15, 0.3, -0.4]), 1e-8 * np.eye(3))
-    assert result is Correction.RESET
-    assert np.isfinite(kalman.Z).all() and (np.linalg.eigvalsh(kalman.P) > 0).all()
+    for bridged in (False, True):
+        kalman.Z[0, 0] = -1.0
+        part(kalman.memory, "BRIDGED")[0] = bridged
+        result, _ = kalman.correct(np.array([0.15, 0.3, -0.4]), 1e-8 * np.eye(3))
+        assert result is Correction.RESET
+        assert np.isfinite(kalman.Z).all() and (np.linalg.eigvalsh(kalman.P) > 0).all()
+        # Nor does anything of it last.
+        assert np.isfinite(part(kalman.memory, "RATE_NOISE")).all()
 
 
 def test_what_the_steps_did_is_counted():

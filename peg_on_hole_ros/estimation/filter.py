@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.acceleration import bridged_density, follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.friction_doubt import (
@@ -253,7 +253,8 @@ class ContactFilter:
                 # step tells of them must not be lost, or nothing ever is told.
                 self._sliding[0] = self._sliding[1]
             return Prediction.SLOW
-        self._forget_slip()
+        self._scales[:] = self.options.slip_velocity_scale
+        self._sliding[1] = 0.0
         kernel.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
         return Prediction.FREE
 
@@ -263,19 +264,16 @@ class ContactFilter:
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
             doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
-        self._forget_slip()
+        self._sliding[1] = 0.0
         bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
-    def _walk_at_constant_rates(self, result: Prediction) -> float:
-        """Return the random walk of the rates in the last prediction [rad/s^1.5]."""
-        adapted, free = self._rate_noise.item(), self.options.free_rate_noise
-        if result is Prediction.SLOW:
-            return adapted
-        return max(adapted, free) if result in NO_STEP else free
-
-    def _forget_slip(self):
-        self._scales[:] = self.options.slip_velocity_scale
-        self._sliding[1] = 0.0
+    def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
+        """Return the random walk of each rate in the last prediction [rad/s^1.5], shape (3,)."""
+        walk, free = self._rate_noise.item(), self.options.free_rate_noise
+        if result is not Prediction.SLOW:
+            walk = max(walk, free) if result in NO_STEP else free
+        bridged = [self._bridged.item() * bridged_density(self._memory, i) for i in range(3)]
+        return np.sqrt(walk**2 + np.array(bridged))
 
     def _predict_contact(self, dt, constant) -> int:
         if constant:
@@ -363,8 +361,7 @@ class ContactFilter:
         self._update()
         follow_acceleration(self._memory, self._since_correction)
         self._sliding[1] = 0.0
-        if self._learns_clearance:
-            self._widen_parameters(0.0, self._least_clearance - self.spread.item(3))
+        self._keep_least_clearance()
         self._since_correction = 0.0
         return result, nis
 
@@ -407,9 +404,10 @@ class ContactFilter:
     def _learns_clearance(self):
         return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
 
-    @property
-    def _least_clearance(self):
-        return LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+    def _keep_least_clearance(self):
+        if self._learns_clearance:
+            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+            self._widen_parameters(0.0, least - self.spread.item(3))
 
     @property
     def _clearance_is_wide(self):

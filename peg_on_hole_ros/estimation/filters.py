@@ -80,6 +80,7 @@ class IteratedFilter(ContactFilter):
         result, nis = super().correct(q, R)
         if result is Correction.USED and last is not None:
             self._iterate(*last, q)
+            self._keep_least_clearance()
         return result, nis
 
     def _iterate(self, prior, P0, flow, q):

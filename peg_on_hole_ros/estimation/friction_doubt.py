@@ -53,7 +53,7 @@ def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bo
     dt : float
         Time of that prediction [s].
     patient : bool
-        Whether noise in the wrench is to blame at first.
+        Whether noise in the wrench is to blame at first; what is not learnt is sought at once.
 
     """
     if not patient or m.item(WITHOUT_STEP) + dt > LEARNT_WRONG:

@@ -37,7 +37,7 @@ from peg_on_hole_ros.estimation.reference_steps import (
     solve_with_slopes,
     with_parameters,
 )
-from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE, SEVERAL
+from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE, ONE_WRENCH
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
@@ -159,7 +159,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_without_step(self, dt, rate_noise):
         """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
         noise, lasted = max(self.rate_noise, rate_noise), self.without_step + dt
-        if lasted > SEVERAL:
+        if lasted > ONE_WRENCH:
             self.rate_noise = noise
         self._bridge(dt, noise)
         self.without_step = lasted

@@ -4,7 +4,7 @@ from math import exp
 
 from peg_on_hole_ros.estimation.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free
-from peg_on_hole_ros.estimation.memory import BRIDGED, PROCESS, RATE_NOISE, WITHOUT_STEP, Z
+from peg_on_hole_ros.estimation.memory import BRIDGED, PROCESS, RATE_NOISE, SCALES, WITHOUT_STEP, Z
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # How fast the rates' random walk follows the innovations: in so many of them by a factor of e
@@ -15,8 +15,8 @@ MOST_SURPRISE = 5.0
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0
-# Without a step for longer than this [s] it is not one wrench.
-SEVERAL = 0.0025
+# For so long [s] one wrench may leave no step; for longer, and the peg may be turning round.
+ONE_WRENCH = 0.0025
 
 
 @compiled
@@ -42,8 +42,7 @@ def bridge_without_step(m, slopes, dt, least):
     """
     Predict so where the equations have no step, as under a wrench that noise has moved there.
 
-    One such interval tells nothing of how the rates change; several in a row begin a random walk
-    that lasts.
+    For a moment that tells nothing of how the rates change; after ONE_WRENCH the walk lasts.
 
     Parameters
     ----------
@@ -54,8 +53,10 @@ def bridge_without_step(m, slopes, dt, least):
 
     """
     m[WITHOUT_STEP] += dt
+    for i in range(3):
+        m[SCALES + i] = m[PROCESS + 2]
     noise = max(m[RATE_NOISE], least)
-    if m[WITHOUT_STEP] > SEVERAL:
+    if m[WITHOUT_STEP] > ONE_WRENCH:
         m[RATE_NOISE] = noise
     _bridge(m, slopes, dt, noise)
 
@@ -81,6 +82,7 @@ def adapt_rate_noise(m, nis):
     At constant rates the innovations alone tell how much a peg accelerates. The random walk grows
     and falls by exp(ADAPTATION (nis / 3 - 1)) with each, from what is configured upwards.
     """
-    surprise = min(nis / 3.0, MOST_SURPRISE)
+    # One that is no number surprises most, and the random walk stays one.
+    surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
     grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0))
     m[RATE_NOISE] = min(max(grown, m[PROCESS + 8]), MOST_RATE_NOISE)

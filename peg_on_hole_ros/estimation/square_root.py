@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.acceleration import FOLLOWED
 from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.flow import DIAMETER, FRICTION, RATES, Flow, joint_mean, set_joint
 from peg_on_hole_ros.estimation.memory import part
@@ -72,14 +71,14 @@ class SquareRootFilter(ContactFilter):
                 root = np.linalg.qr(np.hstack([F @ root, flow.walk()]).T, mode="r").T
             added, jumped = flow.added(), flow.jumped
         else:
-            followed = self._bridged.item() * part(self._memory, "ACCELERATION")[:3]
-            noise = np.sqrt(self._walk_at_constant_rates(result) ** 2 + FOLLOWED * followed**2)
+            noise = self._walk_at_constant_rates(result)
             F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
             jumped = np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt
             walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
             root = np.hstack([F @ root, np.sqrt(dt) * walk * noise])
-            if result in NO_STEP and self.spread[0, 0] != friction:
+            doubted = (self.friction[0], self.spread[0, 0]) != (full[FRICTION], friction)
+            if result in NO_STEP and doubted:
                 # It was given back of its spread, or is sought anew, apart from all else.
                 sought = not part(self._memory, "CROSS")[:12].any()
                 root[FRICTION] *= 0.0 if sought else 1.0

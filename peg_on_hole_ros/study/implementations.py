@@ -119,6 +119,7 @@ class _Run:
         reference.P = self.joint.copy()
         followed = part(kalman._memory, "ACCELERATION")
         reference.stopped = part(kalman._memory, "STOPPED").item()
+        reference.rate_noise = part(kalman._memory, "RATE_NOISE").item()
         reference.acceleration, reference.last_rates = followed[:3].copy(), followed[3:].copy()
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
