@@ -284,7 +284,7 @@ def test_rates_that_changed_of_late_may_go_on_so(memory):
 
 
 def test_a_friction_that_is_stated_too_high_is_not_thrown_past_the_true_one():
-    """By tangents alone it was 5 deviations too low for 50 ms."""
+    """By tangents alone it was 3 to 5 deviations too low for 20 ms."""
     truth = with_noise(truth_of(Motion(1e-4, 0.2, 1.0, "align"))[0], "low", 0.05)
     configuration = truth.plan.configuration
     scene = replace(configuration.scene, friction=0.3145)
