@@ -7,6 +7,7 @@ import pytest
 from filterpy.kalman import KalmanFilter
 from scipy.linalg import solve_discrete_are
 
+from bound_reached import particles
 from grid_cells import first_samples, with_noise
 from grid_score import bound_of, run_seeds
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -43,6 +44,20 @@ def step_matrices(scene, x, u):
     right = np.hstack([np.eye(6), np.vstack([np.zeros((3, 8)), STEP * a_u])])
     both = np.linalg.solve(left, right)
     return both[:, :6], both[:, 6:], dy
+
+
+def test_particles_that_make_no_tangents_spread_as_wide():
+    cut = first_samples(truth("closing_with_slip"), 81)
+    cut = with_noise(cut, "nominal", 0.0)
+    track = particles(cut, 0, 2000, 81, pieces=1)
+    bound = bound_of(cut)
+    assert (bound.meaning[40:] == Meaning.SOUND).all()
+    stddev = np.sqrt(np.diagonal(bound.state, axis1=1, axis2=2))
+    ratio = np.sqrt(((track.stddev / stddev)[40:] ** 2).mean(axis=0))
+    # What particles say of their own spread depends on what they drew: by 2 % rms, over seeds.
+    np.testing.assert_allclose(ratio, 1.0, atol=0.1)
+    # One run errs as one may.
+    assert (np.abs(track.error / stddev)[40:].mean(axis=0) < 2.0).all()
 
 
 @pytest.mark.parametrize("known, walk", [((0.0, 0.0), 0.0), ((0.05, 2e-6), 0.002)])

@@ -1,0 +1,169 @@
+"""
+How near a particle filter comes to the bound: whether an estimator can reach it.
+
+    python benchmarks/bound_reached.py [--motion slip] [--clearance 2e-5] [--friction 0.2]
+        [--speed 0.01] [--noise low] [--runs 6] [--particles 4000] [--seconds 0.2]
+
+The bound is one of tangents. A bootstrap particle filter (Gordon, Salmond and Smith 1993) makes
+none: each particle is moved by the contact's own step under the measured wrench less a draw of its
+noise, and weighed by the orientation. It knows friction and clearance, costs thousands of times as
+much, and is no filter to use.
+"""
+
+import argparse
+from typing import NamedTuple
+
+import numpy as np
+
+from grid_cells import (
+    CLEARANCES,
+    FRICTIONS,
+    MOTIONS,
+    NOISE,
+    SPEEDS,
+    Motion,
+    truth_of,
+    with_noise,
+)
+from grid_score import QUANTITIES, bound_of
+from peg_on_hole_ros.estimation.bound import Meaning
+from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.estimation.step import CONVERGED, implicit_euler
+from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, scene_of, scene_scalars, workspace
+from peg_on_hole_ros.mechanics.reference import peg_axes
+
+# Of the rates at the begin [rad/s]: particles that know nothing of them are mostly lost.
+BEGIN_RATE = 0.02
+
+
+class Track(NamedTuple):
+    """
+    What the particles say of the state at each sample.
+
+    Attributes
+    ----------
+    error, stddev : ndarray, shape (n, 6)
+        Of their mean, and of themselves.
+
+    """
+
+    error: np.ndarray
+    stddev: np.ndarray
+
+
+@compiled
+def _advance(scalars, scales, x, u, h, pieces, found, work):
+    """Move each particle x (n, 6) by its wrench u (n, 6) over h [s]; found: it had a step."""
+    p = scene_of(scalars)
+    begin, end, y = np.zeros(6), np.zeros(6), np.zeros(6)
+    dy, slopes = np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
+    for n in range(len(x)):
+        begin[:] = x[n]
+        found[n] = 1.0
+        for _ in range(pieces):
+            status, _ = implicit_euler(
+                p, scales, begin, u[n], h / pieces, end, y, dy, slopes, work
+            )
+            if status != CONVERGED:
+                found[n] = 0.0
+                break
+            begin[:] = end
+        x[n] = begin
+
+
+def particles(truth, seed: int, count: int, rows: int, pieces: int = 4) -> Track:
+    """
+    Run a particle filter over the first samples of a truth.
+
+    Parameters
+    ----------
+    truth : Truth
+    seed : int
+        Of all noise.
+    count : int
+        Particles.
+    rows : int
+        Samples of the wrench.
+    pieces : int
+        Steps from one sample to the next.
+
+    Returns
+    -------
+    Track
+
+    """
+    settings, random = truth.plan.configuration, np.random.default_rng(seed)
+    scene, position = settings.scene, settings.joints.position_stddev
+    scalars = np.array(scene_scalars(scene))
+    scales = np.full(3, float(truth.plan.slip_velocity_scale))
+    root = np.linalg.cholesky(WrenchReduction(settings.wrench, scene).covariance)
+    every = truth.plan.wrench_rate // truth.plan.joint_rate
+    exact = np.hstack([truth.q, truth.rates])
+    error, stddev = np.full((rows, 6), np.nan), np.full((rows, 6), np.nan)
+    R = angle_covariance(truth.q[0, 0], position)
+    x = np.empty((count, 6))
+    x[:, :3] = random.multivariate_normal(random.multivariate_normal(truth.q[0], R), R, count)
+    x[:, 3:] = truth.rates[0] + BEGIN_RATE * random.normal(size=(count, 3))
+    logarithm, found, work = np.zeros(count), np.zeros(count), workspace()
+    for k in range(1, rows):
+        axes = peg_axes(truth.q[k]).T
+        wrench = np.concatenate([axes @ truth.force[k], axes @ truth.moment[k]])
+        measured = wrench + root @ random.normal(size=6)
+        u = measured + random.normal(size=(count, 6)) @ root.T
+        h = (truth.t_ns[k] - truth.t_ns[k - 1]) * 1e-9
+        _advance(scalars, scales, x, u, h, pieces, found, work)
+        logarithm = np.where(found > 0.0, logarithm, -np.inf)
+        seen = k % every == 0
+        if seen:
+            R = angle_covariance(truth.q[k, 0], position)
+            off = x[:, :3] - random.multivariate_normal(truth.q[k], R)
+            logarithm = logarithm - 0.5 * np.einsum("ni,ij,nj->n", off, np.linalg.inv(R), off)
+        weight = np.exp(logarithm - logarithm.max())
+        weight /= weight.sum()
+        mean = weight @ x
+        error[k] = mean - exact[k]
+        stddev[k] = np.sqrt(weight @ (x - mean) ** 2)
+        if seen:
+            # Systematic resampling.
+            places = (np.arange(count) + random.random()) / count
+            x = x[np.searchsorted(np.cumsum(weight), places).clip(0, count - 1)]
+            logarithm[:] = 0.0
+    return Track(error, stddev)
+
+
+def main():
+    """Print errors and spreads over the bound, by quarters of the time."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--motion", choices=MOTIONS, default="slip")
+    parser.add_argument("--clearance", type=float, default=2e-5, help=f"[m], as {CLEARANCES}")
+    parser.add_argument("--friction", type=float, default=0.2, help=f"as {FRICTIONS}")
+    parser.add_argument("--speed", type=float, default=0.01, help=f"[rad/s], as {SPEEDS}")
+    parser.add_argument("--noise", choices=list(NOISE), default="low")
+    parser.add_argument("--runs", type=int, default=6)
+    parser.add_argument("--particles", type=int, default=4000)
+    parser.add_argument("--seconds", type=float, default=0.2)
+    asked = parser.parse_args()
+    motion = Motion(asked.clearance, asked.friction, asked.speed, asked.motion)
+    truth = with_noise(truth_of(motion)[0], asked.noise, 0.0)
+    rows = min(len(truth.t_ns), int(np.searchsorted(truth.t_ns, asked.seconds * 1e9)))
+    bound = bound_of(truth)
+    sigma = np.sqrt(np.diagonal(bound.state[:rows], axis1=1, axis2=2))
+    tracks = []
+    for seed in range(asked.runs):
+        tracks.append(particles(truth, seed, asked.particles, rows))
+        print(f"run {seed + 1} of {asked.runs}", flush=True)
+    error = np.array([track.error for track in tracks]) / sigma
+    stddev = np.array([track.stddev for track in tracks]) / sigma
+    print(f"{motion} {asked.noise}, over the bound: {', '.join(QUANTITIES[:6])}")
+    for part in np.array_split(np.arange(1, rows), 4):
+        sound = (bound.meaning[part] == Meaning.SOUND).mean()
+        print(
+            f"{truth.t_ns[part[0]] * 1e-9:.3f} s: error",
+            np.sqrt((error[:, part] ** 2).mean(axis=(0, 1))).round(2),
+            "spread", np.sqrt((stddev[:, part] ** 2).mean(axis=(0, 1))).round(2),
+            f"bound sound in {sound:.0%}",
+        )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
