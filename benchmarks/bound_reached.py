@@ -2,12 +2,12 @@
 How near a particle filter comes to the bound: whether an estimator can reach it.
 
     python benchmarks/bound_reached.py [--motion slip] [--clearance 2e-5] [--friction 0.2]
-        [--speed 0.01] [--noise low] [--runs 6] [--particles 4000] [--seconds 0.2]
+        [--speed 0.01] [--noise low] [--runs 12] [--particles 16000] [--seconds 0.15]
 
 The bound is one of tangents. A bootstrap particle filter (Gordon, Salmond and Smith 1993) makes
 none: each particle is moved by the contact's own step under the measured wrench less a draw of its
 noise, and weighed by the orientation. It knows friction and clearance, costs thousands of times as
-much, and is no filter to use.
+much, and is no filter to use. Some minutes.
 """
 
 import argparse
@@ -139,9 +139,9 @@ def main():
     parser.add_argument("--friction", type=float, default=0.2, help=f"as {FRICTIONS}")
     parser.add_argument("--speed", type=float, default=0.01, help=f"[rad/s], as {SPEEDS}")
     parser.add_argument("--noise", choices=list(NOISE), default="low")
-    parser.add_argument("--runs", type=int, default=6)
-    parser.add_argument("--particles", type=int, default=4000)
-    parser.add_argument("--seconds", type=float, default=0.2)
+    parser.add_argument("--runs", type=int, default=12)
+    parser.add_argument("--particles", type=int, default=16000)
+    parser.add_argument("--seconds", type=float, default=0.15)
     asked = parser.parse_args()
     motion = Motion(asked.clearance, asked.friction, asked.speed, asked.motion)
     truth = with_noise(truth_of(motion)[0], asked.noise, 0.0)
