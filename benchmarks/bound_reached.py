@@ -25,12 +25,11 @@ from grid_cells import (
     truth_of,
     with_noise,
 )
-from grid_score import QUANTITIES, bound_of
+from grid_score import QUANTITIES, bound_of, peg_wrench
 from peg_on_hole_ros.estimation.bound import Meaning
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.estimation.step import CONVERGED, implicit_euler
 from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, scene_of, scene_scalars, workspace
-from peg_on_hole_ros.mechanics.reference import peg_axes
 
 # Of the rates at the begin [rad/s]: particles that know nothing of them are mostly lost.
 BEGIN_RATE = 0.02
@@ -98,7 +97,7 @@ def particles(truth, seed: int, count: int, rows: int, pieces: int = 4) -> Track
     scales = np.full(3, float(truth.plan.slip_velocity_scale))
     root = np.linalg.cholesky(WrenchReduction(settings.wrench, scene).covariance)
     every = truth.plan.wrench_rate // truth.plan.joint_rate
-    exact = np.hstack([truth.q, truth.rates])
+    exact, wrench = np.hstack([truth.q, truth.rates]), peg_wrench(truth)
     error, stddev = np.full((rows, 6), np.nan), np.full((rows, 6), np.nan)
     R = angle_covariance(truth.q[0, 0], position)
     x = np.empty((count, 6))
@@ -106,9 +105,7 @@ def particles(truth, seed: int, count: int, rows: int, pieces: int = 4) -> Track
     x[:, 3:] = truth.rates[0] + BEGIN_RATE * random.normal(size=(count, 3))
     logarithm, found, work = np.zeros(count), np.zeros(count), workspace()
     for k in range(1, rows):
-        axes = peg_axes(truth.q[k]).T
-        wrench = np.concatenate([axes @ truth.force[k], axes @ truth.moment[k]])
-        measured = wrench + root @ random.normal(size=6)
+        measured = wrench[k] + root @ random.normal(size=6)
         u = measured + random.normal(size=(count, 6)) @ root.T
         h = (truth.t_ns[k] - truth.t_ns[k - 1]) * 1e-9
         _advance(scalars, scales, x, u, h, pieces, found, work)

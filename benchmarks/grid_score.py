@@ -59,14 +59,18 @@ class Runs(NamedTuple):
     restarts: int
 
 
+def peg_wrench(truth):
+    """Return the true wrench about the mass centre, peg axes, shape (n, 6) [N], [N m]."""
+    R_HP = np.array([peg_axes(q) for q in truth.q])
+    return np.hstack(
+        [np.einsum("nji,nj->ni", R_HP, truth.force), np.einsum("nji,nj->ni", R_HP, truth.moment)]
+    )
+
+
 def bound_of(truth, with_prior=True):
     """Return the bound along a truth; with what the estimator assumes of the accelerations."""
     settings = truth.plan.configuration
     scene, t = settings.scene, truth.t_ns * 1e-9
-    R_HP = np.array([peg_axes(q) for q in truth.q])
-    wrench = np.hstack(
-        [np.einsum("nji,nj->ni", R_HP, truth.force), np.einsum("nji,nj->ni", R_HP, truth.moment)]
-    )
     every = truth.plan.wrench_rate // truth.plan.joint_rate
     sensors = Sensors(
         WrenchReduction(settings.wrench, scene).covariance,
@@ -74,7 +78,7 @@ def bound_of(truth, with_prior=True):
         np.arange(len(t)) % every == 0,
     )
     return posterior_bound(
-        scene, t, np.hstack([truth.q, truth.rates]), wrench, sensors,
+        scene, t, np.hstack([truth.q, truth.rates]), peg_wrench(truth), sensors,
         settings.filter.initial_rate_stddev, truth.plan.slip_velocity_scale,
         settings.filter.acceleration_stddev if with_prior else np.inf,
         settings.filter.friction_noise if scene.friction_stddev else 0.0,

@@ -15,7 +15,7 @@ MOST_SURPRISE = 5.0
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0
-# For so long [s] one wrench may leave no step; for longer, and the peg may be turning round.
+# Where there is no step for longer than this [s], it is not one wrench: the peg may turn round.
 ONE_WRENCH = 0.0025
 
 
