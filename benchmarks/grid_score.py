@@ -67,9 +67,10 @@ def peg_wrench(truth):
     )
 
 
-def bound_of(truth, with_prior=True):
-    """Return the bound along a truth; with what the estimator assumes of the accelerations."""
+def bound_of(truth, acceleration_stddev=None):
+    """Return the bound along a truth; with what is known of the accelerations, None: as stated."""
     settings = truth.plan.configuration
+    stated = settings.filter.acceleration_stddev
     scene, t = settings.scene, truth.t_ns * 1e-9
     every = truth.plan.wrench_rate // truth.plan.joint_rate
     sensors = Sensors(
@@ -80,7 +81,7 @@ def bound_of(truth, with_prior=True):
     return posterior_bound(
         scene, t, np.hstack([truth.q, truth.rates]), peg_wrench(truth), sensors,
         settings.filter.initial_rate_stddev, truth.plan.slip_velocity_scale,
-        settings.filter.acceleration_stddev if with_prior else np.inf,
+        stated if acceleration_stddev is None else acceleration_stddev,
         settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip
 
@@ -186,7 +187,7 @@ def classes(truth, bound) -> dict[str, np.ndarray]:
 def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=None) -> dict:
     """Return the figures of one motion at one noise level, as a plain tree of numbers."""
     measured = with_noise(truth, noise, friction_stddev)
-    bound, bare = bound_of(measured), bound_of(measured, with_prior=False)
+    bound, bare = bound_of(measured), bound_of(measured, np.inf)
     runs = run_seeds(measured, seeds, exact)
     wrong = run_seeds(measured, start_seeds, exact, START_ERROR)
     sigma = np.sqrt(

@@ -351,8 +351,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "acceleration_stddev",
-        "how far a held peg's acceleration is from that of the last 10 ms; bounds the reactions "
-        "where the equations are singular",
+        "how far a held peg's acceleration is, at most, from that of the last 10 ms; how far it "
+        "is follows how it changed in the last 50 ms; bounds the reactions",
         "rad/s^2",
         1e-3,
         1e9,

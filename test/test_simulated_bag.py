@@ -62,8 +62,10 @@ def test_committed_bag_comes_out_of_its_configuration(name, written):
     for new, old in zip(rows(again), rows(before), strict=True):
         assert new[:3] == old[:3]
         # Another machine's rounding may choose other steps of the integrator: 1e-5 N of
-        # reactions in the hundreds; angles and wrench agree far closer.
-        assert np.allclose(new[3], old[3], rtol=1e-6, atol=1e-8), new
+        # reactions in the hundreds. Forces that have fallen to millinewtons are differences of
+        # such: 1e-9 of a hundred newtons. Angles and rates agree far closer.
+        least = 1e-7 if new[0] in ("/wrench", "/truth/contacts") else 1e-8
+        assert np.allclose(new[3], old[3], rtol=1e-6, atol=least), new
         count += 1
     assert count > 2000
 

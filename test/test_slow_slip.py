@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grid_cells import Motion, truth_of, with_noise
-from peg_on_hole_ros.estimation.acceleration import FOLLOWED, follow_acceleration
+from peg_on_hole_ros.estimation.acceleration import FOLLOWED
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.direction import slip_without_kink
 from peg_on_hole_ros.estimation.filter import Prediction
@@ -383,15 +383,3 @@ def test_a_friction_that_is_sought_has_nothing_to_do_with_the_motion(spread):
         assert not part(kalman.memory, "CROSS", (2, 12))[0].any()
         found[method] = kalman.joint_covariance()
     np.testing.assert_allclose(found["square_root"], found["extended"], rtol=1e-9, atol=1e-20)
-
-
-def test_the_acceleration_is_that_of_the_last_ten_milliseconds(memory):
-    for k in range(20):
-        part(memory, "X")[3] = 7.0 + 50.0 * 2e-3 * k
-        follow_acceleration(memory, 2e-3)
-    followed = part(memory, "ACCELERATION")
-    # What is left of the start, which is no change: a fifth is taken over each 2 ms.
-    assert followed[0] == pytest.approx(50.0 * (1 - 0.8**19), rel=0.03)
-    for _ in range(20):
-        follow_acceleration(memory, 2e-3)
-    assert abs(followed[0]) < 0.02 * 50.0

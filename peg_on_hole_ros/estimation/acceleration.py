@@ -1,12 +1,17 @@
-"""How a held peg accelerates: as it did of late, within what is stated."""
+"""How a held peg accelerates: as it did of late, within how much that has changed of late."""
 
-from peg_on_hole_ros.estimation.memory import ACCELERATION, RATES_KNOWN, X
+from peg_on_hole_ros.estimation.memory import ACCELERATION, CHANGES, RATES_KNOWN, X
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # The rates' changes are averaged over this time [s].
 FOLLOWED = 0.01
 # An acceleration that lasts no longer than that is known to this share of itself.
 CHANGED = 0.5
+# How much the followed acceleration changes within FOLLOWED is averaged over this time [s].
+CHANGES_AVERAGED = 0.05
+# However steady it has been, it is known no better than to these shares of what is stated: for
+# one answer, and where answers at many instants are averaged, which leaves what they share.
+LEAST, LEAST_AVERAGED = 0.05, 0.5
 # Two orientations may have one stamp [s].
 SHORTEST_TIME = 1e-4
 
@@ -14,7 +19,7 @@ SHORTEST_TIME = 1e-4
 @compiled
 def follow_acceleration(m, dt):
     """
-    Let the acceleration follow the rates after a correction.
+    Let the acceleration, and how much it changes, follow the rates after a correction.
 
     After the first one the rates are no longer unknown, which is no acceleration.
 
@@ -28,11 +33,16 @@ def follow_acceleration(m, dt):
     """
     dt = max(dt, SHORTEST_TIME)
     share = min(dt / FOLLOWED, 1.0) * m[RATES_KNOWN]
+    averaged = min(dt / CHANGES_AVERAGED, 1.0) * m[RATES_KNOWN]
     m[RATES_KNOWN] = 1.0
     for i in range(3):
         now = (m[X + 3 + i] - m[ACCELERATION + 3 + i]) / dt
         m[ACCELERATION + i] += share * (now - m[ACCELERATION + i])
         m[ACCELERATION + 3 + i] = m[X + 3 + i]
+        change = m[ACCELERATION + i] - m[CHANGES + i]
+        m[CHANGES + i] += share * change
+        m[CHANGES + 3 + i] += averaged * (change * change - m[CHANGES + 3 + i])
+    m[CHANGES + 6] += averaged * (1.0 - m[CHANGES + 6])
 
 
 @inlined
@@ -42,7 +52,26 @@ def bridged_density(m, i):
 
 
 @inlined
-def acceleration_variance(m, i, stddev):
-    """Return how far an angle's acceleration may be from the followed one, squared [rad^2/s^4]."""
+def acceleration_variance(m, i, stddev, least):
+    """
+    Return how far an angle's acceleration may be from the followed one, squared [rad^2/s^4].
+
+    As much as that has changed of late, and as stated for what has not been seen: within FOLLOWED
+    it lags by what it changes, and its noise changes as much. Half of it is added, as it may end.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory.
+    i : int
+        The angle's number.
+    stddev : float
+        What is stated, at most [rad/s^2].
+    least : float
+        Share of it, at least.
+
+    """
+    stated = stddev * stddev
+    seen = m[CHANGES + 3 + i] + (1.0 - m[CHANGES + 6]) * stated
     changed = CHANGED * m[ACCELERATION + i]
-    return stddev * stddev + changed * changed
+    return min(stated, max(seen, least * least * stated)) + changed * changed

@@ -2,7 +2,7 @@
 
 from math import fabs, isfinite
 
-from peg_on_hole_ros.estimation.acceleration import acceleration_variance
+from peg_on_hole_ros.estimation.acceleration import LEAST_AVERAGED, acceleration_variance
 from peg_on_hole_ros.estimation.kernel import SELECTED
 from peg_on_hole_ros.estimation.memory import (
     ACCELERATION,
@@ -114,14 +114,14 @@ def _learn(p, m, dy, dt, acceleration_stddev):
     times_covariance(m, dy, 3)
     # The innovation's covariance and its Cholesky factor.
     s00 = covariance_entry(m, dy, 0, 0, True)
-    s00 += again * acceleration_variance(m, 0, acceleration_stddev)
+    s00 += again * acceleration_variance(m, 0, acceleration_stddev, LEAST_AVERAGED)
     s10 = covariance_entry(m, dy, 1, 0, True)
     s11 = covariance_entry(m, dy, 1, 1, True)
-    s11 += again * acceleration_variance(m, 1, acceleration_stddev)
+    s11 += again * acceleration_variance(m, 1, acceleration_stddev, LEAST_AVERAGED)
     s20 = covariance_entry(m, dy, 2, 0, True)
     s21 = covariance_entry(m, dy, 2, 1, True)
     s22 = covariance_entry(m, dy, 2, 2, True)
-    s22 += again * acceleration_variance(m, 2, acceleration_stddev)
+    s22 += again * acceleration_variance(m, 2, acceleration_stddev, LEAST_AVERAGED)
     l10, l20 = s10 / s00, s20 / s00
     d1 = s11 - l10 * s10
     l21 = (s21 - l20 * s10) / d1

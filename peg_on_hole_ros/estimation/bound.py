@@ -101,7 +101,7 @@ def posterior_bound(
     sensors: Sensors,
     initial_rate_stddev: float = 1.0,
     slip_velocity_scale: float = 1e-5,
-    acceleration_stddev: float = np.inf,
+    acceleration_stddev=np.inf,
     friction_noise: float = 0.0,
     pieces: int = 1,
 ) -> Bound:
@@ -124,7 +124,7 @@ def posterior_bound(
         What is known of the rates before the first sample [rad/s].
     slip_velocity_scale : float
         Of the motion's friction law [m/s].
-    acceleration_stddev : float
+    acceleration_stddev : float or ndarray, shape (3,) or (n, 3)
         What is known beforehand of each angle's acceleration [rad/s^2], for the reactions only.
     friction_noise : float
         Of the random walk that friction makes as far as is known [1/sqrt(s)].
@@ -168,10 +168,11 @@ def posterior_bound(
     P[range(3, 6), range(3, 6)] = initial_rate_stddev**2
     P[range(12, 14), range(12, 14)] = scene.friction_stddev**2, scene.clearance_stddev**2
     scalars = np.array(scene_scalars(scene))
+    held = np.broadcast_to(np.square(acceleration_stddev, dtype=float), (n, 3)).copy()
     states, reactions, parameters, determinant = _recursion(
         scalars, scales, t, state, wrench, P,
         np.ascontiguousarray(sensors.wrench_noise, float), R, measured,
-        float(acceleration_stddev) ** 2, float(friction_noise) ** 2, pieces, workspace(),
+        held, float(friction_noise) ** 2, pieces, workspace(),
     )  # fmt: skip
     speed, spread = _slip(scene, state, states)
     slow = speed < np.maximum(SPREADS * spread, CREEP_SCALES * slip_velocity_scale)
@@ -252,8 +253,8 @@ def _recursion(
         determinants[k] = determinant_at(p, coulomb, state[k, 0], rates, work)
         accelerate_with_derivatives(p, scales, state[k], wrench[k], work, y, dy)
         C = dy @ Z @ dy.T.copy()
-        if np.isfinite(acceleration_variance):
-            S = C[:3, :3] + acceleration_variance * np.eye(3)
+        if np.isfinite(acceleration_variance[k]).all():
+            S = C[:3, :3] + np.diag(acceleration_variance[k])
             C = C - np.linalg.solve(S, C[:3, :].copy()).T.copy() @ C[:3, :].copy()
         states[k], reactions[k], parameters[k] = Z[:6, :6], C[3:, 3:], Z[12:, 12:]
     return states, reactions, parameters, determinants

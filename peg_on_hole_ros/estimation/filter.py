@@ -106,6 +106,7 @@ class ContactFilter:
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._acceleration = part(self._memory, "ACCELERATION")
+        self._acceleration_changes = part(self._memory, "CHANGES")
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
         self._residual = part(self._memory, "RESIDUAL")
@@ -194,7 +195,7 @@ class ContactFilter:
         self._cross[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
-        self._acceleration[:] = 0.0
+        self._acceleration[:] = self._acceleration_changes[:] = 0.0
         for name in ("RATES_KNOWN", "STOPPED", "WITHOUT_STEP"):
             part(self._memory, name)[0] = 0.0
         self._refused = 0

@@ -33,6 +33,7 @@ _SIZES = {
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
     "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
+    "CHANGES": 7,  # that of before; mean square of its changes; share of them that was seen
     "RATES_KNOWN": 1,  # 1: the rates at the last correction are known
     "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
@@ -86,7 +87,7 @@ SLOW, BRIDGED, WITHOUT_STEP, RATE_NOISE, FRICTION = (
 )
 RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
 ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))
-RATES_KNOWN = _AT["RATES_KNOWN"]
+CHANGES, RATES_KNOWN = _AT["CHANGES"], _AT["RATES_KNOWN"]
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

@@ -2,7 +2,7 @@
 
 from math import cos, exp, isfinite, nan, sin, sqrt
 
-from peg_on_hole_ros.estimation.acceleration import acceleration_variance
+from peg_on_hole_ros.estimation.acceleration import LEAST, acceleration_variance
 from peg_on_hole_ros.estimation.memory import (
     ACCELERATION,
     FRICTION,
@@ -43,7 +43,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
 
     Near the singular set the equations trade huge accelerations for huge reactions; force balance
     with a bounded acceleration does not. As a Bayesian update with accelerations as the rates went
-    of late, within a stated standard deviation, the two are one formula, without a switch.
+    of late, within how much they changed, the two are one formula, without a switch.
 
     Where the answer at the estimate has accelerations that a held peg cannot have, the slip's
     direction is wrong, and with it all that follows. The answers around it are then weighed by how
@@ -58,7 +58,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
     dy : ndarray, shape (6, 14)
         Derivatives of the answer at the estimate by state, wrench, friction and peg diameter.
     acceleration_stddev : float
-        Of each angle, beside what `acceleration_variance` adds [rad/s^2].
+        Of each angle at most, beside what `acceleration_variance` adds [rad/s^2].
 
     """
     uncertain = times_covariance(m, dy, 6)
@@ -75,7 +75,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
     for a in range(3):
         at = REACTIONS + 6 * a
         column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
-        over = 1.0 / (column[a] + acceleration_variance(m, a, acceleration_stddev))
+        over = 1.0 / (column[a] + acceleration_variance(m, a, acceleration_stddev, LEAST))
         for n in range(7):
             acceleration = m[POINTS + 6 * n + a] - m[ACCELERATION + a]
             m[SURPRISE + n] += acceleration * acceleration * over

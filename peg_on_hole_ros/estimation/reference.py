@@ -6,7 +6,14 @@ from math import erf
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from peg_on_hole_ros.estimation.acceleration import CHANGED, FOLLOWED, SHORTEST_TIME
+from peg_on_hole_ros.estimation.acceleration import (
+    CHANGED,
+    CHANGES_AVERAGED,
+    FOLLOWED,
+    LEAST,
+    LEAST_AVERAGED,
+    SHORTEST_TIME,
+)
 from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
     LEAST_DETERMINANT,
@@ -82,6 +89,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.wrench_noise = wrench_noise
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.last_rates, self.since_correction = np.zeros(3), None, 0.0
+        self.acceleration_before, self.changes, self.changes_seen = np.zeros(3), np.zeros(3), 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
@@ -201,7 +209,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
             return
         dy[:, RATES] += dt * dy[:, :3]
         shared = dy[:3] @ self.P[:SIZE]
-        noise = self.acceleration_covariance(acceleration_stddev)
+        noise = self.acceleration_covariance(acceleration_stddev, LEAST_AVERAGED)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
         gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
         moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration)
@@ -274,16 +282,23 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.P = left @ self.P @ left.T + K @ R @ K.T
 
     def follow_acceleration(self):
-        """Let the acceleration follow the rates."""
+        """Let the acceleration, and how much it changes, follow the rates."""
         dt, self.since_correction = max(self.since_correction, SHORTEST_TIME), 0.0
         if self.last_rates is not None:
-            changed = (self.x[RATES] - self.last_rates) / dt
-            self.acceleration += min(dt / FOLLOWED, 1.0) * (changed - self.acceleration)
+            now = (self.x[RATES] - self.last_rates) / dt
+            share, averaged = min(dt / FOLLOWED, 1.0), min(dt / CHANGES_AVERAGED, 1.0)
+            self.acceleration += share * (now - self.acceleration)
+            change = self.acceleration - self.acceleration_before
+            self.acceleration_before += share * change
+            self.changes += averaged * (change**2 - self.changes)
+            self.changes_seen += averaged * (1 - self.changes_seen)
         self.last_rates = self.x[RATES].copy()
 
-    def acceleration_covariance(self, stddev):
+    def acceleration_covariance(self, stddev, least):
         """Return how far the accelerations may be from the followed ones, shape (3, 3)."""
-        return np.diag(stddev**2 + (CHANGED * self.acceleration) ** 2)
+        seen = self.changes + (1 - self.changes_seen) * stddev**2
+        of_late = np.clip(seen, (least * stddev) ** 2, stddev**2)
+        return np.diag(of_late + (CHANGED * self.acceleration) ** 2)
 
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
@@ -337,7 +352,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         C = dy @ self.P[:SIZE, :SIZE] @ dy.T
-        inverse = np.linalg.inv(C[:3, :3] + self.acceleration_covariance(acceleration_stddev))
+        held = self.acceleration_covariance(acceleration_stddev, LEAST)
+        inverse = np.linalg.inv(C[:3, :3] + held)
         gain = C[:, :3] @ inverse
         C = C - gain @ C[:3, :]
         answers = [y]
