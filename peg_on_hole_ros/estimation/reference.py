@@ -6,14 +6,7 @@ from math import erf
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from peg_on_hole_ros.estimation.acceleration import (
-    CHANGED,
-    CHANGES_AVERAGED,
-    FOLLOWED,
-    LEAST,
-    LEAST_AVERAGED,
-    SHORTEST_TIME,
-)
+from peg_on_hole_ros.estimation.acceleration import FOLLOWED, LEAST, LEAST_AVERAGED
 from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
     LEAST_DETERMINANT,
@@ -31,6 +24,7 @@ from peg_on_hole_ros.estimation.parameters import (
     tells_diameter,
 )
 from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
+from peg_on_hole_ros.estimation.reference_acceleration import FollowedAcceleration
 from peg_on_hole_ros.estimation.reference_steps import (
     DIAMETER,
     FRICTION,
@@ -88,8 +82,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.process = process
         self.wrench_noise = wrench_noise
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
-        self.acceleration, self.last_rates, self.since_correction = np.zeros(3), None, 0.0
-        self.acceleration_before, self.changes, self.changes_seen = np.zeros(3), np.zeros(3), 0.0
+        self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
@@ -173,7 +166,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.without_step = lasted
 
     def _bridge(self, dt, rate_noise):
-        self.predict_free(dt, np.sqrt(rate_noise**2 + FOLLOWED * self.acceleration**2))
+        self.predict_free(dt, np.sqrt(rate_noise**2 + FOLLOWED * self.acceleration.mean**2))
         self.bridged = True
 
     def learn_from_balance(self, dt, acceleration_stddev):
@@ -191,7 +184,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         speed, variance = self.slip_all_ways()
         if not (self.P[FRICTION, FRICTION] > 0 and self.stopped > SELECTED):
             return
-        steady = (np.abs(self.acceleration) <= STEADY * acceleration_stddev).all()
+        steady = (np.abs(self.acceleration.mean) <= STEADY * acceleration_stddev).all()
         roughly = self.P[FRICTION, FRICTION] >= (ROUGHLY * self.x[FRICTION]) ** 2
         if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
             return
@@ -209,10 +202,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
             return
         dy[:, RATES] += dt * dy[:, :3]
         shared = dy[:3] @ self.P[:SIZE]
-        noise = self.acceleration_covariance(acceleration_stddev, LEAST_AVERAGED)
+        noise = self.acceleration.covariance(acceleration_stddev, LEAST_AVERAGED)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
         gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
-        moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration)
+        moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration.mean)
         with self.bent_friction():
             self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
             self.P[FRICTION] -= gain @ shared
@@ -256,6 +249,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
         self.follow_acceleration()
 
+    def follow_acceleration(self):
+        """Let the acceleration follow the rates after a correction."""
+        self.acceleration.follow(self.x[RATES], self.since_correction)
+        self.since_correction = 0.0
+
     @contextmanager
     def bent_friction(self):
         """Leave friction known no better than a tangent that moved it so far can tell."""
@@ -280,25 +278,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.x = self.x + K @ (q - self.x[:3])
         left = np.eye(self.dim_x) - K @ H
         self.P = left @ self.P @ left.T + K @ R @ K.T
-
-    def follow_acceleration(self):
-        """Let the acceleration, and how much it changes, follow the rates."""
-        dt, self.since_correction = max(self.since_correction, SHORTEST_TIME), 0.0
-        if self.last_rates is not None:
-            now = (self.x[RATES] - self.last_rates) / dt
-            share, averaged = min(dt / FOLLOWED, 1.0), min(dt / CHANGES_AVERAGED, 1.0)
-            self.acceleration += share * (now - self.acceleration)
-            change = self.acceleration - self.acceleration_before
-            self.acceleration_before += share * change
-            self.changes += averaged * (change**2 - self.changes)
-            self.changes_seen += averaged * (1 - self.changes_seen)
-        self.last_rates = self.x[RATES].copy()
-
-    def acceleration_covariance(self, stddev, least):
-        """Return how far the accelerations may be from the followed ones, shape (3, 3)."""
-        seen = self.changes + (1 - self.changes_seen) * stddev**2
-        of_late = np.clip(seen, (least * stddev) ** 2, stddev**2)
-        return np.diag(of_late + (CHANGED * self.acceleration) ** 2)
 
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
@@ -352,7 +331,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         C = dy @ self.P[:SIZE, :SIZE] @ dy.T
-        held = self.acceleration_covariance(acceleration_stddev, LEAST)
+        held = self.acceleration.covariance(acceleration_stddev, LEAST)
         inverse = np.linalg.inv(C[:3, :3] + held)
         gain = C[:, :3] @ inverse
         C = C - gain @ C[:3, :]
@@ -363,7 +342,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 moved[RATES] += sign * column
                 answers.append(solve(self.scene, moved, self.scales))
         answers = np.array(answers)
-        off = answers[:, :3] - self.acceleration
+        off = answers[:, :3] - self.acceleration.mean
         surprise = np.einsum("ni,ij,nj->n", off, inverse, off)
         points = answers - off @ gain.T
         mean, least, spread = points[0], surprise[0], np.zeros((6, 6))

@@ -120,10 +120,10 @@ class _Run:
         followed = part(kalman._memory, "ACCELERATION")
         reference.stopped = part(kalman._memory, "STOPPED").item()
         reference.rate_noise = part(kalman._memory, "RATE_NOISE").item()
-        reference.acceleration, reference.last_rates = followed[:3].copy(), followed[3:].copy()
-        changes = part(kalman._memory, "CHANGES")
-        reference.acceleration_before, reference.changes = changes[:3].copy(), changes[3:6].copy()
-        reference.changes_seen = changes[6]
+        changes, acceleration = part(kalman._memory, "CHANGES"), reference.acceleration
+        acceleration.mean, acceleration.rates = followed[:3].copy(), followed[3:].copy()
+        acceleration.before, acceleration.changes = changes[:3].copy(), changes[3:6].copy()
+        acceleration.seen = changes[6]
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])
