@@ -98,7 +98,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
         for i in range(9):
             m[R + i] = covariances[k, i]
         nis = kernel.innovation(m, angles[k])
-        if m[BRIDGED] > 0.0 and nis < inf:
+        if m[BRIDGED] > 0.0:
             adapt_rate_noise(m, nis)
         if not nis < inf:
             not_finite += 1
