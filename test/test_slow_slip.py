@@ -126,6 +126,22 @@ def test_accelerations_count_as_independent_only_after_a_while(memory):
     assert spreads[0] < 0.5 * 0.05**2
 
 
+def test_a_steady_peg_tells_more_of_friction_but_not_over_long_intervals(memory):
+    # It hardly accelerates: friction is moved by little, and known better.
+    part(memory, "U")[:] = balanced(part(memory, "X"))
+    steady = memory.copy()
+    part(steady, "CHANGES")[6] = 1.0
+
+    def spread(start, dt, stated):
+        m = start.copy()
+        assert learn_from_balance(m, scratch(), dt, stated)
+        return part(m, "SPREAD")[0]
+
+    # Never more than of one that may accelerate half as much.
+    assert spread(steady, 1e-3, 20.0) == spread(memory, 1e-3, 10.0) < spread(memory, 1e-3, 20.0)
+    assert spread(steady, 1e-2, 20.0) == spread(memory, 1e-2, 20.0)
+
+
 def test_a_wrench_is_that_of_where_its_interval_ends(memory):
     interval = 0.01
     state, rates = part(memory, "X"), part(memory, "X")[3:]

@@ -26,6 +26,7 @@ from peg_on_hole_ros.estimation.memory import (
 )
 from peg_on_hole_ros.estimation.parameters import learnt_variance, move_parameters
 from peg_on_hole_ros.estimation.slip import slip_all_ways
+from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
     compiled,
@@ -108,20 +109,22 @@ def _learn(p, m, dy, dt, acceleration_stddev):
     a1 = m[Y + 1] - m[ACCELERATION + 1]
     a2 = m[Y + 2] - m[ACCELERATION + 2]
     again = max(1.0, ACCELERATION_TIME / dt)
+    # Over long intervals too few changes are seen, and what a peg did within them is not.
+    least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
     for i in range(3):
         for j in range(3):
             dy[i, 3 + j] += dt * dy[i, j]
     times_covariance(m, dy, 3)
     # The innovation's covariance and its Cholesky factor.
     s00 = covariance_entry(m, dy, 0, 0, True)
-    s00 += again * acceleration_variance(m, 0, acceleration_stddev, LEAST_AVERAGED)
+    s00 += again * acceleration_variance(m, 0, acceleration_stddev, least)
     s10 = covariance_entry(m, dy, 1, 0, True)
     s11 = covariance_entry(m, dy, 1, 1, True)
-    s11 += again * acceleration_variance(m, 1, acceleration_stddev, LEAST_AVERAGED)
+    s11 += again * acceleration_variance(m, 1, acceleration_stddev, least)
     s20 = covariance_entry(m, dy, 2, 0, True)
     s21 = covariance_entry(m, dy, 2, 1, True)
     s22 = covariance_entry(m, dy, 2, 2, True)
-    s22 += again * acceleration_variance(m, 2, acceleration_stddev, LEAST_AVERAGED)
+    s22 += again * acceleration_variance(m, 2, acceleration_stddev, least)
     l10, l20 = s10 / s00, s20 / s00
     d1 = s11 - l10 * s10
     l21 = (s21 - l20 * s10) / d1

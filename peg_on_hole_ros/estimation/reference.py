@@ -39,6 +39,7 @@ from peg_on_hole_ros.estimation.reference_steps import (
     with_parameters,
 )
 from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE, ONE_WRENCH
+from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
@@ -202,7 +203,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
             return
         dy[:, RATES] += dt * dy[:, :3]
         shared = dy[:3] @ self.P[:SIZE]
-        noise = self.acceleration.covariance(acceleration_stddev, LEAST_AVERAGED)
+        least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
+        noise = self.acceleration.covariance(acceleration_stddev, least)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
         gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
         moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration.mean)
