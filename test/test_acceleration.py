@@ -16,8 +16,9 @@ from peg_on_hole_ros.estimation.acceleration import (
 from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.reference_acceleration import FollowedAcceleration
 from peg_on_hole_ros.options import FilterOptions
-from test_filter import SCENE, WRENCH_NOISE
+from test_filter import SCENE, WRENCH_NOISE, balanced, sliding
 
 STATED = 20.0
 
@@ -96,6 +97,50 @@ def test_a_peg_that_shakes_is_known_no_better_than_stated(memory):
     largest = part(memory, "CHANGES")[3]
     follow(memory, np.full(round(CHANGES_AVERAGED * 1e3 * np.log(4 * largest / STATED**2)), 0.0))
     assert may_be_off(memory) < STATED
+
+
+def test_what_was_seen_is_forgotten_while_no_orientation_comes(memory):
+    follow(memory, np.full(500, 0.3))
+    part(memory, "SILENCE")[0] = FOLLOWED
+    assert may_be_off(memory) == pytest.approx(LEAST * STATED, rel=1e-3)
+    part(memory, "SILENCE")[0] = FOLLOWED + 0.5 * CHANGES_AVERAGED
+    assert may_be_off(memory) == pytest.approx(np.sqrt(0.5) * STATED, rel=1e-3)
+    part(memory, "SILENCE")[0] = 1.0
+    assert may_be_off(memory) == STATED
+    follow(memory, [0.3])
+    assert may_be_off(memory) == pytest.approx(LEAST * STATED, rel=1e-3)
+
+
+def test_reactions_are_less_sure_while_no_orientation_comes():
+    kalman = sliding(FilterOptions())
+    part(kalman.memory, "CHANGES")[6] = 1.0
+    for _ in range(60):
+        kalman.hold(balanced(kalman.x))
+        kalman.predict(1e-3, in_contact=True)
+    silence = part(kalman.memory, "SILENCE")
+    assert silence[0] == pytest.approx(0.06)
+    assert may_be_off(kalman.memory) == STATED
+    unsure = np.array(kalman.reactions().normal_stddev)
+    silence[0] = 0.0
+    assert (unsure > 1.1 * np.array(kalman.reactions().normal_stddev)).all()
+    silence[0] = 0.06
+    kalman.correct(kalman.x[:3].copy(), angle_covariance(kalman.x[0], 1e-4))
+    assert part(kalman.memory, "SILENCE")[0] == 0.0
+
+
+@pytest.mark.parametrize("silence", [0.0, 0.03])
+def test_the_numpy_model_says_the_same(memory, silence):
+    rng, plain = np.random.default_rng(7), FollowedAcceleration()
+    for dt in rng.uniform(0.0, 0.02, 60):
+        rates = part(memory, "X")[3:6] + dt * rng.normal(0.0, 9.0, 3)
+        part(memory, "X")[3:6] = rates
+        follow_acceleration(memory, dt)
+        plain.follow(rates, dt)
+    part(memory, "SILENCE")[0] = silence
+    found = [acceleration_variance(memory, i, STATED, LEAST) for i in range(3)]
+    assert (np.array(found) < STATED**2).any() or silence
+    expected = np.diag(plain.covariance(STATED, LEAST, silence))
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 def test_a_start_knows_nothing_of_how_steady_the_peg_was():

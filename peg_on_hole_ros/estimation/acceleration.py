@@ -1,6 +1,6 @@
 """How a held peg accelerates: as it did of late, within how much that has changed of late."""
 
-from peg_on_hole_ros.estimation.memory import ACCELERATION, CHANGES, RATES_KNOWN, X
+from peg_on_hole_ros.estimation.memory import ACCELERATION, CHANGES, RATES_KNOWN, SILENCE, X
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # The rates' changes are averaged over this time [s].
@@ -43,6 +43,7 @@ def follow_acceleration(m, dt):
         m[CHANGES + i] += share * change
         m[CHANGES + 3 + i] += averaged * (change * change - m[CHANGES + 3 + i])
     m[CHANGES + 6] += averaged * (1.0 - m[CHANGES + 6])
+    m[SILENCE] = 0.0
 
 
 @inlined
@@ -58,6 +59,7 @@ def acceleration_variance(m, i, stddev, least):
 
     As much as that has changed of late, and as stated for what has not been seen: within FOLLOWED
     it lags by what it changes, and its noise changes as much. Half of it is added, as it may end.
+    Where no orientation has come for longer than FOLLOWED, less and less of late has been seen.
 
     Parameters
     ----------
@@ -72,6 +74,7 @@ def acceleration_variance(m, i, stddev, least):
 
     """
     stated = stddev * stddev
-    seen = m[CHANGES + 3 + i] + (1.0 - m[CHANGES + 6]) * stated
+    unseen = 1.0 - m[CHANGES + 6] + max(m[SILENCE] - FOLLOWED, 0.0) / CHANGES_AVERAGED
+    seen = m[CHANGES + 3 + i] + unseen * stated
     changed = CHANGED * m[ACCELERATION + i]
     return min(stated, max(seen, least * least * stated)) + changed * changed

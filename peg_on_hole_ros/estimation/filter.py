@@ -196,7 +196,7 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._acceleration[:] = self._acceleration_changes[:] = 0.0
-        for name in ("RATES_KNOWN", "STOPPED", "WITHOUT_STEP"):
+        for name in ("RATES_KNOWN", "SILENCE", "STOPPED", "WITHOUT_STEP"):
             part(self._memory, name)[0] = 0.0
         self._refused = 0
         self._since_correction = 0.0

@@ -204,7 +204,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         dy[:, RATES] += dt * dy[:, :3]
         shared = dy[:3] @ self.P[:SIZE]
         least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
-        noise = self.acceleration.covariance(acceleration_stddev, least)
+        noise = self.acceleration.covariance(acceleration_stddev, least, self.since_correction)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
         gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
         moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration.mean)
@@ -333,7 +333,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
         C = dy @ self.P[:SIZE, :SIZE] @ dy.T
-        held = self.acceleration.covariance(acceleration_stddev, LEAST)
+        held = self.acceleration.covariance(acceleration_stddev, LEAST, self.since_correction)
         inverse = np.linalg.inv(C[:3, :3] + held)
         gain = C[:, :3] @ inverse
         C = C - gain @ C[:3, :]

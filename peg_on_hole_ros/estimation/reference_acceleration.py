@@ -46,8 +46,9 @@ class FollowedAcceleration:
             self.seen += averaged * (1 - self.seen)
         self.rates = rates.copy()
 
-    def covariance(self, stddev, least):
+    def covariance(self, stddev, least, silence):
         """Return how far the accelerations may be from the mean, shape (3, 3), see there."""
-        seen = self.changes + (1 - self.seen) * stddev**2
+        unseen = 1 - self.seen + max(silence - FOLLOWED, 0.0) / CHANGES_AVERAGED
+        seen = self.changes + unseen * stddev**2
         of_late = np.clip(seen, (least * stddev) ** 2, stddev**2)
         return np.diag(of_late + (CHANGED * self.mean) ** 2)
