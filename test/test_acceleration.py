@@ -101,11 +101,11 @@ def test_a_peg_that_shakes_is_known_no_better_than_stated(memory):
 
 def test_what_was_seen_is_forgotten_while_no_orientation_comes(memory):
     follow(memory, np.full(500, 0.3))
-    part(memory, "SILENCE")[0] = FOLLOWED
+    part(memory, "SINCE_CORRECTION")[0] = FOLLOWED
     assert may_be_off(memory) == pytest.approx(LEAST * STATED, rel=1e-3)
-    part(memory, "SILENCE")[0] = FOLLOWED + 0.5 * CHANGES_AVERAGED
+    part(memory, "SINCE_CORRECTION")[0] = FOLLOWED + 0.5 * CHANGES_AVERAGED
     assert may_be_off(memory) == pytest.approx(np.sqrt(0.5) * STATED, rel=1e-3)
-    part(memory, "SILENCE")[0] = 1.0
+    part(memory, "SINCE_CORRECTION")[0] = 1.0
     assert may_be_off(memory) == STATED
     follow(memory, [0.3])
     assert may_be_off(memory) == pytest.approx(LEAST * STATED, rel=1e-3)
@@ -117,7 +117,7 @@ def test_reactions_are_less_sure_while_no_orientation_comes():
     for _ in range(60):
         kalman.hold(balanced(kalman.x))
         kalman.predict(1e-3, in_contact=True)
-    silence = part(kalman.memory, "SILENCE")
+    silence = part(kalman.memory, "SINCE_CORRECTION")
     assert silence[0] == pytest.approx(0.06)
     assert may_be_off(kalman.memory) == STATED
     unsure = np.array(kalman.reactions().normal_stddev)
@@ -125,7 +125,7 @@ def test_reactions_are_less_sure_while_no_orientation_comes():
     assert (unsure > 1.1 * np.array(kalman.reactions().normal_stddev)).all()
     silence[0] = 0.06
     kalman.correct(kalman.x[:3].copy(), angle_covariance(kalman.x[0], 1e-4))
-    assert part(kalman.memory, "SILENCE")[0] == 0.0
+    assert part(kalman.memory, "SINCE_CORRECTION")[0] == 0.0
 
 
 @pytest.mark.parametrize("silence", [0.0, 0.03])
@@ -136,7 +136,7 @@ def test_the_numpy_model_says_the_same(memory, silence):
         part(memory, "X")[3:6] = rates
         follow_acceleration(memory, dt)
         plain.follow(rates, dt)
-    part(memory, "SILENCE")[0] = silence
+    part(memory, "SINCE_CORRECTION")[0] = silence
     found = [acceleration_variance(memory, i, STATED, LEAST) for i in range(3)]
     assert (np.array(found) < STATED**2).any() or silence
     expected = np.diag(plain.covariance(STATED, LEAST, silence))

@@ -9,13 +9,12 @@ from scipy.linalg import solve_discrete_are
 
 from bound_reached import particles
 from grid_cells import first_samples, with_noise
-from grid_score import bound_of, run_seeds
+from grid_score import bound_of, peg_wrench, run_seeds
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.acceleration import LEAST, acceleration_variance
 from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
-from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import WrenchInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
@@ -30,11 +29,9 @@ def motion(name="closing_with_slip", count=120, known=(0.0, 0.0)):
     scene = replace(
         cut.plan.configuration.scene, friction_stddev=known[0], clearance_stddev=known[1]
     )
-    R_PH = np.array([peg_axes(q).T for q in cut.q])
-    wrench = np.hstack([(R_PH @ v[..., None])[..., 0] for v in (cut.force, cut.moment)])
     noise = WrenchReduction(WrenchInput(), scene).covariance
     sensors = Sensors(noise, STDDEV, np.arange(count) % 2 == 0)
-    return scene, cut.t_ns * 1e-9, np.hstack([cut.q, cut.rates]), wrench, sensors
+    return scene, cut.t_ns * 1e-9, np.hstack([cut.q, cut.rates]), peg_wrench(cut), sensors
 
 
 def step_matrices(scene, x, u):

@@ -1,6 +1,12 @@
 """How a held peg accelerates: as it did of late, within how much that has changed of late."""
 
-from peg_on_hole_ros.estimation.memory import ACCELERATION, CHANGES, RATES_KNOWN, SILENCE, X
+from peg_on_hole_ros.estimation.memory import (
+    ACCELERATION,
+    CHANGES,
+    RATES_KNOWN,
+    SINCE_CORRECTION,
+    X,
+)
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # The rates' changes are averaged over this time [s].
@@ -43,7 +49,7 @@ def follow_acceleration(m, dt):
         m[CHANGES + i] += share * change
         m[CHANGES + 3 + i] += averaged * (change * change - m[CHANGES + 3 + i])
     m[CHANGES + 6] += averaged * (1.0 - m[CHANGES + 6])
-    m[SILENCE] = 0.0
+    m[SINCE_CORRECTION] = 0.0
 
 
 @inlined
@@ -74,7 +80,8 @@ def acceleration_variance(m, i, stddev, least):
 
     """
     stated = stddev * stddev
-    unseen = 1.0 - m[CHANGES + 6] + max(m[SILENCE] - FOLLOWED, 0.0) / CHANGES_AVERAGED
+    silent = max(m[SINCE_CORRECTION] - FOLLOWED, 0.0)
+    unseen = 1.0 - m[CHANGES + 6] + silent / CHANGES_AVERAGED
     seen = m[CHANGES + 3 + i] + unseen * stated
     changed = CHANGED * m[ACCELERATION + i]
     return min(stated, max(seen, least * least * stated)) + changed * changed

@@ -4,7 +4,13 @@ from peg_on_hole_ros.estimation import kernel
 from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel import correct, predict_contact
-from peg_on_hole_ros.estimation.memory import BRIDGED, INTERVAL, SLOW, WITHOUT_STEP
+from peg_on_hole_ros.estimation.memory import (
+    BRIDGED,
+    INTERVAL,
+    SINCE_CORRECTION,
+    SLOW,
+    WITHOUT_STEP,
+)
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge, bridge_without_step
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -34,6 +40,7 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
 
     """
     learn_from_balance(m, dy, dt, acceleration_stddev)
+    m[SINCE_CORRECTION] += dt
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
     m[SLOW] = m[BRIDGED] = 0.0
     if status != CONVERGED and status != _SLOW_OUTCOME:

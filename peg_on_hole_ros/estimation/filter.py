@@ -99,6 +99,7 @@ class ContactFilter:
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
         self._interval = part(self._memory, "INTERVAL")
+        self._since_correction = part(self._memory, "SINCE_CORRECTION")
         self._held_back = part(self._memory, "HELD_BACK")
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
@@ -137,7 +138,6 @@ class ContactFilter:
         self.model = Model(options.model, options.reaction_tolerance, self._memory)
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
         self._refused = 0
-        self._since_correction = 0.0
         # How long the present wrench has been held, and the one before it was [s].
         self._held = self._held_before = 0.0
 
@@ -196,10 +196,9 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._acceleration[:] = self._acceleration_changes[:] = 0.0
-        for name in ("RATES_KNOWN", "SILENCE", "STOPPED", "WITHOUT_STEP"):
+        for name in ("RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP"):
             part(self._memory, name)[0] = 0.0
         self._refused = 0
-        self._since_correction = 0.0
 
     def forget(self):
         """Take friction and peg diameter as stated again, whatever has been learnt of them."""
@@ -210,14 +209,14 @@ class ContactFilter:
     def snapshot(self):
         """Return everything that the estimate depends on, for `restore`."""
         # What follows in the memory is filled anew before it is read.
-        times = self._since_correction, self._held, self._held_before
+        times = self._held, self._held_before
         return self._memory[:SAVED].copy(), self._refused, times, self.model.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
         memory, self._refused, times, model = snapshot
         self.model.restore(model)
-        self._since_correction, self._held, self._held_before = times
+        self._held, self._held_before = times
         self._memory[:SAVED] = memory
 
     def hold(self, u):
@@ -229,12 +228,12 @@ class ContactFilter:
     def predict(self, dt: float, in_contact: bool) -> Prediction:
         """Predict over dt [s], under the contact equations if in_contact."""
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
-        self._since_correction += dt
         self._held += dt
         self._ramp_over(dt)
         constant = self.model.at_constant_rates(in_contact)
         learnt = in_contact and not constant and self._learn_from_balance(dt)
         self._begin(learnt)
+        self._since_correction += dt
         status = self._predict_contact(dt, constant) if in_contact else None
         # It is harder to tell from none the next time.
         self._slow[0] = 1.0 if status == kernel.SLOW else 0.0
@@ -358,12 +357,11 @@ class ContactFilter:
             self.start(q, R)
             return Correction.RESET, nis
         self._refused = 0
-        self._interval[0] = self._since_correction
+        self._interval[:] = self._since_correction
         self._update()
-        follow_acceleration(self._memory, self._since_correction)
+        follow_acceleration(self._memory, self._interval.item())
         self._sliding[1] = 0.0
         self._keep_least_clearance()
-        self._since_correction = 0.0
         return result, nis
 
     def last_innovation(self) -> tuple[list[float], list[float]]:
@@ -390,7 +388,7 @@ class ContactFilter:
             self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
 
     def _widen_rates(self, factor):
-        kernel.widen_rates(self._memory, self._since_correction, factor)
+        kernel.widen_rates(self._memory, self._since_correction.item(), factor)
 
     def _widen_parameters(self, friction, diameter):
         """Add to the variances of friction and of the peg diameter; nothing below zero."""

@@ -20,7 +20,6 @@ from peg_on_hole_ros.estimation.memory import (
     RESIDUAL,
     SAVED,
     SCALES,
-    SILENCE,
     SLIDING,
     SPEEDS,
     SPREAD,
@@ -159,7 +158,6 @@ def predict_contact(m, dy, slopes, dt):
         integrator = SECOND_ORDER
     m[METHOD_USED] = integrator
     m[REFUSED] = m[REFUSED + 1] = 0.0
-    m[SILENCE] += dt
     # The covariance of offsets that are known stays zero.
     saved = 184 + 12 * int(m[OFFSETS + 1])
     for i in range(saved):

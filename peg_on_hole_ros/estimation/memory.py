@@ -34,7 +34,7 @@ _SIZES = {
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
     "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
     "CHANGES": 7,  # that of before; mean square of its changes; share of them that was seen
-    "SILENCE": 1,  # time under contact since the last correction [s]
+    "SINCE_CORRECTION": 1,  # time predicted since the last one [s]
     "RATES_KNOWN": 1,  # 1: the rates at the last correction are known
     "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
@@ -88,7 +88,9 @@ SLOW, BRIDGED, WITHOUT_STEP, RATE_NOISE, FRICTION = (
 )
 RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
 ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))
-CHANGES, SILENCE, RATES_KNOWN = (_AT[name] for name in ("CHANGES", "SILENCE", "RATES_KNOWN"))
+CHANGES, RATES_KNOWN, SINCE_CORRECTION = (
+    _AT[name] for name in ("CHANGES", "RATES_KNOWN", "SINCE_CORRECTION")
+)
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
 REACTIONS, POINTS, SURPRISE, WITH, WORK = (

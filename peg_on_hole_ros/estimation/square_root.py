@@ -105,7 +105,7 @@ class SquareRootFilter(ContactFilter):
     def _widen_rates(self, factor):
         carried = np.zeros((WIDTH, WIDTH))
         carried[RATES] = self._root[RATES]
-        carried[:3] = self._since_correction * self._root[RATES]
+        carried[:3] = self._since_correction.item() * self._root[RATES]
         self._set(joint_mean(self), np.hstack([self._root, np.sqrt(factor) * carried]))
 
     def _widen_parameters(self, friction, diameter):
