@@ -25,6 +25,8 @@ NOISE = {
     "high": (1.0, 0.02, 5e-4),
 }
 LEAD_IN = 0.05
+# Friction is Coulomb's to 0.6 % at 50 um/s, the slowest slip of the grid [m/s].
+SLIP_VELOCITY_SCALE = 5e-6
 # Commanded into the hole [m], from gentle to firm: the first that keeps the motion going is taken.
 PRESSES = ((0.0, 0.0, -0.001), (-0.0005, 0.0, -0.0015), (-0.001, 0.0, -0.003))
 ENOUGH = 0.7
@@ -106,6 +108,7 @@ def plan_of(motion: Motion, press, share: float = 1.0):
     start = [last - travel - LEAD_IN * rates[0][0], 0.0, 0.0]
     tree = {
         "lead_in": LEAD_IN,
+        "slip_velocity_scale": SLIP_VELOCITY_SCALE,
         "holder": {"force_limit": 2000.0, "torque_limit": 200.0},
         "start": {"angles": start, "rates": list(rates[0]), "offset": list(press)},
         "phases": {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": list(rates[0])}},

@@ -237,8 +237,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "slow_rate_noise",
-        "least random walk of the rates while a slip is not told from none: it grows by the "
-        "innovations; per root of a second",
+        "random walk of rates that change while a slip is not told from none: it follows the "
+        "innovations, for steady rates down to a 70th; per root of a second",
         "rad/s",
         1e-6,
         1e3,

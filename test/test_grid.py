@@ -169,10 +169,11 @@ def test_writes_the_csv(ran, tmp_path, monkeypatch, capsys):
 def test_slow_slip_is_not_followed_too_surely():
     # 3 mm/s, and the noise of one wrench alone moves the peg by 40: a filter that takes a
     # direction of friction from that covers gamma in 27 % and has a NEES of 75. Friction that is
-    # learnt only where a step slides surely comes to be trusted where it stops the peg.
+    # learnt only where a step slides surely comes to be trusted where it stops the peg. Steady
+    # rates have errors that last for tenths of a second: three runs are too few.
     truth, _ = truth_of(Motion(1e-4, 0.2, 0.01, "slip"))
     for noise in ("low", "nominal"):
-        found = score_cell(truth, noise, range(3), range(1), friction_stddev=0.05)
+        found = score_cell(truth, noise, range(8), range(1), friction_stddev=0.05)
         figures = found["classes"]["outside"]
         assert min(figures["coverage"]) > 0.9, figures["coverage"]
         assert figures["nees_median"] < 6.0

@@ -6,6 +6,7 @@ from peg_on_hole_ros.estimation.acceleration import LEAST_AVERAGED, acceleration
 from peg_on_hole_ros.estimation.kernel import SELECTED
 from peg_on_hole_ros.estimation.memory import (
     ACCELERATION,
+    BALANCE,
     CROSS,
     LEARNT,
     OFFSET_CROSS,
@@ -25,7 +26,7 @@ from peg_on_hole_ros.estimation.memory import (
     times_covariance,
 )
 from peg_on_hole_ros.estimation.parameters import learnt_variance, move_parameters
-from peg_on_hole_ros.estimation.slip import slip_all_ways
+from peg_on_hole_ros.estimation.slip import TURNED, slip_all_ways
 from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
@@ -34,7 +35,7 @@ from peg_on_hole_ros.mechanics.kernel import (
 )
 
 # A slip of so many standard deviations, along and across, has a direction.
-SURE = 3.0
+SURE = 3.5
 # While a peg accelerates by more than this share of what it may, the rates lag: bridged, they are
 # those of some milliseconds before.
 STEADY = 0.25
@@ -56,6 +57,10 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     and selects nothing. It is measured at the end of its interval, to where the angles are taken
     at constant rates. Accelerations at these rates have no kink: while the peg surely slides, they
     are a smooth function of friction, and small.
+
+    The noise of one wrench is in the accelerations and in what friction makes of them. Weighed by
+    its own, friction would be moved one way by their product: it is weighed by what the interval
+    before told, whose noise is another one.
 
     Parameters
     ----------
@@ -97,6 +102,14 @@ def _learn(p, m, dy, dt, acceleration_stddev):
     for i in range(3):
         if m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i] <= SURE * SURE * m[SPEEDS + 2 * i + 1]:
             return False
+    # The mean of what a slip turned sideways makes of friction is in the scales; what it may be
+    # instead is one error for as long as the rates have theirs, and no average makes it less.
+    turned = 0.0
+    for i in range(3):
+        off = m[SCALES + i] / m[SPEEDS + 2 * i]
+        turned = max(turned, off * off / TURNED)
+    if m[SPREAD] < (turned * p.f) ** 2:
+        return False
     determinant = accelerate_with_derivatives(
         p, m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
     )
@@ -135,9 +148,22 @@ def _learn(p, m, dy, dt, acceleration_stddev):
     g2 = t2 / d2
     g1 = t1 / d1 - l21 * g2
     g0 = t0 / s00 - l10 * g1 - l20 * g2
+    share = (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]) / m[SPREAD]
+    b0, b1, b2, b3 = m[BALANCE], m[BALANCE + 1], m[BALANCE + 2], m[BALANCE + 3]
+    # Gain and share of a friction whose variance is 1, all else being the same.
+    over = 1.0 / ((1.0 - share) * m[SPREAD])
+    m[BALANCE], m[BALANCE + 1], m[BALANCE + 2] = g0 * over, g1 * over, g2 * over
+    m[BALANCE + 3] = share * over
+    if b3 > 0.0:
+        scale = m[SPREAD] / (1.0 + b3 * m[SPREAD])
+        g0, g1, g2 = b0 * scale, b1 * scale, b2 * scale
+    told = 2.0 * (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4])
+    told -= g0 * g0 * s00 + g1 * g1 * s11 + g2 * g2 * s22
+    told -= 2.0 * (g0 * g1 * s10 + g0 * g2 * s20 + g1 * g2 * s21)
+    if not told > 0.0:
+        return False
     moved = -(g0 * a0 + g1 * a1 + g2 * a2)
     move_parameters(m, moved, 0.0)
-    told = g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]
     m[SPREAD] = learnt_variance(m[SPREAD] - told, m[SPREAD], moved)
     m[SPREAD + 1] -= g0 * m[WITH + 1] + g1 * m[WITH + 3] + g2 * m[WITH + 5]
     m[SPREAD + 2] = m[SPREAD + 1]

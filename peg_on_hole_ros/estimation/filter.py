@@ -196,8 +196,10 @@ class ContactFilter:
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
         self._acceleration[:] = self._acceleration_changes[:] = 0.0
-        for name in ("RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP"):
-            part(self._memory, name)[0] = 0.0
+        for name in (
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "BALANCE",
+        ):  # fmt: skip
+            part(self._memory, name)[:] = 0.0
         self._refused = 0
 
     def forget(self):

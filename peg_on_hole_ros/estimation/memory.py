@@ -37,6 +37,8 @@ _SIZES = {
     "SINCE_CORRECTION": 1,  # time predicted since the last one [s]
     "RATES_KNOWN": 1,  # 1: the rates at the last correction are known
     "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
+    "LEAN": 4,  # mean of the white innovations of late; how many since it leant
+    "BALANCE": 4,  # how balance told of friction in the interval before, see `balance`
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
@@ -100,6 +102,7 @@ OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
+LEAN, BALANCE = _AT["LEAN"], _AT["BALANCE"]
 INTERVAL, HELD_BACK = _AT["INTERVAL"], _AT["HELD_BACK"]
 LOAD, MASSES, GRAVITY, TURN = (_AT[name] for name in ("LOAD", "MASSES", "GRAVITY", "TURN"))
 JOINT, SEEN, GAINS = (_AT[name] for name in ("JOINT", "SEEN", "GAINS"))

@@ -38,7 +38,18 @@ from peg_on_hole_ros.estimation.reference_steps import (
     solve_with_slopes,
     with_parameters,
 )
-from peg_on_hole_ros.estimation.slow import ADAPTATION, MOST_RATE_NOISE, MOST_SURPRISE, ONE_WRENCH
+from peg_on_hole_ros.estimation.slip import SHARPEST, TURNED
+from peg_on_hole_ros.estimation.slow import (
+    ADAPTATION,
+    LEANING,
+    LEANS,
+    LEANT_OVER,
+    MOST_RATE_NOISE,
+    MOST_SURPRISE,
+    ONE_WRENCH,
+    STEADIEST,
+    STEADY_AFTER,
+)
 from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
@@ -87,7 +98,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scales = np.full(3, process.slip_velocity_scale)
         self.sliding = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
-        self.rate_noise = process.slow_rate_noise
+        self.rate_noise, self.lean, self.steady = process.slow_rate_noise, np.zeros(3), 0
+        self.balance = None
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
@@ -151,11 +163,16 @@ class ReferenceFilter(ExtendedKalmanFilter):
         near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
         return np.sqrt(smallest**2 + widening**2 * variance * near)
 
+    def bridged_scales(self):
+        """Return them where no step is taken: as small as a slip turned sideways lets them be."""
+        speed, variance, turned = self.slip_all_ways()
+        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
+        return np.sqrt(turned**2 + self.process.slip_widening**2 * variance * near)
+
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
-        scales = self.friction_scales()
         self._bridge(dt, self.rate_noise)
-        self.scales, self.slow = scales, True
+        self.scales, self.slow = self.bridged_scales(), True
         self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
 
     def predict_without_step(self, dt, rate_noise):
@@ -182,19 +199,22 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.x[:3] = begin
 
     def _learn_from_balance(self, dt, acceleration_stddev):
-        speed, variance = self.slip_all_ways()
+        speed, variance, scales = self.slip_all_ways()
         if not (self.P[FRICTION, FRICTION] > 0 and self.stopped > SELECTED):
             return
         steady = (np.abs(self.acceleration.mean) <= STEADY * acceleration_stddev).all()
         roughly = self.P[FRICTION, FRICTION] >= (ROUGHLY * self.x[FRICTION]) ** 2
         if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
             return
-        y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
+        turned = ((scales / speed) ** 2 / TURNED).max() * self.x[FRICTION]
+        if self.P[FRICTION, FRICTION] < turned**2:
+            return
+        y, dy = solve_with_slopes(self.scene, self.x[:SIZE], scales)
         determinant = [
             np.linalg.det(
                 six_equations(
                     with_parameters(self.scene, friction, self.x[DIAMETER]),
-                    self.x[:3], self.x[RATES], self.x[WRENCH], self.scales,
+                    self.x[:3], self.x[RATES], self.x[WRENCH], scales,
                 )[0]
             )
             for friction in (self.x[FRICTION], 0.0)
@@ -206,11 +226,21 @@ class ReferenceFilter(ExtendedKalmanFilter):
         least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
         noise = self.acceleration.covariance(acceleration_stddev, least, self.since_correction)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
-        gain = np.linalg.solve(shared[:, :SIZE] @ dy[:3].T + noise, shared[:, FRICTION])
+        S, known = shared[:, :SIZE] @ dy[:3].T + noise, self.P[FRICTION, FRICTION]
+        gain = np.linalg.solve(S, shared[:, FRICTION])
+        # Of one wrench the noise is in the accelerations and in the gain, unless that is the last.
+        before, share = self.balance, gain @ shared[:, FRICTION] / known
+        self.balance = gain / (1 - share) / known, share / (1 - share) / known
+        if before is not None:
+            gain = before[0] * known / (1 + before[1] * known)
+        told = 2 * gain @ shared[:, FRICTION] - gain @ S @ gain
+        if not told > 0:
+            return
         moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration.mean)
         with self.bent_friction():
             self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
             self.P[FRICTION] -= gain @ shared
+            self.P[FRICTION, FRICTION] = known - told
             self.P[:, FRICTION] = self.P[FRICTION]
 
     def predict_free(self, dt, rate_noise):
@@ -284,9 +314,16 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
         if self.bridged:
-            surprise = min(residual @ np.linalg.solve(covariance, residual) / 3, MOST_SURPRISE)
-            grown = self.rate_noise * np.exp(ADAPTATION * (surprise - 1))
-            self.rate_noise = np.clip(grown, self.process.slow_rate_noise, MOST_RATE_NOISE)
+            white = np.linalg.solve(np.linalg.cholesky(covariance), residual)
+            surprise = min(white @ white / 3, MOST_SURPRISE)
+            white *= min(1.0, np.sqrt(3 * MOST_SURPRISE / max(white @ white, 1e-300)))
+            self.lean += (white - self.lean) / LEANT_OVER
+            lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
+            growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
+            self.steady = 0 if lean > LEANS else self.steady + 1
+            share = STEADIEST if self.steady > STEADY_AFTER else 1.0
+            least = share * self.process.slow_rate_noise
+            self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
 
     def _velocities(self):
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
@@ -294,23 +331,33 @@ class ReferenceFilter(ExtendedKalmanFilter):
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
         return J, J @ self.x[RATES]
 
+    @staticmethod
+    def _along(J, v, speed):
+        # At rest no direction is along the slip: no variance then.
+        slopes = np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)])
+        return slopes / np.maximum(speed, 1e-300)[:, None]
+
     def slip_all_ways(self):
-        """Return speed and its variance along and across the slip, friction left out."""
+        """
+        Return speed, and its variance along and across the slip, friction left out.
+
+        And the velocity scales at which friction has the mean that the part across leaves of it.
+        """
         J, v = self._velocities()
         P = self.P[RATES, RATES]
         if self.P[FRICTION, FRICTION] > 0:
             shared = self.P[RATES, FRICTION]
             P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
-        return np.linalg.norm(v, axis=1), np.array([np.trace(J_i @ P @ J_i.T) for J_i in J])
+        speed, variance = np.linalg.norm(v, axis=1), np.array([np.trace(A @ P @ A.T) for A in J])
+        along = self._along(J, v, speed)
+        across = np.maximum(variance - np.einsum("ij,jk,ik->i", along, P, along), 0.0)
+        return speed, variance, np.sqrt(TURNED * across + SHARPEST**2)
 
     def slip(self):
         """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
         J, v = self._velocities()
         speed = np.linalg.norm(v, axis=1)
-        # At rest no direction is along the slip: no variance then.
-        along = (
-            np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)]) / np.maximum(speed, 1e-300)[:, None]
-        )
+        along = self._along(J, v, speed)
         return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
     def unknown_friction(self, normal):

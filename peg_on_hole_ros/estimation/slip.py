@@ -12,6 +12,12 @@ from peg_on_hole_ros.estimation.memory import (
 )
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, inlined
 
+# What a slip may be off by sideways turns its friction by so much of its variance: some half of
+# that is a walk of the rates that is allowed for, and a steady peg's do not walk.
+TURNED = 0.5
+# Smallest velocity scale of friction where no step follows it [m/s].
+SHARPEST = 1e-9
+
 
 @inlined
 def _jacobian(p, geo, i):
@@ -72,7 +78,8 @@ def slip_all_ways(p, m, gamma):
     Fill SPEEDS as `slip` does, with the variance along and across the slip, friction left out.
 
     What friction may be off by makes the slip's speed doubtful, not its direction; what the slip
-    may be off by sideways turns it.
+    may be off by sideways turns it. SCALES is filled with the velocity scales at which friction
+    along the estimated slip has the mean that this leaves of it: 1 - sigma^2 / (2 v^2).
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     c0, c1, c2 = m[CROSS + 3], m[CROSS + 4], m[CROSS + 5]
@@ -91,8 +98,35 @@ def slip_all_ways(p, m, gamma):
         variance = z33 * (h0 * h0 + z0 * z0) + z44 * (h1 * h1 + e1 * e1)
         variance += z55 * (h2 * h2 + e2 * e2 + z2 * z2) + 2.0 * z34 * h0 * h1
         variance += 2.0 * (z35 * (h0 * h2 + z0 * z2) + z45 * (h1 * h2 + e1 * e2))
-        m[SPEEDS + 2 * i] = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
+        m[SPEEDS + 2 * i] = speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
         m[SPEEDS + 2 * i + 1] = max(variance, 0.0)
+        over = 1.0 / (speed + 1e-300)
+        d0 = (v_h * h0 + v_z * z0) * over
+        d1 = (v_h * h1 + v_e * e1) * over
+        d2 = (v_h * h2 + v_e * e2 + v_z * z2) * over
+        variance -= d0 * d0 * z33 + d1 * d1 * z44 + d2 * d2 * z55
+        variance -= 2.0 * (d0 * d1 * z34 + d0 * d2 * z35 + d1 * d2 * z45)
+        m[SCALES + i] = sqrt(TURNED * max(variance, 0.0) + SHARPEST * SHARPEST)
+
+
+@compiled
+def bridged_scales(p, m, widening):
+    """
+    Fill SCALES where no step is taken: no smallest scale is needed, see `friction_scales`.
+
+    Parameters
+    ----------
+    p, m
+        As for `slip_all_ways`, which is taken here.
+    widening : float
+        As for `friction_scales`.
+
+    """
+    slip_all_ways(p, m, m[X])
+    for i in range(3):
+        speed, variance = m[SPEEDS + 2 * i], max(m[SPEEDS + 2 * i + 1], 1e-30)
+        near = exp(-0.5 * speed * speed / variance)
+        m[SCALES + i] = sqrt(m[SCALES + i] * m[SCALES + i] + widening * widening * variance * near)
 
 
 @compiled

@@ -1,17 +1,40 @@
 """Prediction where no step is to be relied on: constant rates, which follow innovations."""
 
-from math import exp
+from math import exp, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free
-from peg_on_hole_ros.estimation.memory import BRIDGED, PROCESS, RATE_NOISE, SCALES, WITHOUT_STEP, Z
-from peg_on_hole_ros.mechanics.kernel import compiled, inlined
+from peg_on_hole_ros.estimation.memory import (
+    BRIDGED,
+    LEAN,
+    PROCESS,
+    RATE_NOISE,
+    RESIDUAL,
+    SCALES,
+    WITHOUT_STEP,
+    S,
+    Z,
+)
+from peg_on_hole_ros.estimation.slip import bridged_scales
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
 
 # How fast the rates' random walk follows the innovations: in so many of them by a factor of e
 # where they are half as large again as stated.
 ADAPTATION = 0.1
+# How fast it follows their mean, squared: rates that change make innovations lean one way long
+# before any one of them surprises.
+LEANING = 0.05
+# That mean is over so many of them.
+LEANT_OVER = 10.0
+# It has so many times its expectation where rates change, and of steady ones by chance in one of
+# some hundreds: their random walk is then at once as configured, from however little it was.
+LEANS = 3.5
+# So many innovations later, rates that have not leant again are steady.
+STEADY_AFTER = 100.0
 # One innovation squared counts as this much at most, over its expectation.
 MOST_SURPRISE = 5.0
+# Steady rates walk by no more than this share of what is configured.
+STEADIEST = 0.015
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0
@@ -27,7 +50,7 @@ def bridge(m, slopes, dt):
     Parameters
     ----------
     m : ndarray
-        Memory.
+        Memory; SCALES is filled for the reactions.
     slopes : ndarray, shape (3 or more, 14)
         Scratch.
     dt : float
@@ -35,6 +58,7 @@ def bridge(m, slopes, dt):
 
     """
     _bridge(m, slopes, dt, m[RATE_NOISE])
+    bridged_scales(scene_of(m), m, m[PROCESS + 3])
 
 
 @compiled
@@ -74,15 +98,38 @@ def _bridge(m, slopes, dt, noise):
         m[at + 39] += more
 
 
-@inlined
+@compiled
 def adapt_rate_noise(m, nis):
     """
-    Let the rates' random walk follow an innovation squared after `bridge`.
+    Let the rates' random walk follow an innovation after `bridge`.
 
-    At constant rates the innovations alone tell how much a peg accelerates. The random walk grows
-    and falls by exp(ADAPTATION (nis / 3 - 1)) with each, from what is configured upwards.
+    At constant rates the innovations alone tell how much a peg accelerates: by their size, and by
+    how they lean. With each, the random walk grows and falls by exp(ADAPTATION (nis / 3 - 1) +
+    LEANING (lean - 1)), where lean is the square of their white mean over its expectation. Rates
+    that have not leant for a while are steady, and may walk as little as STEADIEST.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory, with the innovation and its root at RESIDUAL and S.
+    nis : float
+        Its square.
+
     """
     # One that is no number surprises most, and the random walk stays one.
     surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
-    grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0))
-    m[RATE_NOISE] = min(max(grown, m[PROCESS + 8]), MOST_RATE_NOISE)
+    if isfinite(nis):
+        w0 = m[RESIDUAL] / m[S]
+        w1 = (m[RESIDUAL + 1] - m[S + 3] * w0) / m[S + 4]
+        w2 = (m[RESIDUAL + 2] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
+        # One far off counts as one that surprises most.
+        limit = sqrt(min(1.0, 3.0 * MOST_SURPRISE / max(nis, 1e-300)))
+        m[LEAN] += (limit * w0 - m[LEAN]) / LEANT_OVER
+        m[LEAN + 1] += (limit * w1 - m[LEAN + 1]) / LEANT_OVER
+        m[LEAN + 2] += (limit * w2 - m[LEAN + 2]) / LEANT_OVER
+    square = m[LEAN] * m[LEAN] + m[LEAN + 1] * m[LEAN + 1] + m[LEAN + 2] * m[LEAN + 2]
+    lean = min(square * (2.0 * LEANT_OVER - 1.0) / 3.0, MOST_SURPRISE)
+    grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (lean - 1.0))
+    m[LEAN + 3] = 0.0 if lean > LEANS else m[LEAN + 3] + 1.0
+    least = m[PROCESS + 8] * (STEADIEST if m[LEAN + 3] > STEADY_AFTER else 1.0)
+    m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)

@@ -120,6 +120,9 @@ class _Run:
         followed = part(kalman._memory, "ACCELERATION")
         reference.stopped = part(kalman._memory, "STOPPED").item()
         reference.rate_noise = part(kalman._memory, "RATE_NOISE").item()
+        lean, told = part(kalman._memory, "LEAN"), part(kalman._memory, "BALANCE")
+        reference.lean, reference.steady = lean[:3].copy(), lean[3]
+        reference.balance = (told[:3].copy(), told[3]) if told[3] > 0 else None
         changes, acceleration = part(kalman._memory, "CHANGES"), reference.acceleration
         acceleration.mean, acceleration.rates = followed[:3].copy(), followed[3:].copy()
         acceleration.before, acceleration.changes = changes[:3].copy(), changes[3:6].copy()
