@@ -35,7 +35,7 @@ from peg_on_hole_ros.mechanics.kernel import (
 )
 
 # A slip of so many standard deviations, along and across, has a direction.
-SURE = 3.5
+SURE = 3.0
 # While a peg accelerates by more than this share of what it may, the rates lag: bridged, they are
 # those of some milliseconds before.
 STEADY = 0.25
