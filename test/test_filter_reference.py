@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation import reference
@@ -32,6 +33,15 @@ def differences(name, count=None, **scene):
 
 def largest(found):
     return {name: max(getattr(item, name) for item in found) for name in found[0]._fields[:4]}
+
+
+def steps_of(truth, count):
+    """Return what the sensors say of a truth, its first wrenches."""
+    rows = scenes.recorded(truth, 100)
+    return [
+        Step(rows.dt, u, *((q, R) if np.isfinite(q).all() else (None, None)))
+        for u, q, R in zip(rows.wrench[:count], rows.angles, rows.covariances)
+    ]
 
 
 @pytest.mark.xdist_group("filterpy")
@@ -69,13 +79,18 @@ def test_while_friction_is_learnt_between_two_orientations():
     """Small clearance, two wrenches to an orientation: unknown friction outweighs the slip."""
     case = next(case for case in scenes.CASES if case.name == "narrow")
     truth = scenes.truth_of(case, Configuration())
-    rows = scenes.recorded(truth, 100)
-    steps = [
-        Step(rows.dt, u, *((q, R) if np.isfinite(q).all() else (None, None)))
-        for u, q, R in zip(rows.wrench[:60], rows.angles, rows.covariances)
-    ]
-    found = list(compared(truth.plan.configuration, steps))
+    found = list(compared(truth.plan.configuration, steps_of(truth, 60)))
     assert [item.prediction for item in found].count(Prediction.CONTACT) > 50
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
+@pytest.mark.parametrize("friction_stddev", [0.05, 0.0])
+def test_where_balance_tells_how_a_bridged_peg_slides(friction_stddev):
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.01, "slip"))[0], "low", friction_stddev)
+    found = list(compared(truth.plan.configuration, steps_of(truth, 400)))
+    assert [item.prediction for item in found].count(Prediction.SLOW) > 200
+    # It takes some 150 samples until the direction of the slip is known so well.
     assert all(value < LIMIT for value in largest(found).values()), largest(found)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from grid_cells import Motion, truth_of, with_noise
+from grid_score import score_cell
 from peg_on_hole_ros.estimation.acceleration import FOLLOWED
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.direction import slip_without_kink
@@ -312,6 +313,87 @@ def test_steady_closing_at_ten_milliradians_a_second_tells_of_friction():
     assert abs(found[-1] - 0.2) < 0.002
     assert np.mean(inside[300:], axis=0).min() > 0.9
     assert np.mean(stddev[600:]) < 0.05 * truth.normal.mean()
+
+
+def dense(m):
+    """Return the joint covariance of state, wrench, friction, peg diameter and offsets."""
+    P = np.zeros((22, 22))
+    P[:12, :12] = part(m, "Z", (12, 12))
+    P[12:14, :12] = part(m, "CROSS", (2, 12))
+    P[12:14, 12:14] = part(m, "SPREAD", (2, 2))
+    P[14:, :12] = part(m, "OFFSET_CROSS", (8, 12))
+    P[14:, 12:] = part(m, "OFFSET_SPREAD", (8, 10))
+    lower = np.tril(P)
+    return lower + np.tril(P, -1).T
+
+
+@pytest.mark.parametrize("learnt", [1.0, 0.0])
+def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt):
+    """As a dense filter does that only considers wrench, diameter and offsets."""
+    rng = np.random.default_rng(2)
+    scale = np.concatenate([[1e-5] * 3, [1e-3] * 3, [0.2] * 3, [5e-3] * 3, [0.05, 1e-6]])
+    scale = np.concatenate([scale, [0.5] * 3, [0.01] * 3, [1e-3] * 2])
+    A = np.eye(22) + 0.2 * rng.normal(size=(22, 22))
+    P = A @ A.T / 2 * np.outer(scale, scale)
+    part(memory, "Z", (12, 12))[:] = P[:12, :12]
+    part(memory, "CROSS", (2, 12))[:] = P[12:14, :12]
+    part(memory, "SPREAD", (2, 2))[:] = P[12:14, 12:14]
+    part(memory, "OFFSET_CROSS", (8, 12))[:] = P[14:, :12]
+    part(memory, "OFFSET_SPREAD", (8, 10))[:] = P[14:, 12:]
+    part(memory, "OFFSETS")[:] = 0.0, 8.0, 1.0, 1.0
+    part(memory, "LEARNT")[:] = learnt, 0.0
+    part(memory, "SLOW")[0] = 1.0
+    part(memory, "U")[:] = balanced(part(memory, "X"))
+    m, dy = memory.copy(), scratch()
+    assert learn_from_balance(m, dy, 1e-3, 20.0)
+    # Friction by what another wrench told: nearly that of this one.
+    before = part(m, "BALANCE") * [0.9, 1.1, 1.0, 0.8]
+    part(memory, "BALANCE")[:] = before
+    m, dy = memory.copy(), scratch()
+    assert learn_from_balance(m, dy, 1e-3, 20.0)
+
+    G = np.zeros((3, 22))
+    G[:, :14] = dy[:3]
+    shared = G @ P
+    # Twenty samples in the time after which accelerations are new ones.
+    S = shared @ G.T + 20.0 * 20.0**2 * np.eye(3)
+    K = np.zeros((22, 3))
+    K[:6] = np.linalg.solve(S, shared[:, :6]).T
+    if learnt:
+        K[12] = before[:3] * P[12, 12] / (1.0 + before[3] * P[12, 12])
+    moved = -K @ part(m, "Y")[:3]
+    assert part(m, "X") == pytest.approx(part(memory, "X") + moved[:6], rel=1e-12)
+    assert part(m, "SCENE")[7] == pytest.approx(part(memory, "SCENE")[7] + moved[12], rel=1e-12)
+    assert not np.allclose(moved[:6], 0.0, atol=1e-7)
+    expected = P - K @ shared - shared.T @ K.T + K @ S @ K.T
+    off = (dense(m) - expected) / np.outer(scale, scale)
+    assert np.abs(off).max() < 1e-12
+    assert np.linalg.eigvalsh(expected / np.outer(scale, scale)).min() > 0.0
+    assert (np.diagonal(P - expected)[:6] > 0.0).all()
+
+
+def test_where_a_step_was_taken_balance_tells_nothing_of_the_slip(memory):
+    part(memory, "Z", (12, 12))[range(3, 6), range(3, 6)] = 1e-6
+    stepped, bridged, turned = (memory.copy() for _ in range(3))
+    for m in (bridged, turned):
+        part(m, "SLOW")[0] = 1.0
+    # Known across to a tenth of its speed only.
+    slip_all_ways(scene_of(turned), turned, part(turned, "X")[0])
+    off = (part(turned, "SCALES") ** 2 / TURNED / part(turned, "SPEEDS")[::2] ** 2).max()
+    part(turned, "Z", (12, 12))[range(3, 6), range(3, 6)] *= 0.01 / off
+    for m, told in ((stepped, False), (bridged, True), (turned, False)):
+        before = part(m, "X").copy()
+        assert learn_from_balance(m, scratch(), 1e-3, 20.0)
+        # The angles go to the end of the interval and back.
+        assert (np.abs(part(m, "X") - before) > 1e-9).any() == told
+
+
+def test_in_slow_slip_the_angles_are_near_their_bound():
+    """At constant rates alone they are three times as far off, and no better covered."""
+    truth = truth_of(Motion(1e-4, 0.5, 0.01, "slip"))[0]
+    figures = score_cell(truth, "low", range(8), range(0))["classes"]["outside"]
+    assert max(figures["ratio_median"][:3]) < 1.7
+    assert min(figures["coverage"][:6]) > 0.9
 
 
 def test_what_is_not_known_sideways_turns_the_slip(memory):

@@ -9,6 +9,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 from peg_on_hole_ros.estimation.acceleration import FOLLOWED, LEAST, LEAST_AVERAGED
 from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
+    DIRECTED,
     LEAST_DETERMINANT,
     ROUGHLY,
     STEADY,
@@ -189,25 +190,29 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """
-        Correct friction, before a prediction, by how a held peg accelerates [rad/s^2].
+        Correct, before a prediction, by how a held peg accelerates [rad/s^2].
 
-        The wrench is measured at the end of its interval: the angles are taken there.
+        Friction, and where the last interval was bridged also angles and rates. The wrench is
+        measured at the end of its interval: the angles are taken there.
         """
-        begin = self.x[:3].copy()
-        self.x[:3] += dt * self.x[RATES]
+        moved = dt * self.x[RATES]
+        self.x[:3] += moved
         self._learn_from_balance(dt, acceleration_stddev)
-        self.x[:3] = begin
+        self.x[:3] -= moved
 
     def _learn_from_balance(self, dt, acceleration_stddev):
         speed, variance, scales = self.slip_all_ways()
-        if not (self.P[FRICTION, FRICTION] > 0 and self.stopped > SELECTED):
+        known = self.P[FRICTION, FRICTION]
+        if not (self.stopped > SELECTED and (known > 0 or self.slow)):
             return
         steady = (np.abs(self.acceleration.mean) <= STEADY * acceleration_stddev).all()
-        roughly = self.P[FRICTION, FRICTION] >= (ROUGHLY * self.x[FRICTION]) ** 2
+        roughly = known >= (ROUGHLY * self.x[FRICTION]) ** 2
         if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
             return
-        turned = ((scales / speed) ** 2 / TURNED).max() * self.x[FRICTION]
-        if self.P[FRICTION, FRICTION] < turned**2:
+        turned = ((scales / speed) ** 2 / TURNED).max()
+        learns = known > 0 and known >= (turned * self.x[FRICTION]) ** 2
+        directed = self.slow and turned < DIRECTED
+        if not (learns or directed):
             return
         y, dy = solve_with_slopes(self.scene, self.x[:SIZE], scales)
         determinant = [
@@ -226,22 +231,28 @@ class ReferenceFilter(ExtendedKalmanFilter):
         least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
         noise = self.acceleration.covariance(acceleration_stddev, least, self.since_correction)
         noise = noise * max(1.0, ACCELERATION_TIME / dt)
-        S, known = shared[:, :SIZE] @ dy[:3].T + noise, self.P[FRICTION, FRICTION]
-        gain = np.linalg.solve(S, shared[:, FRICTION])
-        # Of one wrench the noise is in the accelerations and in the gain, unless that is the last.
-        before, share = self.balance, gain @ shared[:, FRICTION] / known
-        self.balance = gain / (1 - share) / known, share / (1 - share) / known
-        if before is not None:
-            gain = before[0] * known / (1 + before[1] * known)
-        told = 2 * gain @ shared[:, FRICTION] - gain @ S @ gain
+        S = shared[:, :SIZE] @ dy[:3].T + noise
+        gain = np.zeros((self.dim_x, 3))
+        if directed:
+            gain[STATE] = np.linalg.solve(S, shared[:, STATE]).T
+        if learns:
+            gain[FRICTION] = self._gain_of_friction(S, shared[:, FRICTION], known)
+        told = 2 * gain[FRICTION] @ shared[:, FRICTION] - gain[FRICTION] @ S @ gain[FRICTION]
         if not told > 0:
-            return
-        moved = self.x[FRICTION] - gain @ (y[:3] - self.acceleration.mean)
+            gain[FRICTION] = 0.0
         with self.bent_friction():
-            self.x[FRICTION] = np.clip(moved, LEAST_FRICTION, MOST_FRICTION)
-            self.P[FRICTION] -= gain @ shared
-            self.P[FRICTION, FRICTION] = known - told
-            self.P[:, FRICTION] = self.P[FRICTION]
+            self.x -= gain @ (y[:3] - self.acceleration.mean)
+            self.x[FRICTION] = np.clip(self.x[FRICTION], LEAST_FRICTION, MOST_FRICTION)
+            P = self.P + gain @ S @ gain.T - gain @ shared - shared.T @ gain.T
+            # What rounding makes of it on one side of the diagonal only would grow.
+            self.P = (P + P.T) / 2
+
+    def _gain_of_friction(self, S, shared, known):
+        # Of one wrench the noise is in the accelerations and in the gain, unless that is the last.
+        gain, before = np.linalg.solve(S, shared), self.balance
+        share = gain @ shared / known
+        self.balance = gain / (1 - share) / known, share / (1 - share) / known
+        return gain if before is None else before[0] * known / (1 + before[1] * known)
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
