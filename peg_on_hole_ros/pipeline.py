@@ -267,7 +267,7 @@ class Pipeline:
             self._correct(measurement)
         self._advance(wrench.t_ns)
         self._counts["wrench_used"] += 1
-        outputs = self._assessment.outputs(wrench.t_ns, self._filter, self._innovations.mean)
+        outputs = self._assessment.outputs(wrench.t_ns, self._filter, self._innovations.misfit)
         self._note_model(outputs)
         outputs.monitor.update(self._innovations.told())
         if self._offset:

@@ -15,6 +15,9 @@ TOO_LARGE = 3.3
 DRIFTS = 30.0
 # Over so many corrections the mean is taken that says whether a contact mode fits.
 MEAN_OF = 20
+# One that noise has thrown is no other contact, which surprises again and again: against a mode
+# each counts as so much at most.
+MOST_AGAINST_MODE = 30.0
 EXPECTED = 3.0
 # Friction that was begun anew is learnt in some tens of milliseconds.
 DOUBTED_AGAIN_NS = 200_000_000
@@ -147,6 +150,8 @@ class Innovations:
     ----------
     mean : float
         Of the last MEAN_OF, normalised and squared; EXPECTED before there are any.
+    misfit : float
+        That mean with MOST_AGAINST_MODE of each at most.
 
     """
 
@@ -163,19 +168,21 @@ class Innovations:
     def restart(self):
         """Forget all innovations."""
         self._last: deque[float] = deque(maxlen=MEAN_OF)
-        self.mean = EXPECTED
+        self.mean = self.misfit = EXPECTED
         self._watch.restart()
         self._surprises.total = 0.0
         self._doubted_ns = -DOUBTED_AGAIN_NS
 
     def snapshot(self):
         """Return what `restore` takes back."""
-        told = tuple(self._last), self.mean, self._surprises.total, self._doubted_ns
+        means = self.mean, self.misfit
+        told = tuple(self._last), means, self._surprises.total, self._doubted_ns
         return told, self._watch.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; it can be gone back to again."""
-        (last, self.mean, self._surprises.total, self._doubted_ns), watch = snapshot
+        (last, means, self._surprises.total, self._doubted_ns), watch = snapshot
+        self.mean, self.misfit = means
         self._last = deque(last, maxlen=MEAN_OF)
         self._watch.restore(watch)
 
@@ -203,6 +210,8 @@ class Innovations:
         # keep the mode from being tried again.
         self._last.append(nis if in_contact else EXPECTED)
         self.mean = fsum(self._last) / len(self._last)
+        against = (min(value, MOST_AGAINST_MODE) for value in self._last)
+        self.misfit = fsum(against) / len(self._last)
         too_large = 0
         if touching:
             # What was not learnt from one innovation is in the next.
