@@ -111,7 +111,6 @@ class ContactFilter:
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
         self._residual = part(self._memory, "RESIDUAL")
-        self._innovation_root = part(self._memory, "S")
         part(self._memory, "PROCESS")[:] = self.process
         self.integrator = INTEGRATORS[options.integrator]
         part(self._memory, "METHOD")[:] = (
@@ -374,11 +373,7 @@ class ContactFilter:
 
     def white_innovation(self) -> tuple[float, float, float]:
         """Return the last innovation over the lower root of its covariance."""
-        e0, e1, e2 = self._residual.tolist()
-        l00, _, _, l10, l11, _, l20, l21, l22 = self._innovation_root.tolist()
-        w0 = e0 / l00
-        w1 = (e1 - l10 * w0) / l11
-        return w0, w1, (e2 - l20 * w0 - l21 * w1) / l22
+        return kernel.white_innovation(self._memory)
 
     def _innovation(self, q):
         return kernel.innovation(self._memory, q)

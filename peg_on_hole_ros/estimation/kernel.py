@@ -316,10 +316,16 @@ def innovation(m, q):
             for k in range(j):
                 total -= m[S + 3 * i + k] * m[S + 3 * j + k]
             m[S + 3 * i + j] = sqrt(total) if i == j else total / m[S + 4 * j]
+    w0, w1, w2 = white_innovation(m)
+    return w0 * w0 + w1 * w1 + w2 * w2
+
+
+@inlined
+def white_innovation(m):
+    """Return the innovation in the memory over the lower root of its covariance."""
     w0 = m[RESIDUAL] / m[S]
     w1 = (m[RESIDUAL + 1] - m[S + 3] * w0) / m[S + 4]
-    w2 = (m[RESIDUAL + 2] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
-    return w0 * w0 + w1 * w1 + w2 * w2
+    return w0, w1, (m[RESIDUAL + 2] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
 
 
 @compiled

@@ -3,16 +3,14 @@
 from math import exp, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.acceleration import bridged_density
-from peg_on_hole_ros.estimation.kernel import predict_free
+from peg_on_hole_ros.estimation.kernel import predict_free, white_innovation
 from peg_on_hole_ros.estimation.memory import (
     BRIDGED,
     LEAN,
     PROCESS,
     RATE_NOISE,
-    RESIDUAL,
     SCALES,
     WITHOUT_STEP,
-    S,
     Z,
 )
 from peg_on_hole_ros.estimation.slip import bridged_scales
@@ -119,9 +117,7 @@ def adapt_rate_noise(m, nis):
     # One that is no number surprises most, and the random walk stays one.
     surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
     if isfinite(nis):
-        w0 = m[RESIDUAL] / m[S]
-        w1 = (m[RESIDUAL + 1] - m[S + 3] * w0) / m[S + 4]
-        w2 = (m[RESIDUAL + 2] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
+        w0, w1, w2 = white_innovation(m)
         # One far off counts as one that surprises most.
         limit = sqrt(min(1.0, 3.0 * MOST_SURPRISE / max(nis, 1e-300)))
         m[LEAN] += (limit * w0 - m[LEAN]) / LEANT_OVER
