@@ -16,6 +16,7 @@ CLEARANCES = (2e-5, 1e-4, 5e-4, 2e-3)  # [m]
 FRICTIONS = (0.05, 0.2, 0.5)
 SPEEDS = (0.01, 0.16, 1.0)  # closing [rad/s]
 MOTIONS = ("align", "slip", "reversals")
+# Beside these, for tuning: "bend", whose rates change slowly all the time.
 # Never looked at while the filter is tuned.
 HELD_OUT = ("helix", "weave")
 # Force [N], torque [N m], orientation [rad].
@@ -86,6 +87,8 @@ def legs(motion: Motion) -> tuple[list, float]:
         return [(-v, 0, 0), (-v, 0, 0)], duration
     if motion.name == "slip":
         return [(-v, 0, w), (-v, 0, w)], duration
+    if motion.name == "bend":
+        return [(-v, 0.2 * w, 0.9 * w), (-0.8 * v, 0.5 * w, 0.55 * w)], duration
     if motion.name == "helix":
         return [(-v, 0.5 * w, 0.4 * w), (-0.6 * v, 0.2 * w, 1.2 * w)], duration
     w, duration = min(w, 2.5), max(duration, 0.45)

@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimation.filter import Prediction
 from peg_on_hole_ros.estimation.filters import FILTERS
 from peg_on_hole_ros.estimation.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
 from peg_on_hole_ros.estimation.kernel import SELECTED, Process
-from peg_on_hole_ros.estimation.memory import SIZE, part
+from peg_on_hole_ros.estimation.memory import SIZE, WORK, part
 from peg_on_hole_ros.estimation.outcomes import NO_STEP
 from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
 from peg_on_hole_ros.estimation.slip import SHARPEST, TURNED, slip, slip_all_ways
@@ -30,8 +30,14 @@ from peg_on_hole_ros.estimation.slow import (
     adapt_rate_noise,
     bridge,
 )
+from peg_on_hole_ros.estimation.slow_friction import unknown_friction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
-from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_of, scene_scalars
+from peg_on_hole_ros.mechanics.kernel import (
+    WIDTH,
+    accelerate_with_derivatives,
+    scene_of,
+    scene_scalars,
+)
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
@@ -255,6 +261,53 @@ def test_a_slip_turned_sideways_has_less_friction_along_the_estimated_one(memory
         assert loss == pytest.approx(TURNED * (1.0 - mean), rel=0.1)
 
 
+def test_what_a_turned_slip_leaves_unknown_of_friction_is_in_the_reactions(memory):
+    """Along the estimated slip, against the spread over turned slips, at each contact."""
+    part(memory, "U")[:] = balanced(part(memory, "X"))
+    part(memory, "Z", (12, 12))[range(3, 6), range(3, 6)] = 0.3**2, 1e-10, 1e-10
+    p = scene_of(memory)
+    slip_all_ways(p, memory, part(memory, "X")[0])
+    work, dy = memory[WORK:], np.zeros((6, WIDTH))
+    x, u, y = (part(memory, name)[:6] for name in ("X", "U", "Y"))
+    accelerate_with_derivatives(p, part(memory, "SCALES"), x, u, work, y, dy)
+    columns = part(memory, "FRICTION", (3, 18))
+    unknown_friction(p, memory)
+    turned = np.linalg.norm(columns, axis=1)
+    part(memory, "SCALES")[:] = 1e3
+    unknown_friction(p, memory)
+    share = turned / np.linalg.norm(columns, axis=1)
+    g = contact_geometry(Scene(), x[0])
+    rng = np.random.default_rng(4)
+    drawn = x[3:] + np.array([0.3, 0.0, 0.0]) * rng.standard_normal((40_000, 1))
+    for i, J in enumerate(velocity_jacobians(g, Scene().peg_diameter, Scene().hole_diameter)):
+        v = drawn @ J.T
+        ahead = J @ x[3:] / np.linalg.norm(J @ x[3:])
+        spread = np.std(v @ ahead / np.linalg.norm(v, axis=1))
+        assert 0.001 < spread < 0.1
+        # Of second order, apart from what is not known of the speed.
+        assert share[i] == pytest.approx(spread, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("clearance", "friction", "noise"), [(1e-4, 0.2, "nominal"), (2e-5, 0.5, "low")]
+)
+def test_rates_that_change_slowly_are_not_taken_for_steady(clearance, friction, noise):
+    """By a fifth to a half within a second: too little for any few innovations to show it."""
+    truth = truth_of(Motion(clearance, friction, 0.01, "bend"))[0]
+    classes = score_cell(truth, noise, range(100, 108), range(0), friction_stddev=0.05)["classes"]
+    for figures in classes.values():
+        assert min(figures["coverage"]) > 0.9
+
+
+@pytest.mark.parametrize("clearance", [1e-4, 5e-4])
+def test_reactions_of_a_slip_that_is_hardly_told_are_stated_so(clearance):
+    """Noise turns it: without that, reactions are covered in 84 and 89 %."""
+    truth = truth_of(Motion(clearance, 0.2, 0.01, "align"))[0]
+    noise = "low" if clearance == 1e-4 else "nominal"
+    figures = score_cell(truth, noise, range(100, 108), range(0), friction_stddev=0.05)
+    assert min(figures["classes"]["window"]["coverage"]) > 0.94
+
+
 def test_friction_is_known_no_better_than_a_turned_slip_lets_it_be(memory):
     Z = part(memory, "Z", (12, 12))
     Z[3, 3] = 0.04
@@ -293,13 +346,14 @@ def test_the_noise_of_a_wrench_moves_friction_neither_way(memory):
     assert abs(unbiased.mean()) < 3.0 * error[1]
 
 
-def test_steady_closing_at_ten_milliradians_a_second_tells_of_friction():
-    """A slip of 0.1 mm/s: a random walk as of rates that change would hide it for ever."""
+def test_closing_at_ten_milliradians_a_second_tells_of_friction_if_stated_steady():
+    """A slip of 0.1 mm/s: a random walk as of rates that may change would hide it for ever."""
     truth = with_noise(truth_of(Motion(5e-4, 0.2, 0.01, "align"))[0], "low", 0.05)
     configuration = truth.plan.configuration
     scene = replace(configuration.scene, friction=0.15)
+    options = replace(configuration.filter, slow_rate_noise=0.007)
     found, inside, stddev = [], [], []
-    pipeline = Pipeline(replace(configuration, scene=scene))
+    pipeline = Pipeline(replace(configuration, scene=scene, filter=options))
     for sample in measure(truth, 3):
         if isinstance(sample, JointSample):
             pipeline.on_joints(sample)
@@ -312,7 +366,8 @@ def test_steady_closing_at_ten_milliradians_a_second_tells_of_friction():
     assert np.abs(np.array(found)[600:] - 0.2).max() < 0.01
     assert abs(found[-1] - 0.2) < 0.002
     assert np.mean(inside[300:], axis=0).min() > 0.9
-    assert np.mean(stddev[600:]) < 0.05 * truth.normal.mean()
+    # Of which what noise may have turned the slip is a half.
+    assert np.mean(stddev[600:]) < 0.08 * truth.normal.mean()
 
 
 def dense(m):

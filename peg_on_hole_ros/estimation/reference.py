@@ -379,10 +379,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         A, _ = six_equations(here, self.x[:3], self.x[RATES], self.x[WRENCH], self.scales)
         speed, variance = self.slip()
         columns = []
-        for J_i, n, N, v, s2 in zip(J, normals(g), normal, speed, variance):
+        turned = np.minimum(self.scales**2 / (np.sqrt(2) * TURNED * speed**2 + 1e-300), 1)
+        for J_i, n, N, v, s2, t in zip(J, normals(g), normal, speed, variance, turned):
             mean = erf(v / np.sqrt(2 * s2 + 1e-300))
             friction = np.hypot(self.x[FRICTION], np.sqrt(self.P[FRICTION, FRICTION]))
-            size = friction * max(N, 0.0) * np.sqrt(1 - mean**2)
+            size = friction * max(N, 0.0) * np.sqrt(min(1 - mean**2 + t**2, 1))
             T = size * (np.eye(3) - np.outer(n, n))
             columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
         return np.hstack(columns)

@@ -32,7 +32,7 @@ STEADY_AFTER = 100.0
 # One innovation squared counts as this much at most, over its expectation.
 MOST_SURPRISE = 5.0
 # Steady rates walk by no more than this share of what is configured.
-STEADIEST = 0.015
+STEADIEST = 0.15
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0

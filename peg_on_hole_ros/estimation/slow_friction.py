@@ -5,13 +5,14 @@ from math import erf, sqrt
 from peg_on_hole_ros.estimation.memory import (
     FRICTION,
     REACTIONS,
+    SCALES,
     SPEEDS,
     SPREAD,
     WORK,
     X,
     Y,
 )
-from peg_on_hole_ros.estimation.slip import slip
+from peg_on_hole_ros.estimation.slip import TURNED, slip
 from peg_on_hole_ros.mechanics.kernel import answer_to_contact_force, closed_forms, compiled
 
 
@@ -24,13 +25,16 @@ def unknown_friction(p, m):
     from the others'. The direction of a slip v that is normal with standard deviation sigma has
     the mean erf(v / (sqrt(2) sigma)) and the variance that this leaves of a unit vector, here
     along each axis, times the reaction and the friction coefficient (its root mean square where it
-    is not known).
+    is not known). So is what a slip that may be off by sideways, by a normal angle of standard
+    deviation s, leaves unknown of friction along it: s^2 / sqrt(2) of it, apart from its mean,
+    which SCALES holds, and from the part across, which is in the answer's slopes.
 
     Parameters
     ----------
     p : SceneScalars
     m : ndarray
-        Memory, with the answer at the estimate at Y and its factored equations at WORK.
+        Memory, with the answer at the estimate at Y, its factored equations at WORK and the
+        velocity scales of friction at SCALES.
 
     """
     slip(p, m, m[X])
@@ -40,9 +44,12 @@ def unknown_friction(p, m):
     over = 1.0 / sqrt(0.25 * p.D * p.D + a1 * a1)
     friction = sqrt(p.f * p.f + m[SPREAD])
     for n in range(3):
+        speed, scale = m[SPEEDS + 2 * n], m[SCALES + n]
         # At rest no direction has a variance: nothing is known of friction then.
-        mean = erf(m[SPEEDS + 2 * n] / sqrt(2.0 * m[SPEEDS + 2 * n + 1] + 1e-300))
-        size = friction * max(m[Y + 3 + n], 0.0) * sqrt(1.0 - mean * mean)
+        mean = erf(speed / sqrt(2.0 * m[SPEEDS + 2 * n + 1] + 1e-300))
+        turned = min(scale * scale / (sqrt(2.0) * TURNED * speed * speed + 1e-300), 1.0)
+        unknown = min(1.0 - mean * mean + turned * turned, 1.0)
+        size = friction * max(m[Y + 3 + n], 0.0) * sqrt(unknown)
         side = 0.0 if n == 0 else (b if n == 1 else -b)
         n_h = c if n == 0 else -S1 * over
         n_e = side * over
