@@ -2,7 +2,10 @@
 
 from peg_on_hole_ros.estimation.memory import (
     ACCELERATION,
+    ACCELERATION_BEFORE,
     CHANGES,
+    CHANGES_SEEN,
+    RATES_BEFORE,
     RATES_KNOWN,
     SINCE_CORRECTION,
     X,
@@ -42,13 +45,13 @@ def follow_acceleration(m, dt):
     averaged = min(dt / CHANGES_AVERAGED, 1.0) * m[RATES_KNOWN]
     m[RATES_KNOWN] = 1.0
     for i in range(3):
-        now = (m[X + 3 + i] - m[ACCELERATION + 3 + i]) / dt
+        now = (m[X + 3 + i] - m[RATES_BEFORE + i]) / dt
         m[ACCELERATION + i] += share * (now - m[ACCELERATION + i])
-        m[ACCELERATION + 3 + i] = m[X + 3 + i]
-        change = m[ACCELERATION + i] - m[CHANGES + i]
-        m[CHANGES + i] += share * change
-        m[CHANGES + 3 + i] += averaged * (change * change - m[CHANGES + 3 + i])
-    m[CHANGES + 6] += averaged * (1.0 - m[CHANGES + 6])
+        m[RATES_BEFORE + i] = m[X + 3 + i]
+        change = m[ACCELERATION + i] - m[ACCELERATION_BEFORE + i]
+        m[ACCELERATION_BEFORE + i] += share * change
+        m[CHANGES + i] += averaged * (change * change - m[CHANGES + i])
+    m[CHANGES_SEEN] += averaged * (1.0 - m[CHANGES_SEEN])
     m[SINCE_CORRECTION] = 0.0
 
 
@@ -81,7 +84,7 @@ def acceleration_variance(m, i, stddev, least):
     """
     stated = stddev * stddev
     silent = max(m[SINCE_CORRECTION] - FOLLOWED, 0.0)
-    unseen = 1.0 - m[CHANGES + 6] + silent / CHANGES_AVERAGED
-    seen = m[CHANGES + 3 + i] + unseen * stated
+    unseen = 1.0 - m[CHANGES_SEEN] + silent / CHANGES_AVERAGED
+    seen = m[CHANGES + i] + unseen * stated
     changed = CHANGED * m[ACCELERATION + i]
     return min(stated, max(seen, least * least * stated)) + changed * changed

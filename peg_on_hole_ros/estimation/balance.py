@@ -6,7 +6,7 @@ from peg_on_hole_ros.estimation.acceleration import LEAST_AVERAGED, acceleration
 from peg_on_hole_ros.estimation.kernel import SELECTED
 from peg_on_hole_ros.estimation.memory import (
     ACCELERATION,
-    BALANCE,
+    ACROSS,
     CROSS,
     GAIN,
     LEARNT,
@@ -20,6 +20,8 @@ from peg_on_hole_ros.estimation.memory import (
     SPEEDS,
     SPREAD,
     STOPPED,
+    TOLD_GAIN,
+    TOLD_SHARE,
     WITH,
     WORK,
     U,
@@ -30,7 +32,7 @@ from peg_on_hole_ros.estimation.memory import (
     times_covariance,
 )
 from peg_on_hole_ros.estimation.parameters import learnt_variance, move_parameters
-from peg_on_hole_ros.estimation.slip import TURNED, slip_all_ways
+from peg_on_hole_ros.estimation.slip import slip_all_ways, turned_scales
 from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
@@ -122,10 +124,10 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
             return False
     # The mean of what a slip turned sideways makes of friction is in the scales; what it may be
     # instead is one error for as long as the rates have theirs, and no average makes it less.
+    turned_scales(m)
     turned = 0.0
     for i in range(3):
-        off = m[SCALES + i] / m[SPEEDS + 2 * i]
-        turned = max(turned, off * off / TURNED)
+        turned = max(turned, m[ACROSS + i] / (m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i]))
     learns = learns and m[SPREAD] >= (turned * p.f) ** 2
     directed = m[SLOW] > 0.0 and turned < DIRECTED
     if not (learns or directed):
@@ -210,13 +212,13 @@ def _friction_gain(m, factors):
     """Return the gain of friction that the interval before told, if any; keep this one's."""
     g0, g1, g2 = _solve(factors, m[WITH], m[WITH + 2], m[WITH + 4])
     share = (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]) / m[SPREAD]
-    b0, b1, b2, b3 = m[BALANCE], m[BALANCE + 1], m[BALANCE + 2], m[BALANCE + 3]
+    b0, b1, b2, told = m[TOLD_GAIN], m[TOLD_GAIN + 1], m[TOLD_GAIN + 2], m[TOLD_SHARE]
     # Gain and share of a friction whose variance is 1, all else being the same.
     over = 1.0 / ((1.0 - share) * m[SPREAD])
-    m[BALANCE], m[BALANCE + 1], m[BALANCE + 2] = g0 * over, g1 * over, g2 * over
-    m[BALANCE + 3] = share * over
-    if b3 > 0.0:
-        scale = m[SPREAD] / (1.0 + b3 * m[SPREAD])
+    m[TOLD_GAIN], m[TOLD_GAIN + 1], m[TOLD_GAIN + 2] = g0 * over, g1 * over, g2 * over
+    m[TOLD_SHARE] = share * over
+    if told > 0.0:
+        scale = m[SPREAD] / (1.0 + told * m[SPREAD])
         g0, g1, g2 = b0 * scale, b1 * scale, b2 * scale
     return g0, g1, g2
 

@@ -18,6 +18,7 @@ from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.outcomes import NO_STEP, Correction, Prediction, Reactions
+from peg_on_hole_ros.estimation.process import Process
 from peg_on_hole_ros.estimation.reactions import react, rim_load
 from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge, bridge_without_step
 from peg_on_hole_ros.estimation.step import CONVERGED
@@ -78,7 +79,7 @@ class ContactFilter:
             )
         self.scalars = scene_scalars(scene)
         self.options = options
-        self.process = kernel.Process(
+        self.process = Process(
             options.max_step,
             options.contact_rate_noise**2,
             options.slip_velocity_scale,
@@ -106,8 +107,6 @@ class ContactFilter:
         self._without_step = part(self._memory, "WITHOUT_STEP")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
-        self._acceleration = part(self._memory, "ACCELERATION")
-        self._acceleration_changes = part(self._memory, "CHANGES")
         self._rate_noise[0] = options.slow_rate_noise
         self._R = part(self._memory, "R", (3, 3))
         self._residual = part(self._memory, "RESIDUAL")
@@ -194,9 +193,10 @@ class ContactFilter:
         self._cross[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
-        self._acceleration[:] = self._acceleration_changes[:] = 0.0
         for name in (
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "BALANCE",
+            "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "SINCE_LEANT",
+            "TOLD_GAIN", "TOLD_SHARE",
         ):  # fmt: skip
             part(self._memory, name)[:] = 0.0
         self._refused = 0

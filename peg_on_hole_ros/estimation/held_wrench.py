@@ -8,11 +8,11 @@ from peg_on_hole_ros.estimation.memory import (
     JUMP,
     JUMPED,
     NOISE,
-    PROCESS,
     RAMP,
     WEIGHT,
     U,
     Z,
+    process_of,
 )
 from peg_on_hole_ros.estimation.steps_choice import SECOND_ORDER
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
@@ -54,7 +54,7 @@ def hold_wrench(m, u):
     # Two noises differ by twice the covariance of one. Before the first wrench there is none.
     share = 0.0
     if any_before > 0.0 and size > 2.0 * JUMP_LIMIT:
-        share = m[PROCESS + 7] * sqrt(1.0 - 2.0 * JUMP_LIMIT / size)
+        share = process_of(m).wrench_jump * sqrt(1.0 - 2.0 * JUMP_LIMIT / size)
     for i in range(6):
         m[RAMP + i] = share * m[JUMP + i]
         m[JUMP + i] = sqrt(AT_ANY_TIME) * m[RAMP + i]

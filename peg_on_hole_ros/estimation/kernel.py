@@ -1,7 +1,6 @@
 """Extended Kalman filter on the peg's angles and rates: the compiled prediction and correction."""
 
 from math import floor, pi, sqrt
-from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.carry import carry, carry_all
 from peg_on_hole_ros.estimation.direction import slip_without_kink
@@ -15,7 +14,6 @@ from peg_on_hole_ros.estimation.memory import (
     METHOD,
     METHOD_USED,
     OFFSETS,
-    PROCESS,
     RATE_NOISE,
     REFUSED,
     RESIDUAL,
@@ -33,6 +31,7 @@ from peg_on_hole_ros.estimation.memory import (
     X,
     Y,
     Z,
+    process_of,
 )
 from peg_on_hole_ros.estimation.memory import (
     SLOW as SLOW_PLACE,
@@ -78,40 +77,6 @@ SLOW = INACCURATE + 1
 LIMITED = SLOW + 1
 
 
-class Process(NamedTuple):
-    """
-    How far the contact dynamics are trusted.
-
-    Attributes
-    ----------
-    max_step : float
-        Longest integration step [s].
-    rate_density : float
-        Spectral density of the random walk added to each rate [rad^2/s^3].
-    slip_velocity_scale, slip_widening, creep_time : float
-        See `friction_scales` and `creep_variance` [m/s], [-], [s].
-    friction_density : float
-        Spectral density of the random walk of the friction coefficient [1/s].
-    slow_slip : float
-        See `slip.slow_slip` [-].
-    wrench_jump : float
-        Share of what `hold_wrench` says of a jump that counts [-].
-    slow_rate_noise : float
-        Random walk of rates that change in `slow.bridge`, at least [rad/s^1.5].
-
-    """
-
-    max_step: float
-    rate_density: float
-    slip_velocity_scale: float
-    slip_widening: float
-    creep_time: float
-    friction_density: float
-    slow_slip: float
-    wrench_jump: float
-    slow_rate_noise: float
-
-
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
 # the same noise drives the motion and enters the reactions. Functions take the memory m of
 # `memory`; its covariances are symmetric to the last bit.
@@ -146,10 +111,7 @@ def predict_contact(m, dy, slopes, dt):
 
     """
     p = scene_of(m)
-    q = PROCESS
-    process = Process(
-        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7], m[q + 8]
-    )  # fmt: skip
+    process = process_of(m)
     x, u, u_stage = m[X : X + 6], m[ENDS : ENDS + 6], m[ENDS + 6 : ENDS + 12]
     x1, y = m[X1 : X1 + 6], m[Y : Y + 6]
     scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]

@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.process import Process
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 
 # One array, because an array handed to compiled code costs as much as 50 multiplications and a
@@ -11,7 +12,7 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 # vector instructions: the compiler sees that they do not overlap.
 _SIZES = {
     "SCENE": len(SceneScalars._fields),
-    "PROCESS": 9,  # see kernel.Process
+    "PROCESS": len(Process._fields),
     "X": 6,  # state
     "U": 6,  # wrench that is held
     "Z": 144,  # joint covariance of state and wrench, (12, 12) by rows
@@ -32,13 +33,18 @@ _SIZES = {
     "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
-    "ACCELERATION": 6,  # as the rates went of late; the rates at the last correction
-    "CHANGES": 7,  # that of before; mean square of its changes; share of them that was seen
+    "ACCELERATION": 3,  # as the rates went of late
+    "RATES_BEFORE": 3,  # at the last correction
+    "ACCELERATION_BEFORE": 3,  # as it went of before
+    "CHANGES": 3,  # mean square of its changes
+    "CHANGES_SEEN": 1,  # share of them that was seen
     "SINCE_CORRECTION": 1,  # time predicted since the last one [s]
     "RATES_KNOWN": 1,  # 1: the rates at the last correction are known
     "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
-    "LEAN": 4,  # mean of the white innovations of late; how many since it leant
-    "BALANCE": 4,  # how balance told of friction in the interval before, see `balance`
+    "LEAN": 3,  # mean of the white innovations of late
+    "SINCE_LEANT": 1,  # how many innovations ago it was last not near none
+    "TOLD_GAIN": 3,  # by which balance told of friction in the interval before, see `balance`
+    "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
@@ -47,6 +53,7 @@ _SIZES = {
     "METHOD_USED": 1,  # the integrator's number in the last prediction
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
+    "ACROSS": 3,  # variance of these slips across themselves, friction left out [m^2/s^2]
     "X1": 6,  # state at the end of a step
     "Y": 6,  # accelerations and reactions
     "SAVED": 280,  # X, U, Z, CROSS, SPREAD and OFFSET_CROSS before a prediction
@@ -60,7 +67,7 @@ _SIZES = {
     "LASTING": 12,  # what friction and peg diameter make of Y, a standard deviation, (2, 6)
     "POINTS": 42,  # answers at the estimate, then ahead of and behind it in each rate, (7, 6)
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
-    "FRICTION": 54,  # what unknown friction makes of Y, three axes at each contact, (9, 6)
+    "FRICTION": 72,  # what unknown friction makes of Y, see `slow_friction`, (12, 6)
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
     "STAGE": 192,  # of a step of two stages or of second derivatives, see steps_choice
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
@@ -101,8 +108,13 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
+ACROSS = _AT["ACROSS"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
-LEAN, BALANCE = _AT["LEAN"], _AT["BALANCE"]
+LEAN, SINCE_LEANT = _AT["LEAN"], _AT["SINCE_LEANT"]
+TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
+RATES_BEFORE, ACCELERATION_BEFORE, CHANGES_SEEN = (
+    _AT[name] for name in ("RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES_SEEN")
+)
 INTERVAL, HELD_BACK = _AT["INTERVAL"], _AT["HELD_BACK"]
 LOAD, MASSES, GRAVITY, TURN = (_AT[name] for name in ("LOAD", "MASSES", "GRAVITY", "TURN"))
 JOINT, SEEN, GAINS = (_AT[name] for name in ("JOINT", "SEEN", "GAINS"))
@@ -113,6 +125,15 @@ def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:
     """Return a view of one part of the memory by its name, in a shape."""
     view = memory[_AT[name] : _AT[name] + _SIZES[name]]
     return view if shape is None else view.reshape(shape)
+
+
+@inlined
+def process_of(m):
+    """Return how far the contact dynamics are trusted, as it lies in the memory."""
+    q = PROCESS
+    return Process(
+        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7], m[q + 8]
+    )  # fmt: skip
 
 
 @inlined

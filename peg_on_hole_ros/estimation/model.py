@@ -6,7 +6,6 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.kernel import SLOW, predict_free
 from peg_on_hole_ros.estimation.memory import (
-    PROCESS,
     REACTIONS,
     SCALES,
     SCENE,
@@ -17,6 +16,7 @@ from peg_on_hole_ros.estimation.memory import (
     Y,
     covariance_entry,
     fill_lasting,
+    process_of,
     times_covariance,
 )
 from peg_on_hole_ros.estimation.slip import friction_scales, slow_slip
@@ -128,12 +128,13 @@ def choose_at(m, choice, y):
 @compiled
 def predict_at_constant_rates(m, slopes, dt, rate_noise):
     """Predict as `kernel.predict_free`, with the friction scales that the reactions need."""
-    friction_scales(scene_of(m), m, m[PROCESS + 2], m[PROCESS + 3])
-    if slow_slip(m, m[PROCESS + 6]):
+    process = process_of(m)
+    friction_scales(scene_of(m), m, process.slip_velocity_scale, process.slip_widening)
+    if slow_slip(m, process.slow_slip):
         return SLOW
     predict_free(m, slopes, dt, rate_noise)
     if m[SPREAD] > 0.0:
-        m[SPREAD] += m[PROCESS + 5] * dt
+        m[SPREAD] += process.friction_density * dt
     return CONVERGED
 
 

@@ -21,7 +21,7 @@ from peg_on_hole_ros.estimation.memory import (
     fill_lasting,
     times_covariance,
 )
-from peg_on_hole_ros.estimation.slow_friction import add_friction, unknown_friction
+from peg_on_hole_ros.estimation.slow_friction import WAYS, add_friction, unknown_friction
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_at,
     accelerate_with_derivatives,
@@ -85,7 +85,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
             shared = m[LASTING + 6 * n + a] * over
             for i in range(6):
                 m[LASTING + 6 * n + i] -= column[i] * shared
-        for n in range(9 if slow else 0):
+        for n in range(WAYS if slow else 0):
             shared = m[FRICTION + 6 * n + a] * over
             for i in range(6):
                 m[FRICTION + 6 * n + i] -= column[i] * shared

@@ -51,6 +51,7 @@ from peg_on_hole_ros.estimation.slow import (
     STEADIEST,
     STEADY_AFTER,
 )
+from peg_on_hole_ros.estimation.slow_friction import UNSURE
 from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
@@ -71,6 +72,11 @@ def _random_walk(density, h, size):
     carried = np.zeros((size, 3))
     carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
     return h * carried * density @ carried.T
+
+
+def _turned_scales(across):
+    """Return the velocity scales that leave friction its mean over a slip turned sideways."""
+    return np.sqrt(TURNED * across + SHARPEST**2)
 
 
 class ReferenceFilter(ExtendedKalmanFilter):
@@ -97,9 +103,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
+        self.across = np.zeros(3)
         self.sliding = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
-        self.rate_noise, self.lean, self.steady = process.slow_rate_noise, np.zeros(3), 0
+        self.rate_noise, self.lean, self.since_leant = process.slow_rate_noise, np.zeros(3), 0
         self.balance = None
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -166,9 +173,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def bridged_scales(self):
         """Return them where no step is taken: as small as a slip turned sideways lets them be."""
-        speed, variance, turned = self.slip_all_ways()
+        speed, variance, self.across = self.slip_all_ways()
         near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
-        return np.sqrt(turned**2 + self.process.slip_widening**2 * variance * near)
+        return np.sqrt(
+            _turned_scales(self.across) ** 2 + self.process.slip_widening**2 * variance * near
+        )
 
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
@@ -201,7 +210,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.x[:3] -= moved
 
     def _learn_from_balance(self, dt, acceleration_stddev):
-        speed, variance, scales = self.slip_all_ways()
+        speed, variance, across = self.slip_all_ways()
         known = self.P[FRICTION, FRICTION]
         if not (self.stopped > SELECTED and (known > 0 or self.slow)):
             return
@@ -209,7 +218,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         roughly = known >= (ROUGHLY * self.x[FRICTION]) ** 2
         if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
             return
-        turned = ((scales / speed) ** 2 / TURNED).max()
+        turned, scales = (across / speed**2).max(), _turned_scales(across)
         learns = known > 0 and known >= (turned * self.x[FRICTION]) ** 2
         directed = self.slow and turned < DIRECTED
         if not (learns or directed):
@@ -331,8 +340,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
             self.lean += (white - self.lean) / LEANT_OVER
             lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
             growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
-            self.steady = 0 if lean > LEANS else self.steady + 1
-            share = STEADIEST if self.steady > STEADY_AFTER else 1.0
+            self.since_leant = 0 if lean > LEANS else self.since_leant + 1
+            share = STEADIEST if self.since_leant > STEADY_AFTER else 1.0
             least = share * self.process.slow_rate_noise
             self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
 
@@ -352,7 +361,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """
         Return speed, and its variance along and across the slip, friction left out.
 
-        And the velocity scales at which friction has the mean that the part across leaves of it.
+        And the part across by itself.
         """
         J, v = self._velocities()
         P = self.P[RATES, RATES]
@@ -362,7 +371,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         speed, variance = np.linalg.norm(v, axis=1), np.array([np.trace(A @ P @ A.T) for A in J])
         along = self._along(J, v, speed)
         across = np.maximum(variance - np.einsum("ij,jk,ik->i", along, P, along), 0.0)
-        return speed, variance, np.sqrt(TURNED * across + SHARPEST**2)
+        return speed, variance, across
 
     def slip(self):
         """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
@@ -372,19 +381,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
         return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
     def unknown_friction(self, normal):
-        """Return what friction of unknown direction makes of the answers, shape (6, 9)."""
+        """Return what friction of unknown direction makes of the answers, shape (6, 12)."""
         here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
         g = contact_geometry(here, self.x[0])
         J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
         A, _ = six_equations(here, self.x[:3], self.x[RATES], self.x[WRENCH], self.scales)
         speed, variance = self.slip()
         columns = []
-        turned = np.minimum(self.scales**2 / (np.sqrt(2) * TURNED * speed**2 + 1e-300), 1)
+        turned = np.minimum(UNSURE * self.across / (speed**2 + 1e-300), 1)
         for J_i, n, N, v, s2, t in zip(J, normals(g), normal, speed, variance, turned):
             mean = erf(v / np.sqrt(2 * s2 + 1e-300))
             friction = np.hypot(self.x[FRICTION], np.sqrt(self.P[FRICTION, FRICTION]))
-            size = friction * max(N, 0.0) * np.sqrt(min(1 - mean**2 + t**2, 1))
-            T = size * (np.eye(3) - np.outer(n, n))
+            force = friction * max(N, 0.0)
+            free = force * np.sqrt(1 - mean**2) * (np.eye(3) - np.outer(n, n))
+            T = np.column_stack([free, force * mean * t * J_i @ self.x[RATES] / (v + 1e-300)])
             columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
         return np.hstack(columns)
 

@@ -3,6 +3,7 @@
 from math import exp, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
+    ACROSS,
     CROSS,
     SCALES,
     SPEEDS,
@@ -20,7 +21,7 @@ SHARPEST = 1e-9
 
 
 @inlined
-def _jacobian(p, geo, i):
+def jacobian(p, geo, i):
     """Return by which the rates move a contact's material point: h (3), e by psi and phi, z."""
     s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
     if i == 0:
@@ -32,7 +33,7 @@ def _jacobian(p, geo, i):
 @inlined
 def along(p, geo, i, dgamma, dpsi, dphi):
     """Return the speed of a contact's material point, and its derivatives by the rates."""
-    h0, h1, h2, e1, e2, z0, z2 = _jacobian(p, geo, i)
+    h0, h1, h2, e1, e2, z0, z2 = jacobian(p, geo, i)
     v_h = h0 * dgamma + h1 * dpsi + h2 * dphi
     v_e = e1 * dpsi + e2 * dphi
     v_z = z0 * dgamma + z2 * dphi
@@ -75,11 +76,10 @@ def slip(p, m, gamma):
 @compiled
 def slip_all_ways(p, m, gamma):
     """
-    Fill SPEEDS as `slip` does, with the variance along and across the slip, friction left out.
+    Fill SPEEDS as `slip` does, with the variance along and across the slip, and ACROSS.
 
-    What friction may be off by makes the slip's speed doubtful, not its direction; what the slip
-    may be off by sideways turns it. SCALES is filled with the velocity scales at which friction
-    along the estimated slip has the mean that this leaves of it: 1 - sigma^2 / (2 v^2).
+    What friction may be off by makes the slip's speed doubtful, not its direction, and is left
+    out; what the slip may be off by sideways turns it, and is filled in by itself as well.
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     c0, c1, c2 = m[CROSS + 3], m[CROSS + 4], m[CROSS + 5]
@@ -91,7 +91,7 @@ def slip_all_ways(p, m, gamma):
     z35 = m[Z + 41] - c0 * c2 * over
     z45 = m[Z + 53] - c1 * c2 * over
     for i in range(3):
-        h0, h1, h2, e1, e2, z0, z2 = _jacobian(p, geo, i)
+        h0, h1, h2, e1, e2, z0, z2 = jacobian(p, geo, i)
         v_h = h0 * m[X + 3] + h1 * m[X + 4] + h2 * m[X + 5]
         v_e = e1 * m[X + 4] + e2 * m[X + 5]
         v_z = z0 * m[X + 3] + z2 * m[X + 5]
@@ -106,7 +106,19 @@ def slip_all_ways(p, m, gamma):
         d2 = (v_h * h2 + v_e * e2 + v_z * z2) * over
         variance -= d0 * d0 * z33 + d1 * d1 * z44 + d2 * d2 * z55
         variance -= 2.0 * (d0 * d1 * z34 + d0 * d2 * z35 + d1 * d2 * z45)
-        m[SCALES + i] = sqrt(TURNED * max(variance, 0.0) + SHARPEST * SHARPEST)
+        m[ACROSS + i] = max(variance, 0.0)
+
+
+@inlined
+def turned_scales(m):
+    """
+    Fill SCALES so that friction along the slip has the mean that ACROSS leaves of it.
+
+    A slip v turned by what is normal with variance sigma^2 across it has 1 - sigma^2 / (2 v^2) of
+    its friction along itself; TURNED of that is taken.
+    """
+    for i in range(3):
+        m[SCALES + i] = sqrt(TURNED * m[ACROSS + i] + SHARPEST * SHARPEST)
 
 
 @compiled
@@ -123,6 +135,7 @@ def bridged_scales(p, m, widening):
 
     """
     slip_all_ways(p, m, m[X])
+    turned_scales(m)
     for i in range(3):
         speed, variance = m[SPEEDS + 2 * i], max(m[SPEEDS + 2 * i + 1], 1e-30)
         near = exp(-0.5 * speed * speed / variance)

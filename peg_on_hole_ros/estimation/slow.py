@@ -7,11 +7,12 @@ from peg_on_hole_ros.estimation.kernel import predict_free, white_innovation
 from peg_on_hole_ros.estimation.memory import (
     BRIDGED,
     LEAN,
-    PROCESS,
     RATE_NOISE,
     SCALES,
+    SINCE_LEANT,
     WITHOUT_STEP,
     Z,
+    process_of,
 )
 from peg_on_hole_ros.estimation.slip import bridged_scales
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
@@ -56,7 +57,7 @@ def bridge(m, slopes, dt):
 
     """
     _bridge(m, slopes, dt, m[RATE_NOISE])
-    bridged_scales(scene_of(m), m, m[PROCESS + 3])
+    bridged_scales(scene_of(m), m, process_of(m).slip_widening)
 
 
 @compiled
@@ -76,7 +77,7 @@ def bridge_without_step(m, slopes, dt, least):
     """
     m[WITHOUT_STEP] += dt
     for i in range(3):
-        m[SCALES + i] = m[PROCESS + 2]
+        m[SCALES + i] = process_of(m).slip_velocity_scale
     noise = max(m[RATE_NOISE], least)
     if m[WITHOUT_STEP] > ONE_WRENCH:
         m[RATE_NOISE] = noise
@@ -126,6 +127,6 @@ def adapt_rate_noise(m, nis):
     square = m[LEAN] * m[LEAN] + m[LEAN + 1] * m[LEAN + 1] + m[LEAN + 2] * m[LEAN + 2]
     lean = min(square * (2.0 * LEANT_OVER - 1.0) / 3.0, MOST_SURPRISE)
     grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (lean - 1.0))
-    m[LEAN + 3] = 0.0 if lean > LEANS else m[LEAN + 3] + 1.0
-    least = m[PROCESS + 8] * (STEADIEST if m[LEAN + 3] > STEADY_AFTER else 1.0)
+    m[SINCE_LEANT] = 0.0 if lean > LEANS else m[SINCE_LEANT] + 1.0
+    least = process_of(m).slow_rate_noise * (STEADIEST if m[SINCE_LEANT] > STEADY_AFTER else 1.0)
     m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)

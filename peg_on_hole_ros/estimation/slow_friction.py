@@ -3,17 +3,28 @@
 from math import erf, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
+    ACROSS,
     FRICTION,
     REACTIONS,
-    SCALES,
     SPEEDS,
     SPREAD,
     WORK,
     X,
     Y,
 )
-from peg_on_hole_ros.estimation.slip import TURNED, slip
-from peg_on_hole_ros.mechanics.kernel import answer_to_contact_force, closed_forms, compiled
+from peg_on_hole_ros.estimation.slip import jacobian, slip
+from peg_on_hole_ros.mechanics.kernel import (
+    answer_to_contact_force,
+    closed_forms,
+    compiled,
+    inlined,
+)
+
+# A cosine of a normal angle has the standard deviation s^2 / sqrt(2); of a steady peg, whose rates
+# do not walk as they are allowed to, half of that (`slip.TURNED`). Between the two.
+UNSURE = 0.5
+# Three axes at each contact, and along its slip.
+WAYS = 12
 
 
 @compiled
@@ -25,16 +36,18 @@ def unknown_friction(p, m):
     from the others'. The direction of a slip v that is normal with standard deviation sigma has
     the mean erf(v / (sqrt(2) sigma)) and the variance that this leaves of a unit vector, here
     along each axis, times the reaction and the friction coefficient (its root mean square where it
-    is not known). So is what a slip that may be off by sideways, by a normal angle of standard
-    deviation s, leaves unknown of friction along it: s^2 / sqrt(2) of it, apart from its mean,
-    which SCALES holds, and from the part across, which is in the answer's slopes.
+    is not known).
+
+    A slip that may be off by sideways, by a normal angle of standard deviation s, leaves
+    UNSURE s^2 of friction along it unknown as well. What it makes of friction's mean is in the
+    velocity scales, and of friction across it in the answer's slopes.
 
     Parameters
     ----------
     p : SceneScalars
     m : ndarray
         Memory, with the answer at the estimate at Y, its factored equations at WORK and the
-        velocity scales of friction at SCALES.
+        variance across the slips at ACROSS.
 
     """
     slip(p, m, m[X])
@@ -44,12 +57,11 @@ def unknown_friction(p, m):
     over = 1.0 / sqrt(0.25 * p.D * p.D + a1 * a1)
     friction = sqrt(p.f * p.f + m[SPREAD])
     for n in range(3):
-        speed, scale = m[SPEEDS + 2 * n], m[SCALES + n]
+        speed = m[SPEEDS + 2 * n]
         # At rest no direction has a variance: nothing is known of friction then.
         mean = erf(speed / sqrt(2.0 * m[SPEEDS + 2 * n + 1] + 1e-300))
-        turned = min(scale * scale / (sqrt(2.0) * TURNED * speed * speed + 1e-300), 1.0)
-        unknown = min(1.0 - mean * mean + turned * turned, 1.0)
-        size = friction * max(m[Y + 3 + n], 0.0) * sqrt(unknown)
+        force = friction * max(m[Y + 3 + n], 0.0)
+        size = force * sqrt(1.0 - mean * mean)
         side = 0.0 if n == 0 else (b if n == 1 else -b)
         n_h = c if n == 0 else -S1 * over
         n_e = side * over
@@ -60,10 +72,22 @@ def unknown_friction(p, m):
             f_h = size * ((1.0 if axis == 0 else 0.0) - along * n_h)
             f_e = size * ((1.0 if axis == 1 else 0.0) - along * n_e)
             f_z = size * ((1.0 if axis == 2 else 0.0) - along * n_z)
-            y = answer_to_contact_force(p, geo, work, n, f_h, f_e, f_z)
-            at = FRICTION + 6 * (3 * n + axis)
-            for i in range(6):
-                m[at + i] = y[i]
+            _answer(p, geo, m, work, n, 4 * n + axis, f_h, f_e, f_z)
+        h0, h1, h2, e1, e2, z0, z2 = jacobian(p, geo, n)
+        turned = min(UNSURE * m[ACROSS + n] / (speed * speed + 1e-300), 1.0)
+        size = force * mean * turned / (speed + 1e-300)
+        f_h = size * (h0 * m[X + 3] + h1 * m[X + 4] + h2 * m[X + 5])
+        f_e = size * (e1 * m[X + 4] + e2 * m[X + 5])
+        f_z = size * (z0 * m[X + 3] + z2 * m[X + 5])
+        _answer(p, geo, m, work, n, 4 * n + 3, f_h, f_e, f_z)
+
+
+@inlined
+def _answer(p, geo, m, work, n, way, f_h, f_e, f_z):
+    y = answer_to_contact_force(p, geo, work, n, f_h, f_e, f_z)
+    at = FRICTION + 6 * way
+    for i in range(6):
+        m[at + i] = y[i]
 
 
 @compiled
@@ -72,6 +96,6 @@ def add_friction(m):
     for i in range(6):
         for j in range(6):
             total = 0.0
-            for n in range(9):
+            for n in range(WAYS):
                 total += m[FRICTION + 6 * n + i] * m[FRICTION + 6 * n + j]
             m[REACTIONS + 6 * i + j] += total

@@ -117,16 +117,18 @@ class _Run:
         learnt = kalman.friction[0], kalman.peg_diameter[0]
         reference.x = np.concatenate([kalman.x, kalman.u, learnt])
         reference.P = self.joint.copy()
-        followed = part(kalman._memory, "ACCELERATION")
         reference.stopped = part(kalman._memory, "STOPPED").item()
         reference.rate_noise = part(kalman._memory, "RATE_NOISE").item()
-        lean, told = part(kalman._memory, "LEAN"), part(kalman._memory, "BALANCE")
-        reference.lean, reference.steady = lean[:3].copy(), lean[3]
-        reference.balance = (told[:3].copy(), told[3]) if told[3] > 0 else None
-        changes, acceleration = part(kalman._memory, "CHANGES"), reference.acceleration
-        acceleration.mean, acceleration.rates = followed[:3].copy(), followed[3:].copy()
-        acceleration.before, acceleration.changes = changes[:3].copy(), changes[3:6].copy()
-        acceleration.seen = changes[6]
+        reference.lean = part(kalman._memory, "LEAN").copy()
+        reference.since_leant = part(kalman._memory, "SINCE_LEANT").item()
+        gain, share = part(kalman._memory, "TOLD_GAIN"), part(kalman._memory, "TOLD_SHARE").item()
+        reference.balance = (gain.copy(), share) if share > 0 else None
+        acceleration = reference.acceleration
+        acceleration.mean = part(kalman._memory, "ACCELERATION").copy()
+        acceleration.rates = part(kalman._memory, "RATES_BEFORE").copy()
+        acceleration.before = part(kalman._memory, "ACCELERATION_BEFORE").copy()
+        acceleration.changes = part(kalman._memory, "CHANGES").copy()
+        acceleration.seen = part(kalman._memory, "CHANGES_SEEN").item()
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])

@@ -247,7 +247,8 @@ def predicted(scene, state, wrench, place, configuration: Configuration):
     y, scales = np.empty(6), np.full(3, configuration.filter.slip_velocity_scale)
     accelerate(scene_scalars(scene), scales, state, wrench, workspace(), y)
     followed = np.clip(np.nan_to_num(y[:3]), -BRAKING, BRAKING)
-    part(kalman.memory, "ACCELERATION")[:] = *followed, *state[3:]
+    part(kalman.memory, "ACCELERATION")[:] = followed
+    part(kalman.memory, "RATES_BEFORE")[:] = state[3:]
     count, evaluations = max(1, ceil(place.gap / place.step - 1e-9)), 0
     for _ in range(count):
         kalman.hold(wrench)
