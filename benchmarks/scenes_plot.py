@@ -146,7 +146,7 @@ def _alarms(scores, runs):
     right.set_ylabel("share of events")
     right.set_ylim(-0.03, 1.03)
     right.set_title(f"Lead, {variant} (dotted: WARN)")
-    right.legend(loc="upper right", frameon=False)
+    right.legend(loc="upper center", ncols=4, bbox_to_anchor=(0.5, -0.12), frameon=False)
     return figure
 
 
