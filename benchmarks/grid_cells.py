@@ -16,7 +16,6 @@ CLEARANCES = (2e-5, 1e-4, 5e-4, 2e-3)  # [m]
 FRICTIONS = (0.05, 0.2, 0.5)
 SPEEDS = (0.01, 0.16, 1.0)  # closing [rad/s]
 MOTIONS = ("align", "slip", "reversals")
-# Beside these, for tuning: "bend", whose rates change slowly all the time.
 # Never looked at while the filter is tuned.
 HELD_OUT = ("helix", "weave")
 # Force [N], torque [N m], orientation [rad].
@@ -88,6 +87,7 @@ def legs(motion: Motion) -> tuple[list, float]:
     if motion.name == "slip":
         return [(-v, 0, w), (-v, 0, w)], duration
     if motion.name == "bend":
+        # No cell of the grid: for tuning, rates that change slowly all the time.
         return [(-v, 0.2 * w, 0.9 * w), (-0.8 * v, 0.5 * w, 0.55 * w)], duration
     if motion.name == "helix":
         return [(-v, 0.5 * w, 0.4 * w), (-0.6 * v, 0.2 * w, 1.2 * w)], duration

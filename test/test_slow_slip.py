@@ -331,7 +331,7 @@ def test_the_noise_of_a_wrench_moves_friction_neither_way(memory):
     part(memory, "CHANGES_SEEN")[0] = 1.0
     still = memory.copy()
     assert learn_from_balance(still, scratch(), 0.02, 20.0)
-    part(memory, "ACCELERATION")[:3] = part(still, "Y")[:3]
+    part(memory, "ACCELERATION")[:] = part(still, "Y")[:3]
     rng = np.random.default_rng(5)
     own, before, friction = [], [], part(memory, "SCENE")[7]
     for _ in range(6000):
@@ -369,8 +369,8 @@ def test_closing_at_ten_milliradians_a_second_tells_of_friction_if_stated_steady
     assert np.abs(np.array(found)[600:] - 0.2).max() < 0.01
     assert abs(found[-1] - 0.2) < 0.002
     assert np.mean(inside[300:], axis=0).min() > 0.9
-    # Of which what noise may have turned the slip is a half.
-    assert np.mean(stddev[600:]) < 0.08 * truth.normal.mean()
+    # A twentieth, but for what a slip that noise may have turned leaves unknown.
+    assert np.mean(stddev[600:]) < 0.065 * truth.normal.mean()
 
 
 def dense(m):
@@ -470,13 +470,13 @@ def test_an_acceleration_that_the_peg_has_tells_nothing_of_friction(memory):
     still = memory.copy()
     assert learn_from_balance(still, scratch(), 1e-3, may)
     assert part(still, "SCENE")[7] != before
-    part(memory, "ACCELERATION")[:3] = part(still, "Y")[:3]
+    part(memory, "ACCELERATION")[:] = part(still, "Y")[:3]
     moving = memory.copy()
     assert learn_from_balance(moving, scratch(), 1e-3, may)
     assert part(moving, "SCENE")[7] == pytest.approx(before, rel=1e-12)
     # Of a peg that accelerates nearly as fast as it may, the rates lag: a friction that is known
     # to less than that is not learnt.
-    may = 2.0 * np.abs(part(memory, "ACCELERATION")[:3]).max()
+    may = 2.0 * np.abs(part(memory, "ACCELERATION")[:]).max()
     assert learn_from_balance(memory.copy(), scratch(), 1e-3, may)
     part(memory, "SPREAD")[0] = (0.1 * before) ** 2
     assert not learn_from_balance(memory, scratch(), 1e-3, may)

@@ -117,7 +117,7 @@ class ContactFilter:
             options.step_tolerance,
             options.max_evaluations,
         )
-        self._slow_slip = part(self._memory, "PROCESS")[6:]
+        self._slow_slip = part(self._memory, "PROCESS")[Process._fields.index("slow_slip") :]
         self._attempts = part(self._memory, "REFUSED")
         self.wrench_noise[:] = wrench_noise
         part(self._memory, "WEIGHT", (6, 6))[:] = np.linalg.inv(wrench_noise)

@@ -31,12 +31,22 @@ def jacobian(p, geo, i):
 
 
 @inlined
+def velocity(jacobian_of, dgamma, dpsi, dphi):
+    """Return the velocity of a contact's material point along h, e and z, from its `jacobian`."""
+    h0, h1, h2, e1, e2, z0, z2 = jacobian_of
+    return (
+        h0 * dgamma + h1 * dpsi + h2 * dphi,
+        e1 * dpsi + e2 * dphi,
+        z0 * dgamma + z2 * dphi,
+    )
+
+
+@inlined
 def along(p, geo, i, dgamma, dpsi, dphi):
     """Return the speed of a contact's material point, and its derivatives by the rates."""
-    h0, h1, h2, e1, e2, z0, z2 = jacobian(p, geo, i)
-    v_h = h0 * dgamma + h1 * dpsi + h2 * dphi
-    v_e = e1 * dpsi + e2 * dphi
-    v_z = z0 * dgamma + z2 * dphi
+    at = jacobian(p, geo, i)
+    h0, h1, h2, e1, e2, z0, z2 = at
+    v_h, v_e, v_z = velocity(at, dgamma, dpsi, dphi)
     speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
     over = 1.0 / (speed + 1e-300)
     return (
@@ -91,10 +101,9 @@ def slip_all_ways(p, m, gamma):
     z35 = m[Z + 41] - c0 * c2 * over
     z45 = m[Z + 53] - c1 * c2 * over
     for i in range(3):
-        h0, h1, h2, e1, e2, z0, z2 = jacobian(p, geo, i)
-        v_h = h0 * m[X + 3] + h1 * m[X + 4] + h2 * m[X + 5]
-        v_e = e1 * m[X + 4] + e2 * m[X + 5]
-        v_z = z0 * m[X + 3] + z2 * m[X + 5]
+        at = jacobian(p, geo, i)
+        h0, h1, h2, e1, e2, z0, z2 = at
+        v_h, v_e, v_z = velocity(at, m[X + 3], m[X + 4], m[X + 5])
         variance = z33 * (h0 * h0 + z0 * z0) + z44 * (h1 * h1 + e1 * e1)
         variance += z55 * (h2 * h2 + e2 * e2 + z2 * z2) + 2.0 * z34 * h0 * h1
         variance += 2.0 * (z35 * (h0 * h2 + z0 * z2) + z45 * (h1 * h2 + e1 * e2))

@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimation.memory import (
     X,
     Y,
 )
-from peg_on_hole_ros.estimation.slip import jacobian, slip
+from peg_on_hole_ros.estimation.slip import jacobian, slip, velocity
 from peg_on_hole_ros.mechanics.kernel import (
     answer_to_contact_force,
     closed_forms,
@@ -73,13 +73,10 @@ def unknown_friction(p, m):
             f_e = size * ((1.0 if axis == 1 else 0.0) - along * n_e)
             f_z = size * ((1.0 if axis == 2 else 0.0) - along * n_z)
             _answer(p, geo, m, work, n, 4 * n + axis, f_h, f_e, f_z)
-        h0, h1, h2, e1, e2, z0, z2 = jacobian(p, geo, n)
         turned = min(UNSURE * m[ACROSS + n] / (speed * speed + 1e-300), 1.0)
         size = force * mean * turned / (speed + 1e-300)
-        f_h = size * (h0 * m[X + 3] + h1 * m[X + 4] + h2 * m[X + 5])
-        f_e = size * (e1 * m[X + 4] + e2 * m[X + 5])
-        f_z = size * (z0 * m[X + 3] + z2 * m[X + 5])
-        _answer(p, geo, m, work, n, 4 * n + 3, f_h, f_e, f_z)
+        v_h, v_e, v_z = velocity(jacobian(p, geo, n), m[X + 3], m[X + 4], m[X + 5])
+        _answer(p, geo, m, work, n, 4 * n + 3, size * v_h, size * v_e, size * v_z)
 
 
 @inlined
