@@ -92,6 +92,11 @@ def legs(motion: Motion) -> tuple[list, float]:
     if motion.name == "helix":
         return [(-v, 0.5 * w, 0.4 * w), (-0.6 * v, 0.2 * w, 1.2 * w)], duration
     w, duration = min(w, 2.5), max(duration, 0.45)
+    if motion.name == "sway":
+        # Nor this: for tuning, rates that turn back and forth.
+        return [
+            (-v, 0.4 * w, 0.7 * w), (-0.7 * v, -0.4 * w, 0.3 * w), (-0.9 * v, 0.4 * w, -0.6 * w),
+        ], duration  # fmt: skip
     if motion.name == "reversals":
         return [
             (-v, 0.3 * w, w), (-v / 2, -0.3 * w, -w), (v / 5, 0.3 * w, w), (-v, 0.3 * w, -w),

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.acceleration import bridged_density, follow_acceleration
+from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.friction_doubt import (
@@ -17,10 +17,15 @@ from peg_on_hole_ros.estimation.friction_doubt import (
 from peg_on_hole_ros.estimation.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.memory import SAVED, SIZE, part
 from peg_on_hole_ros.estimation.model import Model, predict_at_constant_rates
-from peg_on_hole_ros.estimation.outcomes import NO_STEP, Correction, Prediction, Reactions
+from peg_on_hole_ros.estimation.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.process import Process
 from peg_on_hole_ros.estimation.reactions import react, rim_load
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise, bridge, bridge_without_step
+from peg_on_hole_ros.estimation.slow import (
+    adapt_rate_noise,
+    bridge,
+    bridge_without_step,
+    walk_density,
+)
 from peg_on_hole_ros.estimation.step import CONVERGED
 from peg_on_hole_ros.estimation.steps_choice import INTEGRATORS, LONG_STEP
 from peg_on_hole_ros.ladder.rungs import DYNAMIC
@@ -195,7 +200,7 @@ class ContactFilter:
             self.spread[[0, 1], [0, 1]] = self._known
         for name in (
             "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "SINCE_LEANT",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN",
             "TOLD_GAIN", "TOLD_SHARE",
         ):  # fmt: skip
             part(self._memory, name)[:] = 0.0
@@ -271,10 +276,10 @@ class ContactFilter:
     def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
         """Return the random walk of each rate in the last prediction [rad/s^1.5], shape (3,)."""
         walk, free = self._rate_noise.item(), self.options.free_rate_noise
-        if result is not Prediction.SLOW:
-            walk = max(walk, free) if result in NO_STEP else free
-        bridged = [self._bridged.item() * bridged_density(self._memory, i) for i in range(3)]
-        return np.sqrt(walk**2 + np.array(bridged))
+        if not self._bridged.item():
+            return np.full(3, free)
+        walk = walk if result is Prediction.SLOW else max(walk, free)
+        return np.sqrt([walk_density(self._memory, walk, i) for i in range(3)])
 
     def _predict_contact(self, dt, constant) -> int:
         if constant:

@@ -14,7 +14,6 @@ from peg_on_hole_ros.estimation.memory import (
     METHOD,
     METHOD_USED,
     OFFSETS,
-    RATE_NOISE,
     REFUSED,
     RESIDUAL,
     SAVED,
@@ -66,8 +65,11 @@ SHORTEST_INTERVAL = 1e-3
 # of what it was, surely has its direction throughout.
 SURELY = 10.0
 # Once not told from none, a slip is so many times farther from it before it counts again: what a
-# few steps in a wrong direction do is forgotten in tens of milliseconds.
-RESUME = 3.0
+# few steps in a wrong direction do is forgotten in tens of milliseconds, and where noise hides the
+# slip at all, what it does to a step is more than a held peg does to its rates.
+RESUME = 12.0
+# Where a clearance, a bias or a tilt of the hole is learnt: nothing but steps tells of them.
+RESUME_SOON = 3.0
 # Share of steps that are not believed, over so long [s], above which those that are do not tell
 # of friction: their noise has been selected to push the peg on, so that friction seems higher.
 SELECTED = 0.04
@@ -129,7 +131,7 @@ def predict_contact(m, dy, slopes, dt):
     friction_scales(p, m, smallest, process.slip_widening)
     within = process.slow_slip
     if m[SLOW_PLACE] > 0.0:
-        within *= RESUME * _steadiness(m, process.slow_rate_noise)
+        within *= RESUME_SOON if _learns_clearance(m) or _learns_offsets(m) else RESUME
     lately = min(dt / SELECTED_OVER, 1.0)
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
@@ -198,7 +200,7 @@ def predict_contact(m, dy, slopes, dt):
                 return SLOW, evaluations, pieces
             _note_step(m, 0.0, 1.0 if surely else lately)
             # What a learnt clearance may be off by hides a slip as well, and selects nothing.
-            if m[STOPPED] > SELECTED and not m[LEARNT + 1] * m[SPREAD + 3] > 0.0:
+            if m[STOPPED] > SELECTED and not _learns_clearance(m):
                 m[SLIDING] = 0.0
             add_jump(m, slopes, pieces, dt / pieces, integrator)
             for i in range(3):
@@ -222,16 +224,15 @@ def _keeps_on(begin, begin_variance, end, end_variance):
 
 
 @inlined
-def _steadiness(m, rate_noise):
-    """
-    Return by how much better the rates are known than if they walked as configured, at least 1.
+def _learns_clearance(m):
+    """Return whether the peg diameter is corrected, and not known."""
+    return m[LEARNT + 1] * m[SPREAD + 3] > 0.0
 
-    That a slip is told by rates known so well does not mean that steps follow it: what noise does
-    to the peg within one is as large as ever. Rates measured at every sample are known to the
-    power of 3/4 of their random walk.
-    """
-    root = sqrt(max(rate_noise / m[RATE_NOISE], 1.0))
-    return root * sqrt(root)
+
+@inlined
+def _learns_offsets(m):
+    """Return whether a bias of the sensor or a tilt of the hole is corrected."""
+    return m[OFFSETS + 2] + m[OFFSETS + 3] > 0.0
 
 
 @inlined

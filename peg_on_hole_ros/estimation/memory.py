@@ -42,7 +42,6 @@ _SIZES = {
     "RATES_KNOWN": 1,  # 1: the rates at the last correction are known
     "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
     "LEAN": 3,  # mean of the white innovations of late
-    "SINCE_LEANT": 1,  # how many innovations ago it was last not near none
     "TOLD_GAIN": 3,  # by which balance told of friction in the interval before, see `balance`
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
@@ -110,7 +109,7 @@ OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
 )
 ACROSS = _AT["ACROSS"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
-LEAN, SINCE_LEANT = _AT["LEAN"], _AT["SINCE_LEANT"]
+LEAN = _AT["LEAN"]
 TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
 RATES_BEFORE, ACCELERATION_BEFORE, CHANGES_SEEN = (
     _AT[name] for name in ("RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES_SEEN")

@@ -43,13 +43,11 @@ from peg_on_hole_ros.estimation.slip import SHARPEST, TURNED
 from peg_on_hole_ros.estimation.slow import (
     ADAPTATION,
     LEANING,
-    LEANS,
     LEANT_OVER,
     MOST_RATE_NOISE,
     MOST_SURPRISE,
     ONE_WRENCH,
-    STEADIEST,
-    STEADY_AFTER,
+    TILT_WALK,
 )
 from peg_on_hole_ros.estimation.slow_friction import UNSURE
 from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
@@ -106,7 +104,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.across = np.zeros(3)
         self.sliding = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
-        self.rate_noise, self.lean, self.since_leant = process.slow_rate_noise, np.zeros(3), 0
+        self.rate_noise, self.lean = process.slow_rate_noise, np.zeros(3)
         self.balance = None
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -194,7 +192,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.without_step = lasted
 
     def _bridge(self, dt, rate_noise):
-        self.predict_free(dt, np.sqrt(rate_noise**2 + FOLLOWED * self.acceleration.mean**2))
+        walk = rate_noise * np.array([TILT_WALK, 1.0, 1.0])
+        self.predict_free(dt, np.sqrt(walk**2 + FOLLOWED * self.acceleration.mean**2))
         self.bridged = True
 
     def learn_from_balance(self, dt, acceleration_stddev):
@@ -264,7 +263,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         return gain if before is None else before[0] * known / (1 + before[1] * known)
 
     def predict_free(self, dt, rate_noise):
-        """Predict over dt [s] at constant rates, with their random walk [rad/s^1.5]."""
+        """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
         self.slow = self.bridged = self.sliding = False
         self.without_step = 0.0
         self.since_correction += dt
@@ -340,9 +339,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
             self.lean += (white - self.lean) / LEANT_OVER
             lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
             growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
-            self.since_leant = 0 if lean > LEANS else self.since_leant + 1
-            share = STEADIEST if self.since_leant > STEADY_AFTER else 1.0
-            least = share * self.process.slow_rate_noise
+            least = self.process.slow_rate_noise
             self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
 
     def _velocities(self):

@@ -9,7 +9,6 @@ from peg_on_hole_ros.estimation.memory import (
     LEAN,
     RATE_NOISE,
     SCALES,
-    SINCE_LEANT,
     WITHOUT_STEP,
     Z,
     process_of,
@@ -25,15 +24,10 @@ ADAPTATION = 0.1
 LEANING = 0.05
 # That mean is over so many of them.
 LEANT_OVER = 10.0
-# It has so many times its expectation where rates change, and of steady ones by chance in one of
-# some hundreds: their random walk is then at once as configured, from however little it was.
-LEANS = 3.5
-# So many innovations later, rates that have not leant again are steady.
-STEADY_AFTER = 100.0
 # One innovation squared counts as this much at most, over its expectation.
 MOST_SURPRISE = 5.0
-# Steady rates walk by no more than this share of what is configured.
-STEADIEST = 0.15
+# The tilt's rate walks by this share of it: a peg that hardly closes may turn a lot.
+TILT_WALK = 0.5
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
 # [rad/s^1.5].
 MOST_RATE_NOISE = 3.0
@@ -85,12 +79,19 @@ def bridge_without_step(m, slopes, dt, least):
 
 
 @inlined
+def walk_density(m, noise, i):
+    """Return how a rate may wander that is bridged, and how it did of late [rad^2/s^3]."""
+    walk = TILT_WALK * noise if i == 0 else noise
+    return walk * walk + bridged_density(m, i)
+
+
+@inlined
 def _bridge(m, slopes, dt, noise):
     m[BRIDGED] = 1.0
-    predict_free(m, slopes, dt, noise * noise)
+    predict_free(m, slopes, dt, 0.0)
     for i in range(3):
         # As `carry` adds a random walk.
-        more, at = dt * bridged_density(m, i), Z + 13 * i
+        more, at = dt * walk_density(m, noise, i), Z + 13 * i
         m[at] += dt * dt * more
         m[at + 3] += dt * more
         m[at + 36] += dt * more
@@ -104,8 +105,8 @@ def adapt_rate_noise(m, nis):
 
     At constant rates the innovations alone tell how much a peg accelerates: by their size, and by
     how they lean. With each, the random walk grows and falls by exp(ADAPTATION (nis / 3 - 1) +
-    LEANING (lean - 1)), where lean is the square of their white mean over its expectation. Rates
-    that have not leant for a while are steady, and may walk as little as STEADIEST.
+    LEANING (lean - 1)), where lean is the square of their white mean over its expectation. It
+    falls no lower than is configured: innovations tell of a slow change too late.
 
     Parameters
     ----------
@@ -127,6 +128,4 @@ def adapt_rate_noise(m, nis):
     square = m[LEAN] * m[LEAN] + m[LEAN + 1] * m[LEAN + 1] + m[LEAN + 2] * m[LEAN + 2]
     lean = min(square * (2.0 * LEANT_OVER - 1.0) / 3.0, MOST_SURPRISE)
     grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (lean - 1.0))
-    m[SINCE_LEANT] = 0.0 if lean > LEANS else m[SINCE_LEANT] + 1.0
-    least = process_of(m).slow_rate_noise * (STEADIEST if m[SINCE_LEANT] > STEADY_AFTER else 1.0)
-    m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)
+    m[RATE_NOISE] = min(max(grown, process_of(m).slow_rate_noise), MOST_RATE_NOISE)

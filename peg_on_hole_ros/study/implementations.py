@@ -120,7 +120,6 @@ class _Run:
         reference.stopped = part(kalman._memory, "STOPPED").item()
         reference.rate_noise = part(kalman._memory, "RATE_NOISE").item()
         reference.lean = part(kalman._memory, "LEAN").copy()
-        reference.since_leant = part(kalman._memory, "SINCE_LEANT").item()
         gain, share = part(kalman._memory, "TOLD_GAIN"), part(kalman._memory, "TOLD_SHARE").item()
         reference.balance = (gain.copy(), share) if share > 0 else None
         acceleration = reference.acceleration
