@@ -1,31 +1,21 @@
 """The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
 
 from contextlib import contextmanager
-from math import erf
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from peg_on_hole_ros.estimation.acceleration import FOLLOWED, LEAST, LEAST_AVERAGED
-from peg_on_hole_ros.estimation.balance import (
-    ACCELERATION_TIME,
-    DIRECTED,
-    LEAST_DETERMINANT,
-    ROUGHLY,
-    STEADY,
-    SURE,
-)
+from peg_on_hole_ros.estimation.acceleration import FOLLOWED
 from peg_on_hole_ros.estimation.held_wrench import AT_ANY_TIME, JUMP_LIMIT
 from peg_on_hole_ros.estimation.kernel import SELECTED, SELECTED_OVER, SURELY
 from peg_on_hole_ros.estimation.parameters import (
-    LEAST_FRICTION,
-    MOST_FRICTION,
     learning_share,
     learnt_variance,
     tells_diameter,
 )
-from peg_on_hole_ros.estimation.reactions import SURPRISE_LIMIT
 from peg_on_hole_ros.estimation.reference_acceleration import FollowedAcceleration
+from peg_on_hole_ros.estimation.reference_balance import correct_by_balance, turned_scales
+from peg_on_hole_ros.estimation.reference_reactions import reactions
 from peg_on_hole_ros.estimation.reference_steps import (
     DIAMETER,
     FRICTION,
@@ -35,11 +25,8 @@ from peg_on_hole_ros.estimation.reference_steps import (
     WRENCH,
     implicit_euler,
     second_order,
-    solve,
-    solve_with_slopes,
     with_parameters,
 )
-from peg_on_hole_ros.estimation.slip import SHARPEST, TURNED
 from peg_on_hole_ros.estimation.slow import (
     ADAPTATION,
     LEANING,
@@ -49,11 +36,8 @@ from peg_on_hole_ros.estimation.slow import (
     ONE_WRENCH,
     TILT_WALK,
 )
-from peg_on_hole_ros.estimation.slow_friction import UNSURE
-from peg_on_hole_ros.estimation.steps_choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
-from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
-from peg_on_hole_ros.mechanics.reference import six_equations
+from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 
 
 def _random_walk_exact(density, h, size):
@@ -70,11 +54,6 @@ def _random_walk(density, h, size):
     carried = np.zeros((size, 3))
     carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
     return h * carried * density @ carried.T
-
-
-def _turned_scales(across):
-    """Return the velocity scales that leave friction its mean over a slip turned sideways."""
-    return np.sqrt(TURNED * across + SHARPEST**2)
 
 
 class ReferenceFilter(ExtendedKalmanFilter):
@@ -174,7 +153,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         speed, variance, self.across = self.slip_all_ways()
         near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
         return np.sqrt(
-            _turned_scales(self.across) ** 2 + self.process.slip_widening**2 * variance * near
+            turned_scales(self.across) ** 2 + self.process.slip_widening**2 * variance * near
         )
 
     def predict_slow(self, dt):
@@ -205,62 +184,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """
         moved = dt * self.x[RATES]
         self.x[:3] += moved
-        self._learn_from_balance(dt, acceleration_stddev)
+        correct_by_balance(self, dt, acceleration_stddev)
         self.x[:3] -= moved
-
-    def _learn_from_balance(self, dt, acceleration_stddev):
-        speed, variance, across = self.slip_all_ways()
-        known = self.P[FRICTION, FRICTION]
-        if not (self.stopped > SELECTED and (known > 0 or self.slow)):
-            return
-        steady = (np.abs(self.acceleration.mean) <= STEADY * acceleration_stddev).all()
-        roughly = known >= (ROUGHLY * self.x[FRICTION]) ** 2
-        if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
-            return
-        turned, scales = (across / speed**2).max(), _turned_scales(across)
-        learns = known > 0 and known >= (turned * self.x[FRICTION]) ** 2
-        directed = self.slow and turned < DIRECTED
-        if not (learns or directed):
-            return
-        y, dy = solve_with_slopes(self.scene, self.x[:SIZE], scales)
-        determinant = [
-            np.linalg.det(
-                six_equations(
-                    with_parameters(self.scene, friction, self.x[DIAMETER]),
-                    self.x[:3], self.x[RATES], self.x[WRENCH], scales,
-                )[0]
-            )
-            for friction in (self.x[FRICTION], 0.0)
-        ]  # fmt: skip
-        if not (determinant[0] / determinant[1] > LEAST_DETERMINANT and (y[3:] > 0).all()):
-            return
-        dy[:, RATES] += dt * dy[:, :3]
-        shared = dy[:3] @ self.P[:SIZE]
-        least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
-        noise = self.acceleration.covariance(acceleration_stddev, least, self.since_correction)
-        noise = noise * max(1.0, ACCELERATION_TIME / dt)
-        S = shared[:, :SIZE] @ dy[:3].T + noise
-        gain = np.zeros((self.dim_x, 3))
-        if directed:
-            gain[STATE] = np.linalg.solve(S, shared[:, STATE]).T
-        if learns:
-            gain[FRICTION] = self._gain_of_friction(S, shared[:, FRICTION], known)
-        told = 2 * gain[FRICTION] @ shared[:, FRICTION] - gain[FRICTION] @ S @ gain[FRICTION]
-        if not told > 0:
-            gain[FRICTION] = 0.0
-        with self.bent_friction():
-            self.x -= gain @ (y[:3] - self.acceleration.mean)
-            self.x[FRICTION] = np.clip(self.x[FRICTION], LEAST_FRICTION, MOST_FRICTION)
-            P = self.P + gain @ S @ gain.T - gain @ shared - shared.T @ gain.T
-            # What rounding makes of it on one side of the diagonal only would grow.
-            self.P = (P + P.T) / 2
-
-    def _gain_of_friction(self, S, shared, known):
-        # Of one wrench the noise is in the accelerations and in the gain, unless that is the last.
-        gain, before = np.linalg.solve(S, shared), self.balance
-        share = gain @ shared / known
-        self.balance = gain / (1 - share) / known, share / (1 - share) / known
-        return gain if before is None else before[0] * known / (1 + before[1] * known)
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
@@ -377,55 +302,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         along = self._along(J, v, speed)
         return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
-    def unknown_friction(self, normal):
-        """Return what friction of unknown direction makes of the answers, shape (6, 12)."""
-        here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
-        g = contact_geometry(here, self.x[0])
-        J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
-        A, _ = six_equations(here, self.x[:3], self.x[RATES], self.x[WRENCH], self.scales)
-        speed, variance = self.slip()
-        columns = []
-        turned = np.minimum(UNSURE * self.across / (speed**2 + 1e-300), 1)
-        for J_i, n, N, v, s2, t in zip(J, normals(g), normal, speed, variance, turned):
-            mean = erf(v / np.sqrt(2 * s2 + 1e-300))
-            friction = np.hypot(self.x[FRICTION], np.sqrt(self.P[FRICTION, FRICTION]))
-            force = friction * max(N, 0.0)
-            free = force * np.sqrt(1 - mean**2) * (np.eye(3) - np.outer(n, n))
-            T = np.column_stack([free, force * mean * t * J_i @ self.x[RATES] / (v + 1e-300)])
-            columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
-        return np.hstack(columns)
-
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
-        y, dy = solve_with_slopes(self.scene, self.x[:SIZE], self.scales)
-        C = dy @ self.P[:SIZE, :SIZE] @ dy.T
-        held = self.acceleration.covariance(acceleration_stddev, LEAST, self.since_correction)
-        inverse = np.linalg.inv(C[:3, :3] + held)
-        gain = C[:, :3] @ inverse
-        C = C - gain @ C[:3, :]
-        answers = [y]
-        for column in np.linalg.cholesky(self.P[RATES, RATES]).T:
-            for sign in (1, -1):
-                moved = self.x[:SIZE].copy()
-                moved[RATES] += sign * column
-                answers.append(solve(self.scene, moved, self.scales))
-        answers = np.array(answers)
-        off = answers[:, :3] - self.acceleration.mean
-        surprise = np.einsum("ni,ij,nj->n", off, inverse, off)
-        points = answers - off @ gain.T
-        mean, least, spread = points[0], surprise[0], np.zeros((6, 6))
-        if least > SURPRISE_LIMIT:
-            least = surprise.min()
-            weights = np.exp((least - surprise) / 2)
-            weights /= weights.sum()
-            mean = weights @ points
-            spread = (points - mean).T @ np.diag(weights) @ (points - mean)
-        C = (C + spread) * max(1.0, least / SURPRISE_LIMIT)
-        for n in (1, 3, 5):
-            bend = points[n : n + 2].mean(axis=0) - points[0]
-            C = C + np.outer(bend, bend)
-        if self.slow:
-            columns = self.unknown_friction(y[3:])
-            columns = columns - gain @ columns[:3]
-            C = C + columns @ columns.T
-        return mean[3:], C[3:, 3:]
+        return reactions(self, acceleration_stddev)
