@@ -238,8 +238,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     _filter(
         "slow_rate_noise",
         "random walk of rates that change while a slip is not told from none: it follows the "
-        "innovations, and is never less than this (half of it for the tilt); 0.002 for a robot "
-        "whose rates are known to be steady; per root of a second",
+        "innovations, and is never less than this (half of it for the tilt, more above 0.2 "
+        "rad/s); 0.002 for a robot whose rates are known to be steady; per root of a second",
         "rad/s",
         1e-6,
         1e3,

@@ -22,6 +22,7 @@ from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
 from peg_on_hole_ros.estimation.slip import SHARPEST, TURNED, slip, slip_all_ways, turned_scales
 from peg_on_hole_ros.estimation.slow import (
     ADAPTATION,
+    GROWS,
     LEANING,
     LEANT_OVER,
     MOST_RATE_NOISE,
@@ -193,6 +194,7 @@ def innovate(m, white):
 
 
 def test_rates_follow_the_size_of_innovations(memory):
+    part(memory, "X")[3:] = -0.01, 0.05, 0.1
     noise, lean = part(memory, "RATE_NOISE"), part(memory, "LEAN")
     # Of the first ones the mean is still near none.
     innovate(memory, [1.0, -1.0, 1.0])
@@ -214,7 +216,26 @@ def test_rates_follow_the_size_of_innovations(memory):
     assert noise[0] == MOST_RATE_NOISE
 
 
+def test_faster_rates_may_walk_more(memory):
+    noise, rates = part(memory, "RATE_NOISE"), part(memory, "X")[3:]
+    spread = np.sqrt(np.trace(part(memory, "Z", (12, 12))[3:6, 3:6]))
+    for speed, share in ((0.19, 1.0), (0.4, 2.0**GROWS), (1e3, MOST_RATE_NOISE / LEAST)):
+        # Not counted is what noise makes of it.
+        rates[:] = np.hypot(speed, spread) * np.array([2.0, -1.0, 2.0]) / 3.0
+        innovate(memory, np.zeros(3))
+        assert noise[0] == pytest.approx(share * LEAST)
+        for _ in range(1000):
+            innovate(memory, np.zeros(3))
+        assert noise[0] == pytest.approx(share * LEAST)
+    # Rates that are no numbers say nothing of it.
+    rates[:] = np.nan
+    for _ in range(1000):
+        innovate(memory, np.zeros(3))
+    assert noise[0] == LEAST
+
+
 def test_innovations_that_lean_one_way_let_the_rates_walk(memory):
+    part(memory, "X")[3:] = -0.01, 0.05, 0.1
     noise = part(memory, "RATE_NOISE")
     for k in range(1000):
         innovate(memory, (-1.0) ** k * np.ones(3))
@@ -625,7 +646,11 @@ def test_without_a_step_the_rates_follow_the_innovations():
     assert noise[0] == walk
     R = 1e-8 * np.eye(3)
     surprising = kalman.x[:3] + 4.0 * np.sqrt(np.diagonal(kalman.Z[:3, :3] + R))
+    # Not so fast that they may walk more by that alone.
+    rates = kalman.x[3:].copy()
+    kalman.x[3:] *= 0.05
     _, nis = kalman.correct(surprising, R)
+    kalman.x[3:] = rates
     leant = min(nis / 3, MOST_SURPRISE) * (2 * LEANT_OVER - 1) / LEANT_OVER**2
     growth = ADAPTATION * (min(nis / 3, MOST_SURPRISE) - 1) + LEANING * (leant - 1)
     grown = options.free_rate_noise * np.exp(growth)

@@ -29,11 +29,13 @@ from peg_on_hole_ros.estimation.reference_steps import (
 )
 from peg_on_hole_ros.estimation.slow import (
     ADAPTATION,
+    GROWS,
     LEANING,
     LEANT_OVER,
     MOST_RATE_NOISE,
     MOST_SURPRISE,
     ONE_WRENCH,
+    SLOW_RATES,
     TILT_WALK,
 )
 from peg_on_hole_ros.estimation.steps_second_order import SHARE
@@ -264,7 +266,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
             self.lean += (white - self.lean) / LEANT_OVER
             lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
             growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
-            least = self.process.slow_rate_noise
+            square = self.x[RATES] @ self.x[RATES] - np.trace(self.P[RATES, RATES])
+            faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES
+            least = self.process.slow_rate_noise * faster**GROWS
             self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
 
     def _velocities(self):

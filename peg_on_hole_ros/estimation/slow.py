@@ -10,6 +10,7 @@ from peg_on_hole_ros.estimation.memory import (
     RATE_NOISE,
     SCALES,
     WITHOUT_STEP,
+    X,
     Z,
     process_of,
 )
@@ -26,6 +27,11 @@ LEANING = 0.05
 LEANT_OVER = 10.0
 # One innovation squared counts as this much at most, over its expectation.
 MOST_SURPRISE = 5.0
+# Rates of up to so much [rad/s] walk by what is configured at least; faster ones change by more
+# within a time. A walk that lets a steady change of the rates lag by no more than what is stated
+# of them grows with the 4/5 power of that change.
+SLOW_RATES = 0.2
+GROWS = 0.8
 # The tilt's rate walks by this share of it: a peg that hardly closes may turn a lot.
 TILT_WALK = 0.5
 # A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
@@ -106,7 +112,8 @@ def adapt_rate_noise(m, nis):
     At constant rates the innovations alone tell how much a peg accelerates: by their size, and by
     how they lean. With each, the random walk grows and falls by exp(ADAPTATION (nis / 3 - 1) +
     LEANING (lean - 1)), where lean is the square of their white mean over its expectation. It
-    falls no lower than is configured: innovations tell of a slow change too late.
+    falls no lower than is configured for rates like these: innovations tell of a slow change too
+    late.
 
     Parameters
     ----------
@@ -128,4 +135,10 @@ def adapt_rate_noise(m, nis):
     square = m[LEAN] * m[LEAN] + m[LEAN + 1] * m[LEAN + 1] + m[LEAN + 2] * m[LEAN + 2]
     lean = min(square * (2.0 * LEANT_OVER - 1.0) / 3.0, MOST_SURPRISE)
     grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (lean - 1.0))
-    m[RATE_NOISE] = min(max(grown, process_of(m).slow_rate_noise), MOST_RATE_NOISE)
+    faster = 0.0
+    for i in range(3):
+        # Less what noise makes of it in the mean.
+        faster += m[X + 3 + i] * m[X + 3 + i] - m[Z + 39 + 13 * i]
+    faster /= SLOW_RATES * SLOW_RATES
+    least = process_of(m).slow_rate_noise * (faster if faster > 1.0 else 1.0) ** (0.5 * GROWS)
+    m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)
