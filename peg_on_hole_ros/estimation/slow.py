@@ -1,6 +1,6 @@
 """Prediction where no step is to be relied on: constant rates, which follow innovations."""
 
-from math import exp, isfinite, sqrt
+from math import exp, isfinite, log, sqrt
 
 from peg_on_hole_ros.estimation.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel import predict_free, white_innovation
@@ -140,5 +140,6 @@ def adapt_rate_noise(m, nis):
         # Less what noise makes of it in the mean.
         faster += m[X + 3 + i] * m[X + 3 + i] - m[Z + 39 + 13 * i]
     faster /= SLOW_RATES * SLOW_RATES
-    least = process_of(m).slow_rate_noise * (faster if faster > 1.0 else 1.0) ** (0.5 * GROWS)
+    grows = 0.5 * GROWS * log(faster) if faster > 1.0 else 0.0
+    least = process_of(m).slow_rate_noise * exp(grows)
     m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)
