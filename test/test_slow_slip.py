@@ -227,6 +227,12 @@ def test_faster_rates_may_walk_more(memory):
         for _ in range(1000):
             innovate(memory, np.zeros(3))
         assert noise[0] == pytest.approx(share * LEAST)
+    # Not beside an uncertain clearance.
+    part(memory, "SPREAD", (2, 2))[1, 1] = 1e-12
+    for _ in range(1000):
+        innovate(memory, np.zeros(3))
+    assert noise[0] == LEAST
+    part(memory, "SPREAD", (2, 2))[1, 1] = 0.0
     # Rates that are no numbers say nothing of it.
     rates[:] = np.nan
     for _ in range(1000):

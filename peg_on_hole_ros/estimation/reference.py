@@ -267,7 +267,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
             lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
             growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
             square = self.x[RATES] @ self.x[RATES] - np.trace(self.P[RATES, RATES])
-            faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES
+            known = self.P[DIAMETER, DIAMETER] == 0
+            faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES if known else 1.0
             least = self.process.slow_rate_noise * faster**GROWS
             self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
 
