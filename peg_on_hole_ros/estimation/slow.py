@@ -141,7 +141,7 @@ def adapt_rate_noise(m, nis):
         # Less what noise makes of it in the mean.
         faster += m[X + 3 + i] * m[X + 3 + i] - m[Z + 39 + 13 * i]
     faster /= SLOW_RATES * SLOW_RATES
-    # Beside an uncertain clearance steps are believed again soon, and such bounds alarm for nothing.
+    # Beside an uncertain clearance steps are believed again soon, and such bounds alarm falsely.
     grows = 0.5 * GROWS * log(faster) if faster > 1.0 and m[SPREAD + 3] == 0.0 else 0.0
     least = process_of(m).slow_rate_noise * exp(grows)
     m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)
