@@ -351,3 +351,5 @@ def test_a_limited_prediction_is_one_at_constant_rates(allowed):
     free.Z[0, 3] = free.Z[3, 0] = free.Z[0, 3] - less * 1e-3
     free.Z[3, 3] -= less
     np.testing.assert_allclose(kalman.Z, free.Z, rtol=1e-12)
+    free.Z[np.ix_([0, 3], [0, 3])] = kalman.Z[np.ix_([0, 3], [0, 3])]
+    np.testing.assert_allclose(kalman.Z, free.Z, rtol=1e-15, atol=0.0)
