@@ -210,7 +210,7 @@ class Pipeline:
             if told.friction:
                 self._counts["friction_doubted"] += self._filter.doubt()
         if result is not Correction.GATED:
-            self._assessment.oriented(self._t_ns, q, R)
+            self._assessment.oriented(self._t_ns, q, R, result is not Correction.INFLATED)
             if measurement.position is not None:
                 self._assessment.placed(measurement, self._filter)
         self._counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1

@@ -204,6 +204,28 @@ def test_a_peg_that_its_holder_brings_to_rest_is_no_stall():
     assert not (seen(outputs, "jamming_stall") & held).any()
 
 
+@cache
+def closed_over_an_edge_of_friction():
+    configuration = from_parameters({"scene.friction": 0.19, "scene.peg_diameter": 0.0499})
+    rates = [-0.065, -0.225, 0.87]
+    smooth = {"kind": "contact", "duration": 0.1, "rates": rates}
+    phases = {"smooth": smooth, "rough": {**smooth, "duration": 0.06, "friction": 0.4}}
+    start = {"angles": [0.12, 0.0, 0.0], "rates": rates, "offset": [0.0, 0.0, -0.001]}
+    tree = {"lead_in": 0.0, "start": start, "phases": phases}
+    return integrate(plan_from_tree(configuration, tree))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_load_is_foreseen_where_friction_jumps(seed):
+    """The old friction makes twice the reactions of the wrench, until the new one is learnt."""
+    scene = closed_over_an_edge_of_friction()
+    _, outputs = played(scene, seed)
+    # Of a limit of 500 N.
+    assert scene.normal.max() < 130
+    assert max(row.normal.max() for row in outputs) > 200
+    assert max(row.monitor.get("jamming_load", 0.0) for row in outputs) < 0.1
+
+
 def test_no_load_is_foreseen_where_reactions_jump_to_another_level():
     """The shipped cycle reverses at 3.0 s: within 10 ms friction turns and the loads double."""
     bag = Bag(ROOT / "bags" / "working_cycle.mcap")

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import REACTIONS, SPEEDS, X, Y, Z
+from peg_on_hole_ros.estimation.memory import REACTIONS, SPEEDS, X, Z
 from peg_on_hole_ros.estimation.pose import fill_pose
+from peg_on_hole_ros.estimation.pushing import fill_pushing
 from peg_on_hole_ros.estimation.reactions import contact_forces, tilt_on_contacts
 from peg_on_hole_ros.estimation.slip import slip
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
@@ -97,9 +98,11 @@ def describe(m, peg_height, on_contacts, wide, out):
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
         stddev = sqrt(max(m[REACTIONS + 21 + 7 * i], 0.0))
-        out[_NORMAL + i] = m[Y + 3 + i] if on_contacts else 0.0
+        out[_NORMAL + i] = 0.0
         out[_STDDEV + i] = stddev if on_contacts else wide
         out[_SLIP + i] = m[SPEEDS + 2 * i]
         out[_SLIP_STDDEV + i] = sqrt(max(m[SPEEDS + 2 * i + 1], 0.0))
+    if on_contacts:
+        fill_pushing(m, out, _NORMAL)
     contact_forces(p, m, tilt, out, _NORMAL, _FORCE, _POINT)
     fill_pose(p, m, peg_height, not on_contacts, out, _POSITION, _ROTATION, _POSE)

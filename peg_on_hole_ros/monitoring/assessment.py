@@ -9,6 +9,7 @@ from peg_on_hole_ros.monitoring.judgement import (
     KNOWN,
     RISK,
     SHOWN,
+    break_course,
     follow_orientation,
     forget,
     judge,
@@ -89,7 +90,7 @@ class Assessment:
         self._on_trial = False
         self._misfit = None
 
-    def oriented(self, t_ns: int, q, R):
+    def oriented(self, t_ns: int, q, R, foreseen: bool):
         """
         Take an orientation that the filter has used.
 
@@ -101,11 +102,15 @@ class Assessment:
             gamma, psi, phi [rad].
         R : ndarray, shape (3, 3)
             Covariance [rad^2].
+        foreseen : bool
+            Whether the peg has moved as the filter predicted, without any widening.
 
         """
         since = -1.0 if self._oriented_ns is None else (t_ns - self._oriented_ns) * 1e-9
         self._oriented_ns = t_ns
         follow_orientation(self._memory, since, q, R)
+        if not foreseen:
+            break_course(self._memory)
 
     def placed(self, measurement, kalman: ContactFilter):
         """Take a measurement with a place of the peg; `kalman` knows the clearance."""

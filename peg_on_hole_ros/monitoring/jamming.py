@@ -114,6 +114,23 @@ def new_memory() -> np.ndarray:
 
 
 @compiled
+def break_course(j):
+    """
+    Let the course of the reactions begin anew: the peg did not move as it was predicted.
+
+    What changes reactions and motion at once, as another friction does, is no trend to go on.
+
+    Parameters
+    ----------
+    j : ndarray
+        From `new_memory`.
+
+    """
+    j[UNBROKEN] = 0.0
+    _forget_loads(j, LOADS)
+
+
+@compiled
 def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     """
     Fill in the risk.

@@ -54,6 +54,12 @@ def forget(m: np.ndarray) -> None:
 
 
 @compiled
+def break_course(m):
+    """Let the course of the reactions begin anew; see `jamming.break_course`."""
+    jamming.break_course(m[JAMMING:SETTINGS])
+
+
+@compiled
 def follow_orientation(m, since, q, R):
     """Take an orientation into the motion; see `trend.follow`."""
     acceleration, memory = m[SETTINGS + 4], m[SETTINGS + 5]

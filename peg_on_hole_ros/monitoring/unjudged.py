@@ -68,7 +68,7 @@ class Unjudged:
         """Take the peg as on three contacts until the next wrench."""
         self._on_contacts = True
 
-    def oriented(self, t_ns: int, q, R):
+    def oriented(self, t_ns: int, q, R, foreseen: bool):
         """Take no notice of an orientation: there is no forecast."""
 
     def placed(self, measurement, kalman: ContactFilter):
