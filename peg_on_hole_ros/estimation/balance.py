@@ -54,6 +54,9 @@ ACCELERATION_TIME = 0.02
 # says: what it does to the balance of forces then tells angles and rates. With 0.03 reversals
 # are covered in 83 to 88 %.
 DIRECTED = 0.005
+# A held peg's accelerations are known no better than to this share of what is stated, where they
+# tell angles and rates; friction, which is one number, is left with what all instants share.
+LEAST_DIRECTED = 0.1
 # Nearer to the singular set than this a tangent says nothing of friction.
 LEAST_DETERMINANT = 0.1
 
@@ -145,7 +148,8 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     a2 = m[Y + 2] - m[ACCELERATION + 2]
     again = max(1.0, ACCELERATION_TIME / dt)
     # Over long intervals too few changes are seen, and what a peg did within them is not.
-    least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
+    short = dt <= LONG_STEP
+    least, least_directed = (LEAST_AVERAGED, LEAST_DIRECTED) if short else (1.0, 1.0)
     for i in range(3):
         for j in range(3):
             dy[i, 3 + j] += dt * dy[i, j]
@@ -153,24 +157,22 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     if not uncertain:
         for i in range(6):
             m[WITH + i] = 0.0
-    # The innovation's covariance and its factors L D L.T.
-    s00 = covariance_entry(m, dy, 0, 0, uncertain)
-    s00 += again * acceleration_variance(m, 0, acceleration_stddev, least)
+    # The innovation's covariance for friction, and that for angles and rates.
+    c00 = covariance_entry(m, dy, 0, 0, uncertain)
     s10 = covariance_entry(m, dy, 1, 0, uncertain)
-    s11 = covariance_entry(m, dy, 1, 1, uncertain)
-    s11 += again * acceleration_variance(m, 1, acceleration_stddev, least)
+    c11 = covariance_entry(m, dy, 1, 1, uncertain)
     s20 = covariance_entry(m, dy, 2, 0, uncertain)
     s21 = covariance_entry(m, dy, 2, 1, uncertain)
-    s22 = covariance_entry(m, dy, 2, 2, uncertain)
-    s22 += again * acceleration_variance(m, 2, acceleration_stddev, least)
-    l10, l20 = s10 / s00, s20 / s00
-    d1 = s11 - l10 * s10
-    l21 = (s21 - l20 * s10) / d1
-    d2 = s22 - l20 * s20 - l21 * l21 * d1
-    factors = l10, l20, l21, s00, d1, d2
+    c22 = covariance_entry(m, dy, 2, 2, uncertain)
+    s00 = c00 + again * acceleration_variance(m, 0, acceleration_stddev, least)
+    s11 = c11 + again * acceleration_variance(m, 1, acceleration_stddev, least)
+    s22 = c22 + again * acceleration_variance(m, 2, acceleration_stddev, least)
+    t00 = c00 + again * acceleration_variance(m, 0, acceleration_stddev, least_directed)
+    t11 = c11 + again * acceleration_variance(m, 1, acceleration_stddev, least_directed)
+    t22 = c22 + again * acceleration_variance(m, 2, acceleration_stddev, least_directed)
     g0 = g1 = g2 = told = 0.0
     if learns:
-        g0, g1, g2 = _friction_gain(m, factors)
+        g0, g1, g2 = _friction_gain(m, _factors(s00, s10, s11, s20, s21, s22))
         told = 2.0 * (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4])
         told -= g0 * g0 * s00 + g1 * g1 * s11 + g2 * g2 * s22
         told -= 2.0 * (g0 * g1 * s10 + g0 * g2 * s20 + g1 * g2 * s21)
@@ -187,13 +189,24 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
             m[OFFSET_SPREAD + 10 * k] -= g0 * m[w] + g1 * m[w + 1] + g2 * m[w + 2]
         for j in range(12):
             m[CROSS + j] -= g0 * m[ROWS + j] + g1 * m[ROWS + 12 + j] + g2 * m[ROWS + 24 + j]
-        # What the gains of the state take off its covariance with friction, beside.
-        m[WITH] -= g0 * s00 + g1 * s10 + g2 * s20
-        m[WITH + 2] -= g0 * s10 + g1 * s11 + g2 * s21
-        m[WITH + 4] -= g0 * s20 + g1 * s21 + g2 * s22
+        # What the gains of the state take off its covariance with friction, beside, by its own
+        # innovation: all covariances are then those of one error, and friction's has more.
+        m[WITH] -= g0 * t00 + g1 * s10 + g2 * s20
+        m[WITH + 2] -= g0 * s10 + g1 * t11 + g2 * s21
+        m[WITH + 4] -= g0 * s20 + g1 * s21 + g2 * t22
     if directed:
-        _correct_state(m, factors, a0, a1, a2)
+        _correct_state(m, _factors(t00, s10, t11, s20, s21, t22), a0, a1, a2)
     return learns or directed
+
+
+@inlined
+def _factors(s00, s10, s11, s20, s21, s22):
+    """Return the factors L D L.T of a symmetric matrix."""
+    l10, l20 = s10 / s00, s20 / s00
+    d1 = s11 - l10 * s10
+    l21 = (s21 - l20 * s10) / d1
+    d2 = s22 - l20 * s20 - l21 * l21 * d1
+    return l10, l20, l21, s00, d1, d2
 
 
 @inlined

@@ -7,6 +7,7 @@ from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
     DIRECTED,
     LEAST_DETERMINANT,
+    LEAST_DIRECTED,
     ROUGHLY,
     STEADY,
     SURE,
@@ -74,13 +75,13 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
         return
     dy[:, RATES] += dt * dy[:, :3]
     shared = dy[:3] @ kalman.P[:SIZE]
-    least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
-    noise = kalman.acceleration.covariance(acceleration_stddev, least, kalman.since_correction)
-    noise = noise * max(1.0, ACCELERATION_TIME / dt)
-    S = shared[:, :SIZE] @ dy[:3].T + noise
+    short = dt <= LONG_STEP
+    exact = shared[:, :SIZE] @ dy[:3].T
+    S = exact + _noise(kalman, acceleration_stddev, LEAST_AVERAGED if short else 1.0, dt)
+    T = exact + _noise(kalman, acceleration_stddev, LEAST_DIRECTED if short else 1.0, dt)
     gain = np.zeros((kalman.dim_x, 3))
     if directed:
-        gain[STATE] = np.linalg.solve(S, shared[:, STATE]).T
+        gain[STATE] = np.linalg.solve(T, shared[:, STATE]).T
     if learns:
         gain[FRICTION] = _gain_of_friction(kalman, S, shared[:, FRICTION], known)
     told = 2 * gain[FRICTION] @ shared[:, FRICTION] - gain[FRICTION] @ S @ gain[FRICTION]
@@ -89,9 +90,17 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     with kalman.bent_friction():
         kalman.x -= gain @ (y[:3] - kalman.acceleration.mean)
         kalman.x[FRICTION] = np.clip(kalman.x[FRICTION], LEAST_FRICTION, MOST_FRICTION)
-        P = kalman.P + gain @ S @ gain.T - gain @ shared - shared.T @ gain.T
+        P = kalman.P + gain @ T @ gain.T - gain @ shared - shared.T @ gain.T
+        # Friction alone is left with what the accelerations at many instants share.
+        P[FRICTION, FRICTION] += gain[FRICTION] @ (S - T) @ gain[FRICTION]
         # What rounding makes of it on one side of the diagonal only would grow.
         kalman.P = (P + P.T) / 2
+
+
+def _noise(kalman, stddev, least, dt):
+    # Of a held peg's accelerations, as if they were independent after ACCELERATION_TIME.
+    held = kalman.acceleration.covariance(stddev, least, kalman.since_correction)
+    return held * max(1.0, ACCELERATION_TIME / dt)
 
 
 def _gain_of_friction(kalman, S, shared, known):
