@@ -148,8 +148,8 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     a2 = m[Y + 2] - m[ACCELERATION + 2]
     again = max(1.0, ACCELERATION_TIME / dt)
     # Over long intervals too few changes are seen, and what a peg did within them is not.
-    short = dt <= LONG_STEP
-    least, least_directed = (LEAST_AVERAGED, LEAST_DIRECTED) if short else (1.0, 1.0)
+    least = LEAST_AVERAGED if dt <= LONG_STEP else 1.0
+    least_directed = LEAST_DIRECTED if dt <= LONG_STEP else 1.0
     for i in range(3):
         for j in range(3):
             dy[i, 3 + j] += dt * dy[i, j]
