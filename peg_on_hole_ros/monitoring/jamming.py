@@ -116,9 +116,10 @@ def new_memory() -> np.ndarray:
 @compiled
 def break_course(j):
     """
-    Let the course of the reactions begin anew: the peg did not move as it was predicted.
+    Let the course of the reactions begin anew: they are no numbers to use, or jump.
 
-    What changes reactions and motion at once, as another friction does, is no trend to go on.
+    They do where the peg does not move as predicted: what changes reactions and motion at once,
+    as another friction does, is no trend to go on.
 
     Parameters
     ----------
@@ -253,8 +254,7 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
 def _load(f, j, options, dt, time, usable):
     """Return the probability that a reaction passes its limit."""
     if not usable:
-        j[UNBROKEN] = 0.0
-        _forget_loads(j, LOADS)
+        break_course(j)
         return 0.0
     horizon = min(options[1], time) if time >= 0.0 else options[1]
     most = now = load_ahead.NOTHING
