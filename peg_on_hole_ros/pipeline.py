@@ -200,6 +200,12 @@ class Pipeline:
         if self._delay_variance:
             # What the peg turns in the time by which the stamp may be off.
             R = R + self._delay_variance * np.outer(x[3:], x[3:])
+        if self._assessment.friction_seems_high:
+            self._filter.seek_friction(q, R)
+            self._assessment.friction_sought()
+            self._counts["friction_sought"] += 1
+            self._counts["joints_used"] += 1
+            return
         result, nis = self._filter.correct(q, R)
         if isfinite(nis):
             used = result is Correction.USED

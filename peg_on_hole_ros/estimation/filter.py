@@ -10,7 +10,9 @@ from peg_on_hole_ros.estimation.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.balance import learn_from_balance
 from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.friction_doubt import (
+    HARDLY_LEARNT,
     doubt_without_step,
+    low_friction,
     regained_by_surprise,
     take_friction,
 )
@@ -323,6 +325,24 @@ class ContactFilter:
         if learnt:
             take_friction(self._memory, self.scalars.f, self._known[0])
         return learnt
+
+    @property
+    def friction_is_open(self) -> bool:
+        """Whether friction is to be learnt, and hardly has been."""
+        learns = self.options.friction == "estimated" and self.model.rung == DYNAMIC
+        return learns and self.spread.item(0) > HARDLY_LEARNT * self._known[0] > 0.0
+
+    def seek_friction(self, q, R):
+        """
+        Start from an orientation q [rad] with covariance R; seek friction below the stated one.
+
+        More friction holds a peg more only up to some coefficient, and beyond less, since it
+        relieves the contacts: one motion fits two coefficients. From above the estimate may run
+        to the greater, with which in the end a contact would pull; from below it finds the lower.
+        """
+        friction = low_friction(self.scalars.f, self._known[0])
+        take_friction(self._memory, friction, self._known[0])
+        self.start(q, R)
 
     def correct(self, q, R) -> tuple[Correction, float]:
         """

@@ -19,12 +19,14 @@ LEARNT_WRONG = 0.02
 # In this time after that [s] all that was learnt of it is forgotten.
 FORGET_FRICTION = 0.02
 # In the same time, a coefficient that leaves no step is sought by this many of its standard
-# deviations below the stated one.
+# deviations below the stated one; so is, at once, one with which a contact would pull.
 SEEK_FRICTION = 2.0
 # Share of its stated variance that friction gets back with each surprise.
 SURPRISED = 0.5
-# Friction that is known to no less than this share of its stated variance has not been learnt.
+# Friction that is known to no less than this share of its stated variance has not been learnt,
 NOT_LEARNT = 0.9
+# and to no less than this share it is not yet known on which side of the stated one it lies.
+HARDLY_LEARNT = 0.5
 
 
 def take_friction(m, value: float, variance: float):
@@ -59,12 +61,16 @@ def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bo
     if not patient or m.item(WITHOUT_STEP) + dt > LEARNT_WRONG:
         m[SPREAD] = min(m.item(SPREAD) + variance * dt / FORGET_FRICTION, variance)
     if m.item(SLIDING) > 0.0 and m.item(SPREAD) > NOT_LEARNT * variance > 0.0:
-        stddev = sqrt(variance)
-        lowest = max(stated - SEEK_FRICTION * stddev, LEAST_FRICTION)
+        lowest = low_friction(stated, variance)
         now = m.item(SCENE + 7)
         if now > lowest:
-            lower = now - stddev * SEEK_FRICTION * dt / FORGET_FRICTION
+            lower = now - sqrt(variance) * SEEK_FRICTION * dt / FORGET_FRICTION
             take_friction(m, max(lower, lowest), m.item(SPREAD))
+
+
+def low_friction(stated: float, variance: float) -> float:
+    """Return the coefficient from which one that is sought below the stated one is learnt."""
+    return max(stated - SEEK_FRICTION * sqrt(variance), LEAST_FRICTION)
 
 
 def regained_by_surprise(m, variance: float) -> float:

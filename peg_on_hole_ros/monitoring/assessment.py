@@ -4,6 +4,7 @@ from peg_on_hole_ros.estimation.filter import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.alarms import Alarms
 from peg_on_hole_ros.monitoring.evidence import Shown, force_noise
+from peg_on_hole_ros.monitoring.first_contact import FirstContact
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.judgement import (
     KNOWN,
@@ -47,6 +48,7 @@ class Assessment:
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
         self._options = options
         self._mode = ContactMode(options)
+        self._first = FirstContact()
         self._flag = TransitionFlag(options)
         self._alarms = Alarms(options)
         self._force_stddev = force_noise(scene, wrench_covariance)
@@ -76,9 +78,20 @@ class Assessment:
         """
         return self._mode.mode == "three_point" or self._on_trial
 
+    @property
+    def friction_seems_high(self) -> bool:
+        """Whether a contact would pull by a friction that may be stated too high."""
+        return self._first.friction_seems_high
+
+    def friction_sought(self):
+        """Forget the mode: the estimate has begun anew with a lower friction."""
+        self._first.sought()
+        self.restart_mode()
+
     def restart(self):
         """Forget mode, flag and alarms."""
         self.restart_mode()
+        self._first.restart()
         self._flag.restart()
         self._alarms.restart()
 
@@ -151,6 +164,7 @@ class Assessment:
         risk = Risk._make(numbers[RISK - SHOWN : KNOWN - SHOWN])
         known = Known._make(numbers[KNOWN - SHOWN :])
         mode = self._mode.update(t, shown)
+        self._first.update(t, mode, shown.opened, kalman.friction_is_open)
         flag = self._flag.update(t, shown.below, 1.0 - shown.free)
         options = self._options
         self._on_trial = (

@@ -45,6 +45,7 @@ class Unjudged:
 
     mode = "unknown"
     doubtful = False
+    friction_seems_high = False
     line = "modes, forecast, risk and alarms are off (monitor.modes)"
 
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
