@@ -1,6 +1,6 @@
 """Friction, angles and rates by the balance of forces, where steps would be selected by noise."""
 
-from math import fabs, isfinite
+from math import isfinite
 
 from peg_on_hole_ros.estimation.acceleration import LEAST_AVERAGED, acceleration_variance
 from peg_on_hole_ros.estimation.kernel import SELECTED
@@ -43,11 +43,9 @@ from peg_on_hole_ros.mechanics.kernel import (
 
 # A slip of so many standard deviations, along and across, has a direction.
 SURE = 3.0
-# While a peg accelerates by more than this share of what it may, the rates lag: bridged, they are
-# those of some milliseconds before.
-STEADY = 0.25
-# What that makes of friction counts once it is known to this share of itself.
-ROUGHLY = 0.2
+# Bridged rates, and how they are seen to accelerate, are those of some milliseconds before: in a
+# turn the acceleration may be off by so many times itself.
+LAGS = 2.0
 # A held peg's accelerations are taken to be independent after this time [s].
 ACCELERATION_TIME = 0.02
 # A slip that is known across to this share of its speed, squared, turns friction as a tangent
@@ -102,11 +100,6 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     if not (m[STOPPED] > SELECTED and (learns or m[SLOW] > 0.0)):
         return False
     p = scene_of(m)
-    if m[SPREAD] < (ROUGHLY * p.f) ** 2:
-        steady = STEADY * acceleration_stddev
-        for i in range(3):
-            if not fabs(m[ACCELERATION + i]) <= steady:
-                return False
     q0, q1, q2 = dt * m[X + 3], dt * m[X + 4], dt * m[X + 5]
     m[X] += q0
     m[X + 1] += q1
@@ -164,12 +157,12 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     s20 = covariance_entry(m, dy, 2, 0, uncertain)
     s21 = covariance_entry(m, dy, 2, 1, uncertain)
     c22 = covariance_entry(m, dy, 2, 2, uncertain)
-    s00 = c00 + again * acceleration_variance(m, 0, acceleration_stddev, least)
-    s11 = c11 + again * acceleration_variance(m, 1, acceleration_stddev, least)
-    s22 = c22 + again * acceleration_variance(m, 2, acceleration_stddev, least)
-    t00 = c00 + again * acceleration_variance(m, 0, acceleration_stddev, least_directed)
-    t11 = c11 + again * acceleration_variance(m, 1, acceleration_stddev, least_directed)
-    t22 = c22 + again * acceleration_variance(m, 2, acceleration_stddev, least_directed)
+    s00 = c00 + again * _turning_variance(m, 0, acceleration_stddev, least)
+    s11 = c11 + again * _turning_variance(m, 1, acceleration_stddev, least)
+    s22 = c22 + again * _turning_variance(m, 2, acceleration_stddev, least)
+    t00 = c00 + again * _turning_variance(m, 0, acceleration_stddev, least_directed)
+    t11 = c11 + again * _turning_variance(m, 1, acceleration_stddev, least_directed)
+    t22 = c22 + again * _turning_variance(m, 2, acceleration_stddev, least_directed)
     g0 = g1 = g2 = told = 0.0
     if learns:
         g0, g1, g2 = _friction_gain(m, _factors(s00, s10, s11, s20, s21, s22))
@@ -197,6 +190,13 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     if directed:
         _correct_state(m, _factors(t00, s10, t11, s20, s21, t22), a0, a1, a2)
     return learns or directed
+
+
+@inlined
+def _turning_variance(m, i, stddev, least):
+    """Return how far an angle's acceleration may be from the followed one of a bridged peg."""
+    lags = LAGS * m[ACCELERATION + i]
+    return acceleration_variance(m, i, stddev, least) + lags * lags
 
 
 @inlined

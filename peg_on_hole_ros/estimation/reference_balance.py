@@ -6,10 +6,9 @@ from peg_on_hole_ros.estimation.acceleration import LEAST_AVERAGED
 from peg_on_hole_ros.estimation.balance import (
     ACCELERATION_TIME,
     DIRECTED,
+    LAGS,
     LEAST_DETERMINANT,
     LEAST_DIRECTED,
-    ROUGHLY,
-    STEADY,
     SURE,
 )
 from peg_on_hole_ros.estimation.kernel import SELECTED
@@ -52,9 +51,7 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     known = kalman.P[FRICTION, FRICTION]
     if not (kalman.stopped > SELECTED and (known > 0 or kalman.slow)):
         return
-    steady = (np.abs(kalman.acceleration.mean) <= STEADY * acceleration_stddev).all()
-    roughly = known >= (ROUGHLY * kalman.x[FRICTION]) ** 2
-    if not (steady or roughly) or (speed <= SURE * np.sqrt(variance)).any():
+    if (speed <= SURE * np.sqrt(variance)).any():
         return
     turned, scales = (across / speed**2).max(), turned_scales(across)
     learns = known > 0 and known >= (turned * kalman.x[FRICTION]) ** 2
@@ -100,6 +97,7 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
 def _noise(kalman, stddev, least, dt):
     # Of a held peg's accelerations, as if they were independent after ACCELERATION_TIME.
     held = kalman.acceleration.covariance(stddev, least, kalman.since_correction)
+    held = held + np.diag((LAGS * kalman.acceleration.mean) ** 2)
     return held * max(1.0, ACCELERATION_TIME / dt)
 
 
