@@ -1,6 +1,6 @@
 """Friction, angles and rates by the balance of forces, where steps would be selected by noise."""
 
-from math import isfinite
+from math import fabs, isfinite
 
 from peg_on_hole_ros.estimation.acceleration import LEAST_AVERAGED, acceleration_variance
 from peg_on_hole_ros.estimation.kernel import SELECTED
@@ -46,6 +46,12 @@ SURE = 3.0
 # Bridged rates, and how they are seen to accelerate, are those of some milliseconds before: in a
 # turn the acceleration may be off by so many times itself.
 LAGS = 2.0
+# Beside a clearance that is not known to this share of itself, levers are hardly known either, and
+# make another friction of an acceleration that lags: where friction is known to a fifth of itself,
+# a peg that accelerates by more than a quarter of what it may then tells nothing.
+WIDE_CLEARANCE = 0.02
+ROUGHLY = 0.2
+STEADY = 0.25
 # A held peg's accelerations are taken to be independent after this time [s].
 ACCELERATION_TIME = 0.02
 # A slip that is known across to this share of its speed, squared, turns friction as a tangent
@@ -100,6 +106,12 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     if not (m[STOPPED] > SELECTED and (learns or m[SLOW] > 0.0)):
         return False
     p = scene_of(m)
+    wide = m[SPREAD + 3] > (WIDE_CLEARANCE * (p.D - p.d)) ** 2
+    if wide and m[SPREAD] < (ROUGHLY * p.f) ** 2:
+        steady = STEADY * acceleration_stddev
+        for i in range(3):
+            if not fabs(m[ACCELERATION + i]) <= steady:
+                return False
     q0, q1, q2 = dt * m[X + 3], dt * m[X + 4], dt * m[X + 5]
     m[X] += q0
     m[X + 1] += q1

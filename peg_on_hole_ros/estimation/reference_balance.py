@@ -9,7 +9,10 @@ from peg_on_hole_ros.estimation.balance import (
     LAGS,
     LEAST_DETERMINANT,
     LEAST_DIRECTED,
+    ROUGHLY,
+    STEADY,
     SURE,
+    WIDE_CLEARANCE,
 )
 from peg_on_hole_ros.estimation.kernel import SELECTED
 from peg_on_hole_ros.estimation.parameters import LEAST_FRICTION, MOST_FRICTION
@@ -50,6 +53,11 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     speed, variance, across = kalman.slip_all_ways()
     known = kalman.P[FRICTION, FRICTION]
     if not (kalman.stopped > SELECTED and (known > 0 or kalman.slow)):
+        return
+    clearance = kalman.scene.hole_diameter - kalman.x[DIAMETER]
+    wide = kalman.P[DIAMETER, DIAMETER] > (WIDE_CLEARANCE * clearance) ** 2
+    steady = (np.abs(kalman.acceleration.mean) <= STEADY * acceleration_stddev).all()
+    if wide and known < (ROUGHLY * kalman.x[FRICTION]) ** 2 and not steady:
         return
     if (speed <= SURE * np.sqrt(variance)).any():
         return
