@@ -403,6 +403,37 @@ def test_a_wrench_that_jumps_is_a_ramp():
     assert errors[0.0] > 0.3 * moved
 
 
+@pytest.mark.parametrize("bend", [0.0, 0.3, -0.4])
+def test_of_a_change_that_goes_on_only_what_is_new_is_uncertain(bend):
+    """Against scipy under a wrench that bends, and is the samples' at the samples."""
+    change, h = CHANGES[2], 1e-3
+    stated = {}
+    for goes_on in (True, False):
+        kalman = sliding(noise=WRENCH_NOISE / 9)
+        begin, now = kalman.x.copy(), kalman.u.copy()
+        if goes_on:
+            kalman.hold(now - change)
+            kalman.hold(now)
+        kalman.hold(now + (1 + bend) * change)
+        assert kalman.predict(h, True) is Prediction.CONTACT
+        stated[goes_on] = part(kalman._memory, "JUMPED")[3:].copy()
+        end = kalman.x.copy()
+    # All of it is new, or only what it bends.
+    np.testing.assert_allclose(stated[True] * (1 + bend), abs(bend) * stated[False], 1e-9, 1e-12)
+
+    scales, work = np.full(3, PLAIN.slip_velocity_scale), workspace()
+
+    def rates(t, x):
+        y, s = np.zeros(6), t / h
+        accelerate(P, scales, x, now + change * s * (1 + bend * (1 + s) / 2), work, y)
+        return np.concatenate([x[3:], y[:3]])
+
+    truth = solve_ivp(rates, (0, h), begin, method="Radau", rtol=1e-11, atol=1e-13).y[:, -1]
+    off = np.linalg.norm((end - truth)[3:])
+    # What a step of second order is off by itself, by a wrench that does not bend: 2 %.
+    assert off < 0.02 * np.linalg.norm((truth - begin)[3:]) + np.linalg.norm(stated[True])
+
+
 def test_an_interval_in_two_predictions_goes_up_one_ramp():
     ends = []
     for parts in (1, 2):

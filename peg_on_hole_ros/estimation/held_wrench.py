@@ -3,6 +3,7 @@
 from math import fabs, sqrt
 
 from peg_on_hole_ros.estimation.memory import (
+    CHANGE,
     CROSS,
     ENDS,
     JUMP,
@@ -26,14 +27,25 @@ JUMP_LIMIT = 12.6
 AT_ANY_TIME = 1.0 / 12.0
 
 
+@inlined
+def _size(m, at):
+    """Return how large a change of the wrench is in units of its noise, squared."""
+    size = 0.0
+    for i in range(6):
+        for j in range(6):
+            size += m[WEIGHT + 6 * i + j] * m[at + i] * m[at + j]
+    return size
+
+
 @compiled
 def hold_wrench(m, u):
     """
     Start on a new wrench: its noise is independent of the state's error so far.
 
     The wrench of an interval is measured at its end, and held. Where it changed by more than its
-    noise, as it does when friction turns round, it is a ramp from the one before; the change may
-    have come at any time within, and so the mean is off by it, with a mean square of a twelfth.
+    noise, as it does when friction turns round, it is a ramp from the one before. Of a change that
+    goes on as in the interval before that is all; what is new may have come at any time within,
+    and so the mean is off by it, with a mean square of a twelfth.
 
     Parameters
     ----------
@@ -43,21 +55,22 @@ def hold_wrench(m, u):
         Wrench about the mass centre, peg axes [N], [N m].
 
     """
-    size = any_before = 0.0
+    any_before = 0.0
     for i in range(6):
         any_before += fabs(m[U + i])
-        m[JUMP + i] = u[i] - m[U + i]
+        change = u[i] - m[U + i]
+        m[JUMP + i] = change - m[CHANGE + i]
+        m[CHANGE + i] = change
         m[U + i] = u[i]
-    for i in range(6):
-        for j in range(6):
-            size += m[WEIGHT + 6 * i + j] * m[JUMP + i] * m[JUMP + j]
+    size, new = _size(m, CHANGE), _size(m, JUMP)
     # Two noises differ by twice the covariance of one. Before the first wrench there is none.
     share = 0.0
     if any_before > 0.0 and size > 2.0 * JUMP_LIMIT:
         share = process_of(m).wrench_jump * sqrt(1.0 - 2.0 * JUMP_LIMIT / size)
+    off = sqrt(AT_ANY_TIME * (new / size if new < size else 1.0))
     for i in range(6):
-        m[RAMP + i] = share * m[JUMP + i]
-        m[JUMP + i] = sqrt(AT_ANY_TIME) * m[RAMP + i]
+        m[RAMP + i] = share * m[CHANGE + i]
+        m[JUMP + i] = off * m[RAMP + i]
     m[RAMP + 6], m[RAMP + 7] = 0.0, 1.0
     for i in range(6):
         for j in range(6):

@@ -32,6 +32,7 @@ _SIZES = {
     "WITHOUT_STEP": 1,  # for how long the contact equations have given no step [s]
     "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
+    "CHANGE": 6,  # of the wrench, from the one before to the one that is held
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
     "ACCELERATION": 3,  # as the rates went of late
     "RATES_BEFORE": 3,  # at the last correction
@@ -94,7 +95,8 @@ NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEED
 SLOW, BRIDGED, WITHOUT_STEP, RATE_NOISE, FRICTION = (
     _AT[name] for name in ("SLOW", "BRIDGED", "WITHOUT_STEP", "RATE_NOISE", "FRICTION")
 )
-RAMP, JUMP, JUMPED, WEIGHT = (_AT[name] for name in ("RAMP", "JUMP", "JUMPED", "WEIGHT"))
+RAMP, CHANGE, JUMP = (_AT[name] for name in ("RAMP", "CHANGE", "JUMP"))
+JUMPED, WEIGHT = _AT["JUMPED"], _AT["WEIGHT"]
 ACCELERATION, ENDS, METHOD_USED = (_AT[name] for name in ("ACCELERATION", "ENDS", "METHOD_USED"))
 CHANGES, RATES_KNOWN, SINCE_CORRECTION = (
     _AT[name] for name in ("CHANGES", "RATES_KNOWN", "SINCE_CORRECTION")

@@ -79,6 +79,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scene = scene
         self.process = process
         self.wrench_noise = wrench_noise
+        self.change = np.zeros(6)
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
         self.scales = np.full(3, process.slip_velocity_scale)
@@ -92,16 +93,20 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def hold(self, u):
         """Hold a new wrench."""
-        change = u - self.x[WRENCH]
+        before, self.change = self.change, u - self.x[WRENCH]
+        size, new = self._size(self.change), self._size(self.change - before)
         # Two noises differ by twice the covariance of one. Before the first wrench there is none.
-        size = change @ np.linalg.solve(self.wrench_noise, change) / 2
-        share = max(0.0, 1 - JUMP_LIMIT / max(size, 1e-300)) if self.x[WRENCH].any() else 0.0
-        self.ramp = self.process.wrench_jump * np.sqrt(share) * change
-        self.jump = np.sqrt(AT_ANY_TIME) * self.ramp
+        share = max(0.0, 1 - 2 * JUMP_LIMIT / size) if self.x[WRENCH].any() and size > 0 else 0.0
+        self.ramp = self.process.wrench_jump * np.sqrt(share) * self.change
+        # A change that goes on as before is a ramp; of what is new the time is not known.
+        self.jump = np.sqrt(AT_ANY_TIME * (new / size if new < size else 1.0)) * self.ramp
         self.ramp_shares = 0.0, 1.0
         self.x[WRENCH] = u
         self.P[WRENCH, :] = self.P[:, WRENCH] = 0
         self.P[WRENCH, WRENCH] = self.wrench_noise
+
+    def _size(self, change):
+        return change @ np.linalg.solve(self.wrench_noise, change)
 
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
