@@ -698,6 +698,20 @@ def test_a_learnt_friction_is_forgotten_only_if_there_is_no_step_for_long():
     assert kalman.friction[1] > 10 * learnt[1]
 
 
+def test_friction_is_not_doubted_while_forces_are_those_of_a_held_peg():
+    """Where rigid motion has no stable solution: accelerations of 3000 rad/s2 by noise alone."""
+    truth = with_noise(truth_of(Motion(2e-5, 0.5, 1.0, "reversals"))[0], "nominal", 0.05)
+    for seed in (200, 202):
+        pipeline = Pipeline(truth.plan.configuration)
+        found = [outputs.monitor for outputs in pipeline.play(measure(truth, seed))]
+        # Longer than a friction that forces contradict is kept.
+        assert pipeline.counts["step_limited"] > LEARNT_WRONG * 1e3
+        # It was lost for good there, and 5 to 30 times as uncertain.
+        stddev = np.array([row["friction_stddev"] for row in found[60:]])
+        assert stddev.max() < 0.003
+        assert found[-1]["friction"] == pytest.approx(0.5, abs=0.005)
+
+
 @pytest.mark.parametrize("spread", [0.05, 0.0499])
 def test_a_friction_that_is_sought_has_nothing_to_do_with_the_motion(spread):
     """By the covariance and by its root, whether its spread changes or stays."""

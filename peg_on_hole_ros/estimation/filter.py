@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimation.description import Description, description
 from peg_on_hole_ros.estimation.friction_doubt import (
     HARDLY_LEARNT,
     doubt_without_step,
+    hold_peg,
     low_friction,
     regained_by_surprise,
     take_friction,
@@ -112,6 +113,7 @@ class ContactFilter:
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
         self._without_step = part(self._memory, "WITHOUT_STEP")
+        self._out_of_balance = part(self._memory, "OUT_OF_BALANCE")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._rate_noise[0] = options.slow_rate_noise
@@ -202,8 +204,8 @@ class ContactFilter:
             self.spread[[0, 1], [0, 1]] = self._known
         for name in (
             "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN",
-            "TOLD_GAIN", "TOLD_SHARE",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "OUT_OF_BALANCE",
+            "LEAN", "TOLD_GAIN", "TOLD_SHARE",
         ):  # fmt: skip
             part(self._memory, name)[:] = 0.0
         self._refused = 0
@@ -249,7 +251,7 @@ class ContactFilter:
         if in_contact and status != CONVERGED and status != kernel.SLOW:
             self._bridge_without_step(dt)
             return Prediction.LIMITED if status == kernel.LIMITED else Prediction.FAILED
-        self._without_step[0] = 0.0
+        self._without_step[0] = self._out_of_balance[0] = 0.0
         if status == CONVERGED:
             self._sliding[1] = self._sliding[0]
             return Prediction.HELD if constant else Prediction.CONTACT
@@ -271,7 +273,8 @@ class ContactFilter:
         if max(self._held, self._held_before) <= LONG_STEP:
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
-            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
+            fits = hold_peg(self._memory, self._dy, self.options.acceleration_stddev)
+            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient, fits)
         self._sliding[1] = 0.0
         bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
