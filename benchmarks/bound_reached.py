@@ -28,7 +28,7 @@ from grid_cells import (
 from grid_score import QUANTITIES, bound_of, peg_wrench
 from peg_on_hole_ros.estimation.bound import Meaning
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
-from peg_on_hole_ros.estimation.step import CONVERGED, implicit_euler
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED, implicit_euler
 from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, scene_of, scene_scalars, workspace
 
 # Of the rates at the begin [rad/s]: particles that know nothing of them are mostly lost.

@@ -22,11 +22,11 @@ import numpy as np
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.cycle import correct_and_follow
-from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import SIZE, R
-from peg_on_hole_ros.estimation.reactions import react
+from peg_on_hole_ros.estimation.kernel import correction, prediction
+from peg_on_hole_ros.estimation.kernel.cycle import correct_and_follow
+from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, R
+from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
@@ -42,11 +42,11 @@ def run_compiled(m, dy, slopes, dt, wrenches, angles, covariances, acceleration_
     total = 0
     for k in range(len(wrenches)):
         hold_wrench(m, wrenches[k])
-        _, evaluations, _ = kernel.predict_contact(m, dy, slopes, dt)
+        _, evaluations, _ = prediction.predict_contact(m, dy, slopes, dt)
         total += evaluations
         for i in range(9):
             m[R + i] = covariances[k, i]
-        correct_and_follow(m, kernel.innovation(m, angles[k]), dt)
+        correct_and_follow(m, correction.innovation(m, angles[k]), dt)
         react(m, dy, acceleration_stddev)
     return total
 

@@ -5,15 +5,15 @@ from time import perf_counter
 import numpy as np
 
 from ladder_scenes import SCALE, Drawn, draw
-from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.cycle import correct_and_follow, predict_or_bridge
-from peg_on_hole_ros.estimation.filter import ContactFilter
-from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import BRIDGED, SLOW, WITHOUT_STEP, R
-from peg_on_hole_ros.estimation.model import choose_at, predict_at_constant_rates, react_by
-from peg_on_hole_ros.estimation.reactions import react
-from peg_on_hole_ros.estimation.slow import bridge
-from peg_on_hole_ros.estimation.step import CONVERGED
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.model import choose_at, predict_at_constant_rates, react_by
+from peg_on_hole_ros.estimation.kernel import correction, prediction
+from peg_on_hole_ros.estimation.kernel.bridging import bridge
+from peg_on_hole_ros.estimation.kernel.cycle import correct_and_follow, predict_or_bridge
+from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel.memory import BRIDGED, SLOW, WITHOUT_STEP, R
+from peg_on_hole_ros.estimation.kernel.reactions import react
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.choice import answer_by_choice, new_choice, tally
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC, RUNGS, answer
 from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, workspace
@@ -47,7 +47,7 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
         if used <= QUASI_STATIC:
             status = predict_at_constant_rates(m, slopes, dt, free * free)
             m[SLOW] = m[BRIDGED] = m[WITHOUT_STEP] = 0.0
-            if status == kernel.SLOW:
+            if status == prediction.SLOW:
                 m[SLOW] = 1.0
                 bridge(m, slopes, dt)
         else:
@@ -56,7 +56,7 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
             used = DYNAMIC
         for i in range(9):
             m[R + i] = covariance[i]
-        correct_and_follow(m, kernel.innovation(m, angles[k]), dt)
+        correct_and_follow(m, correction.innovation(m, angles[k]), dt)
         if used < DYNAMIC:
             react_by(used, m, dy, 0.0)
         else:

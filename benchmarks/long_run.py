@@ -21,13 +21,13 @@ import numpy as np
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.acceleration import follow_acceleration
-from peg_on_hole_ros.estimation.cycle import predict_or_bridge
-from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.memory import BRIDGED, CROSS, INTERVAL, SPREAD, R, X, Z
-from peg_on_hole_ros.estimation.slow import adapt_rate_noise
-from peg_on_hole_ros.estimation.step import CONVERGED
+from peg_on_hole_ros.estimation.kernel import correction
+from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.kernel.bridging import adapt_rate_noise
+from peg_on_hole_ros.estimation.kernel.cycle import predict_or_bridge
+from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel.memory import BRIDGED, CROSS, INTERVAL, SPREAD, R, X, Z
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 from side_by_side import bag_steps, filters
 
@@ -97,18 +97,18 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
             contact += 1
         for i in range(9):
             m[R + i] = covariances[k, i]
-        nis = kernel.innovation(m, angles[k])
+        nis = correction.innovation(m, angles[k])
         if m[BRIDGED] > 0.0:
             adapt_rate_noise(m, nis)
         if not nis < inf:
             not_finite += 1
             nis = inf
         elif nis > thresholds[0]:
-            kernel.widen_rates(m, dt, nis / 3.0 - 1.0)
-            nis = kernel.innovation(m, angles[k])
+            correction.widen_rates(m, dt, nis / 3.0 - 1.0)
+            nis = correction.innovation(m, angles[k])
         if nis <= thresholds[1]:
             m[INTERVAL] = dt
-            kernel.correct(m)
+            correction.correct(m)
             follow_acceleration(m, dt)
         else:
             restarts += 1

@@ -26,7 +26,8 @@ import numpy as np
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation import description, filter, kernel
+from peg_on_hole_ros.estimation.filters import contact
+from peg_on_hole_ros.estimation.kernel import correction, description, prediction
 from peg_on_hole_ros.monitoring import assessment
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
@@ -66,12 +67,10 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     kalman, judge = line.filter, line._assessment
-    compiled = ("predict_contact", "predict_free", "innovation", "correct")
     return [
-        *((kernel, name, ESTIMATE) for name in compiled),
-        (filter, "hold_wrench", ESTIMATE),
-        (filter, "follow_acceleration", ESTIMATE),
-        (filter, "react", ESTIMATE),
+        *((prediction, name, ESTIMATE) for name in ("predict_contact", "predict_free")),
+        *((correction, name, ESTIMATE) for name in ("innovation", "correct")),
+        *((contact, name, ESTIMATE) for name in ("hold_wrench", "follow_acceleration", "react")),
         *((kalman, name, FILTER) for name in ("hold", "predict", "correct", "react")),
         (assessment, "judge", JUDGE),
         (assessment, "follow_orientation", JUDGE),

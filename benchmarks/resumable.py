@@ -28,7 +28,7 @@ def sources_key(parts: Iterable[str], files: Iterable[Path]) -> str:
     found = list(files)
     for part in parts:
         path = PACKAGE / part
-        found += sorted(path.glob("*.py")) if path.is_dir() else [path]
+        found += sorted(path.rglob("*.py")) if path.is_dir() else [path]
     for path in found:
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

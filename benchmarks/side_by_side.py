@@ -11,13 +11,13 @@ import numpy as np
 
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
-from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.filters import make_filter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
+from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.estimation.memory import part
-from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
-from peg_on_hole_ros.estimation.reference import ReferenceFilter
-from peg_on_hole_ros.estimation.reference_offsets import OffsetReference
+from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
+from peg_on_hole_ros.estimation.reference.offsets import OffsetReference
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample
 

@@ -21,8 +21,9 @@ def source_key() -> str:
     """
     digest = hashlib.sha256()
     for part in COMPILED:
-        for path in sorted((PACKAGE / part).glob("*.py")):
-            digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+        for path in sorted((PACKAGE / part).rglob("*.py")):
+            name = path.relative_to(PACKAGE).as_posix()
+            digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 

@@ -6,8 +6,8 @@ from math import isfinite
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filter import Correction, Prediction
-from peg_on_hole_ros.estimation.filters import make_filter
+from peg_on_hole_ros.estimation.filters.contact import Correction, Prediction
+from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction

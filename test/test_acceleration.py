@@ -5,7 +5,8 @@ import pytest
 
 from grid_cells import Motion, first_samples, truth_of, with_noise
 from grid_score import Meaning, bound_of, run_seeds
-from peg_on_hole_ros.estimation.acceleration import (
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.kernel.acceleration import (
     CHANGED,
     CHANGES_AVERAGED,
     FOLLOWED,
@@ -13,10 +14,9 @@ from peg_on_hole_ros.estimation.acceleration import (
     acceleration_variance,
     follow_acceleration,
 )
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
 from peg_on_hole_ros.estimation.measurement import angle_covariance
-from peg_on_hole_ros.estimation.memory import SIZE, part
-from peg_on_hole_ros.estimation.reference_acceleration import FollowedAcceleration
+from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
 from peg_on_hole_ros.options import FilterOptions
 from test_filter import SCENE, WRENCH_NOISE, balanced, sliding
 

@@ -14,8 +14,8 @@ from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.replay import stored_configuration
 from peg_on_hole_ros.edges.simulated_bag import write_bag
 from peg_on_hole_ros.errors import BagError
-from peg_on_hole_ros.estimation.calibration import calibrate
-from peg_on_hole_ros.estimation.likelihood import (
+from peg_on_hole_ros.estimation.identification.calibration import calibrate
+from peg_on_hole_ros.estimation.identification.likelihood import (
     NAMES,
     QUANTITIES,
     TILT,
@@ -23,14 +23,19 @@ from peg_on_hole_ros.estimation.likelihood import (
     coordinates,
     innovations,
 )
+from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
+from peg_on_hole_ros.estimation.identification.recording import (
+    recording,
+    steady,
+    turned,
+    turning_axes,
+)
+from peg_on_hole_ros.estimation.identification.selection import conditional, kept_ones
 from peg_on_hole_ros.estimation.measurement import (
     PegJoints,
     angle_covariance,
     rotation_from_rpy,
 )
-from peg_on_hole_ros.estimation.noise_levels import noise_levels
-from peg_on_hole_ros.estimation.recording import recording, steady, turned, turning_axes
-from peg_on_hole_ros.estimation.selection import conditional, kept_ones
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure

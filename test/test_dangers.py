@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from consistency import residuals
-from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.filter import ContactFilter, Correction
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction
+from peg_on_hole_ros.estimation.kernel import prediction
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
 from peg_on_hole_ros.mechanics.reference import Outcome, solve_contact
@@ -181,7 +181,7 @@ def test_late_and_repeated_stamps():
     kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
     kalman.start(np.array([0.1, 0.0, 0.0]), angle_covariance(0.1, 1e-4))
     for _ in range(20):
-        kernel.predict_free(kalman._memory, kalman._slopes, -0.005, 0.3**2)
+        prediction.predict_free(kalman._memory, kalman._slopes, -0.005, 0.3**2)
         kalman.Z[3:6, 3:6] *= 0.5
     assert np.linalg.eigvalsh(kalman.P).min() < 0
     samples = list(measure(closing(), 1))[:300]

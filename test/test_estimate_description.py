@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from peg_on_hole_ros.estimation.filter import ContactFilter
-from peg_on_hole_ros.estimation.memory import part
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.mechanics.geometry import (
     contact_geometry,
     contact_points,

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from peg_on_hole_ros.estimation import kernel
-from peg_on_hole_ros.estimation.filter import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.filters import make_filter
-from peg_on_hole_ros.estimation.held_wrench import JUMP_LIMIT
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
+from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.kernel import prediction
+from peg_on_hole_ros.estimation.kernel.held_wrench import JUMP_LIMIT
+from peg_on_hole_ros.estimation.kernel.memory import part
+from peg_on_hole_ros.estimation.kernel.parameters import BENT
+from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.measurement import angle_covariance
-from peg_on_hole_ros.estimation.memory import part
-from peg_on_hole_ros.estimation.parameters import BENT
-from peg_on_hole_ros.estimation.reactions import react
-from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
-from peg_on_hole_ros.estimation.steps_second_order import SHARE, sdirk2
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED, FAILED, implicit_euler
+from peg_on_hole_ros.estimation.steps.second_order import SHARE, sdirk2
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
@@ -261,7 +261,7 @@ def test_pieces_of_one_prediction_are_as_many_predictions():
     )
 
 
-@pytest.mark.parametrize("allowed, outcome", [(100, kernel.LIMITED), (10_000, FAILED)])
+@pytest.mark.parametrize("allowed, outcome", [(100, prediction.LIMITED), (10_000, FAILED)])
 def test_a_failed_prediction_leaves_state_and_covariance(allowed, outcome):
     # Half of the way that 20 ms take is there until gamma0: pieces succeed before one fails.
     options = replace(PLAIN, max_step=1e-3, max_evaluations=allowed)
@@ -269,7 +269,7 @@ def test_a_failed_prediction_leaves_state_and_covariance(allowed, outcome):
     assert kalman.predict(1e-3, True) is Prediction.CONTACT
     memory = [part(kalman._memory, name) for name in ("X", "U", "Z")]
     before = [view.copy() for view in memory]
-    status, evaluations, pieces = kernel.predict_contact(
+    status, evaluations, pieces = prediction.predict_contact(
         kalman._memory, kalman._dy, kalman._slopes, 0.019
     )
     assert status == outcome and evaluations > pieces >= 19

@@ -9,11 +9,11 @@ import pytest
 from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation import reference
-from peg_on_hole_ros.estimation.filter import Prediction
-from peg_on_hole_ros.estimation.outcomes import NO_STEP
-from peg_on_hole_ros.estimation.parameters import ALONG_RIDGE
-from peg_on_hole_ros.estimation.reference import ReferenceFilter
+from peg_on_hole_ros.estimation.filters.contact import Prediction
+from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
+from peg_on_hole_ros.estimation.kernel.parameters import ALONG_RIDGE
+from peg_on_hole_ros.estimation.reference import kalman
+from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
 from side_by_side import Step, bag_steps, compared
@@ -105,13 +105,13 @@ def test_where_one_correction_moves_friction_far(monkeypatch):
     configuration = truth.plan.configuration
     friction = configuration.scene.friction - 0.15
     scene = replace(configuration.scene, friction=friction, friction_stddev=0.05)
-    bent, used = [], reference.learnt_variance
+    bent, used = [], kalman.learnt_variance
 
     def noted(variance, before, moved):
         bent.append(used(variance, before, moved) > variance)
         return used(variance, before, moved)
 
-    monkeypatch.setattr(reference, "learnt_variance", noted)
+    monkeypatch.setattr(kalman, "learnt_variance", noted)
     found = list(compared(replace(configuration, scene=scene), measured))
     assert any(bent)
     assert all(value < LIMIT for value in largest(found).values()), largest(found)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filter import Correction
-from peg_on_hole_ros.estimation.filters import FILTERS
-from peg_on_hole_ros.estimation.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.filters.contact import Correction
+from peg_on_hole_ros.estimation.filters.methods import FILTERS
+from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth

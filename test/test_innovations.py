@@ -9,7 +9,8 @@ from scipy.stats import chi2
 
 from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.edges.node_diagnostics import WARN, Diagnostics
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.innovations import (
     DRIFTS,
     TOO_LARGE,
@@ -18,8 +19,7 @@ from peg_on_hole_ros.estimation.innovations import (
     InnovationWatch,
     SurpriseWatch,
 )
-from peg_on_hole_ros.estimation.memory import part
-from peg_on_hole_ros.estimation.square_root import SquareRootFilter
+from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline

@@ -10,7 +10,7 @@ from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging

@@ -8,7 +8,7 @@ import pytest
 import long_run
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation.memory import SIZE, Z
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, Z
 from simulated import ROOT, SAMPLES
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
-from peg_on_hole_ros.estimation.filter import Prediction
-from peg_on_hole_ros.estimation.model import MODELS
+from peg_on_hole_ros.estimation.filters.contact import Prediction
+from peg_on_hole_ros.estimation.filters.model import MODELS
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample

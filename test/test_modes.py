@@ -10,9 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from grid_cells import Motion, truth_of, with_noise
-from peg_on_hole_ros.estimation import memory
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
+from peg_on_hole_ros.estimation.kernel import memory
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import contacts
 from peg_on_hole_ros.monitoring.carried import LIFT, SIZE, carried_load, new_means

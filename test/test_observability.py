@@ -10,8 +10,8 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges import observability_text
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation.filter import ContactFilter
-from peg_on_hole_ros.estimation.observability import (
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
     ObservingFilter,
     observability,

@@ -10,12 +10,12 @@ from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filter import ContactFilter
-from peg_on_hole_ros.estimation.filters import make_filter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
+from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angles_of, tilt_axes
-from peg_on_hole_ros.estimation.memory import part
-from peg_on_hole_ros.estimation.offset_filter import OffsetFilter
-from peg_on_hole_ros.estimation.smoother import SmoothingFilter
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline

@@ -8,19 +8,12 @@ import pytest
 
 from grid_cells import Motion, truth_of, with_noise
 from grid_score import score_cell
-from peg_on_hole_ros.estimation.acceleration import FOLLOWED
-from peg_on_hole_ros.estimation.balance import learn_from_balance
-from peg_on_hole_ros.estimation.direction import slip_without_kink
-from peg_on_hole_ros.estimation.filter import Prediction
-from peg_on_hole_ros.estimation.filters import FILTERS
-from peg_on_hole_ros.estimation.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
-from peg_on_hole_ros.estimation.kernel import SELECTED
-from peg_on_hole_ros.estimation.memory import SIZE, WORK, part
-from peg_on_hole_ros.estimation.outcomes import NO_STEP
-from peg_on_hole_ros.estimation.process import Process
-from peg_on_hole_ros.estimation.reference_steps import solve_with_slopes
-from peg_on_hole_ros.estimation.slip import SHARPEST, TURNED, slip, slip_all_ways, turned_scales
-from peg_on_hole_ros.estimation.slow import (
+from peg_on_hole_ros.estimation.filters.contact import Prediction
+from peg_on_hole_ros.estimation.filters.methods import FILTERS
+from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
+from peg_on_hole_ros.estimation.kernel.acceleration import FOLLOWED
+from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
+from peg_on_hole_ros.estimation.kernel.bridging import (
     ADAPTATION,
     GROWS,
     LEANING,
@@ -31,7 +24,20 @@ from peg_on_hole_ros.estimation.slow import (
     adapt_rate_noise,
     bridge,
 )
-from peg_on_hole_ros.estimation.slow_friction import UNSURE, unknown_friction
+from peg_on_hole_ros.estimation.kernel.direction import slip_without_kink
+from peg_on_hole_ros.estimation.kernel.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, WORK, part
+from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
+from peg_on_hole_ros.estimation.kernel.process import Process
+from peg_on_hole_ros.estimation.kernel.slip import (
+    SHARPEST,
+    TURNED,
+    slip,
+    slip_all_ways,
+    turned_scales,
+)
+from peg_on_hole_ros.estimation.kernel.slow_friction import UNSURE, unknown_friction
+from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
     WIDTH,

@@ -13,9 +13,9 @@ from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError
-from peg_on_hole_ros.estimation.calibration import calibrate
+from peg_on_hole_ros.estimation.identification.calibration import calibrate
+from peg_on_hole_ros.estimation.identification.recording import Recording, recording
 from peg_on_hole_ros.estimation.measurement import PegJoints
-from peg_on_hole_ros.estimation.recording import Recording, recording
 from peg_on_hole_ros.options import Configuration
 
 

@@ -3,8 +3,8 @@
 from math import degrees, sqrt
 
 from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.estimation.calibration import Calibration, Estimate
-from peg_on_hole_ros.estimation.selection import NORMAL_95
+from peg_on_hole_ros.estimation.identification.calibration import Calibration, Estimate
+from peg_on_hole_ros.estimation.identification.selection import NORMAL_95
 
 # A mean NIS outside of this, over hundreds of innovations, is no chance.
 NIS_LOW, NIS_HIGH = 2.5, 3.6

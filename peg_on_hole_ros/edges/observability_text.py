@@ -8,8 +8,12 @@ from peg_on_hole_ros.edges.bag_reader import Bag
 from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.edges.message_stream import message_stream
 from peg_on_hole_ros.edges.replay import absolute, check_bag
-from peg_on_hole_ros.estimation.likelihood import QUANTITIES
-from peg_on_hole_ros.estimation.observability import NAMES, Observability, ObservingFilter
+from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
+from peg_on_hole_ros.estimation.identification.observability import (
+    NAMES,
+    Observability,
+    ObservingFilter,
+)
 from peg_on_hole_ros.options import Configuration
 
 UNITS = {quantity.name: quantity.unit for quantity in QUANTITIES}

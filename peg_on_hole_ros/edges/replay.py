@@ -15,8 +15,8 @@ from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.messages import STRING, Message, smoothed_messages
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
-from peg_on_hole_ros.estimation.filters import make_filter
-from peg_on_hole_ros.estimation.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.options import Configuration
 
 _REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"

@@ -4,7 +4,7 @@ from math import atan2, cos, hypot, isfinite, pi, sin
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.offsets import Offsets
+from peg_on_hole_ros.estimation.kernel.offsets import Offsets
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput

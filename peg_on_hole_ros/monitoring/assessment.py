@@ -1,6 +1,6 @@
 """What an estimate says of the contact: mode, transition, risk, alarms, and what is published."""
 
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.alarms import Alarms
 from peg_on_hole_ros.monitoring.evidence import Shown, force_noise

@@ -4,7 +4,7 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import NOISE, U, X, Z
+from peg_on_hole_ros.estimation.kernel.memory import NOISE, U, X, Z
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.memory import NOISE, REACTIONS, SPREAD, WORK, U, X, Y
+from peg_on_hole_ros.estimation.kernel.memory import NOISE, REACTIONS, SPREAD, WORK, U, X, Y
 from peg_on_hole_ros.mechanics.kernel import (
     closed_forms,
     compiled,

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimation.memory import REACTIONS, SCENE, SPREAD, Y
+from peg_on_hole_ros.estimation.kernel.memory import REACTIONS, SCENE, SPREAD, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # Reactions are known where no spread is more than a third of their mean.

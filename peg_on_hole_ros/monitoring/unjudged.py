@@ -4,7 +4,7 @@ from math import fabs
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.evidence import (

@@ -2,7 +2,7 @@
 
 from math import fabs, inf, isfinite, sqrt
 
-from peg_on_hole_ros.estimation.memory import SPREAD, WORK, X, Z
+from peg_on_hole_ros.estimation.kernel.memory import SPREAD, WORK, X, Z
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, determinant_at
 from peg_on_hole_ros.monitoring.contacts import below
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
-from peg_on_hole_ros.estimation.memory import part
-from peg_on_hole_ros.estimation.reference import ReferenceFilter
+from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline

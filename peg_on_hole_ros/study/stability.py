@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filter import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
+from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
-from peg_on_hole_ros.estimation.memory import part
-from peg_on_hole_ros.estimation.outcomes import NO_STEP
 from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene

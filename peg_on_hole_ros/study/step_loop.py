@@ -1,10 +1,10 @@
 """All that a filter does for pairs of a wrench and an orientation, in one compiled loop."""
 
-from peg_on_hole_ros.estimation.cycle import correct_and_follow, predict_or_bridge
-from peg_on_hole_ros.estimation.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.kernel import innovation
-from peg_on_hole_ros.estimation.memory import R
-from peg_on_hole_ros.estimation.reactions import react
+from peg_on_hole_ros.estimation.kernel.correction import innovation
+from peg_on_hole_ros.estimation.kernel.cycle import correct_and_follow, predict_or_bridge
+from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel.memory import R
+from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 

@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from peg_on_hole_ros.estimation.step import CONVERGED, FAILED, implicit_euler
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED, FAILED, implicit_euler
 from peg_on_hole_ros.mechanics.kernel import (
     WIDTH,
     accelerate,

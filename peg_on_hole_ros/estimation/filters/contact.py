@@ -1,0 +1,469 @@
+"""The contact filter: state, covariance and the wrench that is held, over compiled steps."""
+
+from math import isfinite, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.estimation.filters.model import Model, predict_at_constant_rates
+from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
+from peg_on_hole_ros.estimation.kernel import correction, prediction
+from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
+from peg_on_hole_ros.estimation.kernel.bridging import (
+    adapt_rate_noise,
+    bridge,
+    bridge_without_step,
+    walk_density,
+)
+from peg_on_hole_ros.estimation.kernel.description import Description, description
+from peg_on_hole_ros.estimation.kernel.friction_doubt import (
+    HARDLY_LEARNT,
+    doubt_without_step,
+    hold_peg,
+    low_friction,
+    regained_by_surprise,
+    take_friction,
+)
+from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel.memory import SAVED, SIZE, part
+from peg_on_hole_ros.estimation.kernel.process import Process
+from peg_on_hole_ros.estimation.kernel.reactions import react, rim_load
+from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS, LONG_STEP
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
+from peg_on_hole_ros.ladder.rungs import DYNAMIC
+from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import FilterOptions
+
+# Of a wrench's interval.
+NEARLY_ALL = 0.9
+# A clearance counts as wide above this share of its stated spread.
+WIDE_CLEARANCE = 0.1
+# No clearance is learnt better than to this share of its stated spread: contacts give, and holes
+# are not round.
+LEAST_CLEARANCE_SPREAD = 0.01
+
+
+class ContactFilter:
+    """
+    Extended Kalman filter on gamma, psi, phi and their rates.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : FilterOptions
+    wrench_noise : ndarray, shape (6, 6)
+        Covariance of the wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
+    offsets : Offsets, optional
+        What is not known of bias and tilt; `OffsetFilter` alone carries any.
+
+    Attributes
+    ----------
+    x : ndarray, shape (6,)
+        gamma, psi, phi [rad], unwrapped, and Euler rates [rad/s].
+    Z : ndarray, shape (12, 12)
+        Joint covariance of x and of the wrench that is held.
+    u : ndarray, shape (6,)
+        The wrench that is held, peg axes, about the mass centre [N], [N m].
+    spread : ndarray, shape (2, 2)
+        Covariance of friction and peg diameter; zero where they are known.
+    scene_values : ndarray
+        The fields of SceneScalars as they are now: friction and diameter may be learnt.
+    evaluations, pieces : int
+        Of the last prediction: how often the six equations were solved, and in how many steps.
+    model : Model
+        The rung of the ladder that is in use.
+    refused, inaccurate : int
+        Attempts at it that were refused, since no step was found or since its error was too large.
+
+    """
+
+    def __init__(self, scene: Scene, options: FilterOptions, wrench_noise, offsets=None):
+        if offsets is not None and offsets.variance.any():
+            raise PegOnHoleError(
+                f"{type(self).__name__} does not carry an uncertain bias or hole tilt: set "
+                "wrench.bias_force_stddev, bias_torque_stddev and joints.hole_tilt_stddev to 0.0"
+            )
+        self.scalars = scene_scalars(scene)
+        self.options = options
+        self.process = Process(
+            options.max_step,
+            options.contact_rate_noise**2,
+            options.slip_velocity_scale,
+            options.slip_widening,
+            options.creep_time,
+            options.friction_noise**2,
+            options.slow_slip,
+            options.wrench_jump,
+            options.slow_rate_noise,
+        )
+        self._memory = np.zeros(SIZE)
+        self._dy = np.zeros((6, WIDTH))
+        self._slopes = np.zeros((6, WIDTH))
+        self.x, self.u = part(self._memory, "X"), part(self._memory, "U")
+        self.Z = part(self._memory, "Z", (12, 12))
+        self._P = self.Z[:6, :6]
+        self.wrench_noise = part(self._memory, "NOISE", (6, 6))
+        self._scales = part(self._memory, "SCALES")
+        self._sliding = part(self._memory, "SLIDING")
+        self._interval = part(self._memory, "INTERVAL")
+        self._since_correction = part(self._memory, "SINCE_CORRECTION")
+        self._held_back = part(self._memory, "HELD_BACK")
+        self._slow = part(self._memory, "SLOW")
+        self._bridged = part(self._memory, "BRIDGED")
+        self._without_step = part(self._memory, "WITHOUT_STEP")
+        self._out_of_balance = part(self._memory, "OUT_OF_BALANCE")
+        self._ramp = part(self._memory, "RAMP")
+        self._rate_noise = part(self._memory, "RATE_NOISE")
+        self._rate_noise[0] = options.slow_rate_noise
+        self._R = part(self._memory, "R", (3, 3))
+        self._residual = part(self._memory, "RESIDUAL")
+        part(self._memory, "PROCESS")[:] = self.process
+        self.integrator = INTEGRATORS[options.integrator]
+        part(self._memory, "METHOD")[:] = (
+            self.integrator,
+            options.step_tolerance,
+            options.max_evaluations,
+        )
+        self._slow_slip = part(self._memory, "PROCESS")[Process._fields.index("slow_slip") :]
+        self._attempts = part(self._memory, "REFUSED")
+        self.wrench_noise[:] = wrench_noise
+        part(self._memory, "WEIGHT", (6, 6))[:] = np.linalg.inv(wrench_noise)
+        self.spread = part(self._memory, "SPREAD", (2, 2))
+        self._cross = part(self._memory, "CROSS")
+        self.scene_values = part(self._memory, "SCENE")
+        self.scene_values[:] = self.scalars
+        self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
+        part(self._memory, "LEARNT")[:] = (
+            options.friction == "estimated",
+            options.clearance == "estimated",
+        )
+        self._normal = part(self._memory, "Y")[3:]
+        self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
+        self._peg_height = scene.peg_height
+        self.model = Model(options.model, options.reaction_tolerance, self._memory)
+        self.evaluations = self.pieces = self.refused = self.inaccurate = 0
+        self._refused = 0
+        # How long the present wrench has been held, and the one before it was [s].
+        self._held = self._held_before = 0.0
+
+    @property
+    def P(self) -> np.ndarray:
+        """Covariance of the state, a view, shape (6, 6)."""
+        return self._P
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """The friction coefficient as it is now, and its standard deviation."""
+        return self.scene_values.item(7), sqrt(max(self.spread.item(0), 0.0))
+
+    @property
+    def peg_diameter(self) -> tuple[float, float]:
+        """The peg's diameter as it is now, and its standard deviation (of the clearance) [m]."""
+        return self.scene_values.item(0), sqrt(max(self.spread.item(3), 0.0))
+
+    @property
+    def clearance(self) -> tuple[float, float]:
+        """D - d as it is now, and its standard deviation [m]."""
+        peg, stddev = self.peg_diameter
+        return self.scalars.D - peg, stddev
+
+    @property
+    def gamma0(self) -> float:
+        """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
+        return self.scene_values.item(3)
+
+    @property
+    def held_back(self) -> bool:
+        """Whether the last correction told more of friction or peg diameter than was learnt."""
+        return self._held_back.item() > 0.0
+
+    def joint_covariance(self) -> np.ndarray:
+        """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""
+        cross = self._cross.reshape(2, 12)
+        return np.block([[self.Z, cross.T], [cross, self.spread]])
+
+    @property
+    def memory(self) -> np.ndarray:
+        """All numbers of the filter, see `memory`, for other compiled code to read."""
+        return self._memory
+
+    def start(self, q, R):
+        """Start from an orientation q [rad] with covariance R, at unknown rates."""
+        self.x[:3], self.x[3:] = q, 0.0
+        self.Z[:] = 0.0
+        self.Z[:3, :3] = R
+        rate_variance = self.options.initial_rate_stddev**2
+        self.Z[range(3, 6), range(3, 6)] = rate_variance
+        self.Z[6:, 6:] = self.wrench_noise
+        self._scales[:] = self.options.slip_velocity_scale
+        self._sliding[1] = 0.0
+        self._cross[:] = 0.0
+        if not self.spread.any():
+            self.spread[[0, 1], [0, 1]] = self._known
+        for name in (
+            "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "OUT_OF_BALANCE",
+            "LEAN", "TOLD_GAIN", "TOLD_SHARE",
+        ):  # fmt: skip
+            part(self._memory, name)[:] = 0.0
+        self._refused = 0
+
+    def forget(self):
+        """Take friction and peg diameter as stated again, whatever has been learnt of them."""
+        self.scene_values[:] = self.scalars
+        self._cross[:] = 0.0
+        self.spread[:] = np.diag(self._known)
+
+    def snapshot(self):
+        """Return everything that the estimate depends on, for `restore`."""
+        # What follows in the memory is filled anew before it is read.
+        times = self._held, self._held_before
+        return self._memory[:SAVED].copy(), self._refused, times, self.model.snapshot()
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; what follows is then bit for bit what followed it."""
+        memory, self._refused, times, model = snapshot
+        self.model.restore(model)
+        self._held, self._held_before = times
+        self._memory[:SAVED] = memory
+
+    def hold(self, u):
+        """Hold a new wrench, with its own noise, from here on."""
+        self._held_before, self._held = self._held, 0.0
+        hold_wrench(self._memory, np.asarray(u, float))
+        self.model.held()
+
+    def predict(self, dt: float, in_contact: bool) -> Prediction:
+        """Predict over dt [s], under the contact equations if in_contact."""
+        self.evaluations = self.pieces = self.refused = self.inaccurate = 0
+        self._held += dt
+        self._ramp_over(dt)
+        constant = self.model.at_constant_rates(in_contact)
+        learnt = in_contact and not constant and self._learn_from_balance(dt)
+        self._begin(learnt)
+        self._since_correction += dt
+        status = self._predict_contact(dt, constant) if in_contact else None
+        # It is harder to tell from none the next time.
+        self._slow[0] = 1.0 if status == prediction.SLOW_SLIP else 0.0
+        self._bridged[0] = 0.0
+        if in_contact and status != CONVERGED and status != prediction.SLOW_SLIP:
+            self._bridge_without_step(dt)
+            return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
+        self._without_step[0] = self._out_of_balance[0] = 0.0
+        if status == CONVERGED:
+            self._sliding[1] = self._sliding[0]
+            return Prediction.HELD if constant else Prediction.CONTACT
+        if status == prediction.SLOW_SLIP:
+            self.model.full()
+            bridge(self._memory, self._slopes, dt)
+            if self._keeps_sliding:
+                # What is not known of them alone can hide a slip after one step; what that
+                # step tells of them must not be lost, or nothing ever is told.
+                self._sliding[0] = self._sliding[1]
+            return Prediction.SLOW
+        self._scales[:] = self.options.slip_velocity_scale
+        self._sliding[1] = 0.0
+        prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
+        return Prediction.FREE
+
+    def _bridge_without_step(self, dt):
+        # Held for long, the noise of one wrench leaves no step just as well.
+        if max(self._held, self._held_before) <= LONG_STEP:
+            # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
+            patient = not self._clearance_is_wide
+            fits = hold_peg(self._memory, self._dy, self.options.acceleration_stddev)
+            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient, fits)
+        self._sliding[1] = 0.0
+        bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
+
+    def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
+        """Return the random walk of each rate in the last prediction [rad/s^1.5], shape (3,)."""
+        walk, free = self._rate_noise.item(), self.options.free_rate_noise
+        if not self._bridged.item():
+            return np.full(3, free)
+        walk = walk if result is Prediction.SLOW else max(walk, free)
+        return np.sqrt([walk_density(self._memory, walk, i) for i in range(3)])
+
+    def _predict_contact(self, dt, constant) -> int:
+        if constant:
+            density = self.options.free_rate_noise**2
+            return predict_at_constant_rates(self._memory, self._slopes, dt, density)
+        if self._learns_clearance:
+            # A spread that is the clearance's own does not make the slip doubtful.
+            slow = self.process.slow_slip
+            self._slow_slip[0] = min(slow, 1.0) if self._clearance_is_wide else slow
+        status, self.evaluations, self.pieces = prediction.predict_contact(
+            self._memory, self._dy, self._slopes, dt
+        )
+        refused, inaccurate = self._attempts.tolist()
+        self.refused, self.inaccurate = int(refused), int(inaccurate)
+        return status
+
+    def _ramp_over(self, dt):
+        """Say which share of the wrench's interval this is; intervals are much alike."""
+        interval = self._held_before
+        if interval > 0.0:
+            begin = min((self._held - dt) / interval, 1.0)
+            end = min(self._held / interval, 1.0)
+            # Stamps are in whole nanoseconds, and jitter.
+            self._ramp[6:] = begin, (1.0 if end > NEARLY_ALL else end)
+
+    def _learn_from_balance(self, dt) -> bool:
+        stddev = self.options.acceleration_stddev
+        return learn_from_balance(self._memory, self._dy, dt, stddev)
+
+    def _begin(self, learnt: bool):
+        """Take note of what a prediction starts from; learnt: balance has just changed it."""
+
+    @property
+    def tells_friction(self) -> bool:
+        """Whether friction was learnt in the last correction, if it is learnt at all."""
+        return self._sliding.item(0) > 0.0
+
+    def doubt(self) -> bool:
+        """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
+        learnt = self.spread.item(0) < self._known[0]
+        if learnt:
+            take_friction(self._memory, self.scalars.f, self._known[0])
+        return learnt
+
+    @property
+    def friction_is_open(self) -> bool:
+        """Whether friction is to be learnt, and hardly has been."""
+        learns = self.options.friction == "estimated" and self.model.rung == DYNAMIC
+        return learns and self.spread.item(0) > HARDLY_LEARNT * self._known[0] > 0.0
+
+    def seek_friction(self, q, R):
+        """
+        Start from an orientation q [rad] with covariance R; seek friction below the stated one.
+
+        More friction holds a peg more only up to some coefficient, and beyond less, since it
+        relieves the contacts: one motion fits two coefficients. From above the estimate may run
+        to the greater, with which in the end a contact would pull; from below it finds the lower.
+        """
+        friction = low_friction(self.scalars.f, self._known[0])
+        take_friction(self._memory, friction, self._known[0])
+        self.start(q, R)
+
+    def correct(self, q, R) -> tuple[Correction, float]:
+        """
+        Correct with an orientation.
+
+        Parameters
+        ----------
+        q : ndarray, shape (3,)
+            gamma, psi, phi [rad]; psi and phi may be off by turns.
+        R : ndarray, shape (3, 3)
+            Covariance [rad^2].
+
+        Returns
+        -------
+        Correction
+        nis : float
+            Normalised innovation squared before any widening, 3 degrees of freedom.
+
+        """
+        options = self.options
+        self._R[:] = R
+        nis = self._innovation(q)
+        if self._bridged.item():
+            adapt_rate_noise(self._memory, nis)
+        result, after = Correction.USED, nis
+        if not isfinite(nis):
+            # A covariance that has lost its meaning is not to be corrected, nor to leave.
+            self.start(q, R)
+            return Correction.RESET, nis
+        if not nis <= options.inflation_threshold:
+            self._widen(nis / 3.0 - 1.0)
+            after = self._innovation(q)
+            result = Correction.INFLATED
+        if not after <= options.gate_threshold:
+            self._refused += 1
+            if self._refused <= options.gate_reset_count:
+                return Correction.GATED, nis
+            self.start(q, R)
+            return Correction.RESET, nis
+        self._refused = 0
+        self._interval[:] = self._since_correction
+        self._update()
+        follow_acceleration(self._memory, self._interval.item())
+        self._sliding[1] = 0.0
+        self._keep_least_clearance()
+        return result, nis
+
+    def last_innovation(self) -> tuple[list[float], list[float]]:
+        """Return the last innovation, 3 values, and the lower root of its covariance, by rows."""
+        l = part(self._memory, "S").tolist()
+        root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
+        return part(self._memory, "RESIDUAL").tolist(), root
+
+    def white_innovation(self) -> tuple[float, float, float]:
+        """Return the last innovation over the lower root of its covariance."""
+        return correction.white_innovation(self._memory)
+
+    def _innovation(self, q):
+        return correction.innovation(self._memory, q)
+
+    def _widen(self, factor):
+        self._widen_rates(factor)
+        if self._learns_clearance:
+            # Friction that has changed is not to be taken for another clearance.
+            self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
+
+    def _widen_rates(self, factor):
+        correction.widen_rates(self._memory, self._since_correction.item(), factor)
+
+    def _widen_parameters(self, friction, diameter):
+        """Add to the variances of friction and of the peg diameter; nothing below zero."""
+        self.spread[0, 0] += max(friction, 0.0)
+        self.spread[1, 1] += max(diameter, 0.0)
+
+    @property
+    def _keeps_sliding(self):
+        return self._learns_clearance
+
+    @property
+    def _learns_clearance(self):
+        return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
+
+    def _keep_least_clearance(self):
+        if self._learns_clearance:
+            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+            self._widen_parameters(0.0, least - self.spread.item(3))
+
+    @property
+    def _clearance_is_wide(self):
+        return self._learns_clearance and (
+            self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1]
+        )
+
+    def _update(self):
+        correction.correct(self._memory)
+
+    def mark(self, t_ns: int):
+        """Take note of a stamp [ns] that the estimate has come to; a smoother does."""
+
+    def react(self) -> float:
+        """Fill the memory with the reactions; return the determinant, NaN where there are none."""
+        if self.model.rung < DYNAMIC:
+            return self.model.react(self._dy)
+        return react(self._memory, self._dy, self.options.acceleration_stddev)
+
+    def reactions(self) -> "Reactions | None":
+        """Return the reactions of three-point contact; None where the equations have none."""
+        determinant = self.react()
+        if determinant != determinant:
+            return None
+        # Rounding can leave a variance a little below zero where the equations are near singular.
+        stddev = tuple(sqrt(max(variance, 0.0)) for variance in self._normal_variance.tolist())
+        return Reactions(tuple(self._normal.tolist()), stddev, determinant)
+
+    def rim_load(self) -> tuple[float, float]:
+        """Return the sizes of the force [N] and the couple [N m] that the rim carries."""
+        return rim_load(self._memory)
+
+    def describe(self, on_contacts: bool, wide: float) -> Description:
+        """Return the estimate with the last reactions if on_contacts, and else without any."""
+        return description(self._memory, self._peg_height, on_contacts, wide)

@@ -1,0 +1,1 @@
+"""The compiled kernel: scalar code that works in one flat memory."""

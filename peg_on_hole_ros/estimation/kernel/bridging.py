@@ -1,0 +1,148 @@
+"""Prediction where no step is to be relied on: constant rates, which follow innovations."""
+
+from math import exp, isfinite, log, sqrt
+
+from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density
+from peg_on_hole_ros.estimation.kernel.correction import white_innovation
+from peg_on_hole_ros.estimation.kernel.memory import (
+    BRIDGED,
+    LEAN,
+    RATE_NOISE,
+    SCALES,
+    SPREAD,
+    WITHOUT_STEP,
+    X,
+    Z,
+    process_of,
+)
+from peg_on_hole_ros.estimation.kernel.prediction import predict_free
+from peg_on_hole_ros.estimation.kernel.slip import bridged_scales
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
+
+# How fast the rates' random walk follows the innovations: in so many of them by a factor of e
+# where they are half as large again as stated.
+ADAPTATION = 0.1
+# How fast it follows their mean, squared: rates that change make innovations lean one way long
+# before any one of them surprises.
+LEANING = 0.05
+# That mean is over so many of them.
+LEANT_OVER = 10.0
+# One innovation squared counts as this much at most, over its expectation.
+MOST_SURPRISE = 5.0
+# Rates of up to so much [rad/s] walk by what is configured at least; faster ones change by more
+# within a time. A walk that lets a steady change of the rates lag by no more than what is stated
+# of them grows with the 4/5 power of that change.
+SLOW_RATES = 0.2
+GROWS = 0.8
+# The tilt's rate walks by this share of it: a peg that hardly closes may turn a lot.
+TILT_WALK = 0.5
+# A held peg turns round from 60 rad/s^2 to its opposite within a millisecond at most
+# [rad/s^1.5].
+MOST_RATE_NOISE = 3.0
+# Where there is no step for longer than this [s], it is not one wrench: the peg may turn round.
+ONE_WRENCH = 0.0025
+
+
+@compiled
+def bridge(m, slopes, dt):
+    """
+    Predict over dt at constant rates, uncertain by RATE_NOISE and by how they changed of late.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory; SCALES is filled for the reactions.
+    slopes : ndarray, shape (3 or more, 14)
+        Scratch.
+    dt : float
+        [s].
+
+    """
+    _bridge(m, slopes, dt, m[RATE_NOISE])
+    bridged_scales(scene_of(m), m, process_of(m).slip_widening)
+
+
+@compiled
+def bridge_without_step(m, slopes, dt, least):
+    """
+    Predict so where the equations have no step, as under a wrench that noise has moved there.
+
+    For a moment that tells nothing of how the rates change; after ONE_WRENCH the walk lasts.
+
+    Parameters
+    ----------
+    m, slopes, dt
+        As for `bridge`; the time is added to WITHOUT_STEP.
+    least : float
+        Least random walk of the rates [rad/s^1.5].
+
+    """
+    m[WITHOUT_STEP] += dt
+    for i in range(3):
+        m[SCALES + i] = process_of(m).slip_velocity_scale
+    noise = max(m[RATE_NOISE], least)
+    if m[WITHOUT_STEP] > ONE_WRENCH:
+        m[RATE_NOISE] = noise
+    _bridge(m, slopes, dt, noise)
+
+
+@inlined
+def walk_density(m, noise, i):
+    """Return how a rate may wander that is bridged, and how it did of late [rad^2/s^3]."""
+    walk = TILT_WALK * noise if i == 0 else noise
+    return walk * walk + bridged_density(m, i)
+
+
+@inlined
+def _bridge(m, slopes, dt, noise):
+    m[BRIDGED] = 1.0
+    predict_free(m, slopes, dt, 0.0)
+    for i in range(3):
+        # As `carry` adds a random walk.
+        more, at = dt * walk_density(m, noise, i), Z + 13 * i
+        m[at] += dt * dt * more
+        m[at + 3] += dt * more
+        m[at + 36] += dt * more
+        m[at + 39] += more
+
+
+@compiled
+def adapt_rate_noise(m, nis):
+    """
+    Let the rates' random walk follow an innovation after `bridge`.
+
+    At constant rates the innovations alone tell how much a peg accelerates: by their size, and by
+    how they lean. With each, the random walk grows and falls by exp(ADAPTATION (nis / 3 - 1) +
+    LEANING (lean - 1)), where lean is the square of their white mean over its expectation. It
+    falls no lower than is configured for rates like these: innovations tell of a slow change too
+    late.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory, with the innovation and its root at RESIDUAL and S.
+    nis : float
+        Its square.
+
+    """
+    # One that is no number surprises most, and the random walk stays one.
+    surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
+    if isfinite(nis):
+        w0, w1, w2 = white_innovation(m)
+        # One far off counts as one that surprises most.
+        limit = sqrt(min(1.0, 3.0 * MOST_SURPRISE / max(nis, 1e-300)))
+        m[LEAN] += (limit * w0 - m[LEAN]) / LEANT_OVER
+        m[LEAN + 1] += (limit * w1 - m[LEAN + 1]) / LEANT_OVER
+        m[LEAN + 2] += (limit * w2 - m[LEAN + 2]) / LEANT_OVER
+    square = m[LEAN] * m[LEAN] + m[LEAN + 1] * m[LEAN + 1] + m[LEAN + 2] * m[LEAN + 2]
+    lean = min(square * (2.0 * LEANT_OVER - 1.0) / 3.0, MOST_SURPRISE)
+    grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (lean - 1.0))
+    faster = 0.0
+    for i in range(3):
+        # Less what noise makes of it in the mean.
+        faster += m[X + 3 + i] * m[X + 3 + i] - m[Z + 39 + 13 * i]
+    faster /= SLOW_RATES * SLOW_RATES
+    # Beside an uncertain clearance steps are believed again soon, and such bounds alarm falsely.
+    grows = 0.5 * GROWS * log(faster) if faster > 1.0 and m[SPREAD + 3] == 0.0 else 0.0
+    least = process_of(m).slow_rate_noise * exp(grows)
+    m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)

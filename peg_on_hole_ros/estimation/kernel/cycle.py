@@ -1,0 +1,64 @@
+"""What a filter does from one wrench to the next, for compiled loops; see `ContactFilter`."""
+
+from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
+from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
+from peg_on_hole_ros.estimation.kernel.bridging import (
+    adapt_rate_noise,
+    bridge,
+    bridge_without_step,
+)
+from peg_on_hole_ros.estimation.kernel.correction import correct
+from peg_on_hole_ros.estimation.kernel.memory import (
+    BRIDGED,
+    INTERVAL,
+    SINCE_CORRECTION,
+    SLOW,
+    WITHOUT_STEP,
+)
+from peg_on_hole_ros.estimation.kernel.prediction import SLOW_SLIP, predict_contact
+from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+
+@compiled
+def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
+    """
+    Learn from balance, predict under contact; without a step to rely on, bridge the interval.
+
+    Parameters
+    ----------
+    m, dy, slopes, dt
+        As for `prediction.predict_contact`.
+    acceleration_stddev : float
+        See `balance.learn_from_balance` [rad/s^2].
+    free_rate_noise : float
+        Least random walk of the rates where the contact equations give no step [rad/s^1.5].
+
+    Returns
+    -------
+    status, evaluations : int
+        As of `prediction.predict_contact`.
+
+    """
+    learn_from_balance(m, dy, dt, acceleration_stddev)
+    m[SINCE_CORRECTION] += dt
+    status, evaluations, _ = predict_contact(m, dy, slopes, dt)
+    m[SLOW] = m[BRIDGED] = 0.0
+    if status != CONVERGED and status != SLOW_SLIP:
+        bridge_without_step(m, slopes, dt, free_rate_noise)
+        return status, evaluations
+    m[WITHOUT_STEP] = 0.0
+    if status == SLOW_SLIP:
+        m[SLOW] = 1.0
+        bridge(m, slopes, dt)
+    return status, evaluations
+
+
+@compiled
+def correct_and_follow(m, nis, dt):
+    """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
+    if m[BRIDGED] > 0.0:
+        adapt_rate_noise(m, nis)
+    m[INTERVAL] = dt
+    correct(m)
+    follow_acceleration(m, dt)

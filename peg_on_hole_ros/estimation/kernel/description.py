@@ -1,0 +1,108 @@
+"""Everything that one estimate says of state, contacts and pose, filled by one compiled call."""
+
+from math import ceil, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.kernel.memory import REACTIONS, SPEEDS, X, Z
+from peg_on_hole_ros.estimation.kernel.pose import fill_pose
+from peg_on_hole_ros.estimation.kernel.pushing import fill_pushing
+from peg_on_hole_ros.estimation.kernel.reactions import contact_forces, tilt_on_contacts
+from peg_on_hole_ros.estimation.kernel.slip import slip
+from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
+
+
+class Description(NamedTuple):
+    """
+    An estimate in the arrays of `records.Outputs`, see there; all are views of one array.
+
+    Attributes
+    ----------
+    state : ndarray, shape (6,)
+    state_covariance : ndarray, shape (6, 6)
+    normal, normal_stddev : ndarray, shape (3,)
+    slip_speed, slip_speed_stddev : ndarray, shape (3,)
+    contact_force, contact_point : ndarray, shape (3, 3)
+    position : ndarray, shape (3,)
+    rotation : ndarray, shape (3, 3)
+    pose_covariance : ndarray, shape (6, 6)
+
+    """
+
+    state: np.ndarray
+    state_covariance: np.ndarray
+    normal: np.ndarray
+    normal_stddev: np.ndarray
+    slip_speed: np.ndarray
+    slip_speed_stddev: np.ndarray
+    contact_force: np.ndarray
+    contact_point: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+    pose_covariance: np.ndarray
+
+
+# Places of the attributes in the one array, in their order.
+_COVARIANCE, _NORMAL, _STDDEV, _SLIP, _SLIP_STDDEV = 6, 42, 45, 48, 51
+_FORCE, _POINT, _POSITION, _ROTATION, _POSE = 54, 63, 72, 75, 84
+_SIZE = 120
+
+
+def description(memory, peg_height: float, on_contacts: bool, wide: float) -> Description:
+    """
+    Return the description of the estimate in a filter's memory.
+
+    Parameters
+    ----------
+    memory : ndarray
+        After `reactions.react`.
+    peg_height : float
+        H [m].
+    on_contacts : bool
+        Whether the peg rests on three contacts with the reactions that were found; otherwise they
+        are zero and the peg's place is free.
+    wide : float
+        Standard deviation of the reactions then [N].
+
+    """
+    out = np.empty(_SIZE)
+    describe(memory, peg_height, on_contacts, wide, out)
+    return Description(
+        out[:6],
+        out[6:42].reshape(6, 6),
+        out[42:45],
+        out[45:48],
+        out[48:51],
+        out[51:54],
+        out[54:63].reshape(3, 3),
+        out[63:72].reshape(3, 3),
+        out[72:75],
+        out[75:84].reshape(3, 3),
+        out[84:].reshape(6, 6),
+    )
+
+
+@compiled
+def describe(m, peg_height, on_contacts, wide, out):
+    """Fill in the array of `description`."""
+    p = scene_of(m)
+    for i in range(6):
+        out[i] = m[X + i]
+        for j in range(6):
+            out[_COVARIANCE + 6 * i + j] = m[Z + 12 * i + j]
+    for i in range(1, 3):
+        out[i] -= 2.0 * pi * ceil((out[i] - pi) / (2.0 * pi))
+    tilt = tilt_on_contacts(p, m[X])
+    slip(p, m, tilt)
+    for i in range(3):
+        # Rounding can leave a variance a little below zero where the equations are near singular.
+        stddev = sqrt(max(m[REACTIONS + 21 + 7 * i], 0.0))
+        out[_NORMAL + i] = 0.0
+        out[_STDDEV + i] = stddev if on_contacts else wide
+        out[_SLIP + i] = m[SPEEDS + 2 * i]
+        out[_SLIP_STDDEV + i] = sqrt(max(m[SPEEDS + 2 * i + 1], 0.0))
+    if on_contacts:
+        fill_pushing(m, out, _NORMAL)
+    contact_forces(p, m, tilt, out, _NORMAL, _FORCE, _POINT)
+    fill_pose(p, m, peg_height, not on_contacts, out, _POSITION, _ROTATION, _POSE)

@@ -1,0 +1,100 @@
+"""A friction coefficient that does not fit: taken as stated again, or sought below."""
+
+from math import sqrt
+
+from peg_on_hole_ros.estimation.kernel.memory import (
+    CROSS,
+    OFFSET_SPREAD,
+    OFFSETS,
+    OUT_OF_BALANCE,
+    SCENE,
+    SLIDING,
+    SPREAD,
+    SURPRISE,
+)
+from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
+from peg_on_hole_ros.estimation.kernel.reactions import SURPRISE_LIMIT, react
+
+# Without a step, and with forces that hold no peg at it, for longer than this [s] a friction
+# coefficient is not what it was learnt to be. For less it is noise in the wrench.
+LEARNT_WRONG = 0.02
+# In this time after that [s] all that was learnt of it is forgotten.
+FORGET_FRICTION = 0.02
+# In the same time, a coefficient that leaves no step is sought by this many of its standard
+# deviations below the stated one; so is, at once, one with which a contact would pull.
+SEEK_FRICTION = 2.0
+# Share of its stated variance that friction gets back with each surprise.
+SURPRISED = 0.5
+# Friction that is known to no less than this share of its stated variance has not been learnt,
+NOT_LEARNT = 0.9
+# and to no less than this share it is not yet known on which side of the stated one it lies.
+HARDLY_LEARNT = 0.5
+
+
+def take_friction(m, value: float, variance: float):
+    """Take friction for a value that has nothing to do with what else is in the memory m."""
+    m[SCENE + 7] = value
+    m[CROSS : CROSS + 12] = 0.0
+    m[SPREAD], m[SPREAD + 1], m[SPREAD + 2] = variance, 0.0, 0.0
+    for k in range(int(m[OFFSETS]), int(m[OFFSETS + 1])):
+        m[OFFSET_SPREAD + 10 * k] = 0.0
+
+
+def hold_peg(m, dy, acceleration_stddev) -> bool:
+    """
+    Return whether forces may be those of a held peg at the friction coefficient as it is.
+
+    Where friction leaves rigid motion no stable solution, noise in the wrench leaves no step for
+    as long as the peg is there, though it is held, and its coefficient right: forces then balance.
+
+    Parameters
+    ----------
+    m, dy, acceleration_stddev
+        As for `reactions.react`, after a prediction that found no step; reactions are filled.
+
+    """
+    determinant = react(m, dy, acceleration_stddev)
+    return determinant == determinant and m.item(SURPRISE) <= SURPRISE_LIMIT
+
+
+def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bool, fits: bool):
+    """
+    Give friction its spread back: no step at its value, and a wrong one leaves none either.
+
+    A peg that surely slides where its friction would wedge it has less of it: as long as friction
+    is not known, it is then sought below. From there it is learnt; from above, where the
+    equations have no solution, it never would be.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory, after a prediction that found no step.
+    stated, variance : float
+        Friction as it was stated.
+    dt : float
+        Time of that prediction [s].
+    patient : bool
+        Whether noise in the wrench is to blame at first; what is not learnt is sought at once.
+    fits : bool
+        Whether forces are those of a held peg at its value.
+
+    """
+    m[OUT_OF_BALANCE] = 0.0 if fits else m.item(OUT_OF_BALANCE) + dt
+    if not patient or m.item(OUT_OF_BALANCE) > LEARNT_WRONG:
+        m[SPREAD] = min(m.item(SPREAD) + variance * dt / FORGET_FRICTION, variance)
+    if m.item(SLIDING) > 0.0 and m.item(SPREAD) > NOT_LEARNT * variance > 0.0:
+        lowest = low_friction(stated, variance)
+        now = m.item(SCENE + 7)
+        if now > lowest:
+            lower = now - sqrt(variance) * SEEK_FRICTION * dt / FORGET_FRICTION
+            take_friction(m, max(lower, lowest), m.item(SPREAD))
+
+
+def low_friction(stated: float, variance: float) -> float:
+    """Return the coefficient from which one that is sought below the stated one is learnt."""
+    return max(stated - SEEK_FRICTION * sqrt(variance), LEAST_FRICTION)
+
+
+def regained_by_surprise(m, variance: float) -> float:
+    """Return how much variance a surprise gives back to friction, of that which was stated."""
+    return max(min(SURPRISED * variance, variance - m.item(SPREAD)), 0.0)

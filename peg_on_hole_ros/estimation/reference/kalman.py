@@ -1,0 +1,317 @@
+"""The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
+
+from contextlib import contextmanager
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter
+
+from peg_on_hole_ros.estimation.kernel.acceleration import FOLLOWED
+from peg_on_hole_ros.estimation.kernel.bridging import (
+    ADAPTATION,
+    GROWS,
+    LEANING,
+    LEANT_OVER,
+    MOST_RATE_NOISE,
+    MOST_SURPRISE,
+    ONE_WRENCH,
+    SLOW_RATES,
+    TILT_WALK,
+)
+from peg_on_hole_ros.estimation.kernel.held_wrench import AT_ANY_TIME, JUMP_LIMIT
+from peg_on_hole_ros.estimation.kernel.parameters import (
+    learning_share,
+    learnt_variance,
+    tells_diameter,
+)
+from peg_on_hole_ros.estimation.kernel.prediction import SELECTED, SELECTED_OVER, SURELY
+from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
+from peg_on_hole_ros.estimation.reference.balance import correct_by_balance, turned_scales
+from peg_on_hole_ros.estimation.reference.reactions import reactions
+from peg_on_hole_ros.estimation.reference.steps import (
+    DIAMETER,
+    FRICTION,
+    RATES,
+    SIZE,
+    STATE,
+    WRENCH,
+    implicit_euler,
+    second_order,
+    with_parameters,
+)
+from peg_on_hole_ros.estimation.steps.second_order import SHARE
+from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
+
+
+def _random_walk_exact(density, h, size):
+    """Return the covariance that a random walk of the rates adds over a time."""
+    Q = np.zeros((size, size))
+    for i in range(3):
+        Q[np.ix_([i, 3 + i], [i, 3 + i])] = [[h**3 / 3, h**2 / 2], [h**2 / 2, h]]
+    return density * Q
+
+
+def _random_walk(density, h, size):
+    """Return what a random walk of the rates, of density () or (3,), adds in an implicit step."""
+    # The implicit step moves the angle with the rate at its end.
+    carried = np.zeros((size, 3))
+    carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
+    return h * carried * density @ carried.T
+
+
+class ReferenceFilter(ExtendedKalmanFilter):
+    """
+    The contact filter as one of 14 states.
+
+    The held wrench is six of them, which restart with each wrench; friction and peg diameter are
+    the last two, learnt where their variance is not zero. What `ContactFilter` does about
+    parameters that are only considered, surprises and limits of what is learnt is not here.
+
+    Parameters
+    ----------
+    scene : Scene
+    process : estimation.kernel.process.Process
+    wrench_noise : ndarray, shape (6, 6)
+
+    """
+
+    def __init__(self, scene, process, wrench_noise, size=SIZE):
+        super().__init__(dim_x=size, dim_z=3)
+        self.scene = scene
+        self.process = process
+        self.wrench_noise = wrench_noise
+        self.change = np.zeros(6)
+        self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
+        self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
+        self.scales = np.full(3, process.slip_velocity_scale)
+        self.across = np.zeros(3)
+        self.sliding = self.slow = self.bridged = False
+        self.stopped = self.without_step = 0.0
+        self.rate_noise, self.lean = process.slow_rate_noise, np.zeros(3)
+        self.balance = None
+        self.x = np.zeros(size)
+        self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
+
+    def hold(self, u):
+        """Hold a new wrench."""
+        before, self.change = self.change, u - self.x[WRENCH]
+        size, new = self._size(self.change), self._size(self.change - before)
+        # Two noises differ by twice the covariance of one. Before the first wrench there is none.
+        share = max(0.0, 1 - 2 * JUMP_LIMIT / size) if self.x[WRENCH].any() and size > 0 else 0.0
+        self.ramp = self.process.wrench_jump * np.sqrt(share) * self.change
+        # A change that goes on as before is a ramp; of what is new the time is not known.
+        self.jump = np.sqrt(AT_ANY_TIME * (new / size if new < size else 1.0)) * self.ramp
+        self.ramp_shares = 0.0, 1.0
+        self.x[WRENCH] = u
+        self.P[WRENCH, :] = self.P[:, WRENCH] = 0
+        self.P[WRENCH, WRENCH] = self.wrench_noise
+
+    def _size(self, change):
+        return change @ np.linalg.solve(self.wrench_noise, change)
+
+    def predict_contact(self, dt, pieces=1):
+        """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
+        self.slow, self.bridged, self.without_step = False, False, 0.0
+        self.since_correction += dt
+        smallest = self.process.slip_velocity_scale
+        speed, variance = self.slip()
+        self.sliding = bool((speed**2 >= variance).all())
+        self.scales = self.friction_scales()
+        h = dt / pieces
+        for piece in range(pieces):
+            if self.ramp.any():
+                end, stage = self._on_ramp(piece + 1, pieces), self._on_ramp(piece + SHARE, pieces)
+                full = np.concatenate([self.x[STATE], end, self.x[FRICTION:SIZE]])
+                x1, F = second_order(self.scene, full, stage, h, self.scales)
+                self.Q = _random_walk_exact(self.process.rate_density, h, self.dim_x)
+            else:
+                x1, F = implicit_euler(self.scene, self.x[:SIZE], h, self.scales)
+                self.Q = _random_walk(self.process.rate_density, h, self.dim_x)
+            self._motion = x1
+            self.F = np.eye(self.dim_x)
+            self.F[STATE, :SIZE] = F
+            self.predict()
+        end, end_variance = self.slip()
+        kept = (speed**2 > SURELY**2 * variance) & (end**2 > SURELY**2 * end_variance)
+        surely = (kept & (end > 0.5 * speed)).any()
+        self.stopped *= 0.0 if surely else 1 - min(dt / SELECTED_OVER, 1.0)
+        selected = self.stopped > SELECTED and self.P[DIAMETER, DIAMETER] == 0
+        self.sliding = self.sliding and not selected
+        jumped = pieces * F[:, WRENCH] @ self.jump
+        self.P[STATE, STATE] += np.outer(jumped, jumped)
+        stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
+        creep = (2 * smallest / self.scene.hole_diameter) ** 2 * stuck
+        self.P[range(3), range(3)] += creep * self.process.creep_time * dt
+        if self.P[FRICTION, FRICTION] > 0:
+            self.P[FRICTION, FRICTION] += self.process.friction_density * dt
+
+    def _on_ramp(self, step, steps):
+        begin, end = self.ramp_shares
+        return self.x[WRENCH] - (1 - begin - (end - begin) * step / steps) * self.ramp
+
+    def friction_scales(self):
+        """Return the velocity scales of friction, wide where the slip may be zero [m/s]."""
+        smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
+        speed, variance = self.slip()
+        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
+        return np.sqrt(smallest**2 + widening**2 * variance * near)
+
+    def bridged_scales(self):
+        """Return them where no step is taken: as small as a slip turned sideways lets them be."""
+        speed, variance, self.across = self.slip_all_ways()
+        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
+        return np.sqrt(
+            turned_scales(self.across) ** 2 + self.process.slip_widening**2 * variance * near
+        )
+
+    def predict_slow(self, dt):
+        """Predict as if free: a slip is not told from none."""
+        self._bridge(dt, self.rate_noise)
+        self.scales, self.slow = self.bridged_scales(), True
+        self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
+
+    def predict_without_step(self, dt, rate_noise):
+        """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
+        noise, lasted = max(self.rate_noise, rate_noise), self.without_step + dt
+        if lasted > ONE_WRENCH:
+            self.rate_noise = noise
+        self._bridge(dt, noise)
+        self.without_step = lasted
+
+    def _bridge(self, dt, rate_noise):
+        walk = rate_noise * np.array([TILT_WALK, 1.0, 1.0])
+        self.predict_free(dt, np.sqrt(walk**2 + FOLLOWED * self.acceleration.mean**2))
+        self.bridged = True
+
+    def learn_from_balance(self, dt, acceleration_stddev):
+        """
+        Correct, before a prediction, by how a held peg accelerates [rad/s^2].
+
+        Friction, and where the last interval was bridged also angles and rates. The wrench is
+        measured at the end of its interval: the angles are taken there.
+        """
+        moved = dt * self.x[RATES]
+        self.x[:3] += moved
+        correct_by_balance(self, dt, acceleration_stddev)
+        self.x[:3] -= moved
+
+    def predict_free(self, dt, rate_noise):
+        """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
+        self.slow = self.bridged = self.sliding = False
+        self.without_step = 0.0
+        self.since_correction += dt
+        self.scales = np.full(3, self.process.slip_velocity_scale)
+        self.F = np.eye(self.dim_x)
+        self.F[range(3), range(3, 6)] = dt
+        self._motion = (self.F @ self.x)[STATE]
+        self.Q = _random_walk(rate_noise**2, dt, self.dim_x)
+        self.predict()
+
+    def predict_x(self, u=0):
+        """Put the implicit step where filterpy puts F x."""
+        self.x = np.concatenate([self._motion, self.x[6:]])
+
+    def measured(self):
+        """Return the derivatives of the measured angles."""
+        return np.eye(self.dim_x)[:3]
+
+    def correct(self, q, R):
+        """
+        Correct with an orientation q [rad] of covariance R by filterpy's update.
+
+        Friction and peg diameter are only considered where the peg may not slide (Schmidt's
+        filter), a diameter also where little tells of it, and on a ridge they are learnt with a
+        share of the gain.
+        """
+        H = self.measured()
+        self.adapt(q - self.x[:3], self.P[:3, :3] + R)
+        shares = self.learning_shares(R)
+        with self.bent_friction():
+            if (shares == 1.0).all():
+                self.update(q, lambda x: H, lambda x: x[:3], R=R)
+            else:
+                self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
+        self.follow_acceleration()
+
+    def follow_acceleration(self):
+        """Let the acceleration follow the rates after a correction."""
+        self.acceleration.follow(self.x[RATES], self.since_correction)
+        self.since_correction = 0.0
+
+    @contextmanager
+    def bent_friction(self):
+        """Leave friction known no better than a tangent that moved it so far can tell."""
+        value, before = self.x[FRICTION], self.P[FRICTION, FRICTION]
+        yield
+        after, moved = self.P[FRICTION, FRICTION], self.x[FRICTION] - value
+        self.P[FRICTION, FRICTION] = learnt_variance(after, before, moved)
+
+    def learning_shares(self, R):
+        """Return the shares of the gain with which friction and peg diameter are learnt."""
+        (ff, fd), (_, dd) = self.P[FRICTION:SIZE, FRICTION:SIZE]
+        share = learning_share(ff, fd, dd) if self.sliding else 0.0
+        seen = self.P[DIAMETER, :3]
+        told = seen @ np.linalg.solve(self.P[:3, :3] + R, seen)
+        tells = dd == 0.0 or tells_diameter(dd, told, self.since_correction)
+        return np.array([share, share if tells else 0.0])
+
+    def update_in_part(self, q, H, R, share):
+        """Update with a share of each gain, shape (14 or more,), in Joseph's form."""
+        # filterpy has no gain but the optimal one.
+        K = share[:, None] * (self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R))
+        self.x = self.x + K @ (q - self.x[:3])
+        left = np.eye(self.dim_x) - K @ H
+        self.P = left @ self.P @ left.T + K @ R @ K.T
+
+    def adapt(self, residual, covariance):
+        """Let the random walk at constant rates follow an innovation."""
+        if self.bridged:
+            white = np.linalg.solve(np.linalg.cholesky(covariance), residual)
+            surprise = min(white @ white / 3, MOST_SURPRISE)
+            white *= min(1.0, np.sqrt(3 * MOST_SURPRISE / max(white @ white, 1e-300)))
+            self.lean += (white - self.lean) / LEANT_OVER
+            lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
+            growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
+            square = self.x[RATES] @ self.x[RATES] - np.trace(self.P[RATES, RATES])
+            known = self.P[DIAMETER, DIAMETER] == 0
+            faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES if known else 1.0
+            least = self.process.slow_rate_noise * faster**GROWS
+            self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
+
+    def _velocities(self):
+        here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
+        g = contact_geometry(here, self.x[0])
+        J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
+        return J, J @ self.x[RATES]
+
+    @staticmethod
+    def _along(J, v, speed):
+        # At rest no direction is along the slip: no variance then.
+        slopes = np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)])
+        return slopes / np.maximum(speed, 1e-300)[:, None]
+
+    def slip_all_ways(self):
+        """
+        Return speed, and its variance along and across the slip, friction left out.
+
+        And the part across by itself.
+        """
+        J, v = self._velocities()
+        P = self.P[RATES, RATES]
+        if self.P[FRICTION, FRICTION] > 0:
+            shared = self.P[RATES, FRICTION]
+            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
+        speed, variance = np.linalg.norm(v, axis=1), np.array([np.trace(A @ P @ A.T) for A in J])
+        along = self._along(J, v, speed)
+        across = np.maximum(variance - np.einsum("ij,jk,ik->i", along, P, along), 0.0)
+        return speed, variance, across
+
+    def slip(self):
+        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
+        J, v = self._velocities()
+        speed = np.linalg.norm(v, axis=1)
+        along = self._along(J, v, speed)
+        return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
+
+    def reactions(self, acceleration_stddev):
+        """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""
+        return reactions(self, acceleration_stddev)

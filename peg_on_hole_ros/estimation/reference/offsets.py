@@ -1,0 +1,100 @@
+"""The reference filter with bias and hole tilt as further states of filterpy's."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import expm
+
+from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL, SPREADS, Offsets
+from peg_on_hole_ros.estimation.measurement import angles_of, skew
+from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
+from peg_on_hole_ros.estimation.reference.steps import FRICTION, SIZE, WRENCH, with_parameters
+from peg_on_hole_ros.mechanics.reference import peg_axes
+
+BIAS, TILT, ALL = slice(SIZE, SIZE + 6), slice(SIZE + 6, SIZE + 8), SIZE + 8
+
+
+def turning_axes(q):
+    """Return the axes about which gamma, psi and phi turn, as columns, hole axes, shape (3, 3)."""
+    R_HP = peg_axes(q)
+    return np.column_stack([[np.sin(q[1]), -np.cos(q[1]), 0.0], [0.0, 0.0, 1.0], R_HP[:, 2]])
+
+
+class OffsetReference(ReferenceFilter):
+    """
+    The contact filter as one of 22 states: bias (6) and tilt (2) are the last.
+
+    Parameters
+    ----------
+    scene, process, wrench_noise
+        As for `ReferenceFilter`.
+    offsets : Offsets
+
+    """
+
+    def __init__(self, scene, process, wrench_noise, offsets: Offsets):
+        super().__init__(scene, process, wrench_noise, ALL)
+        self.offsets, self._gravity = offsets, np.array(scene.gravity)
+        self._given = np.zeros(6)
+        # In a step under contact since the last correction.
+        self.slid = False
+
+    @property
+    def R_SH(self):
+        """Axes of the hole as it is now taken to lie, in the configured ones."""
+        return expm(skew([*self.x[TILT], 0.0]))
+
+    def hold(self, u):
+        """Hold a new wrench: less the bias, and in error by the tilt of gravity."""
+        gravity_H = self.R_SH.T @ self._gravity
+        self.scene = replace(self.scene, gravity=tuple(gravity_H))
+        by_offsets = np.zeros((6, ALL))
+        by_offsets[:, BIAS] = self.offsets.load
+        # A vector that stands still turns by minus the tilt in the hole's axes.
+        turned = -np.cross(np.eye(3)[:2], gravity_H).T
+        by_offsets[:, TILT] = self.offsets.weight @ peg_axes(self.x[:3]).T @ turned
+        T = np.eye(ALL)
+        T[WRENCH] = by_offsets
+        bias = self.offsets.load @ self.x[BIAS]
+        self.x[WRENCH] = self._given + bias if self._given.any() else 0.0
+        self._given = u
+        super().hold(u + bias)
+        self.P = T @ self.P @ T.T
+        self.P[WRENCH, WRENCH] += self.wrench_noise
+
+    def predict_contact(self, dt, pieces=1):
+        """Predict, and remember whether all contacts slid."""
+        super().predict_contact(dt, pieces)
+        self.slid = self.sliding
+
+    def predict_slow(self, dt):
+        """Predict as if free; what a step before it tells of the offsets is not lost."""
+        super().predict_slow(dt)
+        self.sliding = self.slid
+
+    def in_hole_axes(self, q, R):
+        """Return an orientation and its covariance in the axes of the hole as it now lies."""
+        turned = angles_of(self.R_SH.T @ peg_axes(q))
+        by_angle = np.linalg.solve(turning_axes(turned), self.R_SH.T @ turning_axes(q))
+        return turned, by_angle @ R @ by_angle.T
+
+    def measured(self):
+        """Return the derivatives of the measured angles: a tilt turns them from the left."""
+        H = super().measured()
+        H[:, TILT] = np.linalg.inv(turning_axes(self.x[:3]))[:, :2]
+        return H
+
+    def correct(self, q, R):
+        """Correct with an orientation in the axes of the hole as it is now taken to lie."""
+        H = self.measured()
+        share = np.ones(ALL)
+        share[FRICTION:] = CAREFUL
+        share[BIAS] *= self.offsets.bias_learnt
+        share[TILT] *= self.offsets.tilt_learnt
+        gamma0 = with_parameters(self.scene, *self.x[FRICTION:SIZE]).gamma0
+        if not (self.sliding and self.x[0] - gamma0 > SPREADS * np.sqrt(self.P[0, 0])):
+            share[FRICTION:] = 0.0
+        self.adapt(q - self.x[:3], H @ self.P @ H.T + R)
+        self.update_in_part(q, H, R, share)
+        self.follow_acceleration()
+        self.slid = False

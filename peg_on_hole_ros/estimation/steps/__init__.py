@@ -1,0 +1,1 @@
+"""Integration steps of the six equations."""
