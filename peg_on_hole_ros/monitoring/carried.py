@@ -4,7 +4,7 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.memory import NOISE, U, X, Z
+from peg_on_hole_ros.estimation.kernel.memory import NOISE, RATES, U, X
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over
@@ -97,6 +97,6 @@ def carried_load(f, means, dt, time):
     # Contacts push; where they pull, by friction, they are squeezed, and a couple shows it.
     pull = max(s * means[_FORCE] + c * means[_FORCE + 2], 0.0)
     squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
-    rates = f[Z + 39] + s * s * f[Z + 52]
+    rates = f[RATES] + s * s * f[RATES + 13]
     turned = over_radius * p.Ie / time
     return sqrt(squares), means[_SHARE] * noise + turned * turned * rates

@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
     LEAN,
     RATE_NOISE,
+    RATES,
     SCALES,
     SPREAD,
     WITHOUT_STEP,
@@ -140,7 +141,7 @@ def adapt_rate_noise(m, nis):
     faster = 0.0
     for i in range(3):
         # Less what noise makes of it in the mean.
-        faster += m[X + 3 + i] * m[X + 3 + i] - m[Z + 39 + 13 * i]
+        faster += m[X + 3 + i] * m[X + 3 + i] - m[RATES + 13 * i]
     faster /= SLOW_RATES * SLOW_RATES
     # Beside an uncertain clearance steps are believed again soon, and such bounds alarm falsely.
     grows = 0.5 * GROWS * log(faster) if faster > 1.0 and m[SPREAD + 3] == 0.0 else 0.0

@@ -5,6 +5,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     OFFSET_CROSS,
     OFFSET_SPREAD,
     OFFSETS,
+    RATES,
     ROWS,
     WITH,
     Z,
@@ -39,7 +40,7 @@ def carry(m, slopes, h, rate_noise):
     for i in range(3):
         for j in range(6, 12):
             m[Z + 12 * i + j] += h * m[ROWS + 12 * i + j]
-            m[Z + 36 + 12 * i + j] = m[ROWS + 12 * i + j]
+            m[Z + 12 * (3 + i) + j] = m[ROWS + 12 * i + j]
     _mirror(m)
     if uncertain:
         for i in range(3):
@@ -54,7 +55,7 @@ def _mirror(m):
     for i in range(3):
         for j in range(i):
             m[Z + 12 * j + i] = m[Z + 12 * i + j]
-            m[Z + 39 + 12 * j + i] = m[Z + 39 + 12 * i + j]
+            m[RATES + 12 * j + i] = m[RATES + 12 * i + j]
         for j in range(3, 12):
             m[Z + 12 * j + i] = m[Z + 12 * i + j]
         for j in range(6, 12):
@@ -86,7 +87,7 @@ def carry_all(m, slopes, h, rate_noise):
         m[Z + 13 * i] += rate_noise * h * h * h / 3.0
         m[Z + 13 * i + 3] += 0.5 * rate_noise * h * h
         m[Z + 13 * i + 36] += 0.5 * rate_noise * h * h
-        m[Z + 13 * i + 39] += rate_noise * h
+        m[RATES + 13 * i] += rate_noise * h
 
 
 @inlined

@@ -5,6 +5,7 @@ from math import floor, pi, sqrt
 from peg_on_hole_ros.estimation.kernel.memory import (
     GAIN,
     JOSEPH,
+    RATES,
     RESIDUAL,
     SPREAD,
     R,
@@ -55,13 +56,13 @@ def widen_rates(m, dt, factor):
     """
     for i in range(3):
         for j in range(3):
-            added = factor * m[Z + 39 + 12 * i + j]
+            added = factor * m[RATES + 12 * i + j]
             m[Z + 12 * i + j] += dt * dt * added
-            m[Z + 36 + 12 * i + j] += dt * added
-            m[Z + 3 + 12 * i + j] += dt * added
+            m[Z + 12 * (3 + i) + j] += dt * added
+            m[Z + 12 * i + 3 + j] += dt * added
     for i in range(3):
         for j in range(3):
-            m[Z + 39 + 12 * i + j] *= 1.0 + factor
+            m[RATES + 12 * i + j] *= 1.0 + factor
 
 
 @compiled

@@ -91,6 +91,8 @@ def _places():
 
 _AT, SIZE = _places()
 SCENE, PROCESS, X, U, Z = (_AT[name] for name in ("SCENE", "PROCESS", "X", "U", "Z"))
+# The rates' own covariance within Z, in rows of 12: entry (i, j) at RATES + 12 i + j.
+RATES = Z + 39
 CROSS, SPREAD, LEARNT, SLIDING = (_AT[name] for name in ("CROSS", "SPREAD", "LEARNT", "SLIDING"))
 NOISE, SCALES, SPEEDS, X1, Y = (_AT[name] for name in ("NOISE", "SCALES", "SPEEDS", "X1", "Y"))
 SLOW, BRIDGED, WITHOUT_STEP, RATE_NOISE, FRICTION = (

@@ -150,9 +150,9 @@ def hold_offsets(m):
             total = 0.0
             for a in range(begin, end):
                 total += m[LOAD + 8 * i + a] * m[OFFSET_CROSS + 12 * a + 6 + j]
-            m[Z + 78 + 12 * i + j] += total
+            m[Z + 12 * (6 + i) + 6 + j] += total
             if i != j:
-                m[Z + 78 + 12 * j + i] += total
+                m[Z + 12 * (6 + j) + 6 + i] += total
 
 
 @compiled

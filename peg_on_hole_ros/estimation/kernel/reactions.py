@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     FRICTION,
     LASTING,
     POINTS,
+    RATES,
     REACTIONS,
     SCALES,
     SLOW,
@@ -16,7 +17,6 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     U,
     X,
     Y,
-    Z,
     covariance_entry,
     fill_lasting,
     times_covariance,
@@ -156,12 +156,12 @@ def solve_around(p, m):
 
     """
     x, u, scales, work = m[X : X + 6], m[U : U + 6], m[SCALES : SCALES + 3], m[WORK:]
-    a = sqrt(max(m[Z + 39], 0.0))
+    a = sqrt(max(m[RATES], 0.0))
     over = 1.0 / a if a > 0.0 else 0.0
-    b0, b1 = m[Z + 40] * over, m[Z + 41] * over
-    c = sqrt(max(m[Z + 52] - b0 * b0, 0.0))
-    e = (m[Z + 53] - b1 * b0) / c if c > 0.0 else 0.0
-    f = sqrt(max(m[Z + 65] - b1 * b1 - e * e, 0.0))
+    b0, b1 = m[RATES + 1] * over, m[RATES + 2] * over
+    c = sqrt(max(m[RATES + 13] - b0 * b0, 0.0))
+    e = (m[RATES + 14] - b1 * b0) / c if c > 0.0 else 0.0
+    f = sqrt(max(m[RATES + 26] - b1 * b1 - e * e, 0.0))
     pose = pose_of(p, x, u, work)
     for i in range(6):
         m[POINTS + i] = m[Y + i]

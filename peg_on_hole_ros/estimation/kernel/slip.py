@@ -5,11 +5,11 @@ from math import exp, sqrt
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACROSS,
     CROSS,
+    RATES,
     SCALES,
     SPEEDS,
     SPREAD,
     X,
-    Z,
 )
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, inlined
 
@@ -72,8 +72,8 @@ def slip(p, m, gamma):
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
-    z33, z44, z55 = m[Z + 39], m[Z + 52], m[Z + 65]
-    z34, z35, z45 = m[Z + 40], m[Z + 41], m[Z + 53]
+    z33, z44, z55 = m[RATES], m[RATES + 13], m[RATES + 26]
+    z34, z35, z45 = m[RATES + 1], m[RATES + 2], m[RATES + 14]
     for i in range(3):
         speed, d0, d1, d2 = along(p, geo, i, m[X + 3], m[X + 4], m[X + 5])
         # The rates' covariance through the velocity; the tilt's part is below it by |rate| * 1e-2.
@@ -94,12 +94,12 @@ def slip_all_ways(p, m, gamma):
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     c0, c1, c2 = m[CROSS + 3], m[CROSS + 4], m[CROSS + 5]
     over = 1.0 / m[SPREAD] if m[SPREAD] > 0.0 else 0.0
-    z33 = m[Z + 39] - c0 * c0 * over
-    z44 = m[Z + 52] - c1 * c1 * over
-    z55 = m[Z + 65] - c2 * c2 * over
-    z34 = m[Z + 40] - c0 * c1 * over
-    z35 = m[Z + 41] - c0 * c2 * over
-    z45 = m[Z + 53] - c1 * c2 * over
+    z33 = m[RATES] - c0 * c0 * over
+    z44 = m[RATES + 13] - c1 * c1 * over
+    z55 = m[RATES + 26] - c2 * c2 * over
+    z34 = m[RATES + 1] - c0 * c1 * over
+    z35 = m[RATES + 2] - c0 * c2 * over
+    z45 = m[RATES + 14] - c1 * c2 * over
     for i in range(3):
         at = jacobian(p, geo, i)
         h0, h1, h2, e1, e2, z0, z2 = at
