@@ -1,0 +1,165 @@
+"""What a filter estimates: state, covariance and parameters as named views of one memory."""
+
+from math import sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
+from peg_on_hole_ros.estimation.kernel.process import Process
+from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS
+from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import FilterOptions
+
+
+class Estimate:
+    """
+    State, held wrench, friction and peg diameter with their joint covariance.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : FilterOptions
+    wrench_noise : ndarray, shape (6, 6)
+        Covariance of the wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
+
+    Attributes
+    ----------
+    x : ndarray, shape (6,)
+        gamma, psi, phi [rad], unwrapped, and Euler rates [rad/s].
+    Z : ndarray, shape (12, 12)
+        Joint covariance of x and of the wrench that is held.
+    u : ndarray, shape (6,)
+        The wrench that is held, peg axes, about the mass centre [N], [N m].
+    spread : ndarray, shape (2, 2)
+        Covariance of friction and peg diameter; zero where they are known.
+    scene_values : ndarray
+        The fields of SceneScalars as they are now: friction and diameter may be learnt.
+
+    """
+
+    def __init__(self, scene: Scene, options: FilterOptions, wrench_noise):
+        self.scalars = scene_scalars(scene)
+        self.options = options
+        self.process = Process(
+            options.max_step,
+            options.contact_rate_noise**2,
+            options.slip_velocity_scale,
+            options.slip_widening,
+            options.creep_time,
+            options.friction_noise**2,
+            options.slow_slip,
+            options.wrench_jump,
+            options.slow_rate_noise,
+        )
+        self._memory = np.zeros(SIZE)
+        self._dy = np.zeros((6, WIDTH))
+        self._slopes = np.zeros((6, WIDTH))
+        self.x, self.u = part(self._memory, "X"), part(self._memory, "U")
+        self.Z = part(self._memory, "Z", (12, 12))
+        self._P = self.Z[:6, :6]
+        self.wrench_noise = part(self._memory, "NOISE", (6, 6))
+        self._scales = part(self._memory, "SCALES")
+        self._sliding = part(self._memory, "SLIDING")
+        self._interval = part(self._memory, "INTERVAL")
+        self._since_correction = part(self._memory, "SINCE_CORRECTION")
+        self._held_back = part(self._memory, "HELD_BACK")
+        self._slow = part(self._memory, "SLOW")
+        self._bridged = part(self._memory, "BRIDGED")
+        self._without_step = part(self._memory, "WITHOUT_STEP")
+        self._out_of_balance = part(self._memory, "OUT_OF_BALANCE")
+        self._ramp = part(self._memory, "RAMP")
+        self._rate_noise = part(self._memory, "RATE_NOISE")
+        self._rate_noise[0] = options.slow_rate_noise
+        self._R = part(self._memory, "R", (3, 3))
+        self._residual = part(self._memory, "RESIDUAL")
+        part(self._memory, "PROCESS")[:] = self.process
+        self.integrator = INTEGRATORS[options.integrator]
+        part(self._memory, "METHOD")[:] = (
+            self.integrator,
+            options.step_tolerance,
+            options.max_evaluations,
+        )
+        self._slow_slip = part(self._memory, "PROCESS")[Process._fields.index("slow_slip") :]
+        self._attempts = part(self._memory, "REFUSED")
+        self.wrench_noise[:] = wrench_noise
+        part(self._memory, "WEIGHT", (6, 6))[:] = np.linalg.inv(wrench_noise)
+        self.spread = part(self._memory, "SPREAD", (2, 2))
+        self._cross = part(self._memory, "CROSS")
+        self.scene_values = part(self._memory, "SCENE")
+        self.scene_values[:] = self.scalars
+        self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
+        part(self._memory, "LEARNT")[:] = (
+            options.friction == "estimated",
+            options.clearance == "estimated",
+        )
+        self._normal = part(self._memory, "Y")[3:]
+        self._normal_variance = np.diagonal(part(self._memory, "REACTIONS", (6, 6)))[3:]
+        self._peg_height = scene.peg_height
+
+    @property
+    def P(self) -> np.ndarray:
+        """Covariance of the state, a view, shape (6, 6)."""
+        return self._P
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """The friction coefficient as it is now, and its standard deviation."""
+        return self.scene_values.item(7), sqrt(max(self.spread.item(0), 0.0))
+
+    @property
+    def peg_diameter(self) -> tuple[float, float]:
+        """The peg's diameter as it is now, and its standard deviation (of the clearance) [m]."""
+        return self.scene_values.item(0), sqrt(max(self.spread.item(3), 0.0))
+
+    @property
+    def clearance(self) -> tuple[float, float]:
+        """D - d as it is now, and its standard deviation [m]."""
+        peg, stddev = self.peg_diameter
+        return self.scalars.D - peg, stddev
+
+    @property
+    def gamma0(self) -> float:
+        """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
+        return self.scene_values.item(3)
+
+    @property
+    def held_back(self) -> bool:
+        """Whether the last correction told more of friction or peg diameter than was learnt."""
+        return self._held_back.item() > 0.0
+
+    def joint_covariance(self) -> np.ndarray:
+        """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""
+        cross = self._cross.reshape(2, 12)
+        return np.block([[self.Z, cross.T], [cross, self.spread]])
+
+    @property
+    def memory(self) -> np.ndarray:
+        """All numbers of the filter, see `memory`, for other compiled code to read."""
+        return self._memory
+
+    def start(self, q, R):
+        """Start from an orientation q [rad] with covariance R, at unknown rates."""
+        self.x[:3], self.x[3:] = q, 0.0
+        self.Z[:] = 0.0
+        self.Z[:3, :3] = R
+        rate_variance = self.options.initial_rate_stddev**2
+        self.Z[range(3, 6), range(3, 6)] = rate_variance
+        self.Z[6:, 6:] = self.wrench_noise
+        self._scales[:] = self.options.slip_velocity_scale
+        self._sliding[1] = 0.0
+        self._cross[:] = 0.0
+        if not self.spread.any():
+            self.spread[[0, 1], [0, 1]] = self._known
+        for name in (
+            "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "OUT_OF_BALANCE",
+            "LEAN", "TOLD_GAIN", "TOLD_SHARE",
+        ):  # fmt: skip
+            part(self._memory, name)[:] = 0.0
+
+    def forget(self):
+        """Take friction and peg diameter as stated again, whatever has been learnt of them."""
+        self.scene_values[:] = self.scalars
+        self._cross[:] = 0.0
+        self.spread[:] = np.diag(self._known)
