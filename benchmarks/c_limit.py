@@ -3,9 +3,9 @@ How far the kernel's filter step is from the same step as generated C.
 
     python benchmarks/c_limit.py [--bag BAG --config CONFIG] [--repetitions 15] [--source FILE.c]
 
-The C is translated from the sources that numba compiles (edges/c_translation.py), so it is the
-same step, and both must give the same numbers. They run the same steps of a bag in turn. The C
-compiler's options are fixed: -O3 -march=native -fno-math-errno.
+The C is translated from the sources that numba compiles (edges/c_code/translation.py), so it is
+the same step, and both must give the same numbers. They run the same steps of a bag in turn. The
+C compiler's options are fixed: -O3 -march=native -fno-math-errno.
 """
 
 import argparse
@@ -17,7 +17,7 @@ import numpy as np
 
 from kernel_step import ROOT, SAMPLE, Bench
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges import c_limit
+from peg_on_hole_ros.edges.c_code import limit as c_limit
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.study.step_loop import run_steps
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter

@@ -11,7 +11,7 @@ import tempfile
 
 import pytest
 
-from peg_on_hole_ros.edges.local_dds import environment, free_domain
+from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
 
 os.environ.update(environment(free_domain()))
 os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="peg_on_hole_log_"))

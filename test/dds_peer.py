@@ -14,9 +14,9 @@ from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages import DIAGNOSTICS, LATCHED, TOPICS
-from peg_on_hole_ros.edges.ros_messages import message_class
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS, LATCHED, TOPICS
+from peg_on_hole_ros.edges.messages.ros_messages import message_class
 
 SERVICES = {
     "reset": Trigger,

@@ -4,11 +4,11 @@ import numpy as np
 
 from arm import BENT, JOINTS, OPTIONS, Arm, peg_rotation
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import BagWriter
-from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, joint_state
-from peg_on_hole_ros.edges.messages import WRENCH as WRENCH_TYPE
-from peg_on_hole_ros.edges.plain import header
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, joint_state
+from peg_on_hole_ros.edges.messages.output import WRENCH as WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.plain import header
 from peg_on_hole_ros.edges.replay import stored_configuration
 
 TRUTH_STATE, TRUTH_MODE = "/truth/state", "/truth/contact_mode"

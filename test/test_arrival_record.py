@@ -6,12 +6,12 @@ from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
 from inputs import closing, joints, wrench
-from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC, ArrivalRecord, replay_arrivals
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.message_stream import message_stream
-from peg_on_hole_ros.edges.messages import JOINT_STATE, TOPICS
-from peg_on_hole_ros.edges.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC, ArrivalRecord, replay_arrivals
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, TOPICS
+from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 

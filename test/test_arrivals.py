@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 
 from inputs import joints, wrench
-from peg_on_hole_ros.edges.arrivals import Arrivals, stamp_ns
-from peg_on_hole_ros.edges.cdr import Encoder
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.ros_messages import to_ros
+from peg_on_hole_ros.edges.live.arrivals import Arrivals, stamp_ns
+from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.ros_messages import to_ros
 
 encode = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
 times = st.lists(st.integers(0, 50), max_size=20)

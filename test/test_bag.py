@@ -9,9 +9,9 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
 
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, BagWriter
-from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, BagWriter
+from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
@@ -66,7 +66,7 @@ def test_memory_holds_only_chunks_that_overlap(tmp_path, monkeypatch):
     bag = Bag(path)
     assert len(bag._blocks) > 100
     longest = 0
-    import peg_on_hole_ros.edges.bag_reader as module
+    import peg_on_hole_ros.edges.bags.reader as module
 
     class Heap:
         heappop = staticmethod(module.heapq.heappop)
@@ -87,7 +87,7 @@ def test_memory_holds_only_chunks_that_overlap(tmp_path, monkeypatch):
 def test_messages_outside_chunks_are_read_in_runs(tmp_path, monkeypatch):
     path = text_bag(tmp_path / "a.mcap", range(500), use_chunking=False)
     assert len(Bag(path)._blocks) == 1
-    monkeypatch.setattr("peg_on_hole_ros.edges.mcap_scan._GROUP_BYTES", 400)
+    monkeypatch.setattr("peg_on_hole_ros.edges.bags.scan._GROUP_BYTES", 400)
     bag = Bag(path)
     # A message takes 40 bytes and a few: a run ends once it has passed 400.
     assert 40 < len(bag._blocks) < 60

@@ -11,7 +11,7 @@ from rclpy.qos import (
 )
 
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bag_writer import LATCHED_QOS
+from peg_on_hole_ros.edges.bags.writer import LATCHED_QOS
 from small_bags import write_bag
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2")

@@ -5,7 +5,8 @@ import pytest
 
 import c_limit as race
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges import c_limit, c_translation
+from peg_on_hole_ros.edges.c_code import limit as c_limit
+from peg_on_hole_ros.edges.c_code import translation as c_translation
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.mechanics.kernel import compiled
 

@@ -9,10 +9,10 @@ import pytest
 
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.simulated import write_bag
 from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.edges.simulated_bag import write_bag
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.estimation.identification.calibration import calibrate
 from peg_on_hole_ros.estimation.identification.likelihood import (

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from mcap_ros2._dynamic import serialize_dynamic
 
-from peg_on_hole_ros.edges.cdr import Encoder
-from peg_on_hole_ros.edges.message_definitions import definition
-from peg_on_hole_ros.edges.messages import JOINT_STATE, POSE, WRENCH, joint_state
-from peg_on_hole_ros.edges.plain import header
+from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.definitions import definition
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, POSE, WRENCH, joint_state
+from peg_on_hole_ros.edges.messages.plain import header
 
 ARRAY = "diagnostic_msgs/msg/DiagnosticArray"
 MARKERS = "visualization_msgs/msg/MarkerArray"

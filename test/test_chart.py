@@ -7,9 +7,9 @@ import pytest
 
 from peg_on_hole_ros.cli import chart, stability
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges import chart_plots
-from peg_on_hole_ros.edges.labels import place_labels
 from peg_on_hole_ros.edges.partial_table import PartialTable
+from peg_on_hole_ros.edges.plots import chart as chart_plots
+from peg_on_hole_ros.edges.plots.labels import place_labels
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import filtering, front, implementations, integration, scenes
 from peg_on_hole_ros.study import stability as study

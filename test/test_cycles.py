@@ -5,10 +5,16 @@ import json
 import pytest
 
 from peg_on_hole_ros.cli.replay import replay
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.simulated import write_bag
 from peg_on_hole_ros.edges.cycles import PAUSE_NS, Cycles, json_line
-from peg_on_hole_ros.edges.messages import BOOL, DIAGNOSTICS, JOINT_STATE, STRING, joint_state
-from peg_on_hole_ros.edges.simulated_bag import write_bag
+from peg_on_hole_ros.edges.messages.output import (
+    BOOL,
+    DIAGNOSTICS,
+    JOINT_STATE,
+    STRING,
+    joint_state,
+)
 from peg_on_hole_ros.options import NodeOptions
 from simulated import truth
 

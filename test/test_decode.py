@@ -7,14 +7,14 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from mcap_ros2.writer import Writer
 
-from peg_on_hole_ros.edges.decode import (
+from peg_on_hole_ros.edges.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
     Malformed,
     joint_sample,
     wrench_sample,
 )
-from peg_on_hole_ros.edges.ros_messages import to_ros
+from peg_on_hole_ros.edges.messages.ros_messages import to_ros
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 NAN, INF = float("nan"), float("inf")

@@ -9,10 +9,10 @@ import pytest
 from mcap.reader import make_reader
 
 from inputs import closing
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import LATCHED_QOS, BagWriter
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages import JOINT_STATE, LATCHED, STRING, TOPICS, joint_state
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import LATCHED_QOS, BagWriter
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, LATCHED, STRING, TOPICS, joint_state
 from peg_on_hole_ros.options import Configuration
 
 pytestmark = pytest.mark.xdist_group("dds")

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 from grid_cells import SMALLEST, truth_of
-from peg_on_hole_ros.edges.node_diagnostics import WARN, Diagnostics
+from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.innovations import (

@@ -8,9 +8,9 @@ import pytest
 
 from inputs import closing
 from peg_on_hole_ros import pipeline
-from peg_on_hole_ros.edges import decode
-from peg_on_hole_ros.edges.message_stream import message_stream
-from peg_on_hole_ros.edges.messages import LATCHED, TOPICS
+from peg_on_hole_ros.edges.messages import decode
+from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
+from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.estimation import measurement, orientation
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.parameter_table import PARAMETERS

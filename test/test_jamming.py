@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import stored_configuration
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.mechanics.reference import solve_contact

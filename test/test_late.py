@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.estimation.history import MAX_KEPT, STRIDE
 from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.pipeline import Pipeline

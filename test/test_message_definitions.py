@@ -2,7 +2,7 @@
 
 import pytest
 
-from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.edges.messages.definitions import definition
 
 rosbags = pytest.importorskip("rosbags.typesys")
 

@@ -8,9 +8,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from scipy.spatial.transform import Rotation
 
 from estimates import SCENE, estimate
-from peg_on_hole_ros.edges.messages import LATCHED, POSITION_FLOOR, TOPICS, OutputStream
-from peg_on_hole_ros.edges.plain import quaternion, stamp
-from peg_on_hole_ros.edges.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.edges.messages.output import LATCHED, POSITION_FLOOR, TOPICS, OutputStream
+from peg_on_hole_ros.edges.messages.plain import quaternion, stamp
+from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_plain, to_ros
 from peg_on_hole_ros.records import Alarm
 
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.model import MODELS
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC

@@ -16,10 +16,10 @@ from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, Peer, node_process, stop
 from inputs import joints, wrench
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages import DIAGNOSTICS
-from peg_on_hole_ros.edges.node_parameters import check_files
-from peg_on_hole_ros.edges.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.live.parameters import check_files
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
+from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.parameter_table import PARAMETERS
 
 pytestmark = pytest.mark.xdist_group("dds")
@@ -255,7 +255,7 @@ def test_nothing_is_compiled_once_the_node_is_warm():
 import gc
 from numba.core.dispatcher import Dispatcher
 from inputs import closing
-from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.options import Configuration
 

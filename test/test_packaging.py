@@ -38,7 +38,7 @@ def test_installs_what_ros_looks_for(install_space):
     assert (share / "peg_on_hole_ros/launch/peg_on_hole.launch.py").is_file()
     for name in ("peg_on_hole", "peg-on-hole"):
         assert os.access(prefix / "lib/peg_on_hole_ros" / name, os.X_OK)
-    assert list(prefix.rglob("edges/fastdds_local.xml"))
+    assert list(prefix.rglob("edges/live/fastdds_local.xml"))
 
 
 def installed(install_space, name, *arguments):

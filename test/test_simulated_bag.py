@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.simulated import write_bag
 from peg_on_hole_ros.edges.replay import CONFIGURATION_METADATA, stored_configuration
-from peg_on_hole_ros.edges.simulated_bag import write_bag
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import ROOT, SAMPLES, truth
 

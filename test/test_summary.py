@@ -3,8 +3,14 @@
 import pytest
 
 from peg_on_hole_ros.edges import summary as module
-from peg_on_hole_ros.edges.messages import BOOL, DIAGNOSTICS, JOINT_STATE, STRING, joint_state
-from peg_on_hole_ros.edges.stamps import StampStatistics
+from peg_on_hole_ros.edges.bags.stamps import StampStatistics
+from peg_on_hole_ros.edges.messages.output import (
+    BOOL,
+    DIAGNOSTICS,
+    JOINT_STATE,
+    STRING,
+    joint_state,
+)
 from peg_on_hole_ros.edges.summary import Summary
 
 MS = 1_000_000

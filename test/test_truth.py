@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from estimates import SCENE, estimate
-from peg_on_hole_ros.edges import series as series_module
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import BagWriter
-from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, OutputStream, joint_state
-from peg_on_hole_ros.edges.plots import figure, png
-from peg_on_hole_ros.edges.series import Series
-from peg_on_hole_ros.edges.truth import Score, Truth, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.truth import Score, Truth, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, OutputStream, joint_state
+from peg_on_hole_ros.edges.plots import series as series_module
+from peg_on_hole_ros.edges.plots.replay import figure, png
+from peg_on_hole_ros.edges.plots.series import Series
 from peg_on_hole_ros.errors import BagError
 from small_bags import write_bag
 

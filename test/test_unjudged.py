@@ -9,8 +9,8 @@ import pytest
 from cli_helpers import SCHEMA, config
 from json_schema import check
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.messages import OutputStream
-from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
+from peg_on_hole_ros.edges.messages.output import OutputStream
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import integrate

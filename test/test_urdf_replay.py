@@ -12,12 +12,17 @@ from cli_helpers import fails
 from dds_peer import Peer, node_process, stop
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.estimates import estimates
+from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.config_file import write_parameters
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE, joint_sample, wrench_sample
-from peg_on_hole_ros.edges.estimates import estimates
-from peg_on_hole_ros.edges.messages import joint_state
-from peg_on_hole_ros.edges.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.messages.decode import (
+    JOINTS_TYPE,
+    WRENCH_TYPE,
+    joint_sample,
+    wrench_sample,
+)
+from peg_on_hole_ros.edges.messages.output import joint_state
+from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.urdf import orientation_source
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import AngleMeasurement, JointSample

@@ -8,9 +8,9 @@ from peg_on_hole_ros.cli.settings import check_places, load
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.edges import calibration_text
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
-from peg_on_hole_ros.edges.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError
 from peg_on_hole_ros.estimation.identification.calibration import calibrate

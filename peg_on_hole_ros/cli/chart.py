@@ -10,7 +10,7 @@ from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load, out_folder
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.edges.c_limit import build
+from peg_on_hole_ros.edges.c_code.limit import build
 from peg_on_hole_ros.edges.partial_table import PartialTable, write_table
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.parameter_table import PARAMETERS
@@ -52,7 +52,7 @@ def run(arguments: Namespace) -> int:
         scores = _filters(folder, state, variants, motions, quick, progress)
         predictions = _integrators(folder, state, truths, quick, progress)
     write_table(folder / "chart_implementations.csv", implementations.Cost._fields, costs)
-    from peg_on_hole_ros.edges import chart_plots
+    from peg_on_hole_ros.edges.plots import chart as chart_plots
 
     limit = next((c.microseconds for c in costs if c.name == implementations.C), None)
     standings = front.standings(scores, variants)

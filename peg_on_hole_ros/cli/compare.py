@@ -9,9 +9,9 @@ import numpy as np
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.edges.estimates import QUANTITIES, estimates
+from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, estimates
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.errors import BagDamaged, BagError
 
 _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])

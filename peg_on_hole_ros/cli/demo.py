@@ -16,15 +16,15 @@ from pathlib import Path
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import configuration_metadata
+from peg_on_hole_ros.edges.bags.estimates import estimates
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.writer import configuration_metadata
 from peg_on_hole_ros.edges.config_file import write_parameters
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.estimates import estimates
-from peg_on_hole_ros.edges.local_dds import environment, free_domain
+from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.plots.series import Series
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.edges.series import Series
-from peg_on_hole_ros.edges.truth import Score, flag_lines, read_truth, score_table
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
@@ -75,7 +75,7 @@ def run(path: Path, rate: float, out: Path) -> None:
 def _play(path, rate, out, recorded, configuration):
     # Before rclpy is loaded: it reads these when it starts.
     os.environ.update(environment(free_domain()))
-    from peg_on_hole_ros.edges.dds_player import Player
+    from peg_on_hole_ros.edges.live.player import Player
 
     with tempfile.TemporaryDirectory() as folder, (out / "node.log").open("w") as log:
         parameters = Path(folder) / "parameters.yaml"
@@ -110,7 +110,7 @@ def _stop(node):
 
 
 def _compare(bag, recorded, picture, configuration, wrenches):
-    from peg_on_hole_ros.edges.plots import figure, png  # matplotlib loads slowly
+    from peg_on_hole_ros.edges.plots.replay import figure, png  # matplotlib loads slowly
 
     series, count = Series(), 0
     truth = read_truth(bag)

@@ -5,8 +5,9 @@ from collections import Counter
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.decode import (
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.stamps import StampStatistics
+from peg_on_hole_ros.edges.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
     Malformed,
@@ -14,7 +15,6 @@ from peg_on_hole_ros.edges.decode import (
     wrench_sample,
 )
 from peg_on_hole_ros.edges.replay import absolute, check_bag
-from peg_on_hole_ros.edges.stamps import StampStatistics
 from peg_on_hole_ros.errors import BagDamaged, BagError
 
 

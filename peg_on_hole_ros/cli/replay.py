@@ -9,14 +9,14 @@ from peg_on_hole_ros.cli.settings import check_places, load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import BagWriter
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
-from peg_on_hole_ros.edges.messages import LATCHED
+from peg_on_hole_ros.edges.messages.output import LATCHED
+from peg_on_hole_ros.edges.plots.series import Series
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configuration
-from peg_on_hole_ros.edges.series import Series
 from peg_on_hole_ros.edges.summary import VERSION, Summary
-from peg_on_hole_ros.edges.truth import Score, flag_lines, read_truth, score_table
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration, NodeOptions
@@ -133,7 +133,7 @@ def _truth(bag):
 
 def _plotting():
     try:
-        from peg_on_hole_ros.edges import plots
+        from peg_on_hole_ros.edges.plots import replay as plots
     except ModuleNotFoundError as error:
         if error.name != "matplotlib":
             raise

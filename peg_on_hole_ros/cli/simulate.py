@@ -4,7 +4,7 @@ from argparse import Namespace
 
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import check_places
-from peg_on_hole_ros.edges.simulated_bag import write_bag
+from peg_on_hole_ros.edges.bags.simulated import write_bag
 from peg_on_hole_ros.edges.simulation_file import read_plan
 from peg_on_hole_ros.simulation.truth import integrate
 

@@ -33,7 +33,8 @@ def run(arguments: Namespace) -> int:
         rows.close()
         raise
     rows.finish()
-    from peg_on_hole_ros.edges import regularisation_plots, stability_plots
+    from peg_on_hole_ros.edges.plots import regularisation as regularisation_plots
+    from peg_on_hole_ros.edges.plots import stability as stability_plots
 
     picture = stability_plots.figure(study.MAPS, study.ALL_METHODS, found)
     written = [rows.path, *save(picture, folder / "stability")]

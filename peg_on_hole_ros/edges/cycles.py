@@ -2,7 +2,7 @@
 
 import json
 
-from peg_on_hole_ros.edges.messages import Message
+from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].

@@ -13,16 +13,16 @@ from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from peg_on_hole_ros.edges import node_parameters
-from peg_on_hole_ros.edges.arrival_record import ArrivalRecord
-from peg_on_hole_ros.edges.arrivals import MOST_ARRIVALS, Arrivals
-from peg_on_hole_ros.edges.cdr import Encoder
+from peg_on_hole_ros.edges.bags.arrival_record import ArrivalRecord
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
-from peg_on_hole_ros.edges.messages import DIAGNOSTICS, LATCHED, TOPICS
-from peg_on_hole_ros.edges.node_diagnostics import Diagnostics
-from peg_on_hole_ros.edges.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.live import parameters as node_parameters
+from peg_on_hole_ros.edges.live.arrivals import MOST_ARRIVALS, Arrivals
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
+from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS, LATCHED, TOPICS
+from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import PegOnHoleError
 

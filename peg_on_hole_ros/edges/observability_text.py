@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import degrees, isfinite
 
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
-from peg_on_hole_ros.edges.message_stream import message_stream
+from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
 from peg_on_hole_ros.estimation.identification.observability import (

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
 from peg_on_hole_ros.configuration import from_parameters, uncertain_offsets
-from peg_on_hole_ros.edges.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.message_stream import MessageStream, message_stream
-from peg_on_hole_ros.edges.messages import STRING, Message, smoothed_messages
+from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
+from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.filters.methods import make_filter

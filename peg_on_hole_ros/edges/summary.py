@@ -1,6 +1,6 @@
 """The figures of a replay, taken from the messages that the node would have published."""
 
-from peg_on_hole_ros.edges.messages import Message
+from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import CONTACTS
 
 VERSION = 1

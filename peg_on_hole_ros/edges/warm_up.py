@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.message_stream import message_stream
-from peg_on_hole_ros.edges.plain import header
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.plain import header
+from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.records import ANGLES
 

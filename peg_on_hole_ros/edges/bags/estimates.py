@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.edges.bag_reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 

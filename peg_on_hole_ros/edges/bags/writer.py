@@ -9,8 +9,8 @@ from mcap.writer import CompressionType, Writer
 
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.edges.cdr import Encoder
-from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 

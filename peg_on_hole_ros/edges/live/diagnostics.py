@@ -3,8 +3,8 @@
 import re
 from collections import Counter
 
-from peg_on_hole_ros.edges.messages import HARDWARE_ID
-from peg_on_hole_ros.edges.plain import header
+from peg_on_hole_ros.edges.messages.output import HARDWARE_ID
+from peg_on_hole_ros.edges.messages.plain import header
 from peg_on_hole_ros.estimation.innovations import DRIFTS, TOO_LARGE
 
 OK, WARN = 0, 1

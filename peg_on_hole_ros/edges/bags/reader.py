@@ -12,7 +12,7 @@ import yaml
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
-from peg_on_hole_ros.edges.mcap_scan import (
+from peg_on_hole_ros.edges.bags.scan import (
     Block,
     Scan,
     TopicInfo,
@@ -21,7 +21,7 @@ from peg_on_hole_ros.edges.mcap_scan import (
     open_file,
     scan_file,
 )
-from peg_on_hole_ros.edges.message_definitions import definition
+from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.errors import BagError
 
 # A payload that does not fit its definition.

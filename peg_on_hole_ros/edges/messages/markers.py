@@ -4,7 +4,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from peg_on_hole_ros.edges.plain import header, quaternion, xyz
+from peg_on_hole_ros.edges.messages.plain import header, quaternion, xyz
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import CONTACTS, Outputs

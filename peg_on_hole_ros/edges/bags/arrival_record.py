@@ -6,11 +6,11 @@ from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
 
-from peg_on_hole_ros.edges.bag_writer import CONFIGURATION_METADATA, configuration_metadata
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.message_definitions import definition
-from peg_on_hole_ros.edges.message_stream import MessageStream
-from peg_on_hole_ros.edges.messages import STRING, Message
+from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, configuration_metadata
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.definitions import definition
+from peg_on_hole_ros.edges.messages.output import STRING, Message
+from peg_on_hole_ros.edges.messages.stream import MessageStream
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 

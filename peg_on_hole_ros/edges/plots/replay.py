@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from peg_on_hole_ros.edges.series import COLUMNS, MONITORED, Series
-from peg_on_hole_ros.edges.truth import BOUND, Truth
+from peg_on_hole_ros.edges.bags.truth import BOUND, Truth
+from peg_on_hole_ros.edges.plots.series import COLUMNS, MONITORED, Series
 
 COLORS = ("#1b6ca8", "#c2571a", "#2e7d32")
 MODE_COLORS = {

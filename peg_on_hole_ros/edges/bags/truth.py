@@ -5,8 +5,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.edges.bag_reader import Bag
-from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, Message
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, Message
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 

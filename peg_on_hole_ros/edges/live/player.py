@@ -11,12 +11,19 @@ from mcap.writer import Writer
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from peg_on_hole_ros.edges.arrivals import stamp_ns
-from peg_on_hole_ros.edges.bag_writer import LATCHED_QOS
-from peg_on_hole_ros.edges.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.message_definitions import definition
-from peg_on_hole_ros.edges.messages import BOOL, DIAGNOSTICS, LATCHED, MARKERS, STRING, TOPICS
-from peg_on_hole_ros.edges.ros_messages import message_class
+from peg_on_hole_ros.edges.bags.writer import LATCHED_QOS
+from peg_on_hole_ros.edges.live.arrivals import stamp_ns
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.definitions import definition
+from peg_on_hole_ros.edges.messages.output import (
+    BOOL,
+    DIAGNOSTICS,
+    LATCHED,
+    MARKERS,
+    STRING,
+    TOPICS,
+)
+from peg_on_hole_ros.edges.messages.ros_messages import message_class
 from peg_on_hole_ros.errors import PegOnHoleError
 
 PREFIX = "/peg_on_hole/"

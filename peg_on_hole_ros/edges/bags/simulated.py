@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.edges.bag_writer import BagWriter
-from peg_on_hole_ros.edges.messages import JOINT_STATE, STRING, WRENCH, joint_state
-from peg_on_hole_ros.edges.plain import header, xyz
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
+from peg_on_hole_ros.edges.messages.plain import header, xyz
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import Truth

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.edges.c_translation import (
+from peg_on_hole_ros.edges.c_code.translation import (
     D,
     I,
     Matrix,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from peg_on_hole_ros.edges.messages import Message
+from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 MOST_ROWS = 40_000  # more than a plot has pixels

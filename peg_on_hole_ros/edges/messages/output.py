@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from peg_on_hole_ros.edges.markers import marker_array
-from peg_on_hole_ros.edges.plain import HOLE_FRAME, floats, header, quaternion, xyz
+from peg_on_hole_ros.edges.messages.markers import marker_array
+from peg_on_hole_ros.edges.messages.plain import HOLE_FRAME, floats, header, quaternion, xyz
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs
 

@@ -11,7 +11,7 @@ import ast
 import inspect
 import textwrap
 
-from peg_on_hole_ros.edges.c_expressions import (
+from peg_on_hole_ros.edges.c_code.expressions import (
     D,
     Expressions,
     I,

@@ -9,7 +9,7 @@ that recur at 1 kHz with the same texts only the stamp and the numbers are writt
 import struct
 from functools import cache
 
-from peg_on_hole_ros.edges.message_definitions import fields
+from peg_on_hole_ros.edges.messages.definitions import fields
 
 # Code of struct, size, default.
 _PRIMITIVES = {

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from peg_on_hole_ros.edges.labels import place_labels
+from peg_on_hole_ros.edges.plots.labels import place_labels
 from peg_on_hole_ros.study import filtering, implementations
 from peg_on_hole_ros.study.front import front
 

@@ -2,8 +2,8 @@
 
 from collections import Counter
 
-from peg_on_hole_ros.edges.decode import Malformed, joint_sample, wrench_sample
-from peg_on_hole_ros.edges.messages import Message, OutputStream
+from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.edges.messages.output import Message, OutputStream
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline

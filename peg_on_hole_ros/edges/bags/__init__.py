@@ -1,0 +1,1 @@
+"""MCAP bags: reading, writing, and what is read back from them."""

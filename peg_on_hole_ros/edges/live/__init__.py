@@ -1,0 +1,1 @@
+"""The node's surroundings: parameters, diagnostics, DDS on this machine."""

@@ -1,0 +1,1 @@
+"""Messages: what is decoded, and what is made of an estimate."""

@@ -1,0 +1,1 @@
+"""Pictures of replays, charts and maps."""
