@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import sympy as sp
+from sympy.printing.pycode import PythonCodePrinter
 
 TARGET = Path(__file__).parents[1] / "peg_on_hole_ros" / "mechanics" / "generated.py"
 
@@ -184,14 +185,23 @@ def slope_outputs():
     return [columns[j][i] for i in range(6) for j in range(len(BY))]
 
 
+class Printer(PythonCodePrinter):
+    """Python in which a tilt of zero gives NaN: numba raises at negative powers of zero."""
+
+    def _hprint_Pow(self, expr, rational=False, sqrt="math.sqrt"):
+        if expr.exp.is_Integer and expr.exp < -1:
+            return f"1/{self.parenthesize(expr.base, 100)}**{-expr.exp}"
+        return super()._hprint_Pow(expr, rational, sqrt)
+
+
 def scalar_code(stages):
     """Return assignment lines, stage by stage; common subexpressions are taken out once each."""
-    names, lines = sp.numbered_symbols("t"), []
+    names, lines, code = sp.numbered_symbols("t"), [], Printer().doprint
     for stage in stages:
         targets = [str(target) for target, _ in stage]
         temporaries, reduced = sp.cse([e for _, e in stage], symbols=names)
-        lines += [f"    {target} = {sp.pycode(e)}" for target, e in temporaries]
-        lines += [f"    {t} = {sp.pycode(e)}" for t, e in zip(targets, reduced, strict=True)]
+        lines += [f"    {target} = {code(e)}" for target, e in temporaries]
+        lines += [f"    {t} = {code(e)}" for t, e in zip(targets, reduced, strict=True)]
     return "\n".join(lines).replace("math.sqrt", "sqrt") + "\n"
 
 

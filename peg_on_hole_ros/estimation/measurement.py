@@ -1,6 +1,6 @@
 """From samples as received to measurements: the wrench on the peg, and its orientation."""
 
-from math import atan2, cos, hypot, isfinite, pi, sin
+from math import atan2, copysign, cos, hypot, isfinite, pi, sin, sqrt
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from peg_on_hole_ros.records import AngleMeasurement, JointSample
 # Below this the two rotations about the axes are one for every sensor; the floor keeps the
 # covariance of psi and phi finite (sigma / 1e-6 is thousands of turns).
 SMALLEST_SINE = 1e-6
+# Angles beyond this [rad] have lost the digits that tell an orientation.
+MOST_TURNED = 1e6
 
 
 def rotation_from_rpy(rpy) -> np.ndarray:
@@ -164,8 +166,10 @@ def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
 
     """
     variance = orientation_stddev**2
-    c = cos(gamma)
-    sine = max(abs(sin(gamma)), SMALLEST_SINE)
+    c, sine = cos(gamma), abs(sin(gamma))
+    if sine < SMALLEST_SINE:
+        # With its cosine: the variance of the sum of psi and phi is what the two leave.
+        c, sine = copysign(sqrt(1.0 - SMALLEST_SINE**2), c), SMALLEST_SINE
     over = variance / sine**2
     return np.array([[variance, 0, 0], [0, over, -c * over], [0, -c * over, over]])
 
@@ -241,14 +245,28 @@ class PegJoints:
         self._R_HM = rotation_from_rpy(options.hole_rpy).T if any(options.hole_rpy) else None
 
     def __call__(self, sample: JointSample) -> AngleMeasurement | str:
-        """Return the measurement, or `missing_joint`, `not_finite` or `out_of_range`."""
+        """
+        Return the measurement, or the reason why there is none.
+
+        Returns
+        -------
+        AngleMeasurement or str
+            `missing_joint`, `not_finite`, or `out_of_range`: tilted by a quarter turn or more, or
+            turned by more than MOST_TURNED. A tilt below zero is one to the other side.
+
+        """
         position = self._positions(sample)
         if isinstance(position, str):
             return position
         gamma, psi, phi = position
-        if not abs(gamma) < pi:
+        if not abs(gamma) < pi or max(abs(psi), abs(phi)) > MOST_TURNED:
             return "out_of_range"
         if self._R_HM is not None:
             gamma, psi, phi = angles_of(self._R_HM @ peg_axes(position))
+        if gamma < 0.0:
+            # The same orientation, leaning to the other side.
+            gamma, psi, phi = -gamma, psi + pi, phi - pi
+        if not gamma < pi / 2:
+            return "out_of_range"
         covariance = angle_covariance(gamma, self.stddev)
         return AngleMeasurement(sample.t_ns, np.array([gamma, psi, phi], float), covariance)

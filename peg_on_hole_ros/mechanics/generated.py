@@ -127,14 +127,14 @@ def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     t7 = 2*dgamma
     t8 = a2*t7
     t9 = a1*t7
-    t10 = s**(-2)
+    t10 = 1/s**2
     along0_g = w0**2*(v0_z*(c**2*t10*t9 - c*t10*t8 + t9) + t8*v0_h/s)
     t11 = 1/s
     t12 = f*w0
     t13 = 2*a2*dgamma
     t14 = 2*a1
     t15 = dgamma*t14
-    t16 = s**(-2)
+    t16 = 1/s**2
     u0_g_h = -along0_g*u0_h - t11*t12*t13
     u0_g_e = -along0_g*u0_e
     u0_g_z = -along0_g*u0_z - t12*(c**2*t15*t16 - c*t13*t16 + t15)
@@ -191,7 +191,7 @@ def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     u1_df_e = -S2*t31 - along1_df*u1_e
     u1_df_z = -along1_df*u1_z - s*t32
     along1_f = 0
-    t33 = s**(-2)
+    t33 = 1/s**2
     t34 = c*t33
     t35 = 2*t34
     t36 = 1/b
@@ -205,7 +205,7 @@ def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     t40 = dgamma*t39
     t41 = c*dphi
     t42 = dpsi + t41
-    t43 = s**(-2)
+    t43 = 1/s**2
     t44 = c*t43
     t45 = 2*t44
     t46 = 1/b
@@ -240,7 +240,7 @@ def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     u2_df_e = -S2*f*w2 - along2_df*u2_e
     u2_df_z = -along2_df*u2_z + b*f*s*w2
     along2_f = 0
-    t58 = s**(-2)
+    t58 = 1/s**2
     t59 = c*t58
     t60 = 2*t59
     t61 = 1/s
@@ -252,7 +252,7 @@ def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     along2_d = w2**2*(v2_e*(dphi*(1/2 - t58) - dpsi*t59) + v2_h*(dgamma*t61 + t60*t63*(-dpsi - t62)) + v2_z*(-dgamma*t60 - 2*t61*t62*t63))
     t64 = 1/s
     t65 = c*dphi
-    t66 = s**(-2)
+    t66 = 1/s**2
     t67 = c*t66
     t68 = 2*t67
     t69 = (-1/2*a1*c*t64 + (1/2)*a2*t64)/b
@@ -339,7 +339,7 @@ def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
     t147 = t110*t138*t97
     t148 = 1/OB
     t149 = t148*t91
-    t150 = OB**(-3)
+    t150 = 1/OB**3
     t151 = S1*t150
     t152 = a2*t91
     t153 = a1*t152
