@@ -161,6 +161,8 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
             reference.predict_contact(step.dt, kalman.pieces)
         elif prediction is Prediction.SLOW:
             reference.predict_slow(step.dt)
+        elif prediction is Prediction.RUNAWAY:
+            reference.predict_runaway(step.dt)
         else:
             reference.predict_without_step(step.dt, configuration.filter.free_rate_noise)
         if step.q is not None:

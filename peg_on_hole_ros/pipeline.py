@@ -348,6 +348,8 @@ class Pipeline:
             self._counts["step_limited"] += 1
         elif result is Prediction.SLOW:
             self._counts["step_without_direction"] += 1
+        elif result is Prediction.RUNAWAY:
+            self._counts["step_runs_away"] += 1
         elif self._filter.refused:
             self._counts["step_divided_no_solution"] += 1
         elif self._filter.inaccurate:

@@ -95,6 +95,14 @@ def test_where_balance_tells_how_a_bridged_peg_slides(friction_stddev):
 
 
 @pytest.mark.xdist_group("filterpy")
+def test_where_a_motion_would_run_away():
+    truth = with_noise(truth_of(Motion(2e-5, 0.2, 1.0, "sway"))[0], "low", 0.05)
+    found = list(compared(truth.plan.configuration, steps_of(truth, 160)))
+    assert [item.prediction for item in found].count(Prediction.RUNAWAY) > 10
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
 def test_where_one_correction_moves_friction_far(monkeypatch):
     """Stated three standard deviations too low, it is thrown up at first."""
     case = next(case for case in scenes.CASES if case.name == "narrow")

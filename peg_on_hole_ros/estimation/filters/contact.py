@@ -21,7 +21,6 @@ from peg_on_hole_ros.estimation.kernel.description import Description, descripti
 from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     HARDLY_LEARNT,
     doubt_without_step,
-    hold_peg,
     low_friction,
     regained_by_surprise,
     take_friction,
@@ -42,6 +41,11 @@ WIDE_CLEARANCE = 0.1
 # No clearance is learnt better than to this share of its stated spread: contacts give, and holes
 # are not round.
 LEAST_CLEARANCE_SPREAD = 0.01
+# Steps that are not to be relied on, though there may be one.
+_BRIDGED = {
+    prediction.SLOW_SLIP: Prediction.SLOW,
+    prediction.RUNS_AWAY: Prediction.RUNAWAY,
+}
 
 
 class ContactFilter(Estimate):
@@ -118,21 +122,22 @@ class ContactFilter(Estimate):
         # It is harder to tell from none the next time.
         self._slow[0] = 1.0 if status == prediction.SLOW_SLIP else 0.0
         self._bridged[0] = 0.0
-        if in_contact and status != CONVERGED and status != prediction.SLOW_SLIP:
+        bridged = _BRIDGED.get(status)
+        if in_contact and status != CONVERGED and bridged is None:
             self._bridge_without_step(dt)
             return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
-        self._without_step[0] = self._out_of_balance[0] = 0.0
+        self._without_step[0] = 0.0
         if status == CONVERGED:
             self._sliding[1] = self._sliding[0]
             return Prediction.HELD if constant else Prediction.CONTACT
-        if status == prediction.SLOW_SLIP:
+        if bridged is not None:
             self.model.full()
             bridge(self._memory, self._slopes, dt)
             if self._keeps_sliding:
                 # What is not known of them alone can hide a slip after one step; what that
                 # step tells of them must not be lost, or nothing ever is told.
                 self._sliding[0] = self._sliding[1]
-            return Prediction.SLOW
+            return bridged
         self._scales[:] = self.options.slip_velocity_scale
         self._sliding[1] = 0.0
         prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
@@ -143,8 +148,7 @@ class ContactFilter(Estimate):
         if max(self._held, self._held_before) <= LONG_STEP:
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
-            fits = hold_peg(self._memory, self._dy, self.options.acceleration_stddev)
-            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient, fits)
+            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
         self._sliding[1] = 0.0
         bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
@@ -153,7 +157,7 @@ class ContactFilter(Estimate):
         walk, free = self._rate_noise.item(), self.options.free_rate_noise
         if not self._bridged.item():
             return np.full(3, free)
-        walk = walk if result is Prediction.SLOW else max(walk, free)
+        walk = walk if result in _BRIDGED.values() else max(walk, free)
         return np.sqrt([walk_density(self._memory, walk, i) for i in range(3)])
 
     def _predict_contact(self, dt, constant) -> int:

@@ -67,7 +67,6 @@ class Estimate:
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
         self._without_step = part(self._memory, "WITHOUT_STEP")
-        self._out_of_balance = part(self._memory, "OUT_OF_BALANCE")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._rate_noise[0] = options.slow_rate_noise
@@ -153,8 +152,8 @@ class Estimate:
             self.spread[[0, 1], [0, 1]] = self._known
         for name in (
             "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "OUT_OF_BALANCE",
-            "LEAN", "TOLD_GAIN", "TOLD_SHARE",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN",
+            "TOLD_GAIN", "TOLD_SHARE",
         ):  # fmt: skip
             part(self._memory, name)[:] = 0.0
 

@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLOW,
     WITHOUT_STEP,
 )
-from peg_on_hole_ros.estimation.kernel.prediction import SLOW_SLIP, predict_contact
+from peg_on_hole_ros.estimation.kernel.prediction import RUNS_AWAY, SLOW_SLIP, predict_contact
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -44,12 +44,13 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
     m[SINCE_CORRECTION] += dt
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
     m[SLOW] = m[BRIDGED] = 0.0
-    if status != CONVERGED and status != SLOW_SLIP:
+    if status != CONVERGED and status != SLOW_SLIP and status != RUNS_AWAY:
         bridge_without_step(m, slopes, dt, free_rate_noise)
         return status, evaluations
     m[WITHOUT_STEP] = 0.0
-    if status == SLOW_SLIP:
-        m[SLOW] = 1.0
+    if status != CONVERGED:
+        # A slip that is not told from none is harder to tell the next time.
+        m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
         bridge(m, slopes, dt)
     return status, evaluations
 

@@ -6,17 +6,15 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     CROSS,
     OFFSET_SPREAD,
     OFFSETS,
-    OUT_OF_BALANCE,
     SCENE,
     SLIDING,
     SPREAD,
-    SURPRISE,
+    WITHOUT_STEP,
 )
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
-from peg_on_hole_ros.estimation.kernel.reactions import SURPRISE_LIMIT, react
 
-# Without a step, and with forces that hold no peg at it, for longer than this [s] a friction
-# coefficient is not what it was learnt to be. For less it is noise in the wrench.
+# Without a step for longer than this [s] a friction coefficient is not what it was learnt to be.
+# For less it is noise in the wrench: where a peg nearly wedges, it leaves no step now and then.
 LEARNT_WRONG = 0.02
 # In this time after that [s] all that was learnt of it is forgotten.
 FORGET_FRICTION = 0.02
@@ -40,24 +38,7 @@ def take_friction(m, value: float, variance: float):
         m[OFFSET_SPREAD + 10 * k] = 0.0
 
 
-def hold_peg(m, dy, acceleration_stddev) -> bool:
-    """
-    Return whether forces may be those of a held peg at the friction coefficient as it is.
-
-    Where friction leaves rigid motion no stable solution, noise in the wrench leaves no step for
-    as long as the peg is there, though it is held, and its coefficient right: forces then balance.
-
-    Parameters
-    ----------
-    m, dy, acceleration_stddev
-        As for `reactions.react`, after a prediction that found no step; reactions are filled.
-
-    """
-    determinant = react(m, dy, acceleration_stddev)
-    return determinant == determinant and m.item(SURPRISE) <= SURPRISE_LIMIT
-
-
-def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bool, fits: bool):
+def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bool):
     """
     Give friction its spread back: no step at its value, and a wrong one leaves none either.
 
@@ -75,12 +56,9 @@ def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bo
         Time of that prediction [s].
     patient : bool
         Whether noise in the wrench is to blame at first; what is not learnt is sought at once.
-    fits : bool
-        Whether forces are those of a held peg at its value.
 
     """
-    m[OUT_OF_BALANCE] = 0.0 if fits else m.item(OUT_OF_BALANCE) + dt
-    if not patient or m.item(OUT_OF_BALANCE) > LEARNT_WRONG:
+    if not patient or m.item(WITHOUT_STEP) + dt > LEARNT_WRONG:
         m[SPREAD] = min(m.item(SPREAD) + variance * dt / FORGET_FRICTION, variance)
     if m.item(SLIDING) > 0.0 and m.item(SPREAD) > NOT_LEARNT * variance > 0.0:
         lowest = low_friction(stated, variance)

@@ -28,10 +28,9 @@ _SIZES = {
     "HELD_BACK": 1,  # 1: what that told of friction or peg diameter was not taken in full
     "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
     "SLOW": 1,  # 1: a slip is not told from none
-    "BRIDGED": 1,  # 1: the last prediction was one of `slow`
+    "BRIDGED": 1,  # 1: the last prediction was at constant rates
     "WITHOUT_STEP": 1,  # for how long the contact equations have given no step [s]
-    "OUT_OF_BALANCE": 1,  # for how long, beside, forces have not been those of a held peg [s]
-    "STOPPED": 1,  # share of the steps of late that were not believed, see `kernel.SELECTED`
+    "STOPPED": 1,  # share of the steps of late that were not believed, see `prediction.SELECTED`
     "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
     "CHANGE": 6,  # of the wrench, from the one before to the one that is held
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
@@ -114,7 +113,6 @@ OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
 )
 ACROSS = _AT["ACROSS"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
-OUT_OF_BALANCE = _AT["OUT_OF_BALANCE"]
 LEAN = _AT["LEAN"]
 TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
 RATES_BEFORE, ACCELERATION_BEFORE, CHANGES_SEEN = (

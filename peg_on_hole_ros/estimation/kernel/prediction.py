@@ -31,6 +31,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     Z,
     process_of,
 )
+from peg_on_hole_ros.estimation.kernel.runaway import runs_away
 from peg_on_hole_ros.estimation.kernel.slip import (
     creep_variance,
     friction_scales,
@@ -72,6 +73,7 @@ SELECTED_OVER = 0.05
 # Of a prediction, beside the outcomes of a step.
 SLOW_SLIP = INACCURATE + 1
 LIMITED = SLOW_SLIP + 1
+RUNS_AWAY = LIMITED + 1
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
@@ -100,7 +102,8 @@ def predict_contact(m, dy, slopes, dt):
     -------
     status : int
         CONVERGED; or with state and covariance untouched FAILED, SLOW_SLIP where a slip is not
-        told from none, LIMITED where the evaluations that are allowed were spent before.
+        told from none, RUNS_AWAY where no prediction is to be relied on, LIMITED where the
+        evaluations that are allowed were spent before.
     evaluations : int
         Of the six equations.
     pieces : int
@@ -131,11 +134,13 @@ def predict_contact(m, dy, slopes, dt):
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
         return SLOW_SLIP, 0, 0
+    if runs_away(p, m, dy):
+        return RUNS_AWAY, 1, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))
-    evaluations, allowed = 0, m[METHOD + 2] * pieces
+    evaluations, allowed = 1, m[METHOD + 2] * pieces
     for _ in range(8):
         h = dt / pieces
         status = CONVERGED

@@ -169,6 +169,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scales, self.slow = self.bridged_scales(), True
         self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
 
+    def predict_runaway(self, dt):
+        """Predict as if free: the motion would run away, and is held."""
+        self._bridge(dt, self.rate_noise)
+        self.scales = self.bridged_scales()
+
     def predict_without_step(self, dt, rate_noise):
         """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
         noise, lasted = max(self.rate_noise, rate_noise), self.without_step + dt

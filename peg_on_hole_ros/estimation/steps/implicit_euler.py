@@ -20,11 +20,27 @@ def _entry(h, dy, i, j):
 
 
 @inlined
+def _matrix(h, dy):
+    """Return the iteration matrix, by rows."""
+    return (
+        (1.0 + _entry(h, dy, 0, 0), _entry(h, dy, 0, 1), _entry(h, dy, 0, 2)),
+        (_entry(h, dy, 1, 0), 1.0 + _entry(h, dy, 1, 1), _entry(h, dy, 1, 2)),
+        (_entry(h, dy, 2, 0), _entry(h, dy, 2, 1), 1.0 + _entry(h, dy, 2, 2)),
+    )
+
+
+@inlined
+def determinant_of(h, dy):
+    """Return the determinant of the iteration matrix."""
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = _matrix(h, dy)
+    c0, c1, c2 = a11 * a22 - a12 * a21, a12 * a20 - a10 * a22, a10 * a21 - a11 * a20
+    return a00 * c0 + a01 * c1 + a02 * c2
+
+
+@inlined
 def inverse_of(h, dy):
     """Return the inverse of the iteration matrix, by rows: 3x3, well conditioned, by cofactors."""
-    a00, a01, a02 = 1.0 + _entry(h, dy, 0, 0), _entry(h, dy, 0, 1), _entry(h, dy, 0, 2)
-    a10, a11, a12 = _entry(h, dy, 1, 0), 1.0 + _entry(h, dy, 1, 1), _entry(h, dy, 1, 2)
-    a20, a21, a22 = _entry(h, dy, 2, 0), _entry(h, dy, 2, 1), 1.0 + _entry(h, dy, 2, 2)
+    (a00, a01, a02), (a10, a11, a12), (a20, a21, a22) = _matrix(h, dy)
     c0, c1, c2 = a11 * a22 - a12 * a21, a12 * a20 - a10 * a22, a10 * a21 - a11 * a20
     over = 1.0 / (a00 * c0 + a01 * c1 + a02 * c2)
     return (
