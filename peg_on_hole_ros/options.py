@@ -48,7 +48,7 @@ class FilterOptions:
     slip_velocity_scale: float = 2.0e-5
     slip_widening: float = 0.5
     slow_slip: float = 1.5
-    slow_rate_noise: float = 0.07
+    slow_rate_noise: float = 0.05
     wrench_jump: float = 1.0
     creep_time: float = 0.05
     method: str = "extended"

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.methods import FILTERS, make_filter
 from peg_on_hole_ros.estimation.kernel import prediction
 from peg_on_hole_ros.estimation.kernel.held_wrench import JUMP_LIMIT
 from peg_on_hole_ros.estimation.kernel.memory import part
@@ -447,3 +447,27 @@ def test_an_interval_in_two_predictions_goes_up_one_ramp():
         ends.append(kalman.x.copy())
     moved = np.abs(ends[0] - begin)[3:].max()
     assert np.abs(ends[1] - ends[0])[3:].max() < 0.05 * moved
+
+
+@pytest.mark.parametrize("method", ["extended", "square_root"])
+@pytest.mark.parametrize("dt", [0.001, 0.01, 0.1])
+def test_a_peg_whose_rates_walk_as_stated_is_followed_at_any_interval(method, dt):
+    """By a walk that moves angle and rate by one number a rate is known at once: NEES 8700."""
+    options, generator = FilterOptions(), np.random.default_rng(3)
+    kalman = FILTERS[method](SCENE, options, WRENCH_NOISE)
+    R, nees = 1e-8 * np.eye(3), []
+    q, rates = np.array([0.3, 0.1, -0.2]), np.array([0.1, -0.2, 0.3])
+    kalman.start(q + 1e-4 * generator.standard_normal(3), R)
+    for _ in range(300):
+        # Of an exact walk over dt: the change of the rate, and of the angle given it.
+        change, beside = options.free_rate_noise * generator.standard_normal((2, 3)) * dt**0.5
+        q = q + dt * rates + dt * (change / 2 + beside / 12**0.5)
+        rates = rates + change
+        assert kalman.predict(dt, False) is Prediction.FREE
+        # No widening: what is told here is the prediction.
+        kalman.correct(q + 1e-4 * generator.standard_normal(3), R)
+        error = kalman.x[:6] - np.concatenate([q, rates])
+        error[1:3] -= 2 * np.pi * np.round(error[1:3] / (2 * np.pi))
+        nees.append(error @ np.linalg.solve(kalman.P, error))
+    # Of 300 values, correlated over a few of them, the mean of 6 scatters by some 0.4.
+    assert np.mean(nees[20:]) == pytest.approx(6.0, abs=1.5)

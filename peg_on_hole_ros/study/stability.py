@@ -10,7 +10,7 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
+from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP, Prediction
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
@@ -254,7 +254,7 @@ def predicted(scene, state, wrench, place, configuration: Configuration):
         kalman.hold(wrench)
         outcome = kalman.predict(place.gap / count, in_contact=True)
         evaluations += kalman.evaluations
-        if outcome in NO_STEP:
+        if outcome in (*NO_STEP, Prediction.RUNAWAY):
             return Solution(FAILED, kalman.x.copy(), evaluations), kalman.P.copy()
     return Solution(CONVERGED, kalman.x.copy(), evaluations), kalman.P.copy()
 

@@ -122,14 +122,13 @@ class Flow:
 
     def walk(self):
         """Return a factor of what the rates' random walk adds in one step, shape (14, 6)."""
-        h, root = self.h, np.sqrt(self.process.rate_density * self.h)
+        noise = np.full(3, np.sqrt(self.process.rate_density))
+        if self.second_order:
+            return walk_factor(noise, self.h)
         factor = np.zeros((WIDTH, 6))
-        for i in range(3):
-            factor[3 + i, i] = root
-            factor[i, i] = root * h
-            if self.second_order:
-                factor[i, i] = root * h / 2
-                factor[i, 3 + i] = root * h / np.sqrt(12.0)
+        # The implicit step moves the angle with the rate at its end.
+        factor[:3, :3] = np.sqrt(self.h) * self.h * np.diag(noise)
+        factor[RATES, :3] = np.sqrt(self.h) * np.diag(noise)
         return factor
 
     def added(self):
@@ -160,6 +159,28 @@ class Flow:
             noise = F @ noise @ F.T + walk
         noise += np.diag(self.added()) + np.outer(self.jumped, self.jumped)
         return full, total, noise
+
+
+def walk_factor(noise, h):
+    """
+    Return a factor of the covariance that a random walk of the rates adds over a time.
+
+    Parameters
+    ----------
+    noise : ndarray, shape (3,)
+        Of each rate [rad/s^1.5].
+    h : float
+        [s].
+
+    Returns
+    -------
+    ndarray, shape (14, 6)
+
+    """
+    factor, root = np.zeros((WIDTH, 6)), np.sqrt(h) * np.diag(noise)
+    factor[RATES, :3], factor[:3, :3] = root, root * h / 2
+    factor[:3, 3:] = root * h / np.sqrt(12.0)
+    return factor
 
 
 def scaled_gain(C, P):

@@ -10,6 +10,7 @@ from peg_on_hole_ros.estimation.filters.flow import (
     Flow,
     joint_mean,
     set_joint,
+    walk_factor,
 )
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
 from peg_on_hole_ros.estimation.kernel.memory import part
@@ -79,11 +80,9 @@ class SquareRootFilter(ContactFilter):
             added, jumped = flow.added(), flow.jumped
         else:
             noise = self._walk_at_constant_rates(result)
-            F, walk, added = np.eye(WIDTH), np.zeros((WIDTH, 3)), np.zeros(WIDTH)
-            jumped = np.zeros(WIDTH)
+            F, added, jumped = np.eye(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt
-            walk[:3], walk[RATES] = dt * np.eye(3), np.eye(3)
-            root = np.hstack([F @ root, np.sqrt(dt) * walk * noise])
+            root = np.hstack([F @ root, walk_factor(noise, dt)])
             doubted = (self.friction[0], self.spread[0, 0]) != (full[FRICTION], friction)
             if result in NO_STEP and doubted:
                 # It was given back of its spread, or is sought anew, apart from all else.

@@ -3,6 +3,7 @@
 from math import exp, isfinite, log, sqrt
 
 from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density
+from peg_on_hole_ros.estimation.kernel.carry import add_walk
 from peg_on_hole_ros.estimation.kernel.correction import white_innovation
 from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
@@ -13,7 +14,6 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SPREAD,
     WITHOUT_STEP,
     X,
-    Z,
     process_of,
 )
 from peg_on_hole_ros.estimation.kernel.prediction import predict_free
@@ -99,12 +99,7 @@ def _bridge(m, slopes, dt, noise):
     m[BRIDGED] = 1.0
     predict_free(m, slopes, dt, 0.0)
     for i in range(3):
-        # As `carry` adds a random walk.
-        more, at = dt * walk_density(m, noise, i), Z + 13 * i
-        m[at] += dt * dt * more
-        m[at + 3] += dt * more
-        m[at + 36] += dt * more
-        m[at + 39] += more
+        add_walk(m, i, walk_density(m, noise, i), dt)
 
 
 @compiled

@@ -83,11 +83,16 @@ def carry_all(m, slopes, h, rate_noise):
             m[CROSS + i] = m[WITH + 2 * n]
             m[CROSS + 12 + i] = m[WITH + 2 * n + 1]
     for i in range(3):
-        # The random walk of a rate, and what it carries into its angle.
-        m[Z + 13 * i] += rate_noise * h * h * h / 3.0
-        m[Z + 13 * i + 3] += 0.5 * rate_noise * h * h
-        m[Z + 13 * i + 36] += 0.5 * rate_noise * h * h
-        m[RATES + 13 * i] += rate_noise * h
+        add_walk(m, i, rate_noise, h)
+
+
+@inlined
+def add_walk(m, i, density, h):
+    """Add the random walk of one rate [rad^2/s^3] over a time, and what it makes of its angle."""
+    m[Z + 13 * i] += density * h * h * h / 3.0
+    m[Z + 13 * i + 3] += 0.5 * density * h * h
+    m[Z + 13 * i + 36] += 0.5 * density * h * h
+    m[RATES + 13 * i] += density * h
 
 
 @inlined

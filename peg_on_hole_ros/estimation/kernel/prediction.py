@@ -1,6 +1,6 @@
 """The prediction of angles and rates under contact or free, with its covariance, compiled."""
 
-from peg_on_hole_ros.estimation.kernel.carry import carry, carry_all
+from peg_on_hole_ros.estimation.kernel.carry import add_walk, carry, carry_all
 from peg_on_hole_ros.estimation.kernel.direction import slip_without_kink
 from peg_on_hole_ros.estimation.kernel.held_wrench import (
     add_jump,
@@ -252,11 +252,13 @@ def _exchange(m, count):
 
 @compiled
 def predict_free(m, slopes, dt, rate_noise):
-    """Predict over dt at constant rates: no contact model, and the wrench drives nothing."""
+    """Predict over dt at constant rates with their random walk; the wrench drives nothing."""
     for i in range(3):
         for j in range(WIDTH):
             slopes[i, j] = 0.0
         slopes[i, 3 + i] = 1.0
         m[X + i] += dt * m[X + 3 + i]
     m[SLIDING] = 0.0
-    carry(m, slopes, dt, rate_noise)
+    carry(m, slopes, dt, 0.0)
+    for i in range(3):
+        add_walk(m, i, rate_noise, dt)

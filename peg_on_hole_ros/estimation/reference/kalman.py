@@ -43,15 +43,16 @@ from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobi
 
 
 def _random_walk_exact(density, h, size):
-    """Return the covariance that a random walk of the rates adds over a time."""
+    """Return what a random walk of the rates, of density () or (3,), adds over a time."""
     Q = np.zeros((size, size))
-    for i in range(3):
-        Q[np.ix_([i, 3 + i], [i, 3 + i])] = [[h**3 / 3, h**2 / 2], [h**2 / 2, h]]
-    return density * Q
+    for i, each in enumerate(np.broadcast_to(density, 3)):
+        walk = [[h**3 / 3, h**2 / 2], [h**2 / 2, h]]
+        Q[np.ix_([i, 3 + i], [i, 3 + i])] = each * np.array(walk)
+    return Q
 
 
 def _random_walk(density, h, size):
-    """Return what a random walk of the rates, of density () or (3,), adds in an implicit step."""
+    """Return what a random walk of the rates adds in an implicit step."""
     # The implicit step moves the angle with the rate at its end.
     carried = np.zeros((size, 3))
     carried[:3], carried[RATES] = h * np.eye(3), np.eye(3)
@@ -208,7 +209,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.F = np.eye(self.dim_x)
         self.F[range(3), range(3, 6)] = dt
         self._motion = (self.F @ self.x)[STATE]
-        self.Q = _random_walk(rate_noise**2, dt, self.dim_x)
+        self.Q = _random_walk_exact(rate_noise**2, dt, self.dim_x)
         self.predict()
 
     def predict_x(self, u=0):
