@@ -290,7 +290,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         30,
         100_000,
     ),
-    _filter("max_gap", "silence of the wrench that restarts the filter", "s", 1e-3, 100.0),
+    _filter(
+        "max_gap",
+        "a silence of the wrench above this is bridged at constant rates, without contact; joint "
+        "states within still correct",
+        "s",
+        1e-3,
+        100.0,
+    ),
     _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
     _filter(
         "late_window",

@@ -268,10 +268,14 @@ class Pipeline:
         gravity = self._offset.gravity if self._offset else None
         q = self._filter.x[:3]
         self._filter.hold(self._reduction.on_peg(wrench.force, wrench.torque, q, gravity))
+        # The estimate stands where the wrench before, or the start, has left it.
+        silent = (wrench.t_ns - self._t_ns) * 1e-9 > self.configuration.filter.max_gap
+        if silent:
+            self._counts["gap"] += 1
         for measurement in unit.joints:
-            self._advance(measurement.t_ns)
+            self._advance(measurement.t_ns, silent)
             self._correct(measurement)
-        self._advance(wrench.t_ns)
+        self._advance(wrench.t_ns, silent)
         self._counts["wrench_used"] += 1
         outputs = self._assessment.outputs(wrench.t_ns, self._filter, self._innovations.misfit)
         self._note_model(outputs)
@@ -329,16 +333,13 @@ class Pipeline:
         self._assessment.restore(assessment)
         self._counts = Counter(counts)
 
-    def _advance(self, t_ns: int):
+    def _advance(self, t_ns: int, silent: bool):
+        """Predict up to a stamp [ns]; silent: no wrench was measured that could be held so far."""
         dt = (t_ns - self._t_ns) * 1e-9
         self._t_ns = t_ns
         if dt <= 0:
             return
-        in_contact = self._assessment.on_contacts
-        if dt > self.configuration.filter.max_gap:
-            self._counts["gap"] += 1
-            in_contact = False
-        result = self._filter.predict(dt, in_contact)
+        result = self._filter.predict(dt, self._assessment.on_contacts and not silent)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
         self._touching = self._in_contact or self._assessment.doubtful
