@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration
@@ -60,7 +61,10 @@ class Pipeline:
         self._arrival_counts: Counter[str] = Counter()
         self._counts: Counter[str] = Counter()
         window_ns = round(configuration.filter.late_window * 1e9)
-        self._history = History(window_ns and window_ns + max(self._delay_ns, 0))
+        self._expected_ns = max(self._delay_ns, 0)
+        self._history = History(window_ns and window_ns + self._expected_ns)
+        tolerance_ns = round(configuration.filter.late_tolerance * 1e9)
+        self._joint_stamps = RecentStamps(max(window_ns, tolerance_ns) + self._expected_ns)
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
         self._restart()
@@ -87,6 +91,7 @@ class Pipeline:
         self._history.clear()
         self._started = False
         self._waiting.clear()
+        self._joint_stamps.clear()
         self._in_contact = self._touching = False
         self._rung = self._filter.model.rung
         self._recent.clear()
@@ -149,7 +154,16 @@ class Pipeline:
             self._filter.start(*self._in_hole_axes(measurement))
             self._started = True
             self._t_ns = measurement.t_ns
+            self._joint_stamps.take(measurement.t_ns, self._t_ns)
             self._counts["joints_used"] += 1
+            return
+        if self._t_ns - measurement.t_ns - self._expected_ns > CLOCK_JUMP_NS:
+            self._arrival_counts["clock_jumped_back"] += 1
+            self._restart()
+            self.on_joints(sample)
+            return
+        if not self._joint_stamps.take(measurement.t_ns, self._t_ns):
+            self._arrival_counts["joints_dropped_repeated_stamp"] += 1
             return
         if measurement.t_ns > self._t_ns:
             if self._waiting and measurement.t_ns < self._waiting[-1].t_ns:
@@ -163,16 +177,11 @@ class Pipeline:
                 self._waiting.popleft()
                 self._arrival_counts["joints_dropped_without_wrench"] += 1
             return
-        self._take_late_joints(sample, measurement)
+        self._take_late_joints(measurement)
 
-    def _take_late_joints(self, sample: JointSample, measurement: AngleMeasurement):
+    def _take_late_joints(self, measurement: AngleMeasurement):
         lateness = self._t_ns - measurement.t_ns
-        expected = max(self._delay_ns, 0)
-        if lateness - expected > CLOCK_JUMP_NS:
-            self._arrival_counts["clock_jumped_back"] += 1
-            self._restart()
-            self.on_joints(sample)
-        elif not lateness:
+        if not lateness:
             self._history.add_after(measurement)
             if not self._history.changed:
                 self._correct(measurement)
@@ -180,7 +189,7 @@ class Pipeline:
             self._arrival_counts["joints_late"] += 1
         elif (
             self._history.window_ns
-            or lateness - expected > self.configuration.filter.late_tolerance * 1e9
+            or lateness - self._expected_ns > self.configuration.filter.late_tolerance * 1e9
         ):
             self._arrival_counts["joints_dropped_late"] += 1
         else:
