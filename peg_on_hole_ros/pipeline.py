@@ -327,9 +327,10 @@ class Pipeline:
             return
         self._arrival_counts["went_back"] += 1
         self._arrival_counts["wrench_reprocessed"] += len(units)
-        self._restore(units[0].before)
-        for unit in units:
-            unit.before, unit.begin_ns = self._snapshot(), self._t_ns
+        self._restore(units[0][0].before)
+        for unit, with_snapshot in units:
+            unit.before = self._snapshot() if with_snapshot else None
+            unit.begin_ns = self._t_ns
             self._process(unit)
 
     def _snapshot(self):
