@@ -1,12 +1,12 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import isfinite
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filters.contact import Correction, Prediction
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
@@ -39,11 +39,17 @@ class Pipeline:
         From a JointSample to an AngleMeasurement, or to the reason why there is none; None reads
         the peg's own joints.
     make : callable
-        From scene, filter options and the wrench's covariance to the filter.
+        From scene, filter options, the wrench's covariance and what is not known of bias and tilt
+        to the filter, as `make_filter`.
 
     """
 
-    def __init__(self, configuration: Configuration, orientation=None, make=make_filter):
+    def __init__(
+        self,
+        configuration: Configuration,
+        orientation=None,
+        make: Callable[..., ContactFilter] = make_filter,
+    ):
         self.configuration = configuration
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
@@ -316,7 +322,7 @@ class Pipeline:
         return "; ".join(filter(None, (self._filter.model.line, self._assessment.line)))
 
     @property
-    def filter(self):
+    def filter(self) -> ContactFilter:
         """The filter, for those who made it."""
         return self._filter
 
