@@ -290,7 +290,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         30,
         100_000,
     ),
-    _filter("max_gap", "silence of the wrench that restarts the filter", "s", 1e-3, 100.0),
+    _filter(
+        "max_gap",
+        "a silence of the wrench above this is bridged at constant rates, without contact; joint "
+        "states within still correct",
+        "s",
+        1e-3,
+        100.0,
+    ),
     _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
     _filter(
         "late_window",
@@ -378,7 +385,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         "contact modes, forecast, jamming risk and alarms; false: less work, and the peg is taken "
         "as on three contacts above gamma0, which nothing checks",
     ),
-    _monitor("contact_force_threshold", "reaction above which a contact is closed", "N", 0.0, 1e6),
+    _monitor(
+        "contact_force_threshold",
+        "load of the rim, by all contacts together, above which something touches; in the hole, "
+        "push above which a peg at rest may jam",
+        "N",
+        0.0,
+        1e6,
+    ),
     _monitor(
         "free_acceleration",
         "of a peg that is carried through the air; force for it does not count as contact",
@@ -421,10 +435,22 @@ PARAMETERS: tuple[Parameter, ...] = (
     _monitor("load_horizon", "the same for overload; shorter than a press lasts", "s", 0.0, 10.0),
     _monitor("jamming_warn", "risk that gives jamming or overload, level WARN", "", 0.0, 1.0),
     _monitor("jamming_error", "risk that gives jamming or overload, level ERROR", "", 0.0, 1.0),
-    _monitor("alarm_hysteresis", "share of a limit to fall below to clear an alarm", "", 0.0, 1.0),
-    _monitor("alarm_dwell", "time a limit must be passed to raise an alarm", "s", 0.0, 10.0),
+    _monitor(
+        "alarm_hysteresis",
+        "how far a probability has to fall below an alarm's threshold to clear it",
+        "",
+        0.0,
+        1.0,
+    ),
+    _monitor("alarm_dwell", "time a threshold must be passed to raise an alarm", "s", 0.0, 10.0),
     _monitor("alarm_hold", "time without cause to clear an alarm by one level", "s", 0.0, 60.0),
-    _monitor("max_normal", "of K, B1, B2: reactions above give overload", "N", 1e-3, 1e9),
+    _monitor(
+        "max_normal",
+        "limits of the reactions at K, B1, B2; overload is the risk that one is passed",
+        "N",
+        1e-3,
+        1e9,
+    ),
     _monitor(
         "singular_band",
         "normalised determinant below which the reactions are declared undetermined",

@@ -1,16 +1,17 @@
 """From samples to outputs: the one path that the node and the replay share."""
 
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import isfinite
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filters.contact import Correction, Prediction
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction, plausible
+from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration
@@ -38,11 +39,17 @@ class Pipeline:
         From a JointSample to an AngleMeasurement, or to the reason why there is none; None reads
         the peg's own joints.
     make : callable
-        From scene, filter options and the wrench's covariance to the filter.
+        From scene, filter options, the wrench's covariance and what is not known of bias and tilt
+        to the filter, as `make_filter`.
 
     """
 
-    def __init__(self, configuration: Configuration, orientation=None, make=make_filter):
+    def __init__(
+        self,
+        configuration: Configuration,
+        orientation=None,
+        make: Callable[..., ContactFilter] = make_filter,
+    ):
         self.configuration = configuration
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
@@ -60,7 +67,10 @@ class Pipeline:
         self._arrival_counts: Counter[str] = Counter()
         self._counts: Counter[str] = Counter()
         window_ns = round(configuration.filter.late_window * 1e9)
-        self._history = History(window_ns and window_ns + max(self._delay_ns, 0))
+        self._expected_ns = max(self._delay_ns, 0)
+        self._history = History(window_ns and window_ns + self._expected_ns)
+        tolerance_ns = round(configuration.filter.late_tolerance * 1e9)
+        self._joint_stamps = RecentStamps(max(window_ns, tolerance_ns) + self._expected_ns)
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
         self._restart()
@@ -87,6 +97,7 @@ class Pipeline:
         self._history.clear()
         self._started = False
         self._waiting.clear()
+        self._joint_stamps.clear()
         self._in_contact = self._touching = False
         self._rung = self._filter.model.rung
         self._recent.clear()
@@ -149,7 +160,16 @@ class Pipeline:
             self._filter.start(*self._in_hole_axes(measurement))
             self._started = True
             self._t_ns = measurement.t_ns
+            self._joint_stamps.take(measurement.t_ns, self._t_ns)
             self._counts["joints_used"] += 1
+            return
+        if self._t_ns - measurement.t_ns - self._expected_ns > CLOCK_JUMP_NS:
+            self._arrival_counts["clock_jumped_back"] += 1
+            self._restart()
+            self.on_joints(sample)
+            return
+        if not self._joint_stamps.take(measurement.t_ns, self._t_ns):
+            self._arrival_counts["joints_dropped_repeated_stamp"] += 1
             return
         if measurement.t_ns > self._t_ns:
             if self._waiting and measurement.t_ns < self._waiting[-1].t_ns:
@@ -163,16 +183,11 @@ class Pipeline:
                 self._waiting.popleft()
                 self._arrival_counts["joints_dropped_without_wrench"] += 1
             return
-        self._take_late_joints(sample, measurement)
+        self._take_late_joints(measurement)
 
-    def _take_late_joints(self, sample: JointSample, measurement: AngleMeasurement):
+    def _take_late_joints(self, measurement: AngleMeasurement):
         lateness = self._t_ns - measurement.t_ns
-        expected = max(self._delay_ns, 0)
-        if lateness - expected > CLOCK_JUMP_NS:
-            self._arrival_counts["clock_jumped_back"] += 1
-            self._restart()
-            self.on_joints(sample)
-        elif not lateness:
+        if not lateness:
             self._history.add_after(measurement)
             if not self._history.changed:
                 self._correct(measurement)
@@ -180,7 +195,7 @@ class Pipeline:
             self._arrival_counts["joints_late"] += 1
         elif (
             self._history.window_ns
-            or lateness - expected > self.configuration.filter.late_tolerance * 1e9
+            or lateness - self._expected_ns > self.configuration.filter.late_tolerance * 1e9
         ):
             self._arrival_counts["joints_dropped_late"] += 1
         else:
@@ -228,8 +243,11 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
-        if not (all(map(isfinite, sample.force)) and all(map(isfinite, sample.torque))):
-            self._arrival_counts["wrench_dropped_not_finite"] += 1
+        if not plausible(sample):
+            if all(map(isfinite, (*sample.force, *sample.torque))):
+                self._arrival_counts["wrench_dropped_out_of_range"] += 1
+            else:
+                self._arrival_counts["wrench_dropped_not_finite"] += 1
             return None
         if not self._started:
             self._arrival_counts["wrench_dropped_before_joints"] += 1
@@ -268,10 +286,14 @@ class Pipeline:
         gravity = self._offset.gravity if self._offset else None
         q = self._filter.x[:3]
         self._filter.hold(self._reduction.on_peg(wrench.force, wrench.torque, q, gravity))
+        # The estimate stands where the wrench before, or the start, has left it.
+        silent = (wrench.t_ns - self._t_ns) * 1e-9 > self.configuration.filter.max_gap
+        if silent:
+            self._counts["gap"] += 1
         for measurement in unit.joints:
-            self._advance(measurement.t_ns)
+            self._advance(measurement.t_ns, silent)
             self._correct(measurement)
-        self._advance(wrench.t_ns)
+        self._advance(wrench.t_ns, silent)
         self._counts["wrench_used"] += 1
         outputs = self._assessment.outputs(wrench.t_ns, self._filter, self._innovations.misfit)
         self._note_model(outputs)
@@ -300,7 +322,7 @@ class Pipeline:
         return "; ".join(filter(None, (self._filter.model.line, self._assessment.line)))
 
     @property
-    def filter(self):
+    def filter(self) -> ContactFilter:
         """The filter, for those who made it."""
         return self._filter
 
@@ -311,9 +333,10 @@ class Pipeline:
             return
         self._arrival_counts["went_back"] += 1
         self._arrival_counts["wrench_reprocessed"] += len(units)
-        self._restore(units[0].before)
-        for unit in units:
-            unit.before, unit.begin_ns = self._snapshot(), self._t_ns
+        self._restore(units[0][0].before)
+        for unit, with_snapshot in units:
+            unit.before = self._snapshot() if with_snapshot else None
+            unit.begin_ns = self._t_ns
             self._process(unit)
 
     def _snapshot(self):
@@ -329,16 +352,13 @@ class Pipeline:
         self._assessment.restore(assessment)
         self._counts = Counter(counts)
 
-    def _advance(self, t_ns: int):
+    def _advance(self, t_ns: int, silent: bool):
+        """Predict up to a stamp [ns]; silent: no wrench was measured that could be held so far."""
         dt = (t_ns - self._t_ns) * 1e-9
         self._t_ns = t_ns
         if dt <= 0:
             return
-        in_contact = self._assessment.on_contacts
-        if dt > self.configuration.filter.max_gap:
-            self._counts["gap"] += 1
-            in_contact = False
-        result = self._filter.predict(dt, in_contact)
+        result = self._filter.predict(dt, self._assessment.on_contacts and not silent)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
         self._touching = self._in_contact or self._assessment.doubtful

@@ -154,7 +154,9 @@ def test_inspect_finds_gaps_and_clock_trouble(tmp_path, capsys):
     }
     assert main(["inspect", str(path)]) == 0
     text = capsys.readouterr().out
-    assert "trouble: 1 stamps go backwards: late messages are dropped" in text
+    assert (
+        "trouble: 1 stamps go backwards: what is later than filter.late_window is dropped" in text
+    )
     assert "dropped, /wrench: not_finite: 1" in text
 
 

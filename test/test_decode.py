@@ -55,6 +55,8 @@ def test_three_forms_of_joint_states_give_one_sample():
     [
         (wrench(force=(1.0, NAN, 3.0)), "not_finite"),
         (wrench(torque=(INF, 0.0, 0.0)), "not_finite"),
+        (wrench(torque=(INF, 1e200, 0.0)), "not_finite"),
+        (wrench(force=(0.0, 0.0, 2e6)), "out_of_range"),
         (wrench(nanosec=1_000_000_000), "bad_stamp"),
         (wrench(force=("one", 2.0, 3.0)), "unreadable"),
         (wrench(force=(1.0, 2.0)), "unreadable"),

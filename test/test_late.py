@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
-from peg_on_hole_ros.estimation.history import MAX_KEPT, STRIDE
+from peg_on_hole_ros.estimation.history import DENSE, MAX_KEPT, STRIDE, History, Unit
 from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
 from simulated import truth
 
@@ -137,12 +137,57 @@ def test_memory_is_bounded():
     play(line, shuffled(samples, 15 * MS))
     # One wrench a millisecond.
     assert 20 <= len(line._history._units) <= 20 + 2 * STRIDE
-    wide = pipeline(1.0)
-    wrench = next(s for s in samples if type(s) is WrenchSample)
-    wide.on_joints(samples[0])
-    for k in range(MAX_KEPT + 100):
-        wide.on_wrench(wrench._replace(t_ns=wrench.t_ns + 100_000 * k))
-    assert MAX_KEPT - STRIDE < len(wide._history._units) < MAX_KEPT + STRIDE
+
+
+def snapshots(history):
+    return sum(unit.before is not None for unit in history._units)
+
+
+def test_memory_of_the_fastest_wrench_is_bounded():
+    history, late = History(1500 * MS), 0
+    for k in range(2 * MAX_KEPT):
+        now = 100_000 * k
+        wrench = WrenchSample(now, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        before = k if history.wants_snapshot else None
+        history.append(Unit(wrench, [], before, now - 100_000))
+        if k % 97 == 96:
+            # A late joint state from somewhere within what is kept, and all since anew.
+            kept = len(history._units)
+            back = 1 + k * 37 % min(kept - 1, 4000)
+            late += history.put_joints(measurement(now - 100_000 * back), now)
+            for unit, with_snapshot in history.take_changed():
+                unit.before = 0 if with_snapshot else None
+        assert history._units[0].before is not None
+    assert late > 200
+    assert MAX_KEPT - 2 * STRIDE < len(history._units) < MAX_KEPT + 2 * STRIDE
+    # Of the latest all, and of the others one in eight, one more for each time it went back.
+    assert snapshots(history) < DENSE + MAX_KEPT / STRIDE + late
+
+
+def measurement(t_ns):
+    return AngleMeasurement(t_ns, np.zeros(3), np.eye(3))
+
+
+def test_the_longest_delay_is_within_what_is_kept_of_a_fast_wrench():
+    """Wrenches at 5 kHz and a delay of 0.45 s: 2250 of them, and the window's 250."""
+    delay = 450 * MS
+    slow = ordered(550)
+    fast = [
+        s._replace(t_ns=s.t_ns + 200_000 * k)
+        for s in slow
+        if isinstance(s, WrenchSample)
+        for k in range(5)
+    ]
+    joints = [s for s in slow if isinstance(s, JointSample)][:50:10]
+    lines = pipeline(), pipeline(delay=delay * 1e-9)
+    play(lines[0], sorted([*joints, *fast], key=lambda s: s.t_ns))
+    first, *late = (s._replace(t_ns=s.t_ns + delay) for s in joints)
+    play(lines[1], [first, *sorted([*late, *fast], key=lambda s: s.t_ns)])
+    assert lines[1].counts["joints_dropped_late"] == 0
+    assert lines[1].counts["joints_late"] == len(late)
+    assert lines[1].counts["wrench_reprocessed"] > 2000 * len(late)
+    np.testing.assert_array_equal(lines[1].filter.x, lines[0].filter.x)
+    np.testing.assert_array_equal(lines[1].filter.Z, lines[0].filter.Z)
 
 
 def test_a_tare_is_not_gone_back_behind():

@@ -37,10 +37,28 @@ from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import FilterOptions, MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
+from simulated import truth
+from test_late import ordered
 
 OPTIONS = MonitorOptions()
 SCENE = Scene()
 PRESSED = Shown(0.95, 0, 0.01, 0.0, 0.01, 0.03, 0.0, -1, 0, 0, 1, 0, 0, 0)
+
+
+@pytest.mark.parametrize("threshold", [1.0, 51.0, 80.0])
+def test_the_threshold_is_one_of_the_whole_load_and_closes_no_contact(threshold):
+    """K carries 49 N, B1 and B2 113 N each; what of that the peg feels is some 54 N."""
+    configuration = truth("closing_with_slip").plan.configuration
+    options = replace(configuration.monitor, contact_force_threshold=threshold)
+    line = Pipeline(replace(configuration, monitor=options))
+    *_, last = line.play(ordered(200))
+    if threshold < 54.0:
+        assert last.contact_mode == "three_point"
+        assert (last.normal > 0.0).all()
+    else:
+        assert last.contact_mode == "open"
+        assert (last.normal == 0.0).all()
+    np.testing.assert_array_equal(last.closed, last.normal > 0.0)
 
 
 def test_probabilities_are_those_of_the_sum_over_all_paths():

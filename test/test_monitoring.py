@@ -36,6 +36,13 @@ def test_alarm_falls_level_by_level_after_its_hold():
     run(level, [0.8] * 50)
     assert level.update(10.0, 0.65) == WARN
     assert level.update(20.0, 0.65) == WARN
+    # It is a probability: 0.85 and 0.6, where shares of the thresholds would be 0.855 and 0.63.
+    level = Level(0.7, 0.95, OPTIONS)
+    run(level, [1.0] * 50)
+    assert [level.update(10.0 * k, 0.852) for k in (1, 2)] == [ERROR, ERROR]
+    assert [level.update(10.0 * k, 0.84) for k in (3, 4)] == [ERROR, WARN]
+    assert [level.update(10.0 * k, 0.61) for k in (5, 6)] == [WARN, WARN]
+    assert [level.update(10.0 * k, 0.59) for k in (7, 8)] == [WARN, OK]
 
 
 RISK = Risk(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)

@@ -101,7 +101,7 @@ class PegOnHoleNode(LifecycleNode):
         return super().on_activate(state)
 
     def on_deactivate(self, state) -> TransitionCallbackReturn:
-        """Stop listening; the estimate is kept, a gap in the stamps restarts it."""
+        """Stop listening; the estimate is kept, a gap in the stamps is bridged."""
         self._stop_listening()
         return super().on_deactivate(state)
 

@@ -1,16 +1,20 @@
 """What was processed last, kept so that a late message can be put where it belongs."""
 
 from collections import deque
+from itertools import islice
 
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
-# Wrenches that are kept at most. At 8 kHz these are 128 ms.
-MAX_KEPT = 1024
-# A snapshot takes some 2 kB, and a fifth of the time that a wrench does. It is due with every
+# Wrenches that are kept at most: 1.5 s, the longest `filter.late_window` and the longest
+# `joints.delay` together, at 8 kHz.
+MAX_KEPT = 12_000
+# A snapshot takes some 11 kB, and a fifth of the time that a wrench does. It is due with every
 # eighth wrench while all comes in order: going back then begins up to seven wrenches earlier than
-# it would have to. After a late message it is due with each wrench for a while.
+# it would have to. After a late message it is due with each wrench for a while, and kept for the
+# latest DENSE: who goes back farther is not held up by seven more. So MAX_KEPT take some 25 MB.
 STRIDE = 8
 ALERT = 1000
+DENSE = 256
 
 
 class Unit:
@@ -53,13 +57,13 @@ class History:
         self.window_ns = window_ns
         self._units: deque[Unit] = deque()
         self._first: int | None = None
-        self._appended = self._alert = 0
+        self._appended = self._alert = self._bare = 0
 
     def clear(self) -> None:
         """Forget everything: nothing that happened so far can be gone back to."""
         self._units.clear()
         self._first = None
-        self._appended = self._alert = 0
+        self._appended = self._alert = self._bare = 0
 
     @property
     def changed(self) -> bool:
@@ -79,6 +83,7 @@ class History:
         units.append(unit)
         self._appended += 1
         self._alert -= self._alert > 0
+        self._thin()
         if unit.before is None:
             return
         # What is kept begins with a snapshot.
@@ -87,6 +92,18 @@ class History:
             for _ in range(count):
                 units.popleft()
             count = self._until_snapshot()
+
+    def _thin(self):
+        """Leave every eighth snapshot before the latest DENSE, and the first that is kept."""
+        if len(self._units) <= DENSE + 1:
+            self._bare = 0
+            return
+        unit = self._units[-DENSE - 1]
+        if unit.before is None or self._bare < STRIDE - 1:
+            unit.before = None
+            self._bare += 1
+        else:
+            self._bare = 0
 
     def _until_snapshot(self):
         for i in range(1, len(self._units)):
@@ -141,11 +158,17 @@ class History:
             i -= 1
         return i
 
-    def take_changed(self) -> list[Unit]:
-        """Return the units from the last snapshot before a change on; they count as processed."""
+    def take_changed(self) -> list[tuple[Unit, bool]]:
+        """
+        Return the units from the last snapshot before a change on; they count as processed.
+
+        With each stands whether it is to come with a new snapshot; what it had says no more.
+        """
         if self._first is None:
             return []
         first, self._first = self._first, None
         while self._units[first].before is None:
             first -= 1
-        return list(self._units)[first:]
+        units = list(islice(self._units, first, None))
+        dense = len(units) - DENSE
+        return [(unit, i >= dense or not i % STRIDE) for i, unit in enumerate(units)]

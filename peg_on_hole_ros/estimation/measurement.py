@@ -8,13 +8,25 @@ from peg_on_hole_ros.estimation.kernel.offsets import Offsets
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
-from peg_on_hole_ros.records import AngleMeasurement, JointSample
+from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 
 # Below this the two rotations about the axes are one for every sensor; the floor keeps the
 # covariance of psi and phi finite (sigma / 1e-6 is thousands of turns).
 SMALLEST_SINE = 1e-6
-# Angles beyond this [rad] have lost the digits that tell an orientation.
+# The size of a force [N], and of a torque [N m], that no sensor in a cell measures: bytes or
+# units of a driver that are wrong.
+MOST_FORCE = MOST_TORQUE = 1e6
+# psi or phi of a joint that counts its turns [rad]: beyond, a double is as coarse as an encoder.
 MOST_TURNED = 1e6
+
+
+def plausible(sample: WrenchSample) -> bool:
+    """Return whether a wrench is finite, and neither force nor torque beyond what is measured."""
+    (f_x, f_y, f_z), (m_x, m_y, m_z) = sample.force, sample.torque
+    return (
+        f_x * f_x + f_y * f_y + f_z * f_z <= MOST_FORCE * MOST_FORCE
+        and m_x * m_x + m_y * m_y + m_z * m_z <= MOST_TORQUE * MOST_TORQUE
+    )
 
 
 def rotation_from_rpy(rpy) -> np.ndarray:
@@ -259,7 +271,7 @@ class PegJoints:
         if isinstance(position, str):
             return position
         gamma, psi, phi = position
-        if not abs(gamma) < pi or max(abs(psi), abs(phi)) > MOST_TURNED:
+        if not (abs(gamma) < pi and abs(psi) <= MOST_TURNED and abs(phi) <= MOST_TURNED):
             return "out_of_range"
         if self._R_HM is not None:
             gamma, psi, phi = angles_of(self._R_HM @ peg_axes(position))

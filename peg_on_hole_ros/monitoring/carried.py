@@ -1,11 +1,12 @@
 """What something else than the holder does to the peg: the wrench that its motion leaves over."""
 
-from math import cos, exp, sin, sqrt
+from math import cos, exp, fabs, nan, sin, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.kernel.memory import NOISE, RATES, U, X
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
+from peg_on_hole_ros.monitoring.trend import is_number
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over
 # `monitor.evidence_time` tells a free peg from one that is touched lightly. A peg that is turned
@@ -48,7 +49,7 @@ def carried_load(f, means, dt, time):
     -------
     carried : float
         Root of the squares of force and couple; a couple counts by its force at the peg's
-        radius [N].
+        radius [N]. NaN for a wrench that is no number: it is not taken.
     variance : float
         What noise alone would make of its square [N^2].
 
@@ -77,6 +78,8 @@ def carried_load(f, means, dt, time):
         noise += f[NOISE + 7 * i] + over_radius * over_radius * f[NOISE + 21 + 7 * i]
         jump += (new[i] - means[_FORCE + i]) ** 2
         jump += (over_radius * (new[3 + i] - means[_COUPLE + i])) ** 2
+    if not is_number(jump + fabs(L_x) + fabs(L_y) + fabs(L_z)):
+        return nan, noise
     share = 1.0 - exp(-dt / time)
     begun = means[_SHARE] > 0.0
     for i in range(3):

@@ -36,7 +36,8 @@ def below(z):
 
 @compiled
 def _bounded(value):
-    return min(max(value, -MOST), MOST)
+    # What is no number is no evidence.
+    return min(max(value, -MOST), MOST) if value == value else 0.0
 
 
 @compiled

@@ -17,7 +17,14 @@ from peg_on_hole_ros.monitoring import load_ahead, stall_ahead
 from peg_on_hole_ros.monitoring.contacts import below
 from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
 from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
-from peg_on_hole_ros.monitoring.trend import CALM, MEASURED, QUICK_TILT, TURN, rate_after
+from peg_on_hole_ros.monitoring.trend import (
+    CALM,
+    MEASURED,
+    QUICK_TILT,
+    TURN,
+    is_number,
+    rate_after,
+)
 from peg_on_hole_ros.monitoring.wedging_ahead import wedging_ahead
 from peg_on_hole_ros.options import MonitorOptions
 
@@ -227,6 +234,9 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
     in contact: nobody knows what would move it.
     """
     push, variance = _push(p, f)
+    if not (is_number(push) and is_number(variance)):
+        # Nothing is taken from it.
+        return 0.0, 0.0, 0.0
     held = max(0.5 * p.d * p.f * j[TOTAL], 3.0 * sqrt(variance))
     follow_push(j, STALL, push, variance, held, dt)
     if motion[MEASURED + 2] != 0.0:
@@ -253,6 +263,8 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
 @compiled
 def _load(f, j, options, dt, time, usable):
     """Return the probability that a reaction passes its limit."""
+    for i in range(3):
+        usable = usable and is_number(f[Y + 3 + i]) and is_number(f[REACTIONS + 21 + 7 * i])
     if not usable:
         break_course(j)
         return 0.0

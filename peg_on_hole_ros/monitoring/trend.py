@@ -24,6 +24,8 @@ MEASURED = LATELY + 1
 # For how long the quick tilt has not jumped [s].
 CALM = MEASURED + 3
 SIZE = CALM + 1
+# Beyond this a number is refused like one that is none: its square's square is not finite.
+LARGEST = 1e60
 # A forecast further ahead says nothing [s].
 LONGEST = 30.0
 SQRT2 = sqrt(2.0)
@@ -38,6 +40,12 @@ TURN_SHARE = 10.0
 def new_trend() -> np.ndarray:
     """Return the memory of a trend that has seen nothing."""
     return np.zeros(SIZE)
+
+
+@compiled
+def is_number(value):
+    """Return whether a value is finite, and stays so where it is squared twice."""
+    return fabs(value) < LARGEST
 
 
 @compiled
@@ -68,7 +76,9 @@ def carry(m, at, dt, acceleration, memory, tremble):
 
 @compiled
 def correct(m, at, residual, variance, since, acceleration, jump_at=_JUMP):
-    """Correct a channel by what its position was off; return whether it has jumped."""
+    """Correct a channel by what its position was off, a number; return whether it has jumped."""
+    if not (is_number(residual) and is_number(variance)):
+        return True
     s = m[at + 3] + variance
     jumped = residual * residual > jump_at * s
     if jumped:

@@ -14,7 +14,7 @@ class StampStatistics:
     Parameters
     ----------
     max_gap : float
-        Silence that restarts the filter, counted as a gap [s].
+        Silence above which it counts as a gap [s].
 
     """
 
@@ -78,8 +78,8 @@ class StampStatistics:
         trouble = []
         if self._backwards:
             trouble.append(
-                f"{self._backwards} stamps go backwards: late messages are dropped; a driver "
-                "without time order, or two publishers on one topic"
+                f"{self._backwards} stamps go backwards: what is later than filter.late_window is "
+                "dropped; a driver without time order, or two publishers on one topic"
             )
         if self._repeated:
             trouble.append(
@@ -88,8 +88,9 @@ class StampStatistics:
             )
         if self._gaps:
             trouble.append(
-                f"{self._gaps} gaps over {self._max_gap_ns * 1e-9:g} s (filter.max_gap): the "
-                "filter restarts after each"
+                f"{self._gaps} gaps over {self._max_gap_ns * 1e-9:g} s (filter.max_gap): over one "
+                "of the wrench the peg is predicted without contact, over one of the joint "
+                "states it is not corrected"
             )
         if max(abs(self._least), abs(self._greatest)) > OFFSET_LIMIT:
             trouble.append(

@@ -4,6 +4,7 @@ from math import isfinite
 from types import SimpleNamespace
 from typing import NamedTuple
 
+from peg_on_hole_ros.estimation.measurement import plausible
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 WRENCH_TYPE = "geometry_msgs/msg/WrenchStamped"
@@ -21,7 +22,8 @@ class Malformed(NamedTuple):
     ----------
     reason : str
         `unreadable` (fields missing or of another type), `bad_stamp` (nanoseconds outside 0 to
-        1e9), `not_finite`, `length_mismatch` (names and positions), `repeated_name`.
+        1e9), `not_finite`, `out_of_range` (a wrench that no sensor measures),
+        `length_mismatch` (names and positions), `repeated_name`.
 
     """
 
@@ -50,9 +52,10 @@ def wrench_sample(message) -> WrenchSample | Malformed:
         return Malformed("unreadable")
     if t_ns is None:
         return Malformed("bad_stamp")
-    if not all(map(isfinite, numbers)):
-        return Malformed("not_finite")
-    return WrenchSample(t_ns, numbers[:3], numbers[3:])
+    sample = WrenchSample(t_ns, numbers[:3], numbers[3:])
+    if plausible(sample):
+        return sample
+    return Malformed("out_of_range") if all(map(isfinite, numbers)) else Malformed("not_finite")
 
 
 def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malformed:

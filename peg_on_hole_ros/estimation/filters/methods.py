@@ -1,16 +1,10 @@
 """Filters on one interface: the compiled default, and slower ones for reference and charts."""
 
 from math import isfinite
-from typing import Protocol
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filters.contact import (
-    ContactFilter,
-    Correction,
-    Prediction,
-    Reactions,
-)
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.flow import (
     Flow,
     joint_estimate,
@@ -21,35 +15,6 @@ from peg_on_hole_ros.estimation.filters.flow import (
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.kernel import correction
-
-
-class Filter(Protocol):
-    """What the pipeline asks of a filter; see `ContactFilter` for each."""
-
-    x: np.ndarray
-    u: np.ndarray
-    Z: np.ndarray
-
-    def start(self, q, R) -> None:
-        """Start from an orientation."""
-
-    def hold(self, u) -> None:
-        """Hold a new wrench."""
-
-    def predict(self, dt: float, in_contact: bool) -> Prediction:
-        """Predict over dt [s]."""
-
-    def correct(self, q, R) -> tuple[Correction, float]:
-        """Correct with an orientation."""
-
-    def reactions(self) -> Reactions | None:
-        """Return the reactions at the estimate."""
-
-    def snapshot(self) -> object:
-        """Return what `restore` takes back."""
-
-    def restore(self, snapshot) -> None:
-        """Go back to a snapshot."""
 
 
 class IteratedFilter(ContactFilter):
