@@ -367,19 +367,21 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "inflation_threshold",
-        "NIS (3 angles) above which the covariance of the rates is widened",
+        "NIS (3 angles) above which the covariance of the rates is widened, at most to three times "
+        "initial_rate_stddev",
         "",
         1.0,
         1e6,
     ),
     _filter(
         "gate_threshold",
-        "NIS above which an angle measurement is not used, only counted",
+        "NIS, after any widening of the rates, above which an angle measurement is not used, only "
+        "counted: it leaves nothing behind",
         "",
         1.0,
         1e9,
     ),
-    _filter("gate_reset_count", "gated in a row that restart the filter", "", 1, 1_000_000),
+    _filter("gate_reset_count", "gated in a row after which the next one restarts the filter", "", 1, 1_000_000),
     _monitor(
         "modes",
         "contact modes, forecast, jamming risk and alarms; false: less work, and the peg is taken "

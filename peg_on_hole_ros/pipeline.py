@@ -60,8 +60,7 @@ class Pipeline:
         self._filter = make(self.scene, configuration.filter, self._reduction.covariance, offsets)
         # Bias and tilt: most cells know them.
         self._offset = self._filter if offsets.variance.any() else None
-        judge = Assessment if configuration.monitor.modes else Unjudged
-        self._assessment = judge(self.scene, configuration.monitor, self._reduction.covariance)
+        self._assessment = self._new_assessment()
         self._innovations = Innovations(white=self._offset is None)
         # Fates that arrival decides, and those that going back decides anew.
         self._arrival_counts: Counter[str] = Counter()
@@ -95,6 +94,7 @@ class Pipeline:
         self._t_ns: int | None = None
         self._last_wrench_ns: int | None = None
         self._history.clear()
+        self._filter.let_go()
         self._started = False
         self._waiting.clear()
         self._joint_stamps.clear()
@@ -104,10 +104,16 @@ class Pipeline:
         self._innovations.restart()
         self._assessment.restart()
 
+    def _new_assessment(self):
+        options = self.configuration.monitor
+        judge = Assessment if options.modes else Unjudged
+        return judge(self.scene, options, self._reduction.covariance)
+
     def reset(self) -> str:
         """Restart filter and monitor, forget what was learnt; the tare stays. Returns as text."""
         self._restart()
         self._filter.forget()
+        self._assessment = self._new_assessment()
         self._arrival_counts["reset"] += 1
         return (
             "filter and monitor restarted, with friction and clearance as stated; they wait for a "

@@ -185,7 +185,7 @@ def test_a_surprise_gives_friction_its_spread_back(method, stddev, learns):
     kalman.spread[0, 0] = 1e-8
     if method == "square_root":
         kalman._set_anew()
-    kalman.correct(kalman.x[:3] + [0.02, 0.0, 0.0], np.eye(3) * 1e-8)
+    kalman.correct(kalman.x[:3] + [5e-4, 0.0, 0.0], np.eye(3) * 1e-8)
     least = SURPRISED * 0.05**2
     assert (kalman.friction[1] ** 2 > 0.5 * least) is learns
     assert kalman.friction[1] <= 0.05

@@ -1,6 +1,6 @@
 """The contact filter: state, covariance and the wrench that is held, over compiled steps."""
 
-from math import isfinite, sqrt
+from math import cos, isfinite, sin, sqrt
 
 import numpy as np
 
@@ -41,6 +41,8 @@ WIDE_CLEARANCE = 0.1
 # No clearance is learnt better than to this share of its stated spread: contacts give, and holes
 # are not round.
 LEAST_CLEARANCE_SPREAD = 0.01
+# A surprise may leave the rates this many times as uncertain as they are at a start.
+SURPRISING = 3.0
 # Steps that are not to be relied on, though there may be one.
 _BRIDGED = {
     prediction.SLOW_SLIP: Prediction.SLOW,
@@ -102,6 +104,11 @@ class ContactFilter(Estimate):
         self.model.restore(model)
         self._held, self._held_before = times
         self._memory[:SAVED] = memory
+
+    def let_go(self):
+        """Hold no wrench: what comes next has nothing to do with what was."""
+        super().let_go()
+        self._held = self._held_before = 0.0
 
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""
@@ -249,11 +256,16 @@ class ContactFilter(Estimate):
             # A covariance that has lost its meaning is not to be corrected, nor to leave.
             self.start(q, R)
             return Correction.RESET, nis
+        before = None
         if not nis <= options.inflation_threshold:
-            self._widen(nis / 3.0 - 1.0)
+            before = self.snapshot()
+            self._widen(min(nis / 3.0 - 1.0, self._most_widening()))
             after = self._innovation(q)
             result = Correction.INFLATED
         if not after <= options.gate_threshold:
+            if before is not None:
+                # What is refused tells nothing of the rates either.
+                self.restore(before)
             self._refused += 1
             if self._refused <= options.gate_reset_count:
                 return Correction.GATED, nis
@@ -285,6 +297,15 @@ class ContactFilter(Estimate):
         if self._learns_clearance:
             # Friction that has changed is not to be taken for another clearance.
             self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
+
+    def _most_widening(self):
+        """Return by which factor the rates' covariance may grow: no peg turns at any speed."""
+        gamma, P = self.x.item(0), self.P
+        s, c = sin(gamma), cos(gamma)
+        # Of the angular velocity: across the tilt, along it, and about the axis.
+        uncertain = max(P[3, 3], s * s * P[5, 5], P[4, 4] + 2 * c * P[4, 5] + c * c * P[5, 5])
+        most = (SURPRISING * self.options.initial_rate_stddev) ** 2
+        return max(most / max(uncertain, 1e-300) - 1.0, 0.0)
 
     def _widen_rates(self, factor):
         correction.widen_rates(self._memory, self._since_correction.item(), factor)

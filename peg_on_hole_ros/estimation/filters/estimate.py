@@ -152,9 +152,15 @@ class Estimate:
             self.spread[[0, 1], [0, 1]] = self._known
         for name in (
             "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN",
-            "TOLD_GAIN", "TOLD_SHARE",
+            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "SLOW",
+            "BRIDGED", "TOLD_GAIN", "TOLD_SHARE",
         ):  # fmt: skip
+            part(self._memory, name)[:] = 0.0
+        self._rate_noise[0] = self.options.slow_rate_noise
+
+    def let_go(self):
+        """Hold no wrench: what comes next has nothing to do with what was."""
+        for name in ("U", "GIVEN", "CHANGE", "RAMP", "JUMP"):
             part(self._memory, name)[:] = 0.0
 
     def forget(self):

@@ -70,6 +70,8 @@ RESUME_SOON = 3.0
 # of friction: their noise has been selected to push the peg on, so that friction seems higher.
 SELECTED = 0.04
 SELECTED_OVER = 0.05
+# What a learnt clearance may be off by hides a slip as well, and selects nothing; but not so often.
+HIDDEN = 0.3
 # Of a prediction, beside the outcomes of a step.
 SLOW_SLIP = INACCURATE + 1
 LIMITED = SLOW_SLIP + 1
@@ -199,8 +201,7 @@ def predict_contact(m, dy, slopes, dt):
                 _note_step(m, 1.0, lately)
                 return SLOW_SLIP, evaluations, pieces
             _note_step(m, 0.0, 1.0 if surely else lately)
-            # What a learnt clearance may be off by hides a slip as well, and selects nothing.
-            if m[STOPPED] > SELECTED and not _learns_clearance(m):
+            if m[STOPPED] > (HIDDEN if _learns_clearance(m) else SELECTED):
                 m[SLIDING] = 0.0
             add_jump(m, slopes, pieces, dt / pieces, integrator)
             for i in range(3):

@@ -23,7 +23,12 @@ from peg_on_hole_ros.estimation.kernel.parameters import (
     learnt_variance,
     tells_diameter,
 )
-from peg_on_hole_ros.estimation.kernel.prediction import SELECTED, SELECTED_OVER, SURELY
+from peg_on_hole_ros.estimation.kernel.prediction import (
+    HIDDEN,
+    SELECTED,
+    SELECTED_OVER,
+    SURELY,
+)
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
 from peg_on_hole_ros.estimation.reference.balance import correct_by_balance, turned_scales
 from peg_on_hole_ros.estimation.reference.reactions import reactions
@@ -135,7 +140,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         kept = (speed**2 > SURELY**2 * variance) & (end**2 > SURELY**2 * end_variance)
         surely = (kept & (end > 0.5 * speed)).any()
         self.stopped *= 0.0 if surely else 1 - min(dt / SELECTED_OVER, 1.0)
-        selected = self.stopped > SELECTED and self.P[DIAMETER, DIAMETER] == 0
+        selected = self.stopped > (HIDDEN if self.P[DIAMETER, DIAMETER] > 0 else SELECTED)
         self.sliding = self.sliding and not selected
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
