@@ -367,8 +367,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "inflation_threshold",
-        "NIS (3 angles) above which the covariance of the rates is widened, at most to three times "
-        "initial_rate_stddev",
+        "NIS (3 angles) above which the covariance of the rates is widened, at most to three "
+        "times initial_rate_stddev",
         "",
         1.0,
         1e6,
@@ -381,7 +381,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         1.0,
         1e9,
     ),
-    _filter("gate_reset_count", "gated in a row after which the next one restarts the filter", "", 1, 1_000_000),
+    _filter(
+        "gate_reset_count",
+        "gated in a row after which the next one restarts the filter",
+        "",
+        1,
+        1_000_000,
+    ),
     _monitor(
         "modes",
         "contact modes, forecast, jamming risk and alarms; false: less work, and the peg is taken "

@@ -70,7 +70,7 @@ RESUME_SOON = 3.0
 # of friction: their noise has been selected to push the peg on, so that friction seems higher.
 SELECTED = 0.04
 SELECTED_OVER = 0.05
-# What a learnt clearance may be off by hides a slip as well, and selects nothing; but not so often.
+# What a learnt clearance may be off by hides a slip as well, and selects nothing; up to here.
 HIDDEN = 0.3
 # Of a prediction, beside the outcomes of a step.
 SLOW_SLIP = INACCURATE + 1
