@@ -1,4 +1,4 @@
-"""Pegs and sensors unlike the ones that all thresholds were chosen with: size, mass, rate, noise."""
+"""Pegs and sensors unlike those that all thresholds were chosen with: size, mass, rate, noise."""
 
 from dataclasses import replace
 from functools import cache
