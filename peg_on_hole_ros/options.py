@@ -59,6 +59,7 @@ class FilterOptions:
     step_tolerance: float = 0.01
     max_evaluations: int = 100
     max_gap: float = 0.1
+    max_joint_gap: float = 0.5
     late_window: float = 0.05
     late_tolerance: float = 0.004
     initial_rate_stddev: float = 1.0

@@ -298,6 +298,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e-3,
         100.0,
     ),
+    _filter(
+        "max_joint_gap",
+        "no orientation for longer, beside joints.delay: the contact mode is unknown until one "
+        "comes",
+        "s",
+        1e-3,
+        100.0,
+    ),
     _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
     _filter(
         "late_window",

@@ -92,13 +92,14 @@ class Pipeline:
 
     def _restart(self):
         self._t_ns: int | None = None
+        self._oriented_ns: int | None = None
         self._last_wrench_ns: int | None = None
         self._history.clear()
         self._filter.let_go()
         self._started = False
         self._waiting.clear()
         self._joint_stamps.clear()
-        self._in_contact = self._touching = False
+        self._in_contact = self._touching = self._blind = False
         self._rung = self._filter.model.rung
         self._recent.clear()
         self._innovations.restart()
@@ -165,7 +166,7 @@ class Pipeline:
         if not self._started:
             self._filter.start(*self._in_hole_axes(measurement))
             self._started = True
-            self._t_ns = measurement.t_ns
+            self._t_ns = self._oriented_ns = measurement.t_ns
             self._joint_stamps.take(measurement.t_ns, self._t_ns)
             self._counts["joints_used"] += 1
             return
@@ -208,6 +209,14 @@ class Pipeline:
             self._arrival_counts["joints_late"] += 1
             self._correct(measurement, lateness * 1e-9)
 
+    def _notice_no_orientation(self):
+        """Without any orientation for long, what the peg is doing is a guess: it is not told."""
+        since = (self._t_ns - self._oriented_ns - max(self._delay_ns, 0)) * 1e-9
+        if since > self.configuration.filter.max_joint_gap:
+            self._counts["joints_gap"] += not self._blind
+            self._blind = True
+            self._assessment.restart_mode()
+
     def _in_hole_axes(self, measurement):
         q, R = measurement.q, measurement.covariance
         return self._offset.in_hole_axes(q, R) if self._offset else (q, R)
@@ -237,6 +246,7 @@ class Pipeline:
             if told.friction:
                 self._counts["friction_doubted"] += self._filter.doubt()
         if result is not Correction.GATED:
+            self._oriented_ns, self._blind = self._t_ns, False
             self._assessment.oriented(self._t_ns, q, R, result is not Correction.INFLATED)
             if measurement.position is not None:
                 self._assessment.placed(measurement, self._filter)
@@ -301,6 +311,7 @@ class Pipeline:
             self._correct(measurement)
         self._advance(wrench.t_ns, silent)
         self._counts["wrench_used"] += 1
+        self._notice_no_orientation()
         outputs = self._assessment.outputs(wrench.t_ns, self._filter, self._innovations.misfit)
         self._note_model(outputs)
         outputs.monitor.update(self._innovations.told())
@@ -346,13 +357,15 @@ class Pipeline:
             self._process(unit)
 
     def _snapshot(self):
-        state = self._t_ns, self._in_contact, self._touching, self._rung
+        times = self._t_ns, self._oriented_ns
+        state = *times, self._in_contact, self._touching, self._blind, self._rung
         parts = self._filter.snapshot(), self._assessment.snapshot(), self._innovations.snapshot()
         return state, parts, dict(self._counts)
 
     def _restore(self, snapshot):
         state, (kalman, assessment, innovations), counts = snapshot
-        self._t_ns, self._in_contact, self._touching, self._rung = state
+        self._t_ns, self._oriented_ns, *flags = state
+        self._in_contact, self._touching, self._blind, self._rung = flags
         self._innovations.restore(innovations)
         self._filter.restore(kalman)
         self._assessment.restore(assessment)

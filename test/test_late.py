@@ -288,6 +288,8 @@ def test_an_assessment_goes_back_to_all_that_it_held():
                 line.on_wrench(sample._replace(force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0)))
         assert held(assessment) != before
         line.reset()
+        # A reset makes a new one.
+        line._assessment = assessment
         line.on_joints(samples[0])
         recall(kept)
         assert held(assessment) == before
