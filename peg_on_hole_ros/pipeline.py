@@ -97,7 +97,9 @@ class Pipeline:
         self._history.clear()
         self._filter.let_go()
         self._started = False
-        self._waiting.clear()
+        if self._waiting:
+            self._arrival_counts["joints_dropped_restart"] += len(self._waiting)
+            self._waiting.clear()
         self._joint_stamps.clear()
         self._in_contact = self._touching = self._blind = False
         self._rung = self._filter.model.rung
@@ -112,7 +114,10 @@ class Pipeline:
 
     def reset(self) -> str:
         """Restart filter and monitor, forget what was learnt; the tare stays. Returns as text."""
+        last = self._last_wrench_ns
         self._restart()
+        # No stamp is told of twice.
+        self._last_wrench_ns = last
         self._filter.forget()
         self._assessment = self._new_assessment()
         self._arrival_counts["reset"] += 1

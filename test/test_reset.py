@@ -45,6 +45,22 @@ def test_after_a_reset_the_same_samples_give_the_same_numbers(method, offsets):
     np.testing.assert_array_equal(found, expected)
 
 
+def test_what_waits_at_a_reset_is_counted_and_no_stamp_is_told_of_twice():
+    configuration, samples = sliding(60)
+    pipeline = Pipeline(configuration)
+    numbers(pipeline, samples)
+    last = [each for each in samples if not isinstance(each, JointSample)][-1]
+    ahead = [each for each in samples if isinstance(each, JointSample)][-1]
+    for k in range(1, 4):
+        pipeline.on_joints(ahead._replace(t_ns=last.t_ns + k * 10**6))
+    pipeline.reset()
+    assert pipeline.counts["joints_dropped_restart"] == 3
+    pipeline.on_joints(ahead._replace(t_ns=last.t_ns))
+    assert pipeline.on_wrench(last) is None
+    assert pipeline.counts["wrench_dropped_repeated_stamp"] == 1
+    assert pipeline.on_wrench(last._replace(t_ns=last.t_ns + 10**6)) is not None
+
+
 @pytest.mark.parametrize("method", list(FILTERS))
 def test_an_outlier_is_refused_and_leaves_nothing_behind(method):
     """It was let in, by rates that were widened until it fitted: psi 600 deviations off."""
