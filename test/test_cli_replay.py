@@ -140,7 +140,7 @@ def test_places_that_cannot_be_written_are_refused_before_the_work(bag, tmp_path
     fails(
         capsys,
         2,
-        "--out, --report and --summary name one file twice",
+        f"cannot write {tmp_path / 'x'}: two outputs have this place",
         *("replay", bag, "--out", tmp_path / "x", "--summary", tmp_path / "x"),
     )
 

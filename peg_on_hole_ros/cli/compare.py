@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.recording import open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, estimates
@@ -22,7 +22,7 @@ def run(arguments) -> int:
     if arguments.bag:
         result, damage = _two_replays(arguments.bag, arguments.a, arguments.b)
     else:
-        a, b = _open(arguments.a), _open(arguments.b)
+        a, b = open_bag(arguments.a), open_bag(arguments.b)
         result, damage = compare(a, b), a.damage or b.damage
     print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))
     if damage:
@@ -30,17 +30,12 @@ def run(arguments) -> int:
     return 0
 
 
-def _open(path):
-    with Progress(f"reading {path}") as progress:
-        return Bag(path, progress)
-
-
 def _two_replays(path, config_a, config_b):
     from peg_on_hole_ros.cli.replay import replay
 
     # Both files are checked before the first long run.
     settings = [load(config) for config in (config_a, config_b)]
-    bag = _open(path)
+    bag = open_bag(path)
     with tempfile.TemporaryDirectory(prefix="peg_on_hole_") as folder:
         outputs = []
         for name, (configuration, node) in zip("ab", settings):

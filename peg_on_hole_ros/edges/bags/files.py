@@ -33,8 +33,10 @@ class BagFiles(NamedTuple):
     description: Path | None = None
 
     def read(self) -> list[Path]:
-        """Return every file that reading the bag rests on."""
-        return [*self.files, *([self.description] if self.description else [])]
+        """Return every file that reading the bag rests on, and a folder that nothing describes."""
+        if self.description:
+            return [*self.files, self.description]
+        return [*self.files, *([self.path] if self.path.is_dir() else [])]
 
     def remedy(self) -> str:
         """Return what to do with files that do not belong together, for an error message."""

@@ -68,7 +68,7 @@ class BagWriter:
         latched: Collection[str] = (),
     ):
         self.path = Path(path)
-        self._part = self.path.with_name(self.path.name + ".part")
+        self._part = part_of(self.path)
         self._metadata = dict(metadata or {})
         if configuration is not None:
             self._metadata[CONFIGURATION_METADATA] = configuration_metadata(configuration)
@@ -141,6 +141,11 @@ class BagWriter:
             self._stream.close()
             with suppress(OSError):
                 self._part.unlink()
+
+
+def part_of(path: Path) -> Path:
+    """Return the name that a bag has while it is being written."""
+    return path.with_name(path.name + ".part")
 
 
 def configuration_metadata(configuration: Configuration) -> dict[str, str]:
