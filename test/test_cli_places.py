@@ -104,6 +104,11 @@ def test_two_outputs_do_not_go_to_one_place(recording, capsys):
     fails(capsys, 2, message, "replay", "rec", "--summary", "x", "--cycles", "rec/../x")
 
 
+def test_a_calibration_tries_its_place_before_the_work(recording, capsys):
+    assert main(["calibrate", "rec", "--out", "/proc/x"]) == 2
+    assert "error: cannot write /proc/x: " in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("option", ["--out", "--summary", "--cycles", "--report"])
 def test_places_are_tried_before_the_work_and_left_as_they_were(recording, capsys, option):
     assert main(["replay", "rec", option, "/proc/none/x"]) == 2

@@ -56,7 +56,7 @@ def compare(a: Bag, b: Bag) -> dict:
 
     """
     pairs = _Pairs()
-    only_a, only_b = _align(estimates(a), estimates(b), pairs.add)
+    only_a, only_b = _align(_estimates(a), _estimates(b), pairs.add)
     if not pairs.count:
         raise BagError(f"{a.path} and {b.path} have no stamp in common")
     return {
@@ -68,6 +68,22 @@ def compare(a: Bag, b: Bag) -> dict:
         "transition_agrees": pairs.transitions / pairs.count,
         "configuration": _configuration_differences(a, b),
     }
+
+
+def _estimates(bag):
+    """Yield the estimates of a bag; messages of the right types may still be another's."""
+    size = len(QUANTITIES)
+    for estimate in estimates(bag):
+        for topics, values in (
+            ("state and contacts", estimate.values),
+            ("state_stddev and contacts_stddev", estimate.stddev),
+        ):
+            if len(values) != size:
+                raise BagError(
+                    f"{bag.path} is no output of replay or node: {topics} of the stamp "
+                    f"{estimate.t_ns * 1e-9:.9f} s have {len(values)} values, not {size}"
+                )
+        yield estimate
 
 
 def _align(a, b, add):

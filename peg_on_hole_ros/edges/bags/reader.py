@@ -203,8 +203,11 @@ def _unpacked(item):
 
 
 def _content(stream, block: Block):
-    stream.seek(block.start)
-    body = stream.read(block.length)
+    try:
+        stream.seek(block.start)
+        body = stream.read(block.length)
+    except OSError as error:
+        raise BagError(f"cannot read {stream.name}: {error.strerror}") from None
     return chunk_content(body, validate=False) if block.chunk else body
 
 

@@ -116,6 +116,8 @@ def scan_file(
             _walk_file(stream, size, scan, index, topics, progress)
         except _Damage as damage:
             scan.damage = str(damage)
+        except OSError as error:  # of the disk
+            scan.damage = f"unreadable after byte {stream.tell()}: {error.strerror}"
     return scan
 
 
