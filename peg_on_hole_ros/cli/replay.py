@@ -224,10 +224,11 @@ def _text(result, score):
         ),
     ]
     if result["cycles"]:
-        lines += [
-            "",
-            table(CYCLE_HEAD, _cycle_rows(result["cycles"][:10], result["start_time"]), 1),
-        ]
+        begun, head = result["start_time"], CYCLE_HEAD
+        if any(cycle["start_time"] < begun for cycle in result["cycles"]):
+            # The clock went back: stamps are all that tells one try from another.
+            begun, head = 0.0, ("try from stamp [s]", *CYCLE_HEAD[1:])
+        lines += ["", table(head, _cycle_rows(result["cycles"][:10], begun), 1)]
     if result["alarms"]:
         rows = _alarm_rows(result["alarms"][:10])
         lines += ["", table(ALARM_HEAD, rows, 4)]
