@@ -190,9 +190,12 @@ def _check_together(configuration):
                 f"monitor.{low} = {getattr(monitor, low):g} is above monitor.{high} = "
                 f"{getattr(monitor, high):g}; it has to be at most that"
             )
-    if configuration.topics.wrench == configuration.topics.joint_states:
+    topics = configuration.topics
+    # A name without a slash lies in the root, or in the node's namespace, which often is the root.
+    if topics.wrench.lstrip("/") == topics.joint_states.lstrip("/"):
         raise PegOnHoleError(
-            f"topics.wrench and topics.joint_states are both {configuration.topics.wrench!r}"
+            f"topics.wrench = {topics.wrench!r} and topics.joint_states = "
+            f"{topics.joint_states!r} are one topic; they have to be two"
         )
 
 

@@ -292,6 +292,76 @@ def test_files_of_a_folder_without_description_are_in_natural_order(tmp_path):
     assert [scan.path.name for scan in Bag(path)._scans] == ["b_9.mcap", "b_10.mcap"]
 
 
+@pytest.mark.parametrize("left", [b"", b"\x89MC", b"\0" * 4096])
+@pytest.mark.parametrize("description", [None, described("b_0.mcap", "b_1.mcap", "b_2.mcap")])
+def test_a_last_part_that_was_never_written_leaves_those_before_it(tmp_path, description, left):
+    path = folder(tmp_path, description)
+    (path / "b_2.mcap").write_bytes(left)
+    bag = Bag(path)
+    assert bag.damage == f"{path}/b_2.mcap is " + (
+        "empty (0 bytes)"
+        if not left
+        else "cut off at byte 3"
+        if len(left) < 8
+        else "not an MCAP file: it begins with b'\\x00\\x00\\x00\\x00\\x00\\x00\\x00\\x00'"
+    )
+    assert bag.topics["/wrench"].count == len(list(bag.messages(["/wrench"]))) == 20
+    (path / "b_0.mcap").write_bytes(left)
+    with pytest.raises(BagError, match="b_0.mcap is (empty|cut off|not an MCAP file)"):
+        Bag(path)
+
+
+REMEDY = (
+    "name one file, or, if they are one recording, have its metadata.yaml written: "
+    "ros2 bag reindex -s mcap {path}"
+)
+
+
+@pytest.mark.parametrize(
+    "names", [("a.mcap", "b.mcap"), ("a_0.mcap", "b_0.mcap"), ("a_0.mcap", "a_1.mcap", "out.mcap")]
+)
+def test_files_of_several_recordings_are_not_merged(tmp_path, names):
+    path = folder(tmp_path, None, names)
+    with pytest.raises(BagError) as caught:
+        Bag(path)
+    assert str(caught.value) == (
+        f"{path} is a folder without metadata.yaml, and its .mcap files are not named as the "
+        f"parts of one recording (NAME_0.mcap, NAME_1.mcap, ...): {', '.join(names)}; "
+        + REMEDY.format(path=path)
+    )
+    (path / "metadata.yaml").write_text(described(*names))
+    assert Bag(path).topics["/wrench"].count == 10 * len(names), "a description is believed"
+
+
+def test_a_folder_of_one_file_is_that_file(tmp_path):
+    assert Bag(folder(tmp_path, None, ["any.mcap"])).topics["/wrench"].count == 10
+
+
+def test_parts_that_were_recorded_at_one_time_are_not_merged(tmp_path):
+    path = folder(tmp_path)
+    # 10 ms each, the second from 1 ms before the end of the first: a recorder that splits.
+    write_bag(path / "b_1.mcap", count=10, start=10**9 + 8 * MS)
+    assert Bag(path).topics["/wrench"].count == 20
+    write_bag(path / "b_1.mcap", count=10, start=10**9 + 2 * MS)
+    with pytest.raises(BagError) as caught:
+        Bag(path)
+    assert str(caught.value) == (
+        f"{path} has no metadata.yaml, and b_0.mcap and b_1.mcap overlap by 0.007 s, so they are "
+        "not parts of one recording; " + REMEDY.format(path=path)
+    )
+
+
+def test_paths_that_are_none(tmp_path, monkeypatch):
+    write_bag(tmp_path / "b_0.mcap", count=10)
+    monkeypatch.chdir(tmp_path)
+    assert Bag(".").count == 15
+    with pytest.raises(PegOnHoleError, match="the path of the bag is empty") as caught:
+        Bag("")
+    assert caught.value.exit_code == 2
+    with pytest.raises(BagError, match="cannot read x+: File name too long"):
+        Bag("x" * 300)
+
+
 @pytest.mark.parametrize(
     ("description", "message"),
     [

@@ -230,6 +230,18 @@ def test_cut_off_bag_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
     fails(capsys, 4, f"{damage}; what lies before has been used", "inspect", path)
 
 
+def test_an_empty_last_part_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
+    folder, summary = tmp_path / "rec", tmp_path / "s.json"
+    folder.mkdir()
+    write_bag(folder / "rec_0.mcap", count=200)
+    (folder / "rec_1.mcap").touch()
+    damage = f"{folder}/rec_1.mcap is empty (0 bytes)"
+    arguments = "replay", folder, "--summary", summary
+    fails(capsys, 4, f"{damage}; what lies before has been used", *arguments)
+    content = json.loads(summary.read_text())
+    assert (content["outputs"], content["damage"]) == (199, damage)
+
+
 def test_a_bag_without_sliding_cannot_be_calibrated(bag, tmp_path, capsys):
     out = tmp_path / "c.yaml"
     assert main(["calibrate", str(bag), "--out", str(out)]) == 3

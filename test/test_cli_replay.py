@@ -93,6 +93,26 @@ def test_summary_fits_its_schema_and_counts_every_message(replayed):
     assert summary["start_time"] == pytest.approx(1.001, abs=1e-9)
 
 
+def test_a_clock_that_goes_back_leaves_a_summary_that_fits(tmp_path, capsys):
+    path, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    stamps = [start + i * MS for start in (10 * 10**9, 0) for i in range(200)]
+    with BagWriter(path) as writer:
+        for i, t_ns in enumerate(stamps):
+            writer.write("/joint_states", JOINTS, joints(t_ns), i * MS)
+            writer.write("/wrench", WRENCH, wrench(t_ns), i * MS)
+    arguments = ["replay", str(path), "--summary", str(summary)]
+    assert main([*arguments, "--report", str(tmp_path / "r.html")]) == 0
+    content = json.loads(summary.read_text())
+    check(content, SCHEMA)
+    assert content["messages"]["events"]["clock_jumped_back"] == 1
+    assert content["duration"] == pytest.approx(0.398, abs=2e-3)
+    starts = [cycle["start_time"] for cycle in content["cycles"]]
+    assert starts == pytest.approx([10.0, 0.0], abs=0.05)
+    for cycle in content["cycles"]:
+        assert 0.1 < cycle["duration"] < 0.2
+    assert "try from stamp [s]" in capsys.readouterr().out
+
+
 def test_joint_states_behind_the_last_wrench_are_counted(tmp_path):
     longer, summary = tmp_path / "a.mcap", tmp_path / "s.json"
     with BagWriter(longer) as writer:
@@ -140,7 +160,7 @@ def test_places_that_cannot_be_written_are_refused_before_the_work(bag, tmp_path
     fails(
         capsys,
         2,
-        "--out, --report and --summary name one file twice",
+        f"cannot write {tmp_path / 'x'}: two outputs have this place",
         *("replay", bag, "--out", tmp_path / "x", "--summary", tmp_path / "x"),
     )
 

@@ -144,7 +144,13 @@ def test_values_reach_their_fields_and_come_back():
         ),
         (
             {"topics.wrench": "/joint_states"},
-            "topics.wrench and topics.joint_states are both '/joint_states'",
+            "topics.wrench = '/joint_states' and topics.joint_states = '/joint_states' are one "
+            "topic; they have to be two",
+        ),
+        (
+            {"topics.wrench": "/a/b", "topics.joint_states": "a/b"},
+            "topics.wrench = '/a/b' and topics.joint_states = 'a/b' are one topic; they have to "
+            "be two",
         ),
         (
             {"scene.peg_diameter": 0.051},

@@ -16,6 +16,7 @@ from peg_on_hole_ros.simulation.plan import (
     holder_program,
     plan_from_tree,
 )
+from peg_on_hole_ros.simulation.truth import integrate
 from simulated import ROOT, SAMPLES, plan
 
 TREE = {
@@ -48,6 +49,9 @@ def changed(path, value):
         ("holder/stiffness", 1.0, "holder.stiffness = 1.0 N/m is not a number within 100 to 1e"),
         ("holder", 3, "simulation.holder = 3 is a value, but it is a group of names"),
         ("start", {}, "simulation.start.angles is missing"),
+        ("start/angles", [2.0, 0.0, 0.0], "start.angles.0. = 2 rad, the tilt gamma, is not betw"),
+        ("start/angles", [0.0, 0.0, 0.0], "start.angles.0. = 0 rad, the tilt gamma, is not betw"),
+        ("start/angles", [-0.3, 0.0, 0.0], "between 0 and 1.5708 rad, both excluded: angles are"),
         ("phases", {}, "simulation.phases is empty"),
         ("phases/close/kind", "slide", "close.kind = 'slide' is not one of free, contact, lift_o"),
         ("phases/close", {"kind": "contact"}, "simulation.phases.close.duration is missing"),
@@ -71,6 +75,14 @@ def test_two_point_does_not_follow_free():
     tree["phases"]["close"]["kind"] = "two_point"
     with pytest.raises(PegOnHoleError, match="close: two_point does not follow free"):
         plan_from_tree(Configuration(), tree)
+
+
+def test_a_motion_beyond_all_bounds_is_told():
+    tree = changed("phases", {"fling": {"kind": "contact", "duration": 1.0}})
+    tree["phases"]["fling"]["rates"] = tree["start"]["rates"] = [90.0, 0.0, 0.0]
+    tree["start"]["offset"] = [0.0, 0.0, -0.001]
+    with pytest.raises(PegOnHoleError, match="no finite acceleration after 0.01.* slow the phase"):
+        integrate(plan_from_tree(Configuration(), tree | {"lead_in": 0.1}))
 
 
 def test_robot_joints_are_not_simulated():

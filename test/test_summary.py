@@ -67,6 +67,22 @@ def test_figures_are_those_of_the_messages():
     }
 
 
+def test_a_clock_that_goes_back_takes_no_time():
+    summary = Summary()
+    rows = [(10_000, alarms(jamming=1)), (10_500, alarms(jamming=2))]
+    rows += [(0, alarms(jamming=1)), (300, alarms(jamming=0))]
+    rows += [(400, ("transition", BOOL, {"data": True})), (500, alarms(jamming=1))]
+    for t_ms, message in rows:
+        summary.add(t_ms * MS, [message])
+    content = summary.content()
+    # Half a second before the fall and half a second after it.
+    assert content["start_time"] == 10.0
+    assert content["duration"] == pytest.approx(1.0, abs=1e-12)
+    assert content["transition_time"] == pytest.approx(0.9, abs=1e-12)
+    times = [alarm["time"] for alarm in content["alarms"]]
+    assert times == pytest.approx([0.0, 0.5, 0.5, 0.8, 1.0], abs=1e-12)
+
+
 def test_alarms_that_flicker_are_counted_but_not_all_listed(monkeypatch):
     monkeypatch.setattr(module, "MOST_ALARMS", 4)
     summary = Summary()

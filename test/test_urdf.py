@@ -88,6 +88,18 @@ def test_kinematics_with_lift_and_joints_that_follow_others(tmp_path):
     check_kinematics(o, Arm(MACHINE, "table"), positions)
 
 
+ONE_JOINT = """<robot name="r"><link name="base"/><link name="tool"/>
+<joint name="turn" type="revolute"><parent link="base"/><child link="tool"/>
+<origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>"""
+
+
+@needs_pinocchio
+def test_kinematics_of_a_single_joint(tmp_path):
+    o = options(urdf=write(tmp_path, ONE_JOINT), names=("turn",))
+    check_kinematics(o, Arm(ONE_JOINT), lambda q: {"turn": q[0]})
+
+
 def test_limits_are_those_of_the_revolute_joints(tmp_path):
     chain = read_chain(options())
     assert chain.upper == (2.96, 2.09, 2.96, 2.09, 2.96, 2.09, np.inf)

@@ -1,47 +1,39 @@
 """`peg-on-hole calibrate`: friction, biases, noise, delay, tilt and clearance from a bag."""
 
-import sys
-from pathlib import Path
-
+from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import check_places, load
+from peg_on_hole_ros.cli.recording import open_recording
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.edges import calibration_text
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
-from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
+from peg_on_hole_ros.edges.messages.stream import orientation_of
+from peg_on_hole_ros.edges.replay import check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError
 from peg_on_hole_ros.estimation.identification.calibration import calibrate
 from peg_on_hole_ros.estimation.identification.recording import Recording, recording
-from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.options import Configuration
 
 
 def run(arguments) -> int:
     """Calibrate, write the configuration, print what was found; exit code 4 for a damaged bag."""
-    configuration, _ = load(arguments.config)
-    check_places(arguments.config or arguments.bag, [arguments.out])
-    check_places(arguments.bag, [arguments.out])
-    with Progress("reading") as progress:
-        bag = Bag(arguments.bag, progress)
+    bag, configuration, _, stored = open_recording(
+        arguments.bag, arguments.config, texts=[arguments.out]
+    )
     start, origin = {}, "the defaults"
     if arguments.config:
         start, origin = read_parameters(arguments.config), arguments.config
-    else:
-        stored = stored_configuration(bag)
-        if stored is not None:
-            configuration, origin = stored, f"that in {bag.path}"
-            start = to_parameters(stored)
-            print(f"configuration: {origin}", file=sys.stderr)
+    elif stored:
+        start, origin = to_parameters(configuration), f"that in {bag.path}"
     record = read_recording(bag, configuration)
     with Progress("calibrating") as progress:
         found = calibrate(record, configuration, progress)
     values = start | calibration_text.parameters(found, to_parameters(configuration))
     from_parameters(values)
     heading = calibration_text.heading(found, str(bag.path), origin)
-    Path(arguments.out).write_text(write_parameters(values, heading), encoding="utf-8")
+    write_text(arguments.out, write_parameters(values, heading))
     print(_text(found, arguments.out))
     if bag.damage:
         raise BagDamaged(bag.damage)
@@ -60,7 +52,7 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
     """
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
-    orientation = _orientation(configuration)
+    orientation = orientation_of(configuration.joints)
     wrenches, measurements = [], []
     total = sum(bag.topics[topic].count for topic in (wrench_topic, joints_topic))
     with Progress("decoding") as progress:
@@ -84,14 +76,6 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
                 "used, a calibration needs many; `peg-on-hole inspect` says what is wrong"
             )
     return recording(wrenches, measurements)
-
-
-def _orientation(configuration):
-    if configuration.joints.source == "robot":
-        from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
-
-        return orientation_source(configuration.joints)
-    return PegJoints(configuration.joints)
 
 
 def _text(found, out):

@@ -7,8 +7,9 @@ from time import thread_time
 import numpy as np
 
 from peg_on_hole_ros.cli.pictures import needed, save
+from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import load, out_folder
+from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.edges.c_code.limit import build
 from peg_on_hole_ros.edges.partial_table import PartialTable, write_table
@@ -31,7 +32,7 @@ def run(arguments: Namespace) -> int:
     """Measure, going on where an earlier run was; draw and write."""
     needed()
     configuration, _ = load(arguments.config)
-    folder = out_folder(arguments.out)
+    folder = out_folder(arguments.out, arguments.config)
     quick = arguments.quick
     state = f"# {source_key()} {quick} {asdict(configuration)}"
     with Progress("chart") as progress:

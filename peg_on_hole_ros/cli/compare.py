@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.recording import open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, estimates
@@ -22,7 +22,7 @@ def run(arguments) -> int:
     if arguments.bag:
         result, damage = _two_replays(arguments.bag, arguments.a, arguments.b)
     else:
-        a, b = _open(arguments.a), _open(arguments.b)
+        a, b = open_bag(arguments.a), open_bag(arguments.b)
         result, damage = compare(a, b), a.damage or b.damage
     print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))
     if damage:
@@ -30,17 +30,12 @@ def run(arguments) -> int:
     return 0
 
 
-def _open(path):
-    with Progress(f"reading {path}") as progress:
-        return Bag(path, progress)
-
-
 def _two_replays(path, config_a, config_b):
     from peg_on_hole_ros.cli.replay import replay
 
     # Both files are checked before the first long run.
     settings = [load(config) for config in (config_a, config_b)]
-    bag = _open(path)
+    bag = open_bag(path)
     with tempfile.TemporaryDirectory(prefix="peg_on_hole_") as folder:
         outputs = []
         for name, (configuration, node) in zip("ab", settings):
@@ -61,7 +56,7 @@ def compare(a: Bag, b: Bag) -> dict:
 
     """
     pairs = _Pairs()
-    only_a, only_b = _align(estimates(a), estimates(b), pairs.add)
+    only_a, only_b = _align(_estimates(a), _estimates(b), pairs.add)
     if not pairs.count:
         raise BagError(f"{a.path} and {b.path} have no stamp in common")
     return {
@@ -73,6 +68,22 @@ def compare(a: Bag, b: Bag) -> dict:
         "transition_agrees": pairs.transitions / pairs.count,
         "configuration": _configuration_differences(a, b),
     }
+
+
+def _estimates(bag):
+    """Yield the estimates of a bag; messages of the right types may still be another's."""
+    size = len(QUANTITIES)
+    for estimate in estimates(bag):
+        for topics, values in (
+            ("state and contacts", estimate.values),
+            ("state_stddev and contacts_stddev", estimate.stddev),
+        ):
+            if len(values) != size:
+                raise BagError(
+                    f"{bag.path} is no output of replay or node: {topics} of the stamp "
+                    f"{estimate.t_ns * 1e-9:.9f} s have {len(values)} values, not {size}"
+                )
+        yield estimate
 
 
 def _align(a, b, add):

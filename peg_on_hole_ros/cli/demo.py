@@ -13,10 +13,12 @@ import sys
 import tempfile
 from pathlib import Path
 
+from peg_on_hole_ros.cli.places import check_places, out_folder
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.bags.estimates import estimates
+from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
 from peg_on_hole_ros.edges.bags.writer import configuration_metadata
@@ -65,11 +67,12 @@ def run(path: Path, rate: float, out: Path) -> None:
     configuration = stored_configuration(bag) or Configuration()
     topics = configuration.topics
     bag.require({topics.wrench: WRENCH_TYPE, topics.joint_states: JOINTS_TYPE})
-    out.mkdir(parents=True, exist_ok=True)
-    recorded = out / f"{path.stem}.mcap"
+    out_folder(str(out))
+    recorded, picture = out / f"{path.stem}.mcap", out / f"{path.stem}.png"
+    check_places(bag_files(path).read(), [str(recorded)], [str(picture), str(out / "node.log")])
     wrenches, seconds = _play(path, rate, out, recorded, configuration)
     print(f"played {wrenches} wrenches in {seconds:.1f} s into the node over DDS")
-    _compare(bag, recorded, out / f"{path.stem}.png", configuration, wrenches)
+    _compare(bag, recorded, picture, configuration, wrenches)
 
 
 def _play(path, rate, out, recorded, configuration):

@@ -1,8 +1,10 @@
 """`peg-on-hole inspect`: what a bag holds, and what a replay would use of it."""
 
 from collections import Counter
+from collections.abc import Callable
 
 from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.recording import configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.bags.reader import Bag
@@ -14,16 +16,22 @@ from peg_on_hole_ros.edges.messages.decode import (
     joint_sample,
     wrench_sample,
 )
+from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.replay import absolute, check_bag
-from peg_on_hole_ros.errors import BagDamaged, BagError
+from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
+from peg_on_hole_ros.estimation.measurement import NamedPositions
+from peg_on_hole_ros.options import Configuration
 
 
 def run(arguments) -> int:
     """Print a report; exit code 4 for a cut-off or damaged bag."""
     configuration, _ = load(arguments.config)
-    with Progress("reading") as progress:
-        bag = Bag(arguments.bag, progress)
-    result = inspect(bag, configuration)
+    bag = open_bag(arguments.bag)
+    if arguments.config is None:
+        configuration, orientation, trouble = _stored(bag, configuration)
+    else:
+        orientation, trouble = orientation_of(configuration.joints), None
+    result = inspect(bag, configuration, orientation, trouble)
     told = None
     if arguments.observability and result["replay"]["possible"]:
         # It compiles the filter; the rest of the command does without.
@@ -40,14 +48,39 @@ def run(arguments) -> int:
     return _ended(bag)
 
 
+def _stored(bag, default):
+    """Return configuration and orientation of a bag, and why a replay cannot use them or None."""
+    configuration = default
+    try:
+        configuration = configuration_in(bag) or default
+        return configuration, orientation_of(configuration.joints), None
+    except PegOnHoleError as error:
+        # All else that the bag holds is told nevertheless.
+        return configuration, NamedPositions(configuration.joints.names), str(error)
+
+
 def _ended(bag):
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
 
 
-def inspect(bag: Bag, configuration) -> dict:
-    """Return the JSON of a report."""
+def inspect(
+    bag: Bag, configuration: Configuration, orientation: Callable, trouble: str | None = None
+) -> dict:
+    """
+    Return the JSON of a report.
+
+    Parameters
+    ----------
+    bag : Bag
+    configuration : Configuration
+    orientation : callable
+        Returns a text, the reason, for a JointSample that cannot be used.
+    trouble : str, optional
+        Why a replay would refuse the configuration.
+
+    """
     wrench, joints = (
         absolute(configuration.topics.wrench),
         absolute(configuration.topics.joint_states),
@@ -58,17 +91,17 @@ def inspect(bag: Bag, configuration) -> dict:
         "messages": bag.count,
         "topics": [_topic(bag.topics[name]) for name in sorted(bag.topics)],
         "clock": {},
-        "replay": {"possible": False, "reason": None, "used": {}, "dropped": {}},
+        "replay": {"possible": False, "reason": trouble, "used": {}, "dropped": {}},
     }
     try:
         check_bag(bag, configuration)
     except BagError as error:
-        result["replay"]["reason"] = str(error)
+        result["replay"]["reason"] = trouble or str(error)
     readers = {}
     if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
         readers[wrench] = wrench_sample
     if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
-        readers[joints] = lambda message: _needed_joints(message, configuration.joints.names)
+        readers[joints] = lambda message: _joints(message, configuration.joints.names, orientation)
     statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap)
     result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
     replay = result["replay"]
@@ -84,11 +117,12 @@ def inspect(bag: Bag, configuration) -> dict:
     return result
 
 
-def _needed_joints(message, names):
+def _joints(message, names, orientation):
     sample = joint_sample(message, names)
-    if isinstance(sample, Malformed) or set(names) <= set(sample.names):
+    if isinstance(sample, Malformed):
         return sample
-    return Malformed("missing_joint")
+    measurement = orientation(sample)
+    return Malformed(measurement) if isinstance(measurement, str) else sample
 
 
 def _read(bag, readers, max_gap):

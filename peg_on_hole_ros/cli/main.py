@@ -8,7 +8,10 @@ topics; 4 ended early on a cut-off or damaged bag, with what was read kept.
 import argparse
 import importlib
 import os
+import signal
 import sys
+import threading
+from contextlib import contextmanager, nullcontext
 
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -32,19 +35,49 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     parsed = _parsed(arguments)
     try:
-        module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
-        code = module.run(parsed)
-        sys.stdout.flush()
-        return code
+        # A node has its own way to end.
+        with nullcontext() if parsed.command == "node" else _ended_by_sigterm():
+            module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
+            code = module.run(parsed)
+            sys.stdout.flush()
+            return code
     except PegOnHoleError as error:
         print(f"peg-on-hole: error: {error}", file=sys.stderr)
         return error.exit_code
     except BrokenPipeError:
-        # Whoever read the output has gone; Python must not complain again at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read the output has gone.
+        _forget_stdout()
         return 0
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"peg-on-hole: error: {place}{error.strerror or error}", file=sys.stderr)
+        try:
+            sys.stdout.flush()
+        except OSError:
+            _forget_stdout()
+        return PegOnHoleError.exit_code
     except KeyboardInterrupt:
         return 130
+
+
+@contextmanager
+def _ended_by_sigterm():
+    """Let SIGTERM end the work as Ctrl-C does, so that files in the making are removed."""
+    # Whoever calls this from a program may have plans of his own for the signal.
+    main_thread = threading.current_thread() is threading.main_thread()
+    ours = main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    if ours:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _forget_stdout():
+    """Let what is left to print go nowhere: Python would complain again at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def parser() -> argparse.ArgumentParser:

@@ -4,8 +4,9 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
+from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import check_places, load
+from peg_on_hole_ros.cli.recording import open_recording
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
@@ -15,7 +16,7 @@ from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED
 from peg_on_hole_ros.edges.plots.series import Series
-from peg_on_hole_ros.edges.replay import check_bag, replay_bag, stored_configuration
+from peg_on_hole_ros.edges.replay import check_bag, replay_bag
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -28,26 +29,20 @@ CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N
 
 def run(arguments) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
-    configuration, node = load(arguments.config)
     if arguments.smooth and not arguments.out:
         raise PegOnHoleError("--smooth adds topics to an output: name one with --out OUT.mcap")
-    places = arguments.out, arguments.report, arguments.summary, arguments.cycles
-    check_places(arguments.bag, [path for path in places if path])
-    with Progress("reading") as progress:
-        bag = Bag(arguments.bag, progress)
-    if not arguments.config:
-        stored = stored_configuration(bag)
-        if stored is not None:
-            configuration = stored
-            print(f"configuration: that in {bag.path}", file=sys.stderr)
+    texts = arguments.report, arguments.summary, arguments.cycles
+    bag, configuration, node, _ = open_recording(
+        arguments.bag, arguments.config, [arguments.out], texts
+    )
     result, score = replay(
         bag, configuration, node, arguments.out, arguments.report, arguments.smooth
     )
     if arguments.summary:
-        Path(arguments.summary).write_text(to_json(result) + "\n", encoding="utf-8")
+        write_text(arguments.summary, to_json(result) + "\n")
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
-        Path(arguments.cycles).write_text("".join(lines), encoding="utf-8")
+        write_text(arguments.cycles, "".join(lines))
     print(_text(result, score))
     if not configuration.monitor.modes:
         print(Unjudged.line)
@@ -116,9 +111,7 @@ def replay(
     if report_path:
         gamma0 = configuration.scene.gamma0
         picture = figures.png(figures.figure(series, bag.path.name, gamma0, truth))
-        Path(report_path).write_text(
-            _page(content, score, picture, configuration), encoding="utf-8"
-        )
+        write_text(report_path, _page(content, score, picture, configuration))
     return content, score
 
 
@@ -231,10 +224,11 @@ def _text(result, score):
         ),
     ]
     if result["cycles"]:
-        lines += [
-            "",
-            table(CYCLE_HEAD, _cycle_rows(result["cycles"][:10], result["start_time"]), 1),
-        ]
+        begun, head = result["start_time"], CYCLE_HEAD
+        if any(cycle["start_time"] < begun for cycle in result["cycles"]):
+            # The clock went back: stamps are all that tells one try from another.
+            begun, head = 0.0, ("try from stamp [s]", *CYCLE_HEAD[1:])
+        lines += ["", table(head, _cycle_rows(result["cycles"][:10], begun), 1)]
     if result["alarms"]:
         rows = _alarm_rows(result["alarms"][:10])
         lines += ["", table(ALARM_HEAD, rows, 4)]

@@ -2,8 +2,8 @@
 
 from argparse import Namespace
 
+from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import check_places
 from peg_on_hole_ros.edges.bags.simulated import write_bag
 from peg_on_hole_ros.edges.simulation_file import read_plan
 from peg_on_hole_ros.simulation.truth import integrate
@@ -11,7 +11,7 @@ from peg_on_hole_ros.simulation.truth import integrate
 
 def run(arguments: Namespace) -> int:
     """Integrate the truth, measure it, write the bag; say how it ended."""
-    check_places(arguments.config, [arguments.out])
+    check_places([arguments.config], bags=[arguments.out])
     plan = read_plan(arguments.config)
     with Progress("simulating") as progress:
         truth = integrate(plan, progress)

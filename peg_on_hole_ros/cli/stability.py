@@ -6,8 +6,9 @@ from dataclasses import asdict
 import numpy as np
 
 from peg_on_hole_ros.cli.pictures import needed, save
+from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import load, out_folder
+from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.edges.partial_table import PartialTable, write_table
 from peg_on_hole_ros.numba_cache import source_key
@@ -22,7 +23,7 @@ def run(arguments: Namespace) -> int:
     """Examine every place of every map, going on where an earlier run was; draw and write."""
     needed()
     configuration, _ = load(arguments.config)
-    folder = out_folder(arguments.out)
+    folder = out_folder(arguments.out, arguments.config)
     count = QUICK_COUNT if arguments.quick else COUNT
     state = f"# {source_key()} {count} {asdict(configuration)}"
     group = len(study.ALL_METHODS) * count

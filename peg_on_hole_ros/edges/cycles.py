@@ -14,7 +14,8 @@ OUTCOMES = {
     "inserted": "contact became two-point and was so at the end",
     "jammed": "ended, without a transition, under an ERROR of the alarm jamming",
     "aborted": "contact was given up before the transition",
-    "unfinished": "the recording or the node ended in contact before the transition",
+    "unfinished": "the recording or the node ended, or the clock went back, in contact before the "
+    "transition",
 }
 
 
@@ -27,7 +28,7 @@ class Cycles:
     """
     Collects a record of each try, the same for node and replay.
 
-    A try begins where contact came and ends where it has gone for a while.
+    A try begins where contact came and ends where it has gone for a while, or where stamps fall.
 
     Attributes
     ----------
@@ -42,6 +43,7 @@ class Cycles:
         self._flag = False
         self._mode = ""
         self._open_ns: int | None = None
+        self._latest_ns: int | None = None
         self._begin()
 
     def _begin(self):
@@ -58,6 +60,11 @@ class Cycles:
     def add(self, t_ns: int, messages: list[Message]) -> dict | None:
         """Take the messages of one stamp [ns]; return the record of a try that ends with them."""
         fields = {topic: message for topic, _, message in messages}
+        ended = None
+        if self._latest_ns is not None and t_ns < self._latest_ns:
+            # No time passes between the stamps before and those after.
+            ended = self.finish()
+        self._latest_ns = t_ns
         if "contact_mode" in fields:
             self._mode = fields["contact_mode"]["data"]
         risen = fields.get("transition", {"data": self._flag})["data"] and not self._flag
@@ -65,7 +72,6 @@ class Cycles:
             self._flag = fields["transition"]["data"]
         touching = self._mode in ("three_point", "two_point")
         touching |= self._start_ns is not None and self._mode == "unknown"
-        ended = None
         if touching:
             if self._start_ns is None:
                 self._start(t_ns, fields.get("monitor"))
@@ -73,7 +79,7 @@ class Cycles:
             self._add_loads(fields)
         elif self._start_ns is not None:
             self._open_ns = t_ns if self._open_ns is None else self._open_ns
-            if t_ns - self._open_ns >= PAUSE_NS or t_ns < self._start_ns:
+            if t_ns - self._open_ns >= PAUSE_NS:
                 ended = self._end("aborted")
         if risen and self._start_ns is not None:
             self._transition_ns = t_ns

@@ -9,13 +9,26 @@ MOST_ALARMS = 1000
 
 
 class Summary:
-    """Collects from output messages what `--summary` tells."""
+    """
+    Collects from output messages what `--summary` tells.
+
+    Time is what has passed: where stamps fall (a simulator that was reset, a bag played again) it
+    goes on from where it was.
+
+    Attributes
+    ----------
+    outputs : int
+    first_ns, last_ns : int or None
+        Stamps of the first and the latest output [ns].
+
+    """
 
     def __init__(self):
         self.outputs = 0
         self.first_ns: int | None = None
         self.last_ns: int | None = None
-        self._transition_ns: int | None = None
+        self._passed_ns = 0
+        self._transition: float | None = None
         self._max_normal = dict.fromkeys(CONTACTS, 0.0)
         self._levels: dict[str, int] = {}
         self._alarms: list[dict] = []
@@ -26,22 +39,24 @@ class Summary:
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
         self.outputs += 1
-        self.first_ns = t_ns if self.first_ns is None else self.first_ns
+        if self.first_ns is None:
+            self.first_ns = self.last_ns = t_ns
+        self._passed_ns += max(t_ns - self.last_ns, 0)
         self.last_ns = t_ns
         for topic, _, message in messages:
             if topic == "contacts":
                 for name, normal in zip(message["name"], message["effort"]):
                     self._max_normal[name] = max(self._max_normal[name], normal)
             elif topic == "transition":
-                if message["data"] and self._transition_ns is None:
-                    self._transition_ns = t_ns
+                if message["data"] and self._transition is None:
+                    self._transition = self._passed_ns * 1e-9
             elif topic == "contact_mode":
                 self._mode = message["data"]
             elif topic == "alarms":
-                self._add_alarms(t_ns, message["status"])
+                self._add_alarms(message["status"])
         self._modes[self._mode] = self._modes.get(self._mode, 0) + 1
 
-    def _add_alarms(self, t_ns, statuses):
+    def _add_alarms(self, statuses):
         for status in statuses:
             before = self._levels.get(status["name"], 0)
             self._levels[status["name"]] = status["level"]
@@ -51,24 +66,20 @@ class Summary:
             if len(self._alarms) < MOST_ALARMS:
                 self._alarms.append(
                     {
-                        "time": self._since_start(t_ns),
+                        "time": self._passed_ns * 1e-9,
                         "name": status["name"],
                         "level": ("OK", "WARN", "ERROR")[status["level"]],
                         "message": status["message"],
                     }
                 )
 
-    def _since_start(self, t_ns):
-        return (t_ns - self.first_ns) * 1e-9
-
     def content(self) -> dict:
         """Return the part of the JSON that the outputs give; times are since the first output."""
-        transition = self._transition_ns
         return {
             "outputs": self.outputs,
             "start_time": self.first_ns * 1e-9,
-            "duration": self._since_start(self.last_ns),
-            "transition_time": None if transition is None else self._since_start(transition),
+            "duration": self._passed_ns * 1e-9,
+            "transition_time": self._transition,
             "max_normal": self._max_normal,
             "contact_mode": {
                 mode: count / self.outputs for mode, count in sorted(self._modes.items())

@@ -81,7 +81,8 @@ class UrdfKinematics:
             self._model, self._data, np.array(q), self._tip, pin.LOCAL_WORLD_ALIGNED
         )
         tip = pin.updateFramePlacement(self._model, self._data, self._tip)
-        rates = jacobian @ self._rates
+        # Of one joint Pinocchio returns a vector.
+        rates = jacobian.reshape(6, -1) @ self._rates
         return TipPose(tip.rotation, rates[3:], tip.translation.copy(), rates[:3])
 
 

@@ -110,7 +110,13 @@ def run_contact(
     )
     taken, states, k, steps = [], [], 0, 0
     while solver.status == "running":
-        solver.step()
+        try:
+            solver.step()
+        except ValueError:  # of scipy, where the rates are not finite
+            raise PegOnHoleError(
+                f"the motion has no finite acceleration after {solver.t:.6f} s, gamma, psi, phi = "
+                f"{solver.y[:3]} rad, rates {solver.y[3:]} rad/s: slow the phase"
+            ) from None
         if solver.status == "failed":
             if determinant(model.p, solver.y[:3], solver.y[3:], model.scale) > 0.1:
                 raise PegOnHoleError(

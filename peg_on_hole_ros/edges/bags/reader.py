@@ -1,17 +1,16 @@
 """Read bags: an `.mcap` file or a rosbag2 folder, in order of log time, in bounded memory."""
 
 import heapq
-import re
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
+from peg_on_hole_ros.edges.bags.files import BagFiles, bag_files
 from peg_on_hole_ros.edges.bags.scan import (
     Block,
     Scan,
@@ -24,6 +23,8 @@ from peg_on_hole_ros.edges.bags.scan import (
 from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.errors import BagError
 
+# A recorder that splits may put messages that came together into either file [ns].
+_OVERLAP_NS = 1_000_000_000
 # A payload that does not fit its definition.
 _UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError)
 
@@ -51,6 +52,13 @@ class Bag:
     """
     A bag whose records have been read through once.
 
+    Parameters
+    ----------
+    path : str or Path
+        An `.mcap` file or a folder of them.
+    progress : callable, optional
+        Called with the share of each file that was read.
+
     Attributes
     ----------
     path : Path
@@ -72,13 +80,15 @@ class Bag:
         self.damage = ""
         self.metadata: dict[str, dict[str, str]] = {}
         self._scans: list[Scan] = []
-        for index, file in enumerate(bag_files(self.path)):
+        files = bag_files(path)
+        for index, file in enumerate(files.files):
             scan = scan_file(file, index, self.topics, progress)
             self._scans.append(scan)
             self.metadata |= scan.metadata
             if scan.damage:
                 self.damage = f"{file} is {scan.damage}"
                 break
+        _check_one_recording(files, self._scans)
         # Sorting is stable: blocks that begin at one time stay in the order of the file.
         blocks = [block for scan in self._scans for block in scan.blocks]
         self._order = sorted(range(len(blocks)), key=lambda i: blocks[i].first_ns)
@@ -167,14 +177,37 @@ class Bag:
                 stream.close()
 
 
+def _check_one_recording(files: BagFiles, scans: list[Scan]):
+    """Refuse files that no description holds together and that were written at one time."""
+    if files.description is not None:
+        return
+    spans = []
+    for scan in scans:
+        if scan.blocks:
+            first = min(block.first_ns for block in scan.blocks)
+            spans.append((first, max(block.last_ns for block in scan.blocks), scan.path.name))
+    spans.sort()
+    for (_, end, before), (begin, last, after) in zip(spans, spans[1:]):
+        shared = min(end, last) - begin
+        if shared > min(_OVERLAP_NS, (last - begin) // 2):
+            raise BagError(
+                f"{files.path} has no metadata.yaml, and {before} and {after} overlap by "
+                f"{shared * 1e-9:.3f} s, so they are not parts of one recording; "
+                f"{files.remedy()}"
+            )
+
+
 def _unpacked(item):
     log_ns, _, _, file, channel_id, payload = item
     return log_ns, file, channel_id, payload
 
 
 def _content(stream, block: Block):
-    stream.seek(block.start)
-    body = stream.read(block.length)
+    try:
+        stream.seek(block.start)
+        body = stream.read(block.length)
+    except OSError as error:
+        raise BagError(f"cannot read {stream.name}: {error.strerror}") from None
     return chunk_content(body, validate=False) if block.chunk else body
 
 
@@ -199,68 +232,3 @@ def _decoders(scan, wanted):
             if decode is not None:
                 decoders[channel.id] = (channel.topic, decode)
     return decoders
-
-
-def bag_files(path: Path) -> list[Path]:
-    """
-    Return the MCAP files of a bag in their order.
-
-    A folder without metadata.yaml (its recorder was killed) is taken as its .mcap files.
-
-    Raises
-    ------
-    BagError
-        Nothing there, another storage format, or a file that metadata.yaml names is missing.
-
-    """
-    if not path.exists():
-        raise BagError(f"there is no bag {path}")
-    if path.is_file():
-        if path.suffix == ".db3":
-            raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
-        return [path]
-    description = path / "metadata.yaml"
-    if description.is_file():
-        return _described_files(description)
-    files = sorted(path.glob("*.mcap"), key=_natural)
-    if files:
-        return files
-    if list(path.glob("*.db3")):
-        raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
-    raise BagError(f"{path} is a folder without metadata.yaml and without .mcap files: no bag")
-
-
-def _described_files(description):
-    path = description.parent
-    try:
-        info = yaml.safe_load(description.read_text(encoding="utf-8"))[
-            "rosbag2_bagfile_information"
-        ]
-        names = info["relative_file_paths"]
-        storage = info.get("storage_identifier", "mcap")
-        files = [path / str(name) for name in names]
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
-        raise BagError(
-            f"{description} is not a description of a bag (rosbag2_bagfile_information with "
-            f"relative_file_paths); remove it to read the .mcap files of {path}"
-        ) from None
-    if storage != "mcap":
-        raise BagError(f"{path} is a bag in {storage}; {_convert(path)}")
-    if not files:
-        raise BagError(
-            f"{description} names no files; remove it to read the .mcap files of {path}"
-        )
-    for file in files:
-        if not file.is_file():
-            raise BagError(f"{description} names {file.name}, which is not in {path}")
-        if file.suffix != ".mcap":
-            raise BagError(f"{file} is compressed as a whole; decompress it first")
-    return files
-
-
-def _convert(path):
-    return f"convert it: ros2 bag convert -i {path} with storage_id mcap for the output"
-
-
-def _natural(file):
-    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]

@@ -99,22 +99,35 @@ def scan_file(
     Raises
     ------
     BagError
-        The file cannot be opened or is no MCAP file.
+        The file cannot be opened, or is the first of its bag and no MCAP file.
 
     """
     scan = Scan(path)
     with open_file(path) as stream:
         size = path.stat().st_size
         magic = stream.read(len(MAGIC))
-        if not magic:
-            raise BagError(f"{path} is empty (0 bytes)")
         if magic != MAGIC:
-            raise BagError(f"{path} is not an MCAP file: it begins with {magic!r}")
+            scan.damage = _no_begin(magic)
+            if not index:
+                raise BagError(f"{path} is {scan.damage}")
+            # Of a recording in parts the last one may have been opened and never written.
+            return scan
         try:
             _walk_file(stream, size, scan, index, topics, progress)
         except _Damage as damage:
             scan.damage = str(damage)
+        except OSError as error:  # of the disk
+            scan.damage = f"unreadable after byte {stream.tell()}: {error.strerror}"
     return scan
+
+
+def _no_begin(magic):
+    """Return what a file is that does not begin as one of MCAP, by its first bytes."""
+    if not magic:
+        return "empty (0 bytes)"
+    if MAGIC.startswith(magic):
+        return f"cut off at byte {len(magic)}"
+    return f"not an MCAP file: it begins with {magic!r}"
 
 
 def open_file(path: Path) -> BinaryIO:

@@ -55,7 +55,7 @@ class BagWriter:
     Raises
     ------
     PegOnHoleError
-        The file cannot be written there.
+        The file cannot be written there; from every method, too, as where the disk is full.
 
     """
 
@@ -68,14 +68,14 @@ class BagWriter:
         latched: Collection[str] = (),
     ):
         self.path = Path(path)
-        self._part = self.path.with_name(self.path.name + ".part")
+        self._part = part_of(self.path)
         self._metadata = dict(metadata or {})
         if configuration is not None:
             self._metadata[CONFIGURATION_METADATA] = configuration_metadata(configuration)
         try:
             self._stream = self._part.open("wb")
         except OSError as error:
-            raise PegOnHoleError(f"cannot write {self.path}: {error.strerror}") from None
+            raise self._cannot_write(error) from None
         self._writer = Writer(
             self._stream, chunk_size=chunk_bytes, compression=CompressionType.ZSTD
         )
@@ -97,11 +97,19 @@ class BagWriter:
         message : dict
             Fields by name, nested; a field left out has its default.
         t_ns : int
-            Log and publish time [ns].
+            Log and publish time [ns], not negative.
 
         """
+        if t_ns < 0:
+            raise PegOnHoleError(
+                f"cannot write {self.path}: a stamp of {t_ns * 1e-9:.9g} s is below 0 s, "
+                "where a bag has no times; correct the stamps, or leave out this output"
+            )
         channel, encode = self._channels.get(topic) or self._channel(topic, ros_type)
-        self._writer.add_message(channel, t_ns, encode(message), t_ns)
+        try:
+            self._writer.add_message(channel, t_ns, encode(message), t_ns)
+        except OSError as error:
+            raise self._cannot_write(error) from None
 
     def _channel(self, topic, ros_type):
         schema = self._schemas.get(ros_type)
@@ -130,17 +138,37 @@ class BagWriter:
         return self
 
     def __exit__(self, kind, value, trace) -> None:
-        """Finish the file, or remove it if the block raised."""
-        if kind is None:
+        """Finish the file, or remove it if the block raised or the end cannot be written."""
+        if kind is not None:
+            self._remove()
+            return
+        try:
             for name, values in self._metadata.items():
                 self._writer.add_metadata(name, values)
             self._writer.finish()
             self._stream.close()
             self._part.replace(self.path)
-        else:
+        except OSError as error:
+            self._remove()
+            raise self._cannot_write(error) from None
+        except BaseException:
+            self._remove()
+            raise
+
+    def _cannot_write(self, error):
+        return PegOnHoleError(f"cannot write {self.path}: {error.strerror}")
+
+    def _remove(self):
+        # Closing writes what is left to write, which a full disk refuses once more.
+        with suppress(OSError):
             self._stream.close()
-            with suppress(OSError):
-                self._part.unlink()
+        with suppress(OSError):
+            self._part.unlink()
+
+
+def part_of(path: Path) -> Path:
+    """Return the name that a bag has while it is being written."""
+    return path.with_name(path.name + ".part")
 
 
 def configuration_metadata(configuration: Configuration) -> dict[str, str]:

@@ -1,11 +1,13 @@
 """From messages in their order of arrival to messages out: what the node runs and a replay too."""
 
 from collections import Counter
+from collections.abc import Callable
 
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages.output import Message, OutputStream
 from peg_on_hole_ros.estimation.filters.methods import make_filter
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.estimation.measurement import PegJoints
+from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
 
 
@@ -93,9 +95,22 @@ def message_stream(
         A URDF that cannot be used.
 
     """
-    orientation = None
-    if configuration.joints.source == "robot":
+    pipeline = Pipeline(configuration, orientation_of(configuration.joints), make)
+    return MessageStream(configuration, pipeline, markers_rate)
+
+
+def orientation_of(joints: JointInput) -> PegJoints | Callable:
+    """
+    Return what makes an AngleMeasurement of a joint state, or the reason why there is none.
+
+    Raises
+    ------
+    PegOnHoleError
+        A URDF that cannot be used.
+
+    """
+    if joints.source == "robot":
         from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
 
-        orientation = orientation_source(configuration.joints)
-    return MessageStream(configuration, Pipeline(configuration, orientation, make), markers_rate)
+        return orientation_source(joints)
+    return PegJoints(joints)

@@ -1,0 +1,137 @@
+"""Places that commands write to: checked before the work, and none of what is read."""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from peg_on_hole_ros.edges.bags.writer import part_of
+from peg_on_hole_ros.errors import PegOnHoleError
+
+# What `chart` and `stability` write into their folder.
+_RESULTS = (".csv", ".partial", ".png", ".svg")
+
+
+def check_places(
+    inputs: Iterable[str | Path],
+    bags: Iterable[str | None] = (),
+    texts: Iterable[str | None] = (),
+) -> None:
+    """
+    Refuse places that cannot be written before the work, not after it.
+
+    Parameters
+    ----------
+    inputs : iterable of str or Path
+        Files that are read, and must not be overwritten; a folder stands for all .mcap files in
+        it.
+    bags, texts : iterable of str or None
+        MCAP files and other files to write; None: not asked for.
+
+    Raises
+    ------
+    PegOnHoleError
+        No folder for it, no permission, a file that is read, or two outputs with one place.
+
+    """
+    inputs = [Path(path) for path in inputs]
+    seen: list[Path] = []
+    for paths, bag in ((bags, True), (texts, False)):
+        for name in paths:
+            if name is None:
+                continue
+            if not name:
+                raise PegOnHoleError("the path of an output is empty; name a file")
+            path = Path(name)
+            try:
+                _check_place(path, bag, inputs, seen)
+            except OSError as error:
+                raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
+            seen.append(path)
+
+
+def _check_place(path, bag, inputs, seen):
+    if not path.parent.is_dir():
+        raise PegOnHoleError(f"cannot write {path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise PegOnHoleError(f"cannot write {path}: it is a folder")
+    if path.exists() and not path.is_file():  # a pipe or a device
+        if bag:
+            raise PegOnHoleError(f"cannot write {path}: a bag is written to a regular file only")
+        if not path.is_fifo():  # a pipe's reader would take a first close for the end
+            path.open("ab").close()
+        return
+    written = [path, part_of(path)] if bag else [path]
+    for source in inputs:
+        if source.is_dir():
+            if path.suffix == ".mcap" and _same(path.parent, source):
+                raise PegOnHoleError(
+                    f"cannot write {path}: it would be taken for a part of the bag {source}, "
+                    "which has no metadata.yaml"
+                )
+        elif any(_same(place, source) for place in written):
+            raise PegOnHoleError(f"cannot write {path}: it is the file that is read")
+    if any(_same(path, other) for other in seen):
+        raise PegOnHoleError(f"cannot write {path}: two outputs have this place")
+    _try(written[-1])
+
+
+def _same(a, b):
+    # Two names of one file, too: links and detours.
+    return a.resolve() == b.resolve() or (a.exists() and b.exists() and a.samefile(b))
+
+
+def _try(path):
+    """Open for writing, and leave all as it was."""
+    if path.exists():
+        path.open("ab").close()
+    else:
+        path.open("xb").close()
+        path.unlink()
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """
+    Write a whole file; one that cannot be finished is removed.
+
+    Raises
+    ------
+    PegOnHoleError
+        It cannot be written, as on a full disk.
+
+    """
+    path = Path(path)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        if path.is_file():
+            with suppress(OSError):
+                path.unlink()
+        raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
+
+
+def out_folder(path: str, config: str | None = None) -> Path:
+    """
+    Return a folder for results, made where it is missing.
+
+    Parameters
+    ----------
+    path : str
+    config : str, optional
+        File that is read, and must not be taken for a result.
+
+    Raises
+    ------
+    PegOnHoleError
+        It is a file, or cannot be made; or the configuration is named as a result in it.
+
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if config and Path(config).suffix in _RESULTS and _same(Path(config).parent, folder):
+            raise PegOnHoleError(
+                f"{config} is named as the results that go into {folder}; rename it to .yaml"
+            )
+    except OSError as error:
+        raise PegOnHoleError(f"cannot make the folder {folder}: {error.strerror}") from None
+    return folder

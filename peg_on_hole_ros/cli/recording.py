@@ -1,0 +1,92 @@
+"""A bag and the configuration that goes with it, as commands take them."""
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+from peg_on_hole_ros.cli.places import check_places
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.edges.bags.files import bag_files
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.replay import stored_configuration
+from peg_on_hole_ros.options import Configuration, NodeOptions
+
+
+class Recording(NamedTuple):
+    """
+    A bag that has been read through, and how it is to be understood.
+
+    Attributes
+    ----------
+    bag : Bag
+    configuration : Configuration
+        Of the file that was given, else that in the bag, else the defaults.
+    node : NodeOptions
+    stored : bool
+        Whether the configuration is that in the bag.
+
+    """
+
+    bag: Bag
+    configuration: Configuration
+    node: NodeOptions
+    stored: bool
+
+
+def open_bag(path: str | Path) -> Bag:
+    """Read a bag through, with progress."""
+    with Progress(f"reading {path}") as progress:
+        return Bag(path, progress)
+
+
+def open_recording(
+    path: str,
+    config: str | None,
+    bags: Iterable[str | None] = (),
+    texts: Iterable[str | None] = (),
+) -> Recording:
+    """
+    Read a bag and its configuration, once every place to write has been checked.
+
+    Parameters
+    ----------
+    path : str
+        Of the bag.
+    config : str or None
+        ROS 2 parameters file; None: what the bag carries, or the defaults.
+    bags, texts : iterable of str or None
+        Outputs, see `check_places`.
+
+    Raises
+    ------
+    PegOnHoleError
+        A bag, a configuration or a place that cannot be used.
+
+    """
+    bags, texts = list(bags), list(texts)
+    configuration, node = load(config)
+    given = [] if config is None else [config]
+    read = [*bag_files(path).read(), *given, *_described_by(configuration)]
+    check_places(read, bags, texts)
+    bag = open_bag(path)
+    stored = None if given else configuration_in(bag)
+    if stored is not None:
+        configuration = stored
+        check_places(_described_by(configuration), bags, texts)
+    return Recording(bag, configuration, node, stored is not None)
+
+
+def configuration_in(bag: Bag) -> Configuration | None:
+    """Return the configuration that a bag carries and say so, or None."""
+    stored = stored_configuration(bag)
+    if stored is not None:
+        print(f"configuration: that in {bag.path}", file=sys.stderr)
+    return stored
+
+
+def _described_by(configuration):
+    """Return the URDF of a robot as a list, which is empty without one."""
+    joints = configuration.joints
+    return [Path(joints.urdf).expanduser()] if joints.source == "robot" else []

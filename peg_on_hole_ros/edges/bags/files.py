@@ -1,0 +1,138 @@
+"""Which files a bag consists of: one `.mcap` file, or those of a rosbag2 folder."""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from peg_on_hole_ros.errors import BagError, PegOnHoleError
+
+# As a recorder names the parts of a recording: rec_0.mcap, rec_1.mcap, ...
+_PART = re.compile(r"(.+)_\d+\.mcap")
+_MOST_LISTED = 10
+
+
+class BagFiles(NamedTuple):
+    """
+    A bag on disk.
+
+    Attributes
+    ----------
+    path : Path
+        As it was given.
+    files : tuple of Path
+        MCAP files in their order.
+    description : Path or None
+        metadata.yaml of a folder; None: a single file, or a folder without.
+
+    """
+
+    path: Path
+    files: tuple[Path, ...]
+    description: Path | None = None
+
+    def read(self) -> list[Path]:
+        """Return every file that reading the bag rests on, and a folder that nothing describes."""
+        if self.description:
+            return [*self.files, self.description]
+        return [*self.files, *([self.path] if self.path.is_dir() else [])]
+
+    def remedy(self) -> str:
+        """Return what to do with files that do not belong together, for an error message."""
+        return (
+            "name one file, or, if they are one recording, have its metadata.yaml written: "
+            f"ros2 bag reindex -s mcap {self.path}"
+        )
+
+
+def bag_files(path: str | Path) -> BagFiles:
+    """
+    Return what a bag consists of.
+
+    A folder without metadata.yaml (its recorder was killed) is taken as its .mcap files, if they
+    are named as the parts of one recording.
+
+    Raises
+    ------
+    PegOnHoleError
+        An empty path, as an unset variable of a shell gives: it would be the current folder.
+    BagError
+        Nothing there, another storage format, a file that metadata.yaml names is missing, or
+        files of several recordings.
+
+    """
+    if not str(path):
+        raise PegOnHoleError("the path of the bag is empty; name an .mcap file or a bag's folder")
+    path = Path(path)
+    try:
+        return _files(path)
+    except OSError as error:
+        raise BagError(f"cannot read {path}: {error.strerror}") from None
+
+
+def _files(path):
+    if not path.exists():
+        raise BagError(f"there is no bag {path}")
+    if not path.is_dir():
+        if path.suffix == ".db3":
+            raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
+        return BagFiles(path, (path,))
+    description = path / "metadata.yaml"
+    if description.is_file():
+        return BagFiles(path, tuple(_described_files(description)), description)
+    files = sorted(path.glob("*.mcap"), key=_natural)
+    if files:
+        return _one_recording(BagFiles(path, tuple(files)))
+    if list(path.glob("*.db3")):
+        raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
+    raise BagError(f"{path} is a folder without metadata.yaml and without .mcap files: no bag")
+
+
+def _one_recording(found):
+    parts = [_PART.fullmatch(file.name) for file in found.files]
+    if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):
+        names = [file.name for file in found.files]
+        more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+        raise BagError(
+            f"{found.path} is a folder without metadata.yaml, and its .mcap files are not named "
+            f"as the parts of one recording (NAME_0.mcap, NAME_1.mcap, ...): "
+            f"{', '.join(names[:_MOST_LISTED])}{more}; {found.remedy()}"
+        )
+    return found
+
+
+def _described_files(description):
+    path = description.parent
+    try:
+        info = yaml.safe_load(description.read_text(encoding="utf-8"))[
+            "rosbag2_bagfile_information"
+        ]
+        names = info["relative_file_paths"]
+        storage = info.get("storage_identifier", "mcap")
+        files = [path / str(name) for name in names]
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+        raise BagError(
+            f"{description} is not a description of a bag (rosbag2_bagfile_information with "
+            f"relative_file_paths); remove it to read the .mcap files of {path}"
+        ) from None
+    if storage != "mcap":
+        raise BagError(f"{path} is a bag in {storage}; {_convert(path)}")
+    if not files:
+        raise BagError(
+            f"{description} names no files; remove it to read the .mcap files of {path}"
+        )
+    for file in files:
+        if not file.is_file():
+            raise BagError(f"{description} names {file.name}, which is not in {path}")
+        if file.suffix != ".mcap":
+            raise BagError(f"{file} is compressed as a whole; decompress it first")
+    return files
+
+
+def _convert(path):
+    return f"convert it: ros2 bag convert -i {path} with storage_id mcap for the output"
+
+
+def _natural(file):
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]

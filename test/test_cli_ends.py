@@ -1,0 +1,172 @@
+"""Ends that nobody plans: full disks, signals, errors of the system; one line and no half file."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+import peg_on_hole_ros.cli.solve as solve_command
+from cli_helpers import ROOT, fails
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.errors import BagError, PegOnHoleError
+from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
+
+SOLVE = "solve", "--state", "0.2,0,0,0,0,1"
+
+
+@contextmanager
+def largest_file(size):
+    """Let no file grow beyond a number of bytes: to whoever writes that is a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("chunk_bytes", [2000, 1 << 20])
+def test_a_disk_that_fills_up_leaves_an_error_and_no_file(tmp_path, chunk_bytes):
+    with (
+        largest_file(8000),
+        pytest.raises(PegOnHoleError, match=r"^cannot write .*/a.mcap: File too large$"),
+    ):
+        # With large chunks all is written at the end.
+        write_bag(tmp_path / "a.mcap", count=2000, chunk_bytes=chunk_bytes)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_replay_onto_a_full_disk_is_exit_code_2(bag, tmp_path, capsys):
+    out = tmp_path / "out.mcap"
+    message = f"cannot write {out}: File too large"
+    with largest_file(8000):
+        fails(capsys, 2, message, "replay", bag, "--out", out)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_stamps_below_zero_cannot_be_log_times(tmp_path, capsys):
+    path, out = tmp_path / "a.mcap", tmp_path / "out.mcap"
+    with BagWriter(path) as writer:
+        for i in range(40):
+            t_ns = -5 * 10**9 + i * MS
+            writer.write("/joint_states", JOINTS, joints(t_ns), i)
+            writer.write("/wrench", WRENCH, wrench(t_ns), i)
+    message = (
+        f"cannot write {out}: a stamp of -5 s is below 0 s, where a bag has no times; correct "
+        "the stamps, or leave out this output"
+    )
+    fails(capsys, 2, message, "replay", path, "--out", out)
+    assert main(["replay", str(path)]) == 0
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (PermissionError(13, "Permission denied", "/x/y"), "/x/y: Permission denied"),
+        (OSError(5, "Input/output error"), "Input/output error"),
+        (OSError("odd"), "odd"),
+    ],
+)
+def test_an_error_of_the_system_is_one_line(monkeypatch, capsys, error, message):
+    def run(_):
+        raise error
+
+    monkeypatch.setattr(solve_command, "run", run)
+    fails(capsys, 2, message, *SOLVE)
+
+
+def test_output_that_cannot_be_printed_is_one_line():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "peg_on_hole_ros.cli.main", *SOLVE],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            check=False,
+        )
+    assert done.stderr == "peg-on-hole: error: No space left on device\n"
+    assert done.returncode == 2
+
+
+class Broken:
+    """A file whose disk fails after some bytes."""
+
+    name = "a.mcap"
+
+    def __init__(self, stream, good):
+        self._stream, self._good = stream, good
+        self.tell, self.seek, self.close = stream.tell, stream.seek, stream.close
+
+    def read(self, size=-1):
+        if self._stream.tell() + max(size, 0) > self._good:
+            raise OSError(5, "Input/output error")
+        return self._stream.read(size)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def test_a_disk_that_fails_gives_what_lies_before(tmp_path, monkeypatch):
+    path = write_bag(tmp_path / "a.mcap", count=400, chunk_bytes=4000)
+    whole = Bag(path)
+    half = path.stat().st_size // 2
+    for module in ("scan", "reader"):
+        monkeypatch.setattr(
+            f"peg_on_hole_ros.edges.bags.{module}.open_file",
+            lambda path: Broken(path.open("rb"), half),
+        )
+    bag = Bag(path)
+    assert f"{path} is unreadable after byte " in bag.damage
+    assert bag.damage.endswith(": Input/output error")
+    read = len(list(bag.messages(["/wrench"])))
+    assert 50 < read == bag.topics["/wrench"].count < 350
+    with pytest.raises(BagError, match="cannot read a.mcap: Input/output error"):
+        list(whole.messages(["/wrench"]))
+
+
+def test_sigterm_leaves_no_half_written_file(tmp_path):
+    out = tmp_path / "out.mcap"
+    command = [sys.executable, "-m", "peg_on_hole_ros.cli.main", "replay"]
+    process = subprocess.Popen(
+        [*command, str(ROOT / "bags" / "working_cycle.mcap"), "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    try:
+        part = tmp_path / "out.mcap.part"
+        deadline = time.monotonic() + 60
+        while not part.exists() and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert part.exists()
+        process.send_signal(signal.SIGTERM)
+        _, text = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert "Traceback" not in text
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_handling_of_sigterm_is_lent(capsys):
+    assert main([*SOLVE]) == 0
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    codes = []
+    thread = threading.Thread(target=lambda: codes.append(main([*SOLVE])))
+    thread.start()
+    thread.join()
+    assert codes == [0]
