@@ -1,21 +1,19 @@
 """The ROS 2 node `peg_on_hole`: a lifecycle node around the message stream that a replay runs."""
 
-import signal
 import sys
 import time
 
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.edges.bags.arrival_record import ArrivalRecord
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.live import parameters as node_parameters
+from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.arrivals import MOST_ARRIVALS, Arrivals
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.edges.messages.cdr import Encoder
@@ -34,6 +32,11 @@ class PegOnHoleNode(LifecycleNode):
     """
     Takes wrench and joint states, publishes everything that each wrench makes known.
 
+    Parameters
+    ----------
+    arguments : list of str
+        Of the process: the parameters files among them are looked through.
+
     Raises
     ------
     PegOnHoleError
@@ -41,7 +44,7 @@ class PegOnHoleNode(LifecycleNode):
 
     """
 
-    def __init__(self):
+    def __init__(self, arguments: list[str]):
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self._stream: MessageStream | None = None
         self._record: ArrivalRecord | None = None
@@ -50,7 +53,7 @@ class PegOnHoleNode(LifecycleNode):
         self.arrivals = Arrivals()
         self._while_active: list = []
         self._services_made: list = []
-        node_parameters.check_files(self.get_fully_qualified_name())
+        node_parameters.check_files(self.get_fully_qualified_name(), arguments)
         node_parameters.declare(self)
         self.configuration, self.options = node_parameters.read(self)
         self.add_on_set_parameters_callback(
@@ -251,14 +254,23 @@ class PegOnHoleNode(LifecycleNode):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is stopped; return 0, or 2 where it cannot start."""
+    """
+    Run the node until it is stopped; return 0, or 2 where it cannot start.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        All of them for ROS; without, those of the process.
+
+    """
+    arguments = sys.argv[1:] if arguments is None else arguments
     node = None
     try:
-        _init(arguments)
-        node = PegOnHoleNode()
+        process.init(arguments)
+        node = PegOnHoleNode(arguments)
         if node.options.autostart and node.trigger_configure() != SUCCESS:
             return 2
-        stopping = _note_signals()
+        stopping = process.note_signals()
         if node.options.autostart and node.trigger_activate() != SUCCESS:
             return 2
         _spin(node, stopping)
@@ -274,21 +286,8 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _note_signals():
-    """
-    Return a list that SIGINT and SIGTERM fill.
-
-    rclpy's own handlers shut ROS down in the middle of a callback, so that half of an estimate
-    would be published; and EventsExecutor.spin() ignores them.
-    """
-    noted = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: noted.append(number))
-    return noted
-
-
 def _spin(node, stopping):
-    executor = _executor()
+    executor = process.executor()
     executor.add_node(node)
     while rclpy.ok() and not stopping:
         before = len(node.arrivals)
@@ -297,23 +296,6 @@ def _spin(node, stopping):
         if before and len(node.arrivals) in (before, MOST_ARRIVALS):
             node.process()
     executor.remove_node(node)
-
-
-def _init(arguments):
-    try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
-        # Parameters that ROS 2 itself cannot read; its traceback would hide which.
-        text = str(error).removeprefix("failed to initialize rcl: ").split(", at ")[0]
-        raise PegOnHoleError(text) from None
-
-
-def _executor():
-    try:
-        from rclpy.experimental import EventsExecutor  # a third of the other's CPU time
-    except ImportError:
-        return SingleThreadedExecutor()  # Jazzy has no other for Python
-    return EventsExecutor()
 
 
 if __name__ == "__main__":

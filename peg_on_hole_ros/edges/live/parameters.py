@@ -1,7 +1,6 @@
 """Parameters of the node: declared from the table, checked together, fixed once configured."""
 
 import re
-import sys
 from pathlib import Path
 
 import yaml
@@ -72,7 +71,7 @@ def refusal(node: Node, configured: bool, changed) -> SetParametersResult:
     return SetParametersResult(successful=True)
 
 
-def check_files(full_name: str, arguments: list[str] | None = None) -> None:
+def check_files(full_name: str, arguments: list[str]) -> None:
     """
     Refuse a parameters file that has this node's parameters under another node's name.
 
@@ -91,7 +90,7 @@ def check_files(full_name: str, arguments: list[str] | None = None) -> None:
         With the names that the file has.
 
     """
-    for path in _files(sys.argv if arguments is None else arguments):
+    for path in _files(arguments):
         try:
             content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError, yaml.YAMLError):
