@@ -88,9 +88,49 @@ def test_parameters_file_may_use_wildcards(name, tmp_path):
     check_files(node, ["--ros-args", "--params-file", str(path)])
 
 
-def test_parameters_file_of_other_programs_is_no_matter(tmp_path):
-    path = file(tmp_path, "camera:\n  ros__parameters:\n    exposure: 0.1\n")
-    check_files("/peg_on_hole", ["--params-file", str(path)])
+CONTROLLER = """\
+joint_trajectory_controller:
+  ros__parameters:
+    joints: [a, b]
+    topics: [c]
+    filter: {order: 2, method: butterworth, cutoff: 20.0}
+"""
+LEFT = OWN.replace("peg_on_hole", "/left/peg_on_hole")
+CLOCK = "/**:\n  ros__parameters: {use_sim_time: true}\n"
+
+
+def files(tmp_path, *texts):
+    paths = [tmp_path / f"{number}.yaml" for number in range(len(texts))]
+    for path, text in zip(paths, texts):
+        path.write_text(text)
+    return ["--ros-args", *(word for path in paths for word in ("--params-file", str(path)))]
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ["camera:\n  ros__parameters:\n    exposure: 0.1\n"],
+        [CONTROLLER],
+        [CONTROLLER, OWN],
+        [OWN, CONTROLLER],
+        [OWN, LEFT],
+        [LEFT + OWN],
+        ["peg_on_hole:\n  ros__parameters: {use_sim_time: true}\n", LEFT],
+    ],
+)
+def test_parameters_of_other_programs_are_no_matter(texts, tmp_path):
+    check_files("/peg_on_hole", files(tmp_path, *texts))
+
+
+@pytest.mark.parametrize("more", [[], [CONTROLLER], [CLOCK]])
+def test_ours_under_another_name_alone_is_refused_whatever_other_files_there_are(more, tmp_path):
+    arguments = files(tmp_path, *more, LEFT)
+    with pytest.raises(PegOnHoleError) as caught:
+        check_files("/peg_on_hole", arguments)
+    assert str(caught.value) == (
+        f"{arguments[-1]} has parameters for /left/peg_on_hole, but this node is /peg_on_hole and "
+        "would run with its defaults: write '/peg_on_hole:' or '/**:' in the file"
+    )
 
 
 def given_by_ros(path):
