@@ -1,12 +1,15 @@
 """The node over real DDS: lifecycle, parameters, services, diagnostics, sim time."""
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import rclpy
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -15,10 +18,13 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, Peer, node_process, stop
-from inputs import joints, wrench
+from inputs import closing, joints, wrench
+from peg_on_hole_ros.edges.live.process import init
+from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.node import PegOnHoleNode
 from peg_on_hole_ros.parameter_table import PARAMETERS
 
 pytestmark = pytest.mark.xdist_group("dds")
@@ -140,12 +146,38 @@ def test_sim_time_without_clock_is_said_and_estimates_go_on(peer):
         assert "use_sim_time is set, but no /clock has come" in stop(process)
 
 
-def test_sigterm_ends_it_cleanly(peer):
+def test_sigterm_ends_it_cleanly_with_a_record_of_the_try_under_way(peer):
     with node_process() as process:
         peer.wait_for_matching()
+        send(peer, 4_000_000_000, 200)
         process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=PATIENCE)
+        text, _ = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
+    assert cycles(text) == ["unfinished"]
+
+
+def cycles(text):
+    """Return the outcomes of the tries that were logged."""
+    return [json.loads(line)["outcome"] for line in re.findall("cycle: (.*)", text)]
+
+
+@pytest.mark.parametrize("end", ["close", "trigger_deactivate", "trigger_shutdown"])
+def test_what_waits_at_the_end_is_worked_off(end, capfd):
+    init(["--ros-args"])
+    try:
+        node = PegOnHoleNode([])
+        node.trigger_configure()
+        node.trigger_activate()
+        encode = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
+        for source, message in closing(200):
+            getattr(node.arrivals, source)(encode[source](message))
+        getattr(node, end)()
+        assert not node.arrivals
+        node.close()
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+    assert cycles(capfd.readouterr().err) == ["unfinished"]
 
 
 def test_all_parameters_of_the_table_are_declared(peer):

@@ -51,6 +51,7 @@ class PegOnHoleNode(LifecycleNode):
         self._publishers_of: dict = {}
         self._encoders = {suffix: Encoder(ros_type) for suffix, ros_type in TOPICS.items()}
         self.arrivals = Arrivals()
+        self._cycles = Cycles()
         self._while_active: list = []
         self._services_made: list = []
         node_parameters.check_files(self.get_fully_qualified_name(), arguments)
@@ -109,20 +110,22 @@ class PegOnHoleNode(LifecycleNode):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state) -> TransitionCallbackReturn:
-        """Forget the estimate and finish the record."""
+        """Finish record and try, forget the estimate."""
         self._release()
         return SUCCESS
 
     def on_shutdown(self, state) -> TransitionCallbackReturn:
-        """Finish the record."""
+        """Finish record and try."""
         self._release()
         return SUCCESS
 
     def close(self) -> None:
-        """Finish the record, whatever state the node is in."""
+        """Work off what waits, finish the record and log a try under way, in whatever state."""
+        self._stop_listening()
         if self._record is not None:
             self._record.close()
             self._record = None
+        self._log_cycle(self._cycles.finish())
 
     def _open_record(self):
         if not self.options.record_arrivals:
@@ -153,6 +156,7 @@ class PegOnHoleNode(LifecycleNode):
         ]
 
     def _stop_listening(self):
+        self.process()
         for subscription in self._while_active:
             self.destroy_subscription(subscription)
         if self._while_active:
@@ -160,16 +164,13 @@ class PegOnHoleNode(LifecycleNode):
         self._while_active = []
 
     def _release(self):
-        self._stop_listening()
+        self.close()
         for service in self._services_made:
             self.destroy_service(service)
         for publisher in self._publishers_of.values():
             self.destroy_lifecycle_publisher(publisher)
         self._services_made, self._publishers_of = [], {}
-        if self._stream is not None:
-            self._log_cycle(self._cycles.finish())
         self._stream = None
-        self.close()
 
     def process(self) -> None:
         """Work off what has arrived, the sources merged by their stamps."""

@@ -14,7 +14,7 @@ NAME = "peg_on_hole"
 _LOST = re.compile("_(dropped|gated)")
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
-    "|step_divided_.*)$"
+    "|step_divided_.*|step_without_direction)$"
 )
 
 
