@@ -2,6 +2,7 @@
 
 import sys
 import time
+from dataclasses import asdict, replace
 
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -23,6 +24,7 @@ from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Topics
 
 NAME = "peg_on_hole"
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -130,12 +132,13 @@ class PegOnHoleNode(LifecycleNode):
     def _open_record(self):
         if not self.options.record_arrivals:
             return
-        topics = self.configuration.topics
+        # As they are after remapping, in this namespace: a replay knows neither.
+        names = asdict(self.configuration.topics)
+        topics = Topics(**{name: self.resolve_topic_name(topic) for name, topic in names.items()})
         self._record = ArrivalRecord(
             self.options.record_arrivals,
-            self.configuration,
-            self.resolve_topic_name(topics.wrench),
-            self.resolve_topic_name(topics.joint_states),
+            replace(self.configuration, topics=topics),
+            self.options.markers_rate,
         )
         self.get_logger().info(f"recording arrivals to {self._record.path}")
 
