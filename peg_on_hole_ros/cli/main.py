@@ -204,6 +204,12 @@ def _compare(commands):
     command.add_argument("a", metavar="A", help="output of replay or node; with --bag: CONFIG")
     command.add_argument("b", metavar="B", help="the other")
     command.add_argument("--bag", metavar="BAG", help="replay it with A and with B, compare that")
+    command.add_argument(
+        "--prefix",
+        metavar="NODE",
+        action="append",
+        help="of several outputs in a recording, as in /cell/peg_on_hole; twice: A's and B's",
+    )
     command.add_argument("--json", action="store_true", help="print JSON")
 
 
