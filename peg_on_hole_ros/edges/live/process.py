@@ -1,4 +1,4 @@
-"""What a process needs around its node: arguments, signals, an executor."""
+"""What a process needs around its node: arguments, signals, and turns to work in."""
 
 import signal
 
@@ -7,6 +7,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from peg_on_hole_ros.edges.live.arrivals import MOST_ARRIVALS
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
@@ -54,8 +55,30 @@ def note_signals() -> list[int]:
     return noted
 
 
-def executor():
-    """Return the executor that costs least."""
+def spin(node, stopping: list[int]) -> None:
+    """
+    Let a node take messages and work them off, until ROS ends or a signal is noted.
+
+    Parameters
+    ----------
+    node : Node
+        With `arrivals`, which its subscriptions fill, and `process`, which works them off.
+    stopping : list of int
+        See `note_signals`.
+
+    """
+    executor = _executor()
+    executor.add_node(node)
+    while rclpy.ok() and not stopping:
+        before = len(node.arrivals)
+        executor.spin_once(timeout_sec=0.0 if before else 0.1)
+        # One turn takes one message: what has gathered is worked off when no more is there.
+        if before and len(node.arrivals) in (before, MOST_ARRIVALS):
+            node.process()
+    executor.remove_node(node)
+
+
+def _executor():
     try:
         from rclpy.experimental import EventsExecutor  # a third of the other's CPU time
     except ImportError:
