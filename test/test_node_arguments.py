@@ -57,8 +57,6 @@ def test_config_of_another_name_is_refused_by_the_node(tmp_path):
     ("arguments", "found"),
     [
         (["--params-file", "x.yaml"], "--params-file x.yaml"),
-        (["-p", "scene.friction:=0.3"], "-p scene.friction:=0.3"),
-        (["x.yaml"], "x.yaml"),
         (["--ros-args", "-p", "autostart:=false", "--", "x.yaml"], "x.yaml"),
     ],
 )
