@@ -31,10 +31,13 @@ PATIENCE = (
 )
 
 
+NODE = ("-m", "peg_on_hole_ros.edges.node")
+
+
 @contextmanager
-def node_process(*arguments):
-    """Start the node with ROS arguments; end it by SIGINT, as a terminal does."""
-    command = [sys.executable, "-m", "peg_on_hole_ros.edges.node", "--ros-args", *arguments]
+def node_process(*arguments, program=NODE):
+    """Start the node, or another program of Python's, with ROS arguments; kill what is left."""
+    command = [sys.executable, *program, "--ros-args", *arguments]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )

@@ -6,12 +6,14 @@ from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
 from inputs import closing, joints, wrench
+from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC, ArrivalRecord, replay_arrivals
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, TOPICS
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_plain, to_ros
 from peg_on_hole_ros.edges.messages.stream import message_stream
+from peg_on_hole_ros.edges.replay import replay_bag, stored_configuration, stored_options
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
@@ -122,10 +124,57 @@ def test_record_holds_every_arrival_in_order_and_the_configuration(run):
     assert bag.damage == ""
 
 
+REMAPPED = ["-r", "/wrench:=/ft/wrench"]
+NAMESPACED = [
+    "-r",
+    "__ns:=/cell",
+    "-p",
+    "topics.wrench:=wrench",
+    "-p",
+    "topics.joint_states:=joint_states",
+]
+
+
+@pytest.mark.parametrize(
+    ("node", "arguments", "topics"),
+    [
+        ("peg_on_hole", REMAPPED, ("/ft/wrench", "/joint_states")),
+        ("cell/peg_on_hole", NAMESPACED, ("/cell/wrench", "/cell/joint_states")),
+    ],
+)
+def test_record_of_a_node_with_other_names_replays_as_it_is(node, arguments, topics, tmp_path):
+    path, peer = tmp_path / "arrivals.mcap", Peer(node)
+    kinds = (message_class(WRENCH_TYPE), message_class(JOINTS_TYPE))
+    peer.wrench, peer.joints = (peer.node.create_publisher(*it, 1000) for it in zip(kinds, topics))
+    record = ["-p", f"record_arrivals:={path}", "-p", "markers_rate:=50.0"]
+    with node_process(*arguments, *record) as process:
+        peer.wait_for_matching()
+        play(peer, [("joints", joints(9_999_000_000))])
+        play(peer, closing(200))
+        print(stop(process))
+    published = peer.received["markers"]
+    assert main(["replay", str(path), "--summary", str(tmp_path / "s.json")]) == 0
+    bag, markers = Bag(path), []
+    configuration, rate = stored_configuration(bag), stored_options(bag).markers_rate
+    assert (configuration.topics.wrench, configuration.topics.joint_states) == topics
+    replay_bag(bag, configuration, rate, [Markers(markers)])
+    peer.spin_until(lambda: len(published) >= len(markers), "all markers")
+    peer.close()
+    assert len(markers) == len(published) >= 9
+
+
+class Markers:
+    def __init__(self, found):
+        self.found = found
+
+    def add(self, t_ns, messages):
+        self.found += [fields for suffix, _, fields in messages if suffix == "markers"]
+
+
 def test_existing_record_is_kept(tmp_path):
     path = tmp_path / "record.mcap"
     path.write_bytes(b"precious")
-    record = ArrivalRecord(path, Configuration(), "/wrench", "/joint_states")
+    record = ArrivalRecord(path, Configuration(), 10.0)
     record.event("tare", 5)
     record.event("reset", 5)
     record.close()
@@ -135,6 +184,14 @@ def test_existing_record_is_kept(tmp_path):
     assert [(event.log_ns, event.message.data) for event in events] == [(5, "tare"), (6, "reset")]
 
 
-def test_record_in_a_missing_folder_is_refused(tmp_path):
-    with pytest.raises(PegOnHoleError, match="record_arrivals = .* cannot be written: No such"):
-        ArrivalRecord(tmp_path / "no" / "x.mcap", Configuration(), "/wrench", "/joint_states")
+@pytest.mark.parametrize(
+    ("place", "reason"), [("no/x.mcap", "No such file or directory"), ("", "Is a directory")]
+)
+def test_record_that_cannot_be_a_file_there_is_refused(place, reason, tmp_path):
+    with pytest.raises(PegOnHoleError) as caught:
+        ArrivalRecord(f"{tmp_path}/{place}", Configuration(), 10.0)
+    assert str(caught.value) == (
+        f"record_arrivals = '{tmp_path}/{place}' cannot be written: {reason}; name a file in a "
+        "folder that exists and may be written to"
+    )
+    assert not list(tmp_path.parent.glob(f"{tmp_path.name}_*"))

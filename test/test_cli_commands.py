@@ -167,31 +167,37 @@ def test_inspect_says_why_a_replay_is_not_possible(tmp_path, capsys):
     assert f"a replay is not possible: {path} has no messages on /joint_states" in text
 
 
-def test_compare_gives_known_differences(tmp_path, capsys):
-    def output(name, shift, stamps, prefix="/peg_on_hole/"):
-        path = tmp_path / name
-        angles, contacts = ["gamma", "psi", "phi"], ["K", "B1", "B2"]
-        psi = math.remainder(3.1 + shift, math.tau)
-        # The wider of two bounds must not hide a difference.
-        wide = 7 if shift else 1
-        with BagWriter(path) as writer:
-            for i in stamps:
-                t = i * MS
-                rows = {
-                    "state": joint_state(t, angles, [0.3, psi, 0.0], [0.0] * 3),
-                    "state_stddev": joint_state(t, angles, [wide * 0.01] * 3, [1.0] * 3),
-                    "contacts": joint_state(
-                        t, contacts, [1] * 3, [0.1] * 3, [5 + i * shift, 5, 5]
-                    ),
-                    "contacts_stddev": joint_state(t, contacts, (), [0.0] * 3, [wide * 0.5] * 3),
-                    "monitor": joint_state(t, ["friction"], [0.2 + shift]),
-                }
-                for topic, message in rows.items():
-                    writer.write(prefix + topic, JOINT_STATE, message, t)
-        return path
+def write_rows(writer, prefix, i, shift=0.0):
+    """Write an output's stamped topics at i ms; `shift` moves psi, reactions and friction."""
+    angles, contacts = ["gamma", "psi", "phi"], ["K", "B1", "B2"]
+    psi = math.remainder(3.1 + shift, math.tau)
+    # The wider of two bounds must not hide a difference.
+    wide = 7 if shift else 1
+    t = i * MS
+    rows = {
+        "state": joint_state(t, angles, [0.3, psi, 0.0], [0.0] * 3),
+        "state_stddev": joint_state(t, angles, [wide * 0.01] * 3, [1.0] * 3),
+        "contacts": joint_state(t, contacts, [1] * 3, [0.1] * 3, [5 + i * shift, 5, 5]),
+        "contacts_stddev": joint_state(t, contacts, (), [0.0] * 3, [wide * 0.5] * 3),
+        "monitor": joint_state(t, ["friction"], [0.2 + shift]),
+    }
+    for topic, message in rows.items():
+        writer.write(prefix + topic, JOINT_STATE, message, t)
 
+
+def output(path, shifts, stamps):
+    """Write a bag with outputs: prefix to shift."""
+    with BagWriter(path) as writer:
+        for i in stamps:
+            for prefix, shift in shifts.items():
+                write_rows(writer, prefix, i, shift)
+    return path
+
+
+def test_compare_gives_known_differences(tmp_path, capsys):
     # psi goes from 3.1 past pi: 0.2 rad apart, not 6.08.
-    a, b = output("a.mcap", 0.0, range(1, 5)), output("b.mcap", 0.2, range(2, 7))
+    a = output(tmp_path / "a.mcap", {"/peg_on_hole/": 0.0}, range(1, 5))
+    b = output(tmp_path / "b.mcap", {"/peg_on_hole/": 0.2}, range(2, 7))
     content = Bag(b)
     assert content.count == 25
     assert main(["compare", str(a), str(b), "--json"]) == 0
@@ -212,6 +218,44 @@ def test_compare_gives_known_differences(tmp_path, capsys):
     ]
     assert main(["compare", str(a), str(b)]) == 0
     assert "stamps in common: 3; only in A: 1; only in B: 2" in capsys.readouterr().out
+
+
+def friction_difference(capsys, *arguments):
+    assert main(["compare", *map(str, arguments), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)["monitor"][0]["max"]
+
+
+def test_compare_finds_outputs_under_any_name_and_lets_choose_among_several(tmp_path, capsys):
+    stamps = range(1, 4)
+    own = output(tmp_path / "own.mcap", {"/peg_on_hole/": 0.0}, stamps)
+    cell = output(tmp_path / "cell.mcap", {"/cell/peg/": 0.2}, stamps)
+    both = output(tmp_path / "both.mcap", {"/left/peg/": 0.1, "/right/peg/": 0.4}, stamps)
+    assert friction_difference(capsys, own, cell) == pytest.approx(0.2)
+    left, right = ("--prefix", "/left/peg"), ("--prefix", "right/peg/")
+    assert friction_difference(capsys, both, both, *left, *right) == pytest.approx(0.3)
+    assert friction_difference(capsys, both, both, *left) == 0.0
+    named = ("--prefix", "/cell/peg", *right)
+    assert friction_difference(capsys, cell, both, *named) == pytest.approx(0.2)
+
+    several = "has outputs under /left/peg and /right/peg: choose one with --prefix"
+    fails(capsys, 3, f"{both} {several}", "compare", own, both)
+    only = "has outputs under /cell/peg, not under /left/peg"
+    fails(capsys, 3, f"{cell} {only}", "compare", both, cell, *left)
+    once = "--prefix is given 3 times: once for both, or for A and for B"
+    fails(capsys, 2, once, "compare", both, both, *left, *right, *left)
+    bag = "--prefix chooses among recorded outputs: with --bag there are none"
+    fails(capsys, 2, bag, "compare", "a.yaml", "b.yaml", "--bag", own, *left)
+
+
+def test_other_states_and_monitors_are_no_outputs(tmp_path, capsys):
+    path, other = tmp_path / "a.mcap", "std_msgs/msg/String"
+    with BagWriter(path) as writer:
+        write_rows(writer, "/cell/peg/", 1)
+        state = joint_state(MS, ["x"], [0.0])
+        writer.write("/arm/state", JOINT_STATE, state, MS)
+        writer.write("/gripper/state", JOINT_STATE, state, MS)
+        writer.write("/gripper/monitor", other, {"data": "fine"}, MS)
+    assert friction_difference(capsys, path, path) == 0.0
 
 
 def test_compare_one_bag_under_two_configurations(bag, tmp_path, capsys):

@@ -41,16 +41,24 @@ def test_committed_file_gives_the_defaults_and_names_every_parameter():
     assert node_options(parameters) == NodeOptions()
 
 
-def test_nested_flat_and_wildcard_names_are_read_and_the_node_wins(tmp_path):
-    path = written(
-        tmp_path,
-        "other_node:\n  ros__parameters: {rate: 3}\n"
-        "peg_on_hole:\n  ros__parameters:\n    scene.friction: 0.3\n    scene: {peg_mass: 2.5}\n"
-        "/**:\n  ros__parameters:\n    use_sim_time: true\n    scene: {friction: 0.9}\n",
-    )
-    assert read_parameters(path) == {
+OTHER = "other_node:\n  ros__parameters: {rate: 3}\n"
+OWN = "peg_on_hole:\n  ros__parameters:\n    scene.friction: 0.3\n    scene: {peg_mass: 2.5}\n"
+EVERY = "/**:\n  ros__parameters:\n    use_sim_time: true\n    scene: {friction: 0.9}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "friction"),
+    [
+        (OTHER + EVERY + OWN, 0.3),
+        (OWN + EVERY + OTHER, 0.9),
+        (OWN + EVERY.replace("**", "*"), 0.9),
+    ],
+)
+def test_own_part_and_that_for_all_count_in_the_order_of_the_file(tmp_path, text, friction):
+    # test_node_parameters.py holds this to what ROS 2 itself makes of such files.
+    assert read_parameters(written(tmp_path, text)) == {
         "use_sim_time": True,
-        "scene.friction": 0.3,
+        "scene.friction": friction,
         "scene.peg_mass": 2.5,
     }
 
@@ -142,6 +150,21 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
             body("scene: {friction: {a: 1}}"),
             "{path}: scene.friction = {'a': 1} is a dict, not a double; it is a double such as "
             "0.2",
+        ),
+        (
+            body("scene: {friction: 0.9}", "joints: {delay: 0.01}", "scene: {peg_mass: 0.6}"),
+            "{path} is not YAML at line 5: 'scene' was there before in the same group, at line 3; "
+            "write it once, with all that belongs to it",
+        ),
+        (
+            body("scene:", "  friction: 0.9", "  friction: 0.6"),
+            "{path} is not YAML at line 5: 'friction' was there before in the same group, at line "
+            "4; write it once, with all that belongs to it",
+        ),
+        (
+            body("scene: {friction: 0.9}") + body("scene: {peg_mass: 0.6}"),
+            "{path} is not YAML at line 4: 'peg_on_hole' was there before in the same group, at "
+            "line 1; write it once, with all that belongs to it",
         ),
         ("a: [1\n", "{path} is not YAML at line 2: expected ',' or ']', but got '<stream end>'"),
     ],

@@ -306,10 +306,9 @@ def test_an_array_that_others_look_at_is_restored_in_place():
     np.testing.assert_array_equal(memory, was)
 
 
-def test_diagnostics_tell_what_was_lost_from_what_came_late():
-    report, lines = Diagnostics().report(
-        0, 1, {"wrench_late": 3, "joints_late": 2, "went_back": 4, "joints_dropped_late": 1}, {}
-    )
+def test_diagnostics_tell_what_was_lost_from_what_came_late_or_is_usual():
+    usual = {"wrench_late": 3, "joints_late": 2, "went_back": 4, "step_without_direction": 46}
+    report, lines = Diagnostics().report(0, 1, usual | {"joints_dropped_late": 1}, {})
     assert lines == ["joints dropped late: 1 times"]
     diagnostics = Diagnostics()
     diagnostics.report(0, 1, {"rates_widened": 3}, {})

@@ -1,12 +1,15 @@
 """The node over real DDS: lifecycle, parameters, services, diagnostics, sim time."""
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import rclpy
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -15,11 +18,13 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, Peer, node_process, stop
-from inputs import joints, wrench
-from peg_on_hole_ros.edges.live.parameters import check_files
+from inputs import closing, joints, wrench
+from peg_on_hole_ros.edges.live.process import init
+from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.node import PegOnHoleNode
 from peg_on_hole_ros.parameter_table import PARAMETERS
 
 pytestmark = pytest.mark.xdist_group("dds")
@@ -141,12 +146,38 @@ def test_sim_time_without_clock_is_said_and_estimates_go_on(peer):
         assert "use_sim_time is set, but no /clock has come" in stop(process)
 
 
-def test_sigterm_ends_it_cleanly(peer):
+def test_sigterm_ends_it_cleanly_with_a_record_of_the_try_under_way(peer):
     with node_process() as process:
         peer.wait_for_matching()
+        send(peer, 4_000_000_000, 200)
         process.send_signal(signal.SIGTERM)
-        process.communicate(timeout=PATIENCE)
+        text, _ = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
+    assert cycles(text) == ["unfinished"]
+
+
+def cycles(text):
+    """Return the outcomes of the tries that were logged."""
+    return [json.loads(line)["outcome"] for line in re.findall("cycle: (.*)", text)]
+
+
+@pytest.mark.parametrize("end", ["close", "trigger_deactivate", "trigger_shutdown"])
+def test_what_waits_at_the_end_is_worked_off(end, capfd):
+    init(["--ros-args"])
+    try:
+        node = PegOnHoleNode([])
+        node.trigger_configure()
+        node.trigger_activate()
+        encode = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
+        for source, message in closing(200):
+            getattr(node.arrivals, source)(encode[source](message))
+        getattr(node, end)()
+        assert not node.arrivals
+        node.close()
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+    assert cycles(capfd.readouterr().err) == ["unfinished"]
 
 
 def test_all_parameters_of_the_table_are_declared(peer):
@@ -165,87 +196,6 @@ def test_all_parameters_of_the_table_are_declared(peer):
         }
         found = {name: value.type for name, value in zip(names, answer.values)}
         assert found == {row.name: kinds[row.type] for row in PARAMETERS}
-
-
-def file(tmp_path, text):
-    path = tmp_path / "parameters.yaml"
-    path.write_text(text)
-    return path
-
-
-OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "text", "message"),
-    [
-        (
-            ["-p", "scene.peg_diameter:=49.9"],
-            "",
-            "peg_on_hole: error: scene.peg_diameter = 49.9 m is not within 0.0001 to 1 m; "
-            "0.0499 m would be: the units look slipped by 1000",
-        ),
-        (
-            ["-p", "scene.peg_diameter:=0.06"],
-            "",
-            "peg_on_hole: error: peg_diameter = 0.06 m is not below hole_diameter = 0.05 m: "
-            "a peg rests on three points of a rim only if it is thinner than the hole; "
-            "check whether the two are exchanged",
-        ),
-        (
-            ["-p", "scene.frictoin:=0.2"],
-            "",
-            "peg_on_hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
-            "scene.friction, scene.friction_stddev, filter.friction",
-        ),
-        (
-            ["-p", "scene.friction:=1"],
-            "",
-            "peg_on_hole: error: scene.friction = 1 is an integer, not a double; write 1.0 "
-            "(ROS 2 does not take an integer for a double)",
-        ),
-        (
-            ["-p", "scene.gravity:=[0.0, 0, -9.8]"],
-            "",
-            "peg_on_hole: error: Couldn't parse parameter override rule: "
-            "'-p scene.gravity:=[0.0, 0, -9.8]'. Error: Sequence should be of same type. "
-            "Value type 'integer' do not belong at line_num 1",
-        ),
-        (
-            ["--params-file", "{file}", "-r", "__node:=left"],
-            OWN,
-            "peg_on_hole: error: {file} has parameters for /peg_on_hole, but this node is /left "
-            "and would run with its defaults: write '/left:' or '/**:' in the file",
-        ),
-        (
-            ["--params-file", "{file}", "-r", "__ns:=/cell"],
-            OWN,
-            "peg_on_hole: error: {file} has parameters for /peg_on_hole, but this node is "
-            "/cell/peg_on_hole and would run with its defaults: write '/cell/peg_on_hole:' or "
-            "'/**:' in the file",
-        ),
-    ],
-)
-def test_bad_parameters_end_with_one_line_and_code_2(arguments, text, message, tmp_path):
-    path = file(tmp_path, text)
-    arguments = [word.replace("{file}", str(path)) for word in arguments]
-    with node_process(*arguments) as process:
-        printed, _ = process.communicate(timeout=PATIENCE)
-    lines = [line for line in printed.splitlines() if not line.startswith("[ERROR]")]
-    assert lines == [message.replace("{file}", str(path))]
-    assert process.returncode == 2
-
-
-@pytest.mark.parametrize("name", ["/**", "/*", "/cell/*", "cell/peg_on_hole", "/**/peg_on_hole"])
-def test_parameters_file_may_use_wildcards(name, tmp_path):
-    path = file(tmp_path, OWN.replace("peg_on_hole:", f"{name}:", 1))
-    node = "/peg_on_hole" if name == "/*" else "/cell/peg_on_hole"
-    check_files(node, ["--ros-args", "--params-file", str(path)])
-
-
-def test_parameters_file_of_other_programs_is_no_matter(tmp_path):
-    path = file(tmp_path, "camera:\n  ros__parameters:\n    exposure: 0.1\n")
-    check_files("/peg_on_hole", ["--params-file", str(path)])
 
 
 def test_nothing_is_compiled_once_the_node_is_warm():

@@ -12,22 +12,35 @@ from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, estimates
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.errors import BagDamaged, BagError
+from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 
 _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
 
 
 def run(arguments) -> int:
     """Print a table of differences; exit code 4 if a bag was cut off or damaged."""
+    first, second = _names(arguments)
     if arguments.bag:
         result, damage = _two_replays(arguments.bag, arguments.a, arguments.b)
     else:
         a, b = open_bag(arguments.a), open_bag(arguments.b)
-        result, damage = compare(a, b), a.damage or b.damage
+        result, damage = compare(a, b, first, second), a.damage or b.damage
     print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))
     if damage:
         raise BagDamaged(damage)
     return 0
+
+
+def _names(arguments):
+    """Return the names of the nodes whose outputs are meant in A and B, None where not given."""
+    given = arguments.prefix or [None]
+    if arguments.prefix and arguments.bag:
+        raise PegOnHoleError("--prefix chooses among recorded outputs: with --bag there are none")
+    if len(given) > 2:
+        raise PegOnHoleError(
+            f"--prefix is given {len(given)} times: once for both, or for A and for B"
+        )
+    return given[0], given[-1]
 
 
 def _two_replays(path, config_a, config_b):
@@ -45,18 +58,24 @@ def _two_replays(path, config_a, config_b):
         return compare(*outputs), bag.damage
 
 
-def compare(a: Bag, b: Bag) -> dict:
+def compare(a: Bag, b: Bag, first: str | None = None, second: str | None = None) -> dict:
     """
     Return the JSON of a comparison, over the stamps that both have.
+
+    Parameters
+    ----------
+    a, b : Bag
+    first, second : str, optional
+        Names of the nodes whose outputs are meant, where a bag has those of several.
 
     Raises
     ------
     BagError
-        One is no output of this package, or they have no stamp in common.
+        One is no output of this package, or has several, or they have no stamp in common.
 
     """
     pairs = _Pairs()
-    only_a, only_b = _align(_estimates(a), _estimates(b), pairs.add)
+    only_a, only_b = _align(_estimates(a, first), _estimates(b, second), pairs.add)
     if not pairs.count:
         raise BagError(f"{a.path} and {b.path} have no stamp in common")
     return {
@@ -70,10 +89,10 @@ def compare(a: Bag, b: Bag) -> dict:
     }
 
 
-def _estimates(bag):
+def _estimates(bag, name):
     """Yield the estimates of a bag; messages of the right types may still be another's."""
     size = len(QUANTITIES)
-    for estimate in estimates(bag):
+    for estimate in estimates(bag, name):
         for topics, values in (
             ("state and contacts", estimate.values),
             ("state_stddev and contacts_stddev", estimate.stddev),

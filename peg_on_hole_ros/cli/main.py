@@ -237,6 +237,12 @@ def _compare(commands):
     command.add_argument("a", metavar="A", help="output of replay or node; with --bag: CONFIG")
     command.add_argument("b", metavar="B", help="the other")
     command.add_argument("--bag", metavar="BAG", help="replay it with A and with B, compare that")
+    command.add_argument(
+        "--prefix",
+        metavar="NODE",
+        action="append",
+        help="of several outputs in a recording, as in /cell/peg_on_hole; twice: A's and B's",
+    )
     command.add_argument("--json", action="store_true", help="print JSON")
 
 
@@ -245,18 +251,31 @@ def _node(commands):
         commands,
         "node",
         "start the ROS 2 node; the same as `ros2 run peg_on_hole_ros peg_on_hole`",
-        "  peg-on-hole node --ros-args --params-file config/peg_on_hole.yaml",
+        "  peg-on-hole node --config config/peg_on_hole.yaml\n"
+        "  peg-on-hole node --config cell.yaml --ros-args -r __ns:=/cell -p scene.friction:=0.3",
     )
-    command.add_argument(
-        "arguments", nargs="*", metavar="...", help="given to ROS: --ros-args ..."
-    )
+    _config(command)
+    # For the help alone: _parsed keeps what is for ROS from argparse.
+    command.add_argument("--ros-args", nargs="...", metavar="...", help="all that is for ROS")
 
 
 def _parsed(arguments):
-    if arguments[:1] == ["node"] and not {"-h", "--help"} & set(arguments):
-        # All that follows is for ROS, options too.
-        return argparse.Namespace(command="node", arguments=arguments[1:])
-    return parser().parse_args(_joined(arguments))
+    if arguments[:1] != ["node"]:
+        return parser().parse_args(_joined(arguments))
+    own, ros = _apart(arguments)
+    parsed, others = parser().parse_known_args(own)
+    # The node refuses the others: it is started by `ros2 run` as well.
+    return argparse.Namespace(command="node", config=parsed.config, others=others, ros=ros)
+
+
+def _apart(arguments):
+    """Return own arguments, and those of ROS: from `--ros-args` to `--` or the end."""
+    own, ros, inside = [], [], False
+    for word in arguments:
+        inside |= word == "--ros-args"
+        (ros if inside else own).append(word)
+        inside &= word != "--"
+    return own, ros
 
 
 def _joined(arguments):

@@ -1,10 +1,17 @@
 """`peg-on-hole node`: the ROS 2 node."""
 
+from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
 def run(arguments) -> int:
-    """Run the node until it is stopped."""
+    """Run the node until it is stopped; `--config` becomes what ROS 2 has for it."""
+    file = []
+    if arguments.config:
+        # For the same errors as every other command; what fits together the node itself checks,
+        # since arguments behind --ros-args may change single values.
+        read_parameters(arguments.config)
+        file = ["--ros-args", "--params-file", arguments.config, "--"]
     try:
         from peg_on_hole_ros.edges import node
     except ModuleNotFoundError as error:
@@ -14,4 +21,4 @@ def run(arguments) -> int:
             f"the node needs ROS 2 ({error.name} is missing): source its setup.bash, or install "
             "the wheels: pip install 'peg_on_hole_ros[ros]'"
         ) from None
-    return node.main(arguments.arguments) or 0
+    return node.main([*file, *arguments.others, *arguments.ros]) or 0

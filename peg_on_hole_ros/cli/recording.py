@@ -10,7 +10,7 @@ from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.replay import stored_configuration
+from peg_on_hole_ros.edges.replay import stored_configuration, stored_options
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 
@@ -73,7 +73,7 @@ def open_recording(
     bag = open_bag(path)
     stored = None if given else configuration_in(bag)
     if stored is not None:
-        configuration = stored
+        configuration, node = stored, stored_options(bag) or node
         check_places(_described_by(configuration), bags, texts)
     return Recording(bag, configuration, node, stored is not None)
 

@@ -18,6 +18,22 @@ _BODY = "ros__parameters"
 class _Loader(yaml.SafeLoader):
     """YAML as ROS 2 reads it: 1e-4 is a number (for YAML 1.1 it is a text)."""
 
+    def construct_mapping(self, node, deep=False):
+        """Refuse a name that is there twice: PyYAML keeps the later group, ROS 2 merges both."""
+        lines = {}
+        for key, _ in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                continue
+            line = key.start_mark.line + 1
+            if key.value in lines:
+                raise yaml.constructor.ConstructorError(
+                    problem=f"{key.value!r} was there before in the same group, at line "
+                    f"{lines[key.value]}; write it once, with all that belongs to it",
+                    problem_mark=key.start_mark,
+                )
+            lines[key.value] = line
+        return super().construct_mapping(node, deep)
+
 
 _Loader.yaml_implicit_resolvers = {
     letter: [pair for pair in pairs if pair[0] != "tag:yaml.org,2002:float"]
@@ -36,12 +52,14 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     """
     Return dotted name to value of a ROS 2 parameters file, each checked on its own.
 
-    A block for every node (`/**:`) is read first, then the node's own, as ROS 2 does.
+    A block for every node (`/**:`) and the node's own count in the order of the file, as for
+    ROS 2: of two values of one parameter the later holds.
 
     Raises
     ------
     PegOnHoleError
-        No such file, no YAML, another node's file, unknown name, wrong type, out of range.
+        No such file, no YAML, a name twice in one group, another node's file, unknown name, wrong
+        type, out of range.
 
     """
     path = Path(path)
@@ -67,18 +85,18 @@ def read_parameters(path: str | Path) -> dict[str, object]:
 
 
 def _ours(content, path):
-    """Return (name, body) of the part for all nodes and of that for this one, in this order."""
+    """Return (name, body) of the parts for all nodes and for this one, in the file's order."""
     parts = list(_parts(content, ""))
     # A namespace, written as a name with slashes or as a group, is for ROS to tell apart.
-    own = [part for part in parts if part[0].rsplit("/", 1)[-1] == NODE]
-    every = [part for part in parts if part[0].strip("/") in _EVERY_NODE]
+    own = [name for name, _ in parts if name.rsplit("/", 1)[-1] == NODE]
+    every = [name for name, _ in parts if name.strip("/") in _EVERY_NODE]
     if len(own) > 1:
-        names = ", ".join(name for name, _ in own)
+        names = ", ".join(own)
         raise PegOnHoleError(f"{path} has parameters for {names}: keep those of one node")
     if not own and not every:
         found = ", ".join(str(key) for key in content)
         raise PegOnHoleError(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
-    return every + own
+    return [part for part in parts if part[0] in own + every]
 
 
 def _parts(tree, prefix):

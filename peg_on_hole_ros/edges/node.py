@@ -1,38 +1,44 @@
 """The ROS 2 node `peg_on_hole`: a lifecycle node around the message stream that a replay runs."""
 
-import signal
 import sys
 import time
+from dataclasses import asdict, replace
+from traceback import format_exception
 
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.edges.bags.arrival_record import ArrivalRecord
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.live import parameters as node_parameters
-from peg_on_hole_ros.edges.live.arrivals import MOST_ARRIVALS, Arrivals
+from peg_on_hole_ros.edges.live import process
+from peg_on_hole_ros.edges.live.arrivals import Arrivals
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
-from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.live.publishers import Publishers
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS, LATCHED, TOPICS
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.options import Topics
 
 NAME = "peg_on_hole"
+QUIET = 60.0  # [s] between two tracebacks in the log
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
 class PegOnHoleNode(LifecycleNode):
     """
     Takes wrench and joint states, publishes everything that each wrench makes known.
+
+    Parameters
+    ----------
+    arguments : list of str
+        Of the process: the parameters files among them are looked through.
 
     Raises
     ------
@@ -41,16 +47,16 @@ class PegOnHoleNode(LifecycleNode):
 
     """
 
-    def __init__(self):
+    def __init__(self, arguments: list[str]):
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self._stream: MessageStream | None = None
         self._record: ArrivalRecord | None = None
-        self._publishers_of: dict = {}
-        self._encoders = {suffix: Encoder(ros_type) for suffix, ros_type in TOPICS.items()}
+        self._outputs: Publishers | None = None
         self.arrivals = Arrivals()
+        self._cycles = Cycles()
         self._while_active: list = []
         self._services_made: list = []
-        node_parameters.check_files(self.get_fully_qualified_name())
+        node_parameters.check_files(self.get_fully_qualified_name(), arguments)
         node_parameters.declare(self)
         self.configuration, self.options = node_parameters.read(self)
         self.add_on_set_parameters_callback(
@@ -67,7 +73,11 @@ class PegOnHoleNode(LifecycleNode):
             self._stream = message_stream(self.configuration, self.options.markers_rate)
             self._cycles = Cycles()
             self._open_record()
-            self._make_publishers()
+            self._outputs = Publishers(self, self.options.qos_depth)
+            self._services_made = [
+                self.create_service(Trigger, f"~/{name}", self._service(name))
+                for name in ("reset", "tare")
+            ]
         except Exception as error:  # rclpy drops those of transitions without a word
             known = isinstance(error, PegOnHoleError)
             self.get_logger().error(str(error) if known else f"cannot configure: {error!r}")
@@ -106,50 +116,38 @@ class PegOnHoleNode(LifecycleNode):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state) -> TransitionCallbackReturn:
-        """Forget the estimate and finish the record."""
+        """Finish record and try, forget the estimate."""
         self._release()
         return SUCCESS
 
     def on_shutdown(self, state) -> TransitionCallbackReturn:
-        """Finish the record."""
+        """Finish record and try."""
         self._release()
         return SUCCESS
 
     def close(self) -> None:
-        """Finish the record, whatever state the node is in."""
+        """Work off what waits, finish the record and log a try under way, in whatever state."""
+        self._stop_listening()
         if self._record is not None:
             self._record.close()
             self._record = None
+        self._log_cycle(self._cycles.finish())
 
     def _open_record(self):
         if not self.options.record_arrivals:
             return
-        topics = self.configuration.topics
+        # As they are after remapping, in this namespace: a replay knows neither.
+        names = asdict(self.configuration.topics)
+        topics = Topics(**{name: self.resolve_topic_name(topic) for name, topic in names.items()})
         self._record = ArrivalRecord(
             self.options.record_arrivals,
-            self.configuration,
-            self.resolve_topic_name(topics.wrench),
-            self.resolve_topic_name(topics.joint_states),
+            replace(self.configuration, topics=topics),
+            self.options.markers_rate,
         )
         self.get_logger().info(f"recording arrivals to {self._record.path}")
 
-    def _make_publishers(self):
-        depth = self.options.qos_depth
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        for suffix, ros_type in TOPICS.items():
-            qos = latched if suffix in LATCHED else QoSProfile(depth=depth)
-            self._publishers_of[suffix] = self.create_lifecycle_publisher(
-                message_class(ros_type), f"~/{suffix}", qos
-            )
-        self._publishers_of["/diagnostics"] = self.create_lifecycle_publisher(
-            message_class(DIAGNOSTICS), "/diagnostics", QoSProfile(depth=10)
-        )
-        self._services_made = [
-            self.create_service(Trigger, f"~/{name}", self._service(name))
-            for name in ("reset", "tare")
-        ]
-
     def _stop_listening(self):
+        self.process()
         for subscription in self._while_active:
             self.destroy_subscription(subscription)
         if self._while_active:
@@ -157,31 +155,28 @@ class PegOnHoleNode(LifecycleNode):
         self._while_active = []
 
     def _release(self):
-        self._stop_listening()
+        self.close()
         for service in self._services_made:
             self.destroy_service(service)
-        for publisher in self._publishers_of.values():
-            self.destroy_lifecycle_publisher(publisher)
-        self._services_made, self._publishers_of = [], {}
-        if self._stream is not None:
-            self._log_cycle(self._cycles.finish())
-        self._stream = None
-        self.close()
+        if self._outputs is not None:
+            self._outputs.destroy()
+        self._services_made, self._outputs, self._stream = [], None, None
 
     def process(self) -> None:
         """Work off what has arrived, the sources merged by their stamps."""
         for source, payload in self.arrivals.take():
             if self._while_active:
-                (self._on_wrench if source == "wrench" else self._on_joints)(payload)
+                try:
+                    (self._on_wrench if source == "wrench" else self._on_joints)(payload)
+                except Exception as error:
+                    self._failed(source, error)
 
     def _on_wrench(self, payload):
         begun = time.monotonic_ns()
         self._keep(lambda record, now_ns: record.wrench(payload, now_ns))
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
         messages = [] if message is None else self._stream.on_wrench(message)
-        for suffix, _, fields in messages:
-            # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes.
-            self._publishers_of[suffix].publish(self._encoders[suffix](fields))
+        self._outputs.publish(messages)
         if messages:
             self._log_cycle(self._cycles.add(self._stream.t_ns, messages))
             now_ns = self.get_clock().now().nanoseconds
@@ -195,6 +190,18 @@ class PegOnHoleNode(LifecycleNode):
         if message is not None:
             self._stream.on_joints(message)
         self._diagnostics.received("joints", time.monotonic_ns() - begun)
+
+    def _failed(self, what, error):
+        """Count and tell an error of the program, and begin anew: a cell needs its monitor."""
+        self._stream.failed(what)
+        self.get_logger().error(
+            f"an error of the program at {what}: {error!r}; the filter is restarted\n"
+            + "".join(format_exception(error)),
+            throttle_duration_sec=QUIET,
+        )
+        # Nobody knows where the error left the filter, or what it had learnt by then.
+        self._keep(lambda record, now_ns: record.event("reset", now_ns))
+        self._stream.on_event("reset")
 
     def _log_cycle(self, record):
         if record is not None:
@@ -222,7 +229,12 @@ class PegOnHoleNode(LifecycleNode):
                 response.success, response.message = False, "the node is not active"
                 return response
             self._keep(lambda record, now_ns: record.event(name, now_ns))
-            response.success, response.message = True, self._stream.on_event(name)
+            try:
+                response.success, response.message = True, self._stream.on_event(name)
+            except Exception as error:
+                self._failed(name, error)
+                response.success = False
+                response.message = f"an error of the program: {error!r}; the filter was restarted"
             self.get_logger().info(f"{name}: {response.message}")
             return response
 
@@ -247,21 +259,30 @@ class PegOnHoleNode(LifecycleNode):
                 "use_sim_time is set, but no /clock has come: estimates go on by the stamps of "
                 "the messages, their latency is unknown"
             )
-        self._publishers_of["/diagnostics"].publish(to_ros(DIAGNOSTICS, fields))
+        self._outputs.diagnostics(fields)
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it is stopped; return 0, or 2 where it cannot start."""
+    """
+    Run the node until it is stopped; return 0, or 2 where it cannot start.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        All of them for ROS; without, those of the process.
+
+    """
+    arguments = sys.argv[1:] if arguments is None else arguments
     node = None
     try:
-        _init(arguments)
-        node = PegOnHoleNode()
+        process.init(arguments)
+        node = PegOnHoleNode(arguments)
         if node.options.autostart and node.trigger_configure() != SUCCESS:
             return 2
-        stopping = _note_signals()
+        stopping = process.note_signals()
         if node.options.autostart and node.trigger_activate() != SUCCESS:
             return 2
-        _spin(node, stopping)
+        process.spin(node, stopping)
     except KeyboardInterrupt:
         return 130  # while it was still being configured
     except PegOnHoleError as error:
@@ -272,48 +293,6 @@ def main(arguments: list[str] | None = None) -> int:
             node.close()
         rclpy.try_shutdown()
     return 0
-
-
-def _note_signals():
-    """
-    Return a list that SIGINT and SIGTERM fill.
-
-    rclpy's own handlers shut ROS down in the middle of a callback, so that half of an estimate
-    would be published; and EventsExecutor.spin() ignores them.
-    """
-    noted = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: noted.append(number))
-    return noted
-
-
-def _spin(node, stopping):
-    executor = _executor()
-    executor.add_node(node)
-    while rclpy.ok() and not stopping:
-        before = len(node.arrivals)
-        executor.spin_once(timeout_sec=0.0 if before else 0.1)
-        # One turn takes one message: what has gathered is worked off when no more is there.
-        if before and len(node.arrivals) in (before, MOST_ARRIVALS):
-            node.process()
-    executor.remove_node(node)
-
-
-def _init(arguments):
-    try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
-        # Parameters that ROS 2 itself cannot read; its traceback would hide which.
-        text = str(error).removeprefix("failed to initialize rcl: ").split(", at ")[0]
-        raise PegOnHoleError(text) from None
-
-
-def _executor():
-    try:
-        from rclpy.experimental import EventsExecutor  # a third of the other's CPU time
-    except ImportError:
-        return SingleThreadedExecutor()  # Jazzy has no other for Python
-    return EventsExecutor()
 
 
 if __name__ == "__main__":

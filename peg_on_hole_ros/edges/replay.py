@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
-from peg_on_hole_ros.configuration import from_parameters, uncertain_offsets
+from peg_on_hole_ros.configuration import from_parameters, node_options, uncertain_offsets
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
@@ -17,7 +17,7 @@ from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.options import Configuration, NodeOptions
 
 _REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"
 
@@ -79,11 +79,30 @@ def stored_configuration(bag: Bag) -> Configuration | None:
         It is not one of this version.
 
     """
+    return _of_stored(bag, from_parameters)
+
+
+def stored_options(bag: Bag) -> NodeOptions | None:
+    """
+    Return what a bag says of the outputs beyond the estimate, or None where it carries nothing.
+
+    That is the rate of the markers, which a record of arrivals has; the rest are defaults.
+
+    Raises
+    ------
+    PegOnHoleError
+        It is not one of this version.
+
+    """
+    return _of_stored(bag, node_options)
+
+
+def _of_stored(bag, take):
     stored = bag.metadata.get(CONFIGURATION_METADATA)
     if stored is None:
         return None
     try:
-        return from_parameters({name: json.loads(value) for name, value in stored.items()})
+        return take({name: json.loads(value) for name, value in stored.items()})
     except (PegOnHoleError, ValueError) as error:
         raise PegOnHoleError(
             f"the configuration in {bag.path} cannot be used ({error}); give one with --config"

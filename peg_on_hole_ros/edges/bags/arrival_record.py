@@ -2,6 +2,8 @@
 
 import struct
 from collections.abc import Iterable
+from errno import EISDIR
+from os import strerror
 from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
@@ -32,9 +34,10 @@ class ArrivalRecord:
     path : str or Path
         An existing file is kept: the record then goes beside it, with a number in its name.
     configuration : Configuration
-        Stored as metadata, as in a replay's output.
-    wrench_topic, joints_topic : str
-        Absolute names.
+        Stored as metadata, as in a replay's output; its topics are the record's, so their names
+        are absolute.
+    markers_rate : float
+        Of the node, stored likewise [Hz]: its markers depend on it.
 
     Attributes
     ----------
@@ -48,9 +51,7 @@ class ArrivalRecord:
 
     """
 
-    def __init__(
-        self, path: str | Path, configuration: Configuration, wrench_topic: str, joints_topic: str
-    ):
+    def __init__(self, path: str | Path, configuration: Configuration, markers_rate: float):
         try:
             self.path, self._stream = _new_file(Path(path).expanduser())
         except OSError as error:
@@ -62,9 +63,11 @@ class ArrivalRecord:
             self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD
         )
         self._writer.start(profile="ros2", library="peg_on_hole_ros")
-        self._writer.add_metadata(CONFIGURATION_METADATA, configuration_metadata(configuration))
-        self._wrench = self._channel(wrench_topic, WRENCH_TYPE)
-        self._joints = self._channel(joints_topic, JOINTS_TYPE)
+        self._writer.add_metadata(
+            CONFIGURATION_METADATA, configuration_metadata(configuration, markers_rate)
+        )
+        self._wrench = self._channel(configuration.topics.wrench, WRENCH_TYPE)
+        self._joints = self._channel(configuration.topics.joint_states, JOINTS_TYPE)
         self._event = self._channel(EVENT_TOPIC, STRING)
         self._last_ns = 0
 
@@ -100,6 +103,9 @@ class ArrivalRecord:
 
 
 def _new_file(path):
+    if path.is_dir():
+        # Opened, it would look like an existing record, and a numbered one go beside the folder.
+        raise IsADirectoryError(EISDIR, strerror(EISDIR))
     for number in range(1_000_000):
         candidate = path.with_name(f"{path.stem}_{number}{path.suffix}") if number else path
         try:

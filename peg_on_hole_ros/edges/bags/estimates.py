@@ -9,7 +9,7 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
-PREFIX = "/peg_on_hole/"
+PREFIX = "/peg_on_hole/"  # of a replay, and of a node that is not renamed
 JOINT_STATE = "sensor_msgs/msg/JointState"
 _STAMPED = {
     "state": JOINT_STATE,
@@ -56,29 +56,36 @@ class Estimate(NamedTuple):
     transition: bool | None
 
 
-def estimates(bag: Bag) -> Iterator[Estimate]:
+def estimates(bag: Bag, name: str | None = None) -> Iterator[Estimate]:
     """
     Yield estimates in order of the bag, by the stamps of their messages.
 
     A recorder may mix the topics of neighbouring stamps; stamps that lack a part are left out.
 
+    Parameters
+    ----------
+    bag : Bag
+    name : str, optional
+        Of the node with its namespace, such as `/cell/peg_on_hole`; without, the only one there.
+
     Raises
     ------
     BagError
-        The bag holds no output of this package.
+        The bag holds no output of this package, none of this name, or of several without a name.
 
     """
+    prefix = _prefix(bag, name)
     try:
-        bag.require({PREFIX + name: ros_type for name, ros_type in _STAMPED.items()})
+        bag.require({prefix + suffix: ros_type for suffix, ros_type in _STAMPED.items()})
     except BagError as error:
         raise BagError(f"no output of replay or node: {error}") from None
     pending: dict[int, dict] = {}
     complete: list[tuple[int, dict]] = []
     mode, transition = "", None
-    for topic, _, message in bag.messages([PREFIX + name for name in (*_STAMPED, *_LATCHED)]):
-        name = topic.removeprefix(PREFIX)
-        if name in _LATCHED:
-            mode, transition = _latched(name, message.data, mode, transition)
+    for topic, _, message in bag.messages([prefix + part for part in (*_STAMPED, *_LATCHED)]):
+        part = topic.removeprefix(prefix)
+        if part in _LATCHED:
+            mode, transition = _latched(part, message.data, mode, transition)
             continue
         t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         if t_ns not in pending:
@@ -88,14 +95,40 @@ def estimates(bag: Bag) -> Iterator[Estimate]:
             pending[t_ns] = {}
             if len(pending) > _MOST_PENDING:
                 del pending[next(iter(pending))]
-        pending[t_ns][name] = message
+        pending[t_ns][part] = message
         if len(pending[t_ns]) == len(_STAMPED):
             complete.append((t_ns, pending.pop(t_ns)))
     yield from (_estimate(*item, mode, transition) for item in complete)
 
 
-def _latched(name, data, mode, transition):
-    return (data, transition) if name == "contact_mode" else (mode, data)
+def _prefix(bag, name):
+    """Return what all topics of an output begin with, from the pairs of state and monitor."""
+    pairs = ((t.removesuffix("state"), t) for t in sorted(bag.topics) if t.endswith("/state"))
+    found = [
+        prefix
+        for prefix, topic in pairs
+        if _has_joint_states(bag, topic) and _has_joint_states(bag, prefix + "monitor")
+    ]
+    if not found:
+        return PREFIX  # for the error that says what is missing
+    listed = " and ".join(prefix.rstrip("/") for prefix in found)
+    if name is None:
+        if len(found) > 1:
+            raise BagError(f"{bag.path} has outputs under {listed}: choose one with --prefix")
+        return found[0]
+    prefix = f"/{name.strip('/')}/"
+    if prefix not in found:
+        raise BagError(f"{bag.path} has outputs under {listed}, not under {prefix.rstrip('/')}")
+    return prefix
+
+
+def _has_joint_states(bag, topic):
+    info = bag.topics.get(topic)
+    return info is not None and info.count > 0 and info.types == [JOINT_STATE]
+
+
+def _latched(part, data, mode, transition):
+    return (data, transition) if part == "contact_mode" else (mode, data)
 
 
 def _estimate(t_ns, parts, mode, transition):

@@ -171,6 +171,11 @@ def part_of(path: Path) -> Path:
     return path.with_name(path.name + ".part")
 
 
-def configuration_metadata(configuration: Configuration) -> dict[str, str]:
-    """Return dotted name to value as JSON."""
-    return {name: json.dumps(value) for name, value in to_parameters(configuration).items()}
+def configuration_metadata(
+    configuration: Configuration, markers_rate: float | None = None
+) -> dict[str, str]:
+    """Return dotted name to value as JSON, with the rate of the markers [Hz] where it is known."""
+    values = to_parameters(configuration)
+    if markers_rate is not None:
+        values["markers_rate"] = markers_rate
+    return {name: json.dumps(value) for name, value in values.items()}

@@ -1,14 +1,13 @@
 """Parameters of the node: declared from the table, checked together, fixed once configured."""
 
 import re
-import sys
 from pathlib import Path
 
 import yaml
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 
-from peg_on_hole_ros.configuration import from_parameters, node_options
+from peg_on_hole_ros.configuration import BY_NAME, from_parameters, node_options
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS
@@ -72,11 +71,12 @@ def refusal(node: Node, configured: bool, changed) -> SetParametersResult:
     return SetParametersResult(successful=True)
 
 
-def check_files(full_name: str, arguments: list[str] | None = None) -> None:
+def check_files(full_name: str, arguments: list[str]) -> None:
     """
-    Refuse a parameters file that has this node's parameters under another node's name.
+    Refuse parameters files that have this node's parameters under other nodes' names only.
 
-    ROS 2 itself says nothing then, and the node would run with its defaults.
+    ROS 2 itself says nothing then, and the node would run with its defaults. All files count
+    together: those of other programs, and of other nodes of this kind, may be among them.
 
     Parameters
     ----------
@@ -88,23 +88,30 @@ def check_files(full_name: str, arguments: list[str] | None = None) -> None:
     Raises
     ------
     PegOnHoleError
-        With the names that the file has.
+        With the names that the files have.
 
     """
-    for path in _files(sys.argv if arguments is None else arguments):
+    others: dict[str, list[str]] = {}
+    for path in _files(arguments):
         try:
             content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError, yaml.YAMLError):
             continue  # ROS 2 has its own word on these
-        sections = dict(_sections(content))
-        if not any(_matches(name, full_name) for name in sections):
-            others = [name for name, body in sections.items() if _is_ours(body)]
-            if others:
-                raise PegOnHoleError(
-                    f"{path} has parameters for {', '.join(others)}, but this node is "
-                    f"{full_name} and would run with its defaults: write '{full_name}:' or "
-                    "'/**:' in the file"
-                )
+        for name, body in _sections(content):
+            ours = _is_ours(body)
+            # A part for all nodes may be there for the clock alone.
+            if _matches(name, full_name) and (ours or "*" not in name):
+                return
+            if ours:
+                others.setdefault(path, []).append(name)
+    if others:
+        found = ", ".join(
+            f"{path} has parameters for {', '.join(names)}" for path, names in others.items()
+        )
+        raise PegOnHoleError(
+            f"{found}, but this node is {full_name} and would run with its defaults: write "
+            f"'{full_name}:' or '/**:' in the file"
+        )
 
 
 def _files(arguments):
@@ -122,8 +129,18 @@ def _sections(tree, prefix=""):
 
 
 def _is_ours(body):
-    groups = {row.name.split(".")[0] for row in PARAMETERS}
-    return isinstance(body, dict) and any(str(key).split(".")[0] in groups for key in body)
+    # Other programs have `joints` or `filter` too, and a misspelt name makes a file no other's.
+    names = list(_names(body))
+    known = [name for name in names if name in BY_NAME]
+    return 2 * len(known) >= len(names) and any("." in name for name in known)
+
+
+def _names(tree, prefix=""):
+    for key, value in tree.items() if isinstance(tree, dict) else ():
+        if isinstance(value, dict):
+            yield from _names(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
 
 
 def _matches(name, full_name):

@@ -37,18 +37,18 @@ class MessageStream:
         self._outputs = OutputStream(configuration.scene, markers_rate)
         joints = configuration.joints
         self._joints_needed = joints.names
-        self._malformed: Counter[str] = Counter()
+        self._unusable: Counter[str] = Counter()
 
     @property
     def counts(self) -> dict[str, int]:
-        """Every message by fate; those that could not be decoded by reason."""
-        return {**self.pipeline.counts, **self._malformed}
+        """Every message by fate; those that never reached the pipeline's own counts by reason."""
+        return {**self.pipeline.counts, **self._unusable}
 
     def on_wrench(self, message) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
         sample = wrench_sample(message)
         if isinstance(sample, Malformed):
-            self._malformed[f"wrench_dropped_malformed_{sample.reason}"] += 1
+            self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
             return []
         outputs = self.pipeline.on_wrench(sample)
         if outputs is None:
@@ -60,13 +60,17 @@ class MessageStream:
         """Take a sensor_msgs/JointState in any form."""
         sample = joint_sample(message, self._joints_needed)
         if isinstance(sample, Malformed):
-            self._malformed[f"joints_dropped_malformed_{sample.reason}"] += 1
+            self._unusable[f"joints_dropped_malformed_{sample.reason}"] += 1
         else:
             self.pipeline.on_joints(sample)
 
     def unreadable(self, source: str) -> None:
         """Count bytes that are no message, from `wrench` or `joints`."""
-        self._malformed[f"{source}_dropped_malformed_unreadable"] += 1
+        self._unusable[f"{source}_dropped_malformed_unreadable"] += 1
+
+    def failed(self, what: str) -> None:
+        """Count an error of the program at `wrench`, `joints`, `reset` or `tare`."""
+        self._unusable[f"{what}_dropped_internal_error"] += 1
 
     def on_event(self, name: str) -> str:
         """

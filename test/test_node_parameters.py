@@ -1,0 +1,185 @@
+"""Parameters of the node: files and overrides as ROS 2 hands them over, and what is refused."""
+
+import pytest
+import rclpy
+from rclpy.node import Node
+
+from dds_peer import PATIENCE, node_process
+from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.edges.live.parameters import check_files
+from peg_on_hole_ros.errors import PegOnHoleError
+
+pytestmark = pytest.mark.xdist_group("dds")
+
+
+def file(tmp_path, text):
+    path = tmp_path / "parameters.yaml"
+    path.write_text(text)
+    return path
+
+
+OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text", "message"),
+    [
+        (
+            ["-p", "scene.peg_diameter:=49.9"],
+            "",
+            "peg_on_hole: error: scene.peg_diameter = 49.9 m is not within 0.0001 to 1 m; "
+            "0.0499 m would be: the units look slipped by 1000",
+        ),
+        (
+            ["-p", "scene.peg_diameter:=0.06"],
+            "",
+            "peg_on_hole: error: peg_diameter = 0.06 m is not below hole_diameter = 0.05 m: "
+            "a peg rests on three points of a rim only if it is thinner than the hole; "
+            "check whether the two are exchanged",
+        ),
+        (
+            ["-p", "scene.frictoin:=0.2"],
+            "",
+            "peg_on_hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
+            "scene.friction, scene.friction_stddev, filter.friction",
+        ),
+        (
+            ["-p", "scene.friction:=1"],
+            "",
+            "peg_on_hole: error: scene.friction = 1 is an integer, not a double; write 1.0 "
+            "(ROS 2 does not take an integer for a double)",
+        ),
+        (
+            ["-p", "scene.gravity:=[0.0, 0, -9.8]"],
+            "",
+            "peg_on_hole: error: Couldn't parse parameter override rule: "
+            "'-p scene.gravity:=[0.0, 0, -9.8]'. Error: Sequence should be of same type. "
+            "Value type 'integer' do not belong at line_num 1",
+        ),
+        (
+            ["--params-file", "{file}", "-r", "__node:=left"],
+            OWN,
+            "peg_on_hole: error: {file} has parameters for /peg_on_hole, but this node is /left "
+            "and would run with its defaults: write '/left:' or '/**:' in the file",
+        ),
+        (
+            ["--params-file", "{file}", "-r", "__ns:=/cell"],
+            OWN,
+            "peg_on_hole: error: {file} has parameters for /peg_on_hole, but this node is "
+            "/cell/peg_on_hole and would run with its defaults: write '/cell/peg_on_hole:' or "
+            "'/**:' in the file",
+        ),
+    ],
+)
+def test_bad_parameters_end_with_one_line_and_code_2(arguments, text, message, tmp_path):
+    path = file(tmp_path, text)
+    arguments = [word.replace("{file}", str(path)) for word in arguments]
+    with node_process(*arguments) as process:
+        printed, _ = process.communicate(timeout=PATIENCE)
+    lines = [line for line in printed.splitlines() if not line.startswith("[ERROR]")]
+    assert lines == [message.replace("{file}", str(path))]
+    assert process.returncode == 2
+
+
+@pytest.mark.parametrize("name", ["/**", "/*", "/cell/*", "cell/peg_on_hole", "/**/peg_on_hole"])
+def test_parameters_file_may_use_wildcards(name, tmp_path):
+    path = file(tmp_path, OWN.replace("peg_on_hole:", f"{name}:", 1))
+    node = "/peg_on_hole" if name == "/*" else "/cell/peg_on_hole"
+    check_files(node, ["--ros-args", "--params-file", str(path)])
+
+
+CONTROLLER = """\
+joint_trajectory_controller:
+  ros__parameters:
+    joints: [a, b]
+    topics: [c]
+    filter: {order: 2, method: butterworth, cutoff: 20.0}
+"""
+LEFT = OWN.replace("peg_on_hole", "/left/peg_on_hole")
+CLOCK = "/**:\n  ros__parameters: {use_sim_time: true}\n"
+
+
+def files(tmp_path, *texts):
+    paths = [tmp_path / f"{number}.yaml" for number in range(len(texts))]
+    for path, text in zip(paths, texts):
+        path.write_text(text)
+    return ["--ros-args", *(word for path in paths for word in ("--params-file", str(path)))]
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ["camera:\n  ros__parameters:\n    exposure: 0.1\n"],
+        [CONTROLLER],
+        [CONTROLLER, OWN],
+        [OWN, CONTROLLER],
+        [OWN, LEFT],
+        [LEFT + OWN],
+        ["peg_on_hole:\n  ros__parameters: {use_sim_time: true}\n", LEFT],
+    ],
+)
+def test_parameters_of_other_programs_are_no_matter(texts, tmp_path):
+    check_files("/peg_on_hole", files(tmp_path, *texts))
+
+
+@pytest.mark.parametrize("more", [[], [CONTROLLER], [CLOCK]])
+def test_ours_under_another_name_alone_is_refused_whatever_other_files_there_are(more, tmp_path):
+    arguments = files(tmp_path, *more, LEFT)
+    with pytest.raises(PegOnHoleError) as caught:
+        check_files("/peg_on_hole", arguments)
+    assert str(caught.value) == (
+        f"{arguments[-1]} has parameters for /left/peg_on_hole, but this node is /peg_on_hole and "
+        "would run with its defaults: write '/peg_on_hole:' or '/**:' in the file"
+    )
+
+
+def given_by_ros(path):
+    """Return what ROS 2 itself makes of a parameters file for a node named peg_on_hole."""
+    context = rclpy.Context()
+    rclpy.init(args=["--ros-args", "--params-file", str(path)], context=context)
+    node = Node(
+        "peg_on_hole",
+        context=context,
+        start_parameter_services=False,
+        enable_rosout=False,
+        automatically_declare_parameters_from_overrides=True,
+    )
+    found = {name: node.get_parameter(name).value for name in node.list_parameters([], 0).names}
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+    found.pop("use_sim_time", None)
+    found.pop("start_type_description_service", None)
+    return found
+
+
+ALL = OWN.replace("peg_on_hole", "/**").replace("0.1", "0.5")
+MASS = "    scene.peg_mass: 0.6\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        OWN + ALL,
+        ALL + OWN,
+        ALL + OWN + MASS + ALL.replace("**", "*").replace("0.5", "0.7"),
+        OWN + "    scene.friction: 0.4\n",
+        "peg_on_hole:\n  ros__parameters:\n    scene.friction: 0.4\n    scene: {friction: 0.3}\n",
+        "camera:\n  ros__parameters: {scene: {friction: 0.8}}\n" + OWN + MASS,
+        "/**/peg_on_hole:\n  ros__parameters: {scene: {friction: 0.8}}\n" + ALL,
+    ],
+)
+def test_command_line_and_ros_make_the_same_of_a_file(text, tmp_path):
+    path = file(tmp_path, text)
+    found = given_by_ros(path)
+    assert found and read_parameters(path) == found
+
+
+def test_what_ros_would_merge_is_refused_by_the_command_line(tmp_path):
+    path = file(tmp_path, OWN + "    joints: {delay: 0.01}\n    scene: {peg_mass: 0.6}\n")
+    assert given_by_ros(path) == {
+        "scene.friction": 0.1,
+        "joints.delay": 0.01,
+        "scene.peg_mass": 0.6,
+    }
+    with pytest.raises(PegOnHoleError, match="at line 5: 'scene' was there before .* line 3"):
+        read_parameters(path)
