@@ -384,7 +384,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _filter(
         "gate_threshold",
         "NIS, after any widening of the rates, above which an angle measurement is not used, only "
-        "counted: it leaves nothing behind",
+        "counted: one leaves nothing behind, two in a row leave the rates widened",
         "",
         1.0,
         1e9,

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grid_cells import Motion, first_samples, truth_of, with_noise
+from grid_score import run_seeds
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.outcomes import Correction
 from peg_on_hole_ros.options import Configuration
@@ -94,3 +96,12 @@ def test_a_motion_that_is_faster_than_predicted_is_still_followed():
         results.append(kalman.correct(q, 1e-8 * np.eye(3))[0])
     assert Correction.INFLATED in results
     assert not {Correction.GATED, Correction.RESET} & set(results)
+
+
+def test_rates_that_are_known_wrongly_are_followed_again_without_a_restart():
+    """The noise of a wrench has stopped the peg, within a step that was believed."""
+    truth = with_noise(truth_of(Motion(2e-3, 0.2, 0.01, "slip"))[0], "low", 0.05)
+    runs = run_seeds(first_samples(truth, 300), [40_028])
+    assert runs.restarts == 0
+    # Restarted, the mode is unknown for 20 ms, and reactions are not told.
+    assert runs.contact[0, 216:].all()

@@ -263,8 +263,8 @@ class ContactFilter(Estimate):
             after = self._innovation(q)
             result = Correction.INFLATED
         if not after <= options.gate_threshold:
-            if before is not None:
-                # What is refused tells nothing of the rates either.
+            if before is not None and not self._refused:
+                # One outlier tells nothing of the rates; two in a row are a motion.
                 self.restore(before)
             self._refused += 1
             if self._refused <= options.gate_reset_count:
