@@ -122,6 +122,8 @@ class ObservingFilter(ContactFilter):
         else:
             density = self._walk_at_constant_rates(result) ** 2
             F[range(3), range(3, 6)] = dt
+            noise[range(3), range(3)] = density * dt**3 / 3
+            noise[range(3), range(3, 6)] = noise[range(3, 6), range(3)] = density * dt**2 / 2
             noise[range(3, 6), range(3, 6)] = density * dt
         A = F[JOINT, JOINT]
         self._V = A @ self._V
