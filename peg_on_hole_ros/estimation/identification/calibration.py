@@ -18,7 +18,6 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     CLEARANCE,
     DELAY,
     FRICTION,
-    IS_NOISE,
     NAMES,
     NOISE,
     QUANTITIES,
@@ -26,7 +25,6 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     START,
     configured,
     coordinates,
-    innovations,
     measures,
     natural,
 )
@@ -35,17 +33,10 @@ from peg_on_hole_ros.estimation.identification.recording import (
     Recording,
     load,
     motion,
-    quiet,
     shortfall,
-    smoothed,
     steady,
 )
-from peg_on_hole_ros.estimation.identification.scoring import (
-    Likelihood,
-    Tangent,
-    greatest,
-    tangent,
-)
+from peg_on_hole_ros.estimation.identification.runs import Runs
 from peg_on_hole_ros.estimation.identification.selection import NORMAL_95, Selected, search
 from peg_on_hole_ros.options import Configuration
 
@@ -53,13 +44,9 @@ from peg_on_hole_ros.options import Configuration
 MOST_JOINTS = 4000
 # Ten blocks of them, by which the intervals are widened: see `scoring.BLOCK`.
 FEWEST_INNOVATIONS = 250
-# The weights of the first search rest on a guess of the noise; off by more, it is done again.
-NOISE_OFF = log(1.2)
 # A start whose innovations squared are less than a third too large is not far off: where nothing
 # better is found beside it, noise is too large for the filter's tangents, and it stays.
 EXPLAINED = 4.0
-# A larger share of joint states without motion, and slopes say nothing.
-MOST_LOST = 0.01
 
 
 class Estimate(NamedTuple):
@@ -168,7 +155,7 @@ def calibrate(
     limits = _limits(start, moved.q[rows, 0].min())
     force = float(np.median(load(record, moved, start.scene, start.wrench)[rows]))
     scale = measures(start.scene.hole_diameter, force)
-    runs = _Runs(record, parts, start, limits, scale, progress)
+    runs = Runs(record, parts, start, limits, scale, progress)
     found = search(runs, x0) or _as_started(runs, x0)
     if found is None:
         far = _from_far(runs, record, parts, start, limits, scale)
@@ -190,59 +177,6 @@ def calibrate(
         float(np.ptp(moved.q[rows, 2])),
         bool(turns.min() < -0.1 < 0.1 < turns.max()),
     )
-
-
-class _Runs:
-    """Runs of the filter over one recording, counted for the progress."""
-
-    # Of a usual calibration.
-    USUAL = 120
-
-    def __init__(self, record, parts, start, limits, scale, progress):
-        self._record, self._parts, self._start = record, parts, start
-        self._progress, self._count = progress, 0
-        loud, still = (lambda x, r=r: self.once(x, r) for r in (smoothed(record), quiet(record)))
-        centre = coordinates(start)
-        self._motion = Likelihood(loud, still, centre, scale, limits)
-        self._noise = Likelihood(self.once, None, centre, scale, limits)
-
-    def once(self, x, record=None):
-        self._count += 1
-        # Ever nearer to the end, also where it takes longer than usual.
-        self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
-        return innovations(record or self._record, self._parts, self._start, x)
-
-    def tangent(self, x):
-        """Return what motion and noise promise at x, or None where nothing can be promised."""
-        step, stddev = np.zeros((2, len(x)))
-        covariance = np.zeros((len(x), len(x)))
-        for likelihood, part in ((self._motion, ~IS_NOISE), (self._noise, IS_NOISE)):
-            found = tangent(likelihood, x, np.flatnonzero(part))
-            if found is None or found.found.lost > MOST_LOST:
-                return None
-            step[part], stddev[part] = found.step, found.stddev
-            covariance[np.ix_(part, part)] = found.covariance
-        return Tangent(step, covariance, stddev, found.found)
-
-    def peak(self, x, free):
-        """Return the most likely free coordinates near x; None where there are none."""
-        # Farther off than is likely at all, slopes that led there have not been these.
-        centre, most = self._motion.centre, self._motion.measures.range
-        x = np.clip(x, centre - most, centre + most)
-        noise, again = free & IS_NOISE, True
-        while again:
-            x, before = self._greatest(self._motion, x, free & ~IS_NOISE), x
-            x, before = self._greatest(self._noise, x, noise), x
-            # The motion's weights rest on the noise.
-            again = x is not None and np.abs(x - before)[noise].max(initial=0.0) > NOISE_OFF
-        return x
-
-    @staticmethod
-    def _greatest(likelihood, x, free):
-        if x is None or not free.any():
-            return x
-        peak = greatest(likelihood, x, free)
-        return peak.x if peak is not None and peak.converged else None
 
 
 def _as_started(runs, x0):
