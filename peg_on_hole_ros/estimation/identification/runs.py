@@ -38,6 +38,7 @@ class Runs:
         self._noise = Likelihood(self.once, None, centre, scale, limits)
 
     def once(self, x, record=None):
+        """Return the innovations at x, of the recording as it is or of another one; or None."""
         self._count += 1
         # Ever nearer to the end, also where it takes longer than usual.
         self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
