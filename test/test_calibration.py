@@ -22,10 +22,13 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     configured,
     coordinates,
     innovations,
+    measures,
 )
 from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
 from peg_on_hole_ros.estimation.identification.recording import (
     recording,
+    shortfall,
+    slow_slip,
     steady,
     turned,
     turning_axes,
@@ -41,6 +44,7 @@ from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import ROOT, contact_plan
+from simulated import truth as simulated_truth
 
 pytestmark = pytest.mark.xdist_group("simulation")
 
@@ -154,6 +158,74 @@ def test_a_good_bag_changes_nothing_and_a_short_one_says_what_it_does_not_tell(t
     assert "force bias along x: told from friction, weight and the other biases only" in text
     assert "it turned by 66 degrees: record half a turn or more, both ways" in text
     assert capsys.readouterr().out.endswith(f"`peg-on-hole replay BAG --config {out}`\n")
+
+
+@cache
+def even():
+    """A motion that tells little: friction and torques of the sensor look nearly alike."""
+    rates = [-0.1, 0.0, 0.5]
+    return integrate(contact_plan([0.3, 0.0, 0.0], rates, [0.0, 0.0, -0.0015], 1.5, lead_in=0.1))
+
+
+def with_noise(truth, seed):
+    return replace(truth, plan=replace(truth.plan, seed=seed))
+
+
+# Seeds with which the top of the likelihood is far from the truth, along a ridge.
+@pytest.mark.parametrize(("scene", "seed"), [("slip", 4), ("slip", 6), ("even", 3), ("even", 5)])
+def test_a_cell_that_is_right_is_left_as_it_is(scene, seed):
+    truth = with_noise(even() if scene == "even" else simulated_truth("closing_with_slip"), seed)
+    start = truth.plan.configuration
+    found = calibrate(as_recording(truth, start), start)
+    assert [one.name for one in found.estimates if one.changed] == []
+    # Of 14 intervals, some of which go together.
+    assert sum(one.low <= one.start <= one.high for one in found.estimates) >= 7
+
+
+def test_one_that_is_wrong_is_found_and_the_others_stay():
+    truth = moved()
+    start = truth.plan.configuration
+    for name, value, within in (("force_stddev", 0.3, 0.04), ("delay", 3e-3, 1e-3)):
+        found = calibrate(as_recording(measured(**{name: value}), start), start)
+        changed_ones = {one.name: one.value for one in found.estimates if one.changed}
+        assert changed_ones == {name: pytest.approx(value, abs=within)}
+
+
+def small_peg(rates):
+    base = Configuration()
+    scene = replace(base.scene, hole_diameter=0.008, peg_diameter=0.007984)
+    return integrate(
+        contact_plan([0.3, 0.0, 0.0], rates, [0.0, 0.0, -0.0015], 0.4, replace(base, scene=scene))
+    )
+
+
+def test_a_small_peg_slides_at_the_rates_of_a_large_one():
+    truth = small_peg([-0.1, 0.0, 0.45])
+    start = truth.plan.configuration
+    record = as_recording(truth, start)
+    parts = steady(record, start)
+    # 0.4 s at 500 Hz less half a window and a rest at either end.
+    assert sum(part.stop - part.start for part in parts) > 140
+    assert slow_slip(Configuration()) == pytest.approx(2e-3)
+
+
+def test_what_a_slow_recording_lacks_is_said_with_a_rate_for_its_diameter():
+    truth = small_peg([-0.01, 0.0, 0.05])
+    start = truth.plan.configuration
+    text = shortfall(as_recording(truth, start), start)
+    assert "of these pressed on the rim (median 2" in text
+    assert "0 of these with all contacts faster than 0.32 mm/s" in text
+    # 0.32 mm/s at a radius of 4 mm, and a quarter more.
+    assert "turned about its axis by 0.1 rad/s and more" in text
+
+
+def test_torques_are_judged_as_forces_at_the_rim():
+    large, small = measures(0.05, 25.0), measures(0.01, 5.0)
+    force, torque = NAMES.index("bias_force_x"), NAMES.index("bias_torque_x")
+    assert large.useful[[force, torque]].tolist() == [1.0, 0.05]
+    assert small.useful[force] == pytest.approx(0.2)
+    assert small.useful[torque] / small.useful[force] == pytest.approx(0.01)
+    assert small.range[force] == large.range[force]
 
 
 def test_two_that_look_alike_are_not_both_kept_where_together_they_differ():

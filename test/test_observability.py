@@ -93,6 +93,22 @@ def test_the_estimate_is_that_of_the_filter(configuration):
     np.testing.assert_array_equal(observing.Z, plain.Z)
 
 
+def test_rates_that_walk_carry_their_walk_into_the_angles(configuration):
+    kalman = Pipeline(configuration, make=ObservingFilter).filter
+    kalman.start(np.array([0.2, 0.1, -0.3]), 1e-8 * np.eye(3))
+    before, dt = kalman._K.copy(), 0.004
+    kalman.predict(dt, False)
+    density = configuration.filter.free_rate_noise**2
+    # Many short walks, each of which moves the rate, which moves the angle.
+    steps = 4000
+    left = dt * (steps - np.arange(steps) - 0.5) / steps
+    walk = density * dt / steps * np.array([[left @ left, left.sum()], [left.sum(), steps]])
+    A = np.eye(12)
+    A[range(3), range(3, 6)] = dt
+    added = kalman._K - A @ before @ A.T
+    assert added[:6, :6] == pytest.approx(np.kron(walk, np.eye(3)), rel=1e-6, abs=1e-18)
+
+
 def test_what_looks_alike_is_named_and_what_moves_nothing_too():
     # Useful: 1 N, 0.05 N m. Told only as a sum; torque about x moves nothing.
     information = np.diag([1e6, 1e14, 0, 1e6, 1e6, 0, 0, 1e8, 1e8, 1e8])

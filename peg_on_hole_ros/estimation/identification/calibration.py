@@ -1,7 +1,7 @@
 """
 Parameters of a cell from a recording, by the greatest likelihood of the filter's innovations.
 
-Two searches, as what moves the peg and what scatters the sensors are told by different things:
+Two likelihoods, as what moves the peg and what scatters the sensors are told by different things:
 friction, biases, tilt, delay and clearance by the mean of the innovations, noise levels by their
 spread. What the recording does not tell, or does not tell from the start, stays as it was.
 """
@@ -18,7 +18,6 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     CLEARANCE,
     DELAY,
     FRICTION,
-    IS_NOISE,
     NAMES,
     NOISE,
     QUANTITIES,
@@ -26,32 +25,28 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     START,
     configured,
     coordinates,
-    innovations,
+    measures,
     natural,
 )
 from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
 from peg_on_hole_ros.estimation.identification.recording import (
     Recording,
+    load,
     motion,
-    quiet,
-    smoothed,
+    shortfall,
     steady,
 )
-from peg_on_hole_ros.estimation.identification.scoring import RANGES, greatest
-from peg_on_hole_ros.estimation.identification.selection import (
-    NORMAL_95,
-    USEFUL,
-    conditional,
-    kept_ones,
-)
+from peg_on_hole_ros.estimation.identification.runs import Runs
+from peg_on_hole_ros.estimation.identification.selection import NORMAL_95, Selected, search
 from peg_on_hole_ros.options import Configuration
 
 # Joint states beyond this are left out, evenly: they cost time and add little.
 MOST_JOINTS = 4000
 # Ten blocks of them, by which the intervals are widened: see `scoring.BLOCK`.
 FEWEST_INNOVATIONS = 250
-# The weights of the first search rest on a guess of the noise; off by more, it is done again.
-NOISE_OFF = log(1.2)
+# A start whose innovations squared are less than a third too large is not far off: where nothing
+# better is found beside it, noise is too large for the filter's tangents, and it stays.
+EXPLAINED = 4.0
 
 
 class Estimate(NamedTuple):
@@ -153,44 +148,27 @@ def calibrate(
     if count < FEWEST_INNOVATIONS:
         raise BagError(
             f"only {count} joint states while all three contacts slide steadily, at least "
-            f"{FEWEST_INNOVATIONS} are needed: record a peg that is pressed on the rim, tilted by "
-            f"more than gamma0 ({start.scene.gamma0:.3g} rad) and turned and tilted by "
-            "0.1 rad/s and more; or the scene's diameters are not those of the recording"
+            f"{FEWEST_INNOVATIONS} are needed: {shortfall(record, start)}"
         )
     moved, rows = motion(record), np.concatenate([np.arange(p.start, p.stop) for p in parts])
     x0 = coordinates(start)
     limits = _limits(start, moved.q[rows, 0].min())
-    runs = _Runs(record, parts, start, limits, progress)
-    guess = fit(record, parts, start, limits)
-    for i, level in zip(range(NOISE.start, NOISE.stop), noise_levels(record)):
-        if level:
-            guess[i] = log(level) + (x0[i] if NAMES[i] == "position_stddev" else 0.0)
-    guess = np.clip(guess, *limits)
-    peak = runs.of_motion(guess, x0, ~IS_NOISE)
-    noise = runs.of_noise(peak.x, x0, IS_NOISE)
-    if np.abs(noise.x - peak.x).max() > NOISE_OFF:
-        peak = runs.of_motion(noise.x, x0, ~IS_NOISE)
-    x, covariance = noise.x.copy(), np.zeros((len(x0), len(x0)))
-    x[~IS_NOISE] = peak.x[~IS_NOISE]
-    covariance[np.ix_(~IS_NOISE, ~IS_NOISE)] = peak.covariance
-    covariance[np.ix_(IS_NOISE, IS_NOISE)] = noise.covariance
-    stddev = np.concatenate([peak.stddev, noise.stddev])
-    kept = kept_ones(x - x0, covariance)
-    final = conditional(x, covariance, x0, kept)
-    if kept.any() and not kept.all():
-        free = ~kept & ~IS_NOISE
-        if free.any():
-            final = runs.of_motion(final, x0, free).x
-        free = ~kept & IS_NOISE
-        if free.any():
-            final = runs.of_noise(final, x0, free).x
-    before, after = (runs.once(at) for at in (x0, final))
+    force = float(np.median(load(record, moved, start.scene, start.wrench)[rows]))
+    scale = measures(start.scene.hole_diameter, force)
+    runs = Runs(record, parts, start, limits, scale, progress)
+    found = search(runs, x0) or _as_started(runs, x0)
+    if found is None:
+        far = _from_far(runs, record, parts, start, limits, scale)
+        found = search(runs, x0, far) if far is not None else None
+    if found is None:
+        raise BagError(_unexplained(runs.once(x0)))
+    before, after = (runs.once(at) for at in (x0, found.x))
     progress(1.0)
     turns = moved.rates[rows, 2]
     return Calibration(
-        configured(start, final),
-        _estimates(x0, x, stddev, final, covariance),
-        *(float(found.nis.mean()) for found in (before, after)),
+        configured(start, found.x),
+        _estimates(x0, found, scale),
+        *(float(one.nis.mean()) for one in (before, after)),
         before.lost,
         after.lost,
         count,
@@ -201,39 +179,33 @@ def calibrate(
     )
 
 
-class _Runs:
-    """Runs of the filter over one recording, counted for the progress."""
+def _as_started(runs, x0):
+    """Return the start itself, if only its covariances may be somewhat off; else None."""
+    at = runs.tangent(x0)
+    if at is None or at.found.nis.mean() > EXPLAINED:
+        return None
+    return Selected(x0, x0 + at.step, at.covariance, at.stddev)
 
-    # Of a usual calibration.
-    USUAL = 120
 
-    def __init__(self, record, parts, start, limits, progress):
-        self._record, self._smooth, self._quiet = record, smoothed(record), quiet(record)
-        self._parts, self._start, self._limits = parts, start, limits
-        self._progress, self._count = progress, 0
+def _from_far(runs, record, parts, start, limits, scale):
+    """Return the most likely coordinates, however far from the start; None where none are."""
+    guess, x0 = fit(record, parts, start, limits, scale), coordinates(start)
+    for i, level in zip(range(NOISE.start, NOISE.stop), noise_levels(record)):
+        if level:
+            guess[i] = log(level) + (x0[i] if NAMES[i] == "position_stddev" else 0.0)
+    return runs.peak(np.clip(guess, *limits), np.ones(len(x0), bool))
 
-    def once(self, x, record=None):
-        self._count += 1
-        # Ever nearer to the end, also where it takes longer than usual.
-        self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
-        return innovations(record or self._record, self._parts, self._start, x)
 
-    def of_motion(self, x, centre, free):
-        run, still = (lambda x, r=r: self.once(x, r) for r in (self._smooth, self._quiet))
-        return self._known(greatest(run, x, centre, free, self._limits, still))
-
-    def of_noise(self, x, centre, free):
-        return self._known(greatest(self.once, x, centre, free, self._limits))
-
-    @staticmethod
-    def _known(peak):
-        if peak is None or not peak.converged:
-            raise BagError(
-                "no parameters were found under which the contact model explains this recording: "
-                "look for a wrong wrench.acts_on, sensor pose, unit, mass or diameter, for "
-                "filtered wrenches, or for a soft peg"
-            )
-        return peak
+def _unexplained(before):
+    """Return what a recording shows that no parameters explain."""
+    return (
+        f"at the start {100 * before.lost:.0f} % of the joint states are without a motion under "
+        f"the contact model, and the mean NIS of all is {before.nis.mean():.1f} (3 if all is "
+        "right); no parameters were found that explain the recording better. Which of these it "
+        "is, is not told: a wrong wrench.acts_on, sensor pose, unit, mass or diameter; filtered "
+        "wrenches; a soft peg; wrench noise that is large for so light a peg; or slides too short "
+        "or too slow to tell so many parameters"
+    )
 
 
 def _limits(start, least_tilt):
@@ -270,16 +242,17 @@ def _thinned(parts):
     return pieces[::every]
 
 
-def _estimates(x0, x, stddev, final, covariance):
-    seen = stddev <= USEFUL
+def _estimates(x0, found, scale):
+    x, stddev, final = found.best, found.stddev, found.x
+    seen = stddev <= scale.useful
     # A coordinate that was never told apart has the spread of its prior.
-    plain = np.sqrt(np.diagonal(covariance))
-    correlation = np.abs(covariance / np.outer(plain, plain)) - np.eye(len(x))
+    plain = np.sqrt(np.diagonal(found.covariance))
+    correlation = np.abs(found.covariance / np.outer(plain, plain)) - np.eye(len(x))
     estimates = []
     for i, quantity in enumerate(QUANTITIES):
         nearest = int(np.argmax(correlation[i]))
         partner = NAMES[nearest] if not seen[i] and correlation[i, nearest] > 0.9 else ""
-        half = NORMAL_95 * min(stddev[i], RANGES[i])
+        half = NORMAL_95 * min(stddev[i], scale.range[i])
         values = (x0[i], x[i], x[i] - half, x[i] + half, final[i])
         values = (natural(quantity, value) for value in values)
         estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), partner))

@@ -13,8 +13,8 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.identification.likelihood import (
     FRICTION,
     IS_NOISE,
-    QUANTITIES,
     TILT,
+    Measures,
     configured,
     coordinates,
 )
@@ -67,7 +67,9 @@ def residuals(record, moved: Motion, chosen, configuration: Configuration) -> np
     return (lacking[:, :3, None] - A[:, :3, 3:] @ normal)[:, :, 0].T
 
 
-def fit(record: Recording, parts, configuration: Configuration, limits) -> np.ndarray:
+def fit(
+    record: Recording, parts, configuration: Configuration, limits, measures: Measures
+) -> np.ndarray:
     """
     Return coordinates that fit well, shape (14,), from a configuration that may be far off.
 
@@ -77,9 +79,10 @@ def fit(record: Recording, parts, configuration: Configuration, limits) -> np.nd
     parts : list of slice
         Joint states to use, from `recording.steady`.
     configuration : Configuration
-        Centre of a wide prior, `Quantity.range`; noise and tilt stay as they are.
+        Centre of a wide prior, `measures.range`; noise and tilt stay as they are.
     limits : tuple of ndarray, shape (14,)
         Least and greatest coordinates.
+    measures : Measures
 
     """
     moved = motion(record)
@@ -87,7 +90,7 @@ def fit(record: Recording, parts, configuration: Configuration, limits) -> np.nd
     start = coordinates(configuration)
     free = ~IS_NOISE
     free[TILT] = False
-    ranges = np.array([quantity.range for quantity in QUANTITIES])
+    ranges = measures.range
     bounds = tuple(((limit - start) / ranges)[free] for limit in limits)
 
     def coordinates_at(z):

@@ -38,6 +38,9 @@ class Quantity(NamedTuple):
     log : bool
         The search is in its logarithm: step, range and useful are shares.
 
+    Those of forces and torques are for a peg that is pressed by TYPICAL_FORCE into a hole of
+    TYPICAL_DIAMETER, see `measures`.
+
     """
 
     name: str
@@ -64,7 +67,39 @@ QUANTITIES = (
 NAMES = tuple(quantity.name for quantity in QUANTITIES)
 # What moves the peg, and what scatters the sensors.
 IS_NOISE = np.array([name.endswith("stddev") for name in NAMES])
+IS_FORCE = np.array([name.startswith("bias_force") for name in NAMES])
+IS_TORQUE = np.array([name.startswith("bias_torque") for name in NAMES])
+# What steps, ranges and uses of forces and torques are stated for [N], [m].
+TYPICAL_FORCE, TYPICAL_DIAMETER = 25.0, 0.05
 FRICTION, BIAS, TILT, DELAY, CLEARANCE, NOISE = 0, slice(1, 7), slice(7, 9), 9, 10, slice(11, 14)
+
+
+class Measures(NamedTuple):
+    """
+    Steps, ranges and uses of QUANTITIES for one peg under one load; see `Quantity`.
+
+    Attributes
+    ----------
+    step, range, useful : ndarray, shape (14,)
+
+    """
+
+    step: np.ndarray
+    range: np.ndarray
+    useful: np.ndarray
+
+
+def measures(diameter: float, force: float) -> Measures:
+    """
+    Return what is small, likely and of use for a hole of some diameter [m] and a load [N].
+
+    Whether a bias tells a cell anything is a matter of the load it is beside, and a torque is a
+    force at the rim: 0.05 N m, little beside 25 N on a peg of 50 mm, would turn one of 8 mm round.
+    """
+    rows = np.array([(one.step, one.range, one.useful) for one in QUANTITIES]).T
+    rows[:, IS_TORQUE] *= diameter / TYPICAL_DIAMETER
+    rows[2, IS_FORCE | IS_TORQUE] *= force / TYPICAL_FORCE
+    return Measures(*rows)
 
 
 def coordinates(configuration: Configuration) -> np.ndarray:
@@ -177,7 +212,11 @@ def innovations(record: Recording, parts, start: Configuration, x) -> Innovation
     # Nor learnt: the values given are those in question.
     scene = replace(configuration.scene, friction_stddev=0.0, clearance_stddev=0.0)
     reduction = WrenchReduction(configuration.wrench, scene)
-    kalman = ContactFilter(scene, options, reduction.covariance)
+    try:
+        kalman = ContactFilter(scene, options, reduction.covariance)
+    except np.linalg.LinAlgError:
+        # A noise of force far below that of torque at its lever, or the reverse.
+        return None
     R_SH = tilt_axes(x[TILT])
     if any(x[TILT]):
         record = turned(record, R_SH.T)

@@ -7,7 +7,12 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.flow import Flow, joint_mean
-from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
+from peg_on_hole_ros.estimation.identification.likelihood import (
+    QUANTITIES,
+    TYPICAL_DIAMETER,
+    TYPICAL_FORCE,
+    measures,
+)
 from peg_on_hole_ros.estimation.kernel.offsets import BIAS, COUNT, TILT
 from peg_on_hole_ros.estimation.measurement import skew
 from peg_on_hole_ros.estimation.orientation import angle_errors
@@ -88,7 +93,7 @@ class ObservingFilter(ContactFilter):
         self._offsets, self._gravity = offsets, np.array(scene.gravity)
         self._V, self._K = np.zeros((12, len(NAMES))), np.zeros((12, 12))
         self.information = np.zeros((len(NAMES), len(NAMES)))
-        self.seconds = 0.0
+        self.seconds = self._pressed = 0.0
         self._least, self._most = np.full(2, inf), np.full(2, -inf)
 
     def _turn(self):
@@ -122,6 +127,8 @@ class ObservingFilter(ContactFilter):
         else:
             density = self._walk_at_constant_rates(result) ** 2
             F[range(3), range(3, 6)] = dt
+            noise[range(3), range(3)] = density * dt**3 / 3
+            noise[range(3), range(3, 6)] = noise[range(3, 6), range(3)] = density * dt**2 / 2
             noise[range(3, 6), range(3, 6)] = density * dt
         A = F[JOINT, JOINT]
         self._V = A @ self._V
@@ -131,6 +138,7 @@ class ObservingFilter(ContactFilter):
         self._K = A @ self._K @ A.T + noise[JOINT, JOINT]
         if self._sliding[0]:
             self.seconds += dt
+            self._pressed += dt * self.rim_load()[0]
         return result
 
     def correct(self, q, R):
@@ -155,10 +163,22 @@ class ObservingFilter(ContactFilter):
         """Return what was gathered so far."""
         clearance = self.scene_values[1] - self.scene_values[0]
         travel = np.maximum(self._most - self._least, 0.0)
-        return observability(self.information, clearance, self.seconds, *travel[::-1])
+        force = self._pressed / self.seconds if self.seconds else TYPICAL_FORCE
+        diameter = self.scene_values.item(1)
+        return observability(
+            self.information, clearance, self.seconds, *travel[::-1], diameter, force
+        )
 
 
-def observability(information, clearance, seconds=0.0, turn=0.0, swing=0.0) -> Observability:
+def observability(
+    information,
+    clearance,
+    seconds=0.0,
+    turn=0.0,
+    swing=0.0,
+    diameter=TYPICAL_DIAMETER,
+    force=TYPICAL_FORCE,
+) -> Observability:
     """
     Return what an information matrix says of each of NAMES.
 
@@ -170,12 +190,15 @@ def observability(information, clearance, seconds=0.0, turn=0.0, swing=0.0) -> O
         D - d; its useful share is that of the calibration [m].
     seconds, turn, swing : float
         See `Observability`.
+    diameter, force : float
+        Of the hole [m], and that the rim carries [N]: what biases are of use beside.
 
     """
-    quantity = {one.name: one for one in QUANTITIES}
-    unit = np.array([clearance if quantity[name].log else 1.0 for name in NAMES])
-    useful = unit * [quantity[name].useful for name in NAMES]
-    known = unit * [quantity[name].range for name in NAMES]
+    scale = measures(diameter, force)
+    names = [one.name for one in QUANTITIES]
+    rows = [names.index(name) for name in NAMES]
+    unit = np.array([clearance if QUANTITIES[row].log else 1.0 for row in rows])
+    useful, known = unit * scale.useful[rows], unit * scale.range[rows]
     scaled = information * np.outer(useful, useful)
     diagonal = np.diagonal(scaled)
     alone = np.where(diagonal > 0, useful / np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), inf)

@@ -16,9 +16,13 @@ SMOOTHING = 0.016
 QUIET = 0.04
 # Local parabolas over this many joint states on either side of one [-].
 HALF_WINDOW = 10
-# Below this slip a contact may stick, and within this time of it friction has no one value.
-SLOW_SLIP = 2e-3
+# Below this slip, over the hole's diameter and a second, or so many widths of friction's kink, a
+# contact may stick, and within this time of it [s] friction has no one value.
+SLOW_SLIP = 0.04
+KINK_WIDTHS = 10.0
 REST = 0.025
+# Of the rate that gives that slip, advised.
+AMPLE = 1.25
 # Nearer to gamma0 than this share two contacts merge, and the split between them is lost.
 NEAREST_TILT = 1.03
 # A load below this share of a strong one may be a sensor's bias on a peg in the air.
@@ -168,30 +172,93 @@ def load(record: Recording, moved: Motion, scene: Scene, options: WrenchInput) -
     return np.linalg.norm(reduction.matrix[:3, :3] @ at + weight_P, axis=0)
 
 
-def steady(record: Recording, configuration: Configuration) -> list[slice]:
+def slow_slip(configuration: Configuration) -> float:
+    """Return the slip speed below which a contact may stick [m/s]."""
+    kink = configuration.filter.slip_velocity_scale
+    return max(SLOW_SLIP * configuration.scene.hole_diameter, KINK_WIDTHS * kink)
+
+
+class Conditions(NamedTuple):
     """
-    Return the joint states in which three contacts slide steadily, as slices.
+    What makes a joint state one of steady sliding on three contacts.
+
+    Attributes
+    ----------
+    q : ndarray, shape (m, 3)
+        Angles, smoothed [rad].
+    valid, tilted, loaded, sliding : ndarray of bool, shape (m,)
+        Beside no gap; above gamma0; pressed on the rim; all three contacts slip.
+    force : ndarray, shape (m,)
+        What the rim carries [N].
+    slip : ndarray, shape (m,)
+        Of the slowest contact [m/s].
+
+    """
+
+    q: np.ndarray
+    valid: np.ndarray
+    tilted: np.ndarray
+    loaded: np.ndarray
+    sliding: np.ndarray
+    force: np.ndarray
+    slip: np.ndarray
+
+
+def conditions(record: Recording, configuration: Configuration) -> Conditions:
+    """
+    Return what each joint state has of steady sliding.
 
     Judged from the angles, and from how much force the rim carries: friction, biases and noise
     need not be known.
     """
     moved, scene = motion(record), configuration.scene
-    chosen = moved.valid & (moved.q[:, 0] > NEAREST_TILT * scene.gamma0) & (moved.q[:, 0] < 1.4)
-    if not chosen.any():
-        return []
-    carried = load(record, moved, scene, configuration.wrench)
-    strong = np.quantile(carried[chosen], 0.9)
-    chosen &= carried > max(configuration.monitor.contact_force_threshold, LOAD_SHARE * strong)
+    tilted = (moved.q[:, 0] > NEAREST_TILT * scene.gamma0) & (moved.q[:, 0] < 1.4)
+    chosen = moved.valid & tilted
+    force = load(record, moved, scene, configuration.wrench)
+    strong = np.quantile(force[chosen], 0.9) if chosen.any() else 0.0
+    loaded = force > max(configuration.monitor.contact_force_threshold, LOAD_SHARE * strong)
     gamma = np.where(chosen, moved.q[:, 0], 1.1 * scene.gamma0)
     geometry = contact_geometry(scene, gamma)
     jacobians = velocity_jacobians(geometry, scene.peg_diameter, scene.hole_diameter)
     velocity = np.einsum("cir...,r...->ci...", jacobians, moved.rates.T)
     slip = np.linalg.norm(velocity, axis=1).min(axis=0)
+    sliding = slip >= slow_slip(configuration)
+    return Conditions(moved.q, moved.valid, tilted, loaded, sliding, force, slip)
+
+
+def steady(record: Recording, configuration: Configuration) -> list[slice]:
+    """Return the joint states in which three contacts slide steadily, as slices."""
+    _, valid, tilted, loaded, sliding, *_ = conditions(record, configuration)
     # Touch-down and lift-off shake the peg, so what lies near them goes too.
-    chosen = ~_near(record.joint_t, ~chosen | (slip < SLOW_SLIP))
+    chosen = ~_near(record.joint_t, ~(valid & tilted & loaded & sliding))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
     parts = [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist())]
     return [part for part in parts if part.stop - part.start >= SHORTEST_PART]
+
+
+def shortfall(record: Recording, configuration: Configuration) -> str:
+    """Return what a recording has of steady sliding, and what to record instead."""
+    found, scene = conditions(record, configuration), configuration.scene
+    total, usable = len(record.joint_t), found.valid
+    said = [f"of {total} joint states {usable.sum()} are without gaps beside them"]
+    usable = usable & found.tilted
+    said.append(f"{usable.sum()} of these tilted by more than gamma0 ({scene.gamma0:.3g} rad)")
+    usable = usable & found.loaded
+    said.append(f"{usable.sum()} of these pressed on the rim")
+    slow = slow_slip(configuration)
+    if usable.any():
+        said[-1] += f" (median {np.median(found.force[usable]):.3g} N)"
+        median = 1e3 * np.median(found.slip[usable])
+        said.append(
+            f"{(usable & found.sliding).sum()} of these with all contacts faster than "
+            f"{1e3 * slow:.3g} mm/s (median of the slowest {median:.3g} mm/s)"
+        )
+    rate = AMPLE * slow / (0.5 * scene.hole_diameter)
+    return (
+        f"{', '.join(said)}. Record a peg that is pressed on the rim, tilted, and turned about "
+        f"its axis by {rate:.2g} rad/s and more, for half a second and more without a stop; "
+        "scene, wrench and joints have to be those of the recording"
+    )
 
 
 def _near(t, marked):

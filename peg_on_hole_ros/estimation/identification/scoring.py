@@ -1,14 +1,13 @@
-"""Greatest likelihood by Fisher's scoring, and the curvature that intervals come from."""
+"""Greatest likelihood by Fisher's scoring, and what it promises beside a point."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
-from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES, Innovations
+from peg_on_hole_ros.estimation.identification.likelihood import Innovations, Measures
 
-STEPS = np.array([quantity.step for quantity in QUANTITIES])
-RANGES = np.array([quantity.range for quantity in QUANTITIES])
 MOST_ITERATIONS = 8
 MOST_HALVINGS = 4
 # The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
@@ -26,101 +25,164 @@ class Peak(NamedTuple):
     Attributes
     ----------
     x : ndarray, shape (14,)
-    covariance : ndarray, shape (k, k)
-        Of the k coordinates that were free, from the curvature and a wide prior, as a whole wider
-        by how much the scores vary more than the curvature promises.
-    stddev : ndarray, shape (k,)
-        The same, each wider by its own measure.
-    found : Innovations
     converged : bool
 
     """
 
     x: np.ndarray
-    covariance: np.ndarray
-    stddev: np.ndarray
-    found: Innovations
     converged: bool
 
 
-def greatest(
-    run: Callable[[np.ndarray], Innovations | None],
-    x: np.ndarray,
-    centre: np.ndarray,
-    free: np.ndarray,
-    limits: tuple[np.ndarray, np.ndarray],
-    quiet: Callable[[np.ndarray], Innovations | None] | None = None,
-) -> Peak | None:
+class Tangent(NamedTuple):
     """
-    Return the peak near x, or None where the filter has no finite innovations there.
+    What the scores at a point promise, with all coordinates free.
 
-    Parameters
+    Attributes
+    ----------
+    step : ndarray, shape (k,)
+        From the point to where the likelihood would be greatest, were it as it is at the point.
+    covariance : ndarray, shape (k, k)
+        Of the end of the step: from Fisher's information and a wide prior, as a whole wider by
+        how much the scores vary more than the information promises.
+    stddev : ndarray, shape (k,)
+        The same, each wider by its own measure.
+    found : Innovations
+
+    """
+
+    step: np.ndarray
+    covariance: np.ndarray
+    stddev: np.ndarray
+    found: Innovations
+
+
+class Likelihood(NamedTuple):
+    """
+    A likelihood of a recording, and where its slopes are taken.
+
+    Attributes
     ----------
     run : callable
-        From coordinates to innovations.
-    x, centre : ndarray, shape (14,)
-        Where to begin, and the centre of the prior, of spread `Quantity.range`.
-    free : ndarray of bool, shape (14,)
-        What is searched for.
-    limits : tuple of ndarray, shape (14,)
-        Least and greatest coordinates.
-    quiet : callable, optional
+        From coordinates, shape (14,), to innovations; None where they are not finite.
+    quiet : callable or None
         As run, over the same recording with its noise smoothed away; where given, slopes are
         taken there, and covariances stay during a step. Slopes along the noisy motion go with
         the very noise that is in the innovations, and covariances are never quite right: each
         would move values by one to two standard deviations. None, for noise levels: slopes of
         mean and covariance where the innovations are.
+    centre : ndarray, shape (14,)
+        Of the prior, of spread `measures.range`.
+    measures : Measures
+    limits : tuple of ndarray, shape (14,)
+        Least and greatest coordinates.
+
+    """
+
+    run: Callable[[np.ndarray], Innovations | None]
+    quiet: Callable[[np.ndarray], Innovations | None] | None
+    centre: np.ndarray
+    measures: Measures
+    limits: tuple[np.ndarray, np.ndarray]
+
+    def at(self, x, root=None) -> Innovations | None:
+        """Return the innovations at x, with a given root of their covariance if any."""
+        found = self.run(np.clip(x, *self.limits))
+        return found if found is None or root is None else found._replace(root=root)
+
+    def weight(self, chosen) -> np.ndarray:
+        """Return the prior's information on chosen coordinates, shape (k, k)."""
+        return np.diag(self.measures.range[chosen] ** -2.0)
+
+    def value(self, found, x, chosen) -> float:
+        """Return the logarithm of likelihood and prior."""
+        gone = (x - self.centre)[chosen]
+        return float(found.log_likelihood.sum() - 0.5 * gone @ self.weight(chosen) @ gone)
+
+    def slopes(self, found, x, chosen):
+        """Return the scores of all innovations, shape (n, k), and Fisher's information."""
+        run, spread = self.quiet or self.run, self.quiet is None
+        return _slopes(found, run, x, chosen, self.measures.step, spread)
+
+
+def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | None:
+    """
+    Return the peak near x, or None where the filter has no finite innovations there.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    x : ndarray, shape (14,)
+        Where to begin.
+    free : ndarray of bool, shape (14,)
+        What is searched for.
 
     """
     chosen = np.flatnonzero(free)
-    weight = np.diag(RANGES[chosen] ** -2.0)
-
-    def at(x, root=None):
-        found = run(np.clip(x, *limits))
-        return found if found is None or root is None else found._replace(root=root)
-
-    def value(found, x):
-        gone = (x - centre)[chosen]
-        return float(found.log_likelihood.sum() - 0.5 * gone @ weight @ gone)
-
-    found = at(x)
+    weight = likelihood.weight(chosen)
+    found = likelihood.at(x)
     if found is None:
         return None
     for _ in range(MOST_ITERATIONS):
-        root = found.root if quiet else None
-        scores, information = _slopes(found, quiet or run, x, chosen, spread=not quiet)
-        slope = scores.sum(axis=0) - weight @ (x - centre)[chosen]
+        root = found.root if likelihood.quiet else None
+        scores, information = likelihood.slopes(found, x, chosen)
+        slope = scores.sum(axis=0) - weight @ (x - likelihood.centre)[chosen]
         move = np.linalg.solve(information + weight, slope)
         promised = float(0.5 * slope @ move)
         if promised < ENOUGH:
             break
-        best = value(found, x)
+        best = likelihood.value(found, x, chosen)
         for _ in range(MOST_HALVINGS):
             trial = x.copy()
             trial[chosen] += move
-            trial = np.clip(trial, *limits)
-            there = at(trial, root)
-            if there is not None and value(there, trial) > best:
+            trial = np.clip(trial, *likelihood.limits)
+            there = likelihood.at(trial, root)
+            if there is not None and likelihood.value(there, trial, chosen) > best:
                 break
             move = 0.5 * move
         else:
             break
-        x, found = trial, at(trial) if quiet else there
+        x, found = trial, likelihood.at(trial) if likelihood.quiet else there
+    return Peak(x, promised < ROUGH)
+
+
+def tangent(likelihood: Likelihood, x, chosen) -> Tangent | None:
+    """
+    Return what the scores at x promise, or None where the innovations are not finite.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    x : ndarray, shape (14,)
+    chosen : ndarray of int, shape (k,)
+        Coordinates that are looked at.
+
+    """
+    found = likelihood.at(x)
+    if found is None:
+        return None
+    scores, information = likelihood.slopes(found, x, chosen)
+    weight = likelihood.weight(chosen)
     inverse = np.linalg.inv(information + weight)
-    wider = _widening(inverse, scores)
-    stddev = np.sqrt(np.diagonal(inverse) * np.maximum(wider, 1.0))
-    # One measure for all keeps the directions in which the recording tells little.
-    return Peak(x, inverse * max(wider.mean(), 1.0), stddev, found, promised < ROUGH)
+    step = inverse @ (scores.sum(axis=0) - weight @ (x - likelihood.centre)[chosen])
+    blocks = _blocks(scores)
+    own = np.diagonal(inverse @ (blocks.T @ blocks) @ inverse) / np.diagonal(inverse)
+    # One measure for all keeps the directions in which the recording tells little. Of all blocks
+    # and directions it is known far better than of any one, and a few outliers do not hide that
+    # a noise level is wrong.
+    k = len(chosen)
+    squares = len(blocks) * np.einsum("ni,ij,nj->n", blocks, inverse, blocks)
+    wider = max(np.median(squares) / chdtri(k, 0.5), 1.0)
+    stddev = np.sqrt(np.diagonal(inverse) * np.maximum(own, 1.0))
+    return Tangent(step, inverse * wider, stddev, found)
 
 
-def _slopes(found, run, x, chosen, spread):
-    """Return the scores of all innovations, shape (n, k), and Fisher's information."""
+def _slopes(found, run, x, chosen, steps, spread):
     over = np.linalg.inv(found.root)
     white = np.einsum("nij,nj->ni", over, found.residual)
     scores, means, spreads = [], [], []
     for i in chosen:
         sides = []
-        for step in (-STEPS[i], STEPS[i]):
+        for step in (-steps[i], steps[i]):
             beside = x.copy()
             beside[i] += step
             # Where it has no finite innovations, the difference is one-sided.
@@ -144,10 +206,7 @@ def _square(root):
     return root @ np.swapaxes(root, 1, 2)
 
 
-def _widening(inverse, scores):
-    """Return the variances that the scores show over those of the curvature, shape (k,)."""
+def _blocks(scores):
+    """Return sums over blocks less their mean, with squares that add up to the whole's, (b, k)."""
     blocks = np.add.reduceat(scores, np.arange(0, len(scores), BLOCK), axis=0)
-    blocks = blocks - blocks.mean(axis=0)
-    few = len(blocks) / max(len(blocks) - len(inverse), 1)
-    shown = few * np.diagonal(inverse @ (blocks.T @ blocks) @ inverse)
-    return shown / np.diagonal(inverse)
+    return (blocks - blocks.mean(axis=0)) * np.sqrt(len(blocks) / (len(blocks) - 1))

@@ -1,0 +1,77 @@
+"""The likelihoods of one recording, of motion and of noise, with their slopes and peaks."""
+
+from math import log
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.identification.likelihood import (
+    IS_NOISE,
+    coordinates,
+    innovations,
+)
+from peg_on_hole_ros.estimation.identification.recording import quiet, smoothed
+from peg_on_hole_ros.estimation.identification.scoring import (
+    Likelihood,
+    Tangent,
+    greatest,
+    tangent,
+)
+
+# The weights of the first search rest on a guess of the noise; off by more, it is done again.
+NOISE_OFF = log(1.2)
+# A larger share of joint states without motion, and slopes say nothing.
+MOST_LOST = 0.01
+
+
+class Runs:
+    """Runs of the filter over one recording, counted for the progress."""
+
+    # Of a usual calibration.
+    USUAL = 120
+
+    def __init__(self, record, parts, start, limits, scale, progress):
+        self._record, self._parts, self._start = record, parts, start
+        self._progress, self._count = progress, 0
+        loud, still = (lambda x, r=r: self.once(x, r) for r in (smoothed(record), quiet(record)))
+        centre = coordinates(start)
+        self._motion = Likelihood(loud, still, centre, scale, limits)
+        self._noise = Likelihood(self.once, None, centre, scale, limits)
+
+    def once(self, x, record=None):
+        """Return the innovations at x, of the recording as it is or of another one; or None."""
+        self._count += 1
+        # Ever nearer to the end, also where it takes longer than usual.
+        self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
+        return innovations(record or self._record, self._parts, self._start, x)
+
+    def tangent(self, x):
+        """Return what motion and noise promise at x, or None where nothing can be promised."""
+        step, stddev = np.zeros((2, len(x)))
+        covariance = np.zeros((len(x), len(x)))
+        for likelihood, part in ((self._motion, ~IS_NOISE), (self._noise, IS_NOISE)):
+            found = tangent(likelihood, x, np.flatnonzero(part))
+            if found is None or found.found.lost > MOST_LOST:
+                return None
+            step[part], stddev[part] = found.step, found.stddev
+            covariance[np.ix_(part, part)] = found.covariance
+        return Tangent(step, covariance, stddev, found.found)
+
+    def peak(self, x, free):
+        """Return the most likely free coordinates near x; None where there are none."""
+        # Farther off than is likely at all, slopes that led there have not been these.
+        centre, most = self._motion.centre, self._motion.measures.range
+        x = np.clip(x, centre - most, centre + most)
+        noise, again = free & IS_NOISE, True
+        while again:
+            x, before = self._greatest(self._motion, x, free & ~IS_NOISE), x
+            x, before = self._greatest(self._noise, x, noise), x
+            # The motion's weights rest on the noise.
+            again = x is not None and np.abs(x - before)[noise].max(initial=0.0) > NOISE_OFF
+        return x
+
+    @staticmethod
+    def _greatest(likelihood, x, free):
+        if x is None or not free.any():
+            return x
+        peak = greatest(likelihood, x, free)
+        return peak.x if peak is not None and peak.converged else None
