@@ -59,6 +59,8 @@ class Difference(NamedTuple):
         Largest difference of a reaction over its standard deviation.
     reactions_covariance : float
         Largest relative difference of a reaction's standard deviation.
+    unbalance : float
+        Largest difference of a whitened unbalance of forces; 1 where only one was weighed.
     seconds, reference_seconds : float
         What the step took.
     prediction : Prediction
@@ -69,6 +71,7 @@ class Difference(NamedTuple):
     covariance: float
     reactions: float
     reactions_covariance: float
+    unbalance: float
     seconds: float
     reference_seconds: float
     prediction: Prediction
@@ -150,6 +153,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         begun = perf_counter()
         kalman.hold(step.u)
         prediction = kalman.predict(step.dt, in_contact=True)
+        unbalance = kalman.unbalance
         if step.q is not None:
             kalman.correct(*in_hole_axes(kalman, step))
         found = kalman.reactions()
@@ -163,6 +167,8 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
             reference.predict_slow(step.dt)
         elif prediction is Prediction.RUNAWAY:
             reference.predict_runaway(step.dt)
+        elif prediction is Prediction.LIMITED:
+            reference.predict_limited(step.dt, configuration.filter.free_rate_noise)
         else:
             reference.predict_without_step(step.dt, configuration.filter.free_rate_noise)
         if step.q is not None:
@@ -172,6 +178,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         yield Difference(
             *state_difference(kalman, reference),
             *reactions_difference(found, normal, covariance),
+            unbalance_difference(unbalance, reference.unbalance),
             between - begun,
             ended - between,
             prediction,
@@ -203,3 +210,10 @@ def reactions_difference(found, normal, covariance) -> tuple[float, float]:
         float(np.abs((np.array(found.normal) - normal) / stddev).max()),
         float(np.abs(np.array(found.normal_stddev) / stddev - 1).max()),
     )
+
+
+def unbalance_difference(found, expected) -> float:
+    """Return `unbalance` of a Difference; either may be None, for not weighed."""
+    if found is None or expected is None:
+        return float(found is not expected)
+    return float(np.abs(np.array(found) - expected).max())

@@ -383,6 +383,9 @@ class Pipeline:
         if dt <= 0:
             return
         result = self._filter.predict(dt, self._assessment.on_contacts and not silent)
+        unbalance = self._filter.unbalance
+        if unbalance is not None:
+            self._counts["forces_out_of_balance"] += self._innovations.weigh(dt, unbalance)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
         self._touching = self._in_contact or self._assessment.doubtful

@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
 from side_by_side import Step, bag_steps, compared
+from test_other_pegs import closing
 
 ROOT = Path(__file__).parents[1]
 # What the two are held to, in standard deviations and in whitened covariance. Both solve each
@@ -32,7 +33,7 @@ def differences(name, count=None, **scene):
 
 
 def largest(found):
-    return {name: max(getattr(item, name) for item in found) for name in found[0]._fields[:4]}
+    return {name: max(getattr(item, name) for item in found) for name in found[0]._fields[:5]}
 
 
 def steps_of(truth, count):
@@ -91,6 +92,18 @@ def test_where_balance_tells_how_a_bridged_peg_slides(friction_stddev):
     found = list(compared(truth.plan.configuration, steps_of(truth, 400)))
     assert [item.prediction for item in found].count(Prediction.SLOW) > 200
     # It takes some 150 samples until the direction of the slip is known so well.
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
+def test_at_100_hz_where_no_step_is_found_within_what_is_allowed():
+    truth = closing("50 mm", 100, 100)
+    configuration = truth.plan.configuration
+    configuration = replace(configuration, scene=replace(configuration.scene, friction=0.125))
+    found = list(compared(configuration, steps_of(truth, 40)))
+    kinds = [item.prediction for item in found]
+    # After a step without any direction is told less soon, so that LIMITED comes first, if at all.
+    assert Prediction.LIMITED in kinds and kinds.count(Prediction.SLOW) > 30
     assert all(value < LIMIT for value in largest(found).values()), largest(found)
 
 

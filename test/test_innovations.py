@@ -15,6 +15,7 @@ from peg_on_hole_ros.estimation.innovations import (
     DRIFTS,
     TOO_LARGE,
     WINDOW,
+    BalanceWatch,
     Innovations,
     InnovationWatch,
     SurpriseWatch,
@@ -93,6 +94,29 @@ def test_innovations_of_the_stated_size_are_hardly_ever_too_large_on_end():
     assert told == 0
     larger = np.random.default_rng(6).chisquare(3, 50) * 2.5
     assert any(watch.add(nis) for nis in larger)
+
+
+def test_the_balance_drifts_as_chi_squared_and_one_burst_is_no_wrong_setting():
+    watch, rng, drifts = BalanceWatch(), np.random.default_rng(4), []
+    for i, white in enumerate(rng.standard_normal((20000, 3)).tolist()):
+        watch.add(1e-3, white)
+        assert (watch.drift is None) == (i < BalanceWatch.FEWEST)
+        if i > 1000 and i % 300 == 0:
+            drifts.append(watch.drift)
+    # The mean of 60, each with a variance of 6, scatters by 0.3.
+    assert np.mean(drifts) == pytest.approx(3.0, abs=1.0) and not watch.too_far
+    for _ in range(20):
+        watch.add(1e-3, (50.0, -50.0, 50.0))
+    assert not watch.too_far
+    before = watch.snapshot()
+    for _ in range(300):
+        watch.add(1e-3, (0.8, -0.8, 0.0))
+    assert watch.too_far
+    watch.restore(before)
+    assert not watch.too_far
+    for _ in range(600):
+        watch.add(1e-3, (0.0, 0.0, 0.0))
+    assert watch.drift < 3.0
 
 
 def test_an_innovation_is_whitened_by_its_covariance():

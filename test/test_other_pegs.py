@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from grid_score import run_seeds
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.simulation.measure import measure
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import integrate
 
@@ -88,6 +92,15 @@ def covered(truth, seeds=3):
 LEAST = 0.88
 
 
+def with_friction(truth, friction):
+    """Return a truth of which another friction is told."""
+    plan = truth.plan
+    scene = replace(plan.configuration.scene, friction=friction)
+    return replace(
+        truth, plan=replace(plan, configuration=replace(plan.configuration, scene=scene))
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "wrench_rate", "joint_rate"),
     [
@@ -115,3 +128,48 @@ def test_a_clearance_is_learnt_or_left_and_never_run_away_with(name, off):
     share = covered(replace(truth, plan=plan), seeds=2)
     # At 10 mm N_K is covered in 86 to 88 %: learnt together, the two are not told well apart.
     assert share[6:].min() > 0.8, share.round(3)
+
+
+def test_friction_is_learnt_where_no_step_is_found_within_what_is_allowed():
+    """At 100 Hz all steps of some runs are refused; friction then stayed as it was stated."""
+    truth = with_friction(closing("50 mm", 100, 100), 0.125)
+    pipeline = Pipeline(truth.plan.configuration)
+    for _ in pipeline.play(measure(truth, 3)):
+        pass
+    friction, stddev = pipeline.filter.friction
+    assert pipeline.counts["step_limited"]
+    assert stddev < 0.01 and abs(friction - 0.2) < 3 * stddev
+
+
+def with_tare(samples, newton):
+    for sample in samples:
+        if isinstance(sample, WrenchSample):
+            x, y, z = sample.force
+            sample = sample._replace(force=(x + newton, y, z))
+        yield sample
+
+
+SLOW_FOR_THEIR_SIZE = [
+    ("4 mm", 1000, 500),
+    ("10 mm", 250, 250),
+    ("10 mm", 500, 500),
+    ("50 mm", 100, 100),
+    ("50 mm", 250, 250),
+]
+WRONG = ("innovations_too_large", "forces_out_of_balance")
+
+
+@pytest.mark.parametrize(("name", "wrench_rate", "joint_rate"), SLOW_FOR_THEIR_SIZE)
+def test_a_tare_that_is_off_is_told_where_hardly_a_step_is_believed(name, wrench_rate, joint_rate):
+    truth = closing(name, wrench_rate, joint_rate)
+    for off in (0.0, 10.0 * PEGS[name].force):
+        pipeline = Pipeline(truth.plan.configuration)
+        for _ in pipeline.play(with_tare(measure(truth, 5), off)):
+            pass
+        counts = pipeline.counts
+        # A wrong tare may end the contact mode, and with it these steps.
+        assert off or counts["step_without_direction"] > 20
+        assert any(counts[name] for name in WRONG) == (off > 0), counts
+        report, _ = Diagnostics().report(0, 10**9, dict(counts), pipeline.health)
+        status = next(item for item in report["status"] if item["name"].endswith("filter"))
+        assert ("the tare" in status["message"]) == (off > 0)

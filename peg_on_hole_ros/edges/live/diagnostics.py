@@ -5,7 +5,6 @@ from collections import Counter
 
 from peg_on_hole_ros.edges.messages.output import HARDWARE_ID
 from peg_on_hole_ros.edges.messages.plain import header
-from peg_on_hole_ros.estimation.innovations import DRIFTS, TOO_LARGE
 
 OK, WARN, ERROR = 0, 1, 2
 NAME = "peg_on_hole"
@@ -13,6 +12,7 @@ NAME = "peg_on_hole"
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
 _OWN_ERROR = "_internal_error"
+_MISFIT = ("innovations_too_large", "forces_out_of_balance")
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
     "|step_divided_.*|step_without_direction)$"
@@ -79,7 +79,7 @@ class Diagnostics:
         status = [
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns),
-            self._filter(health, model, any(name.endswith(_OWN_ERROR) for name in new)),
+            self._filter(health, model, new),
         ]
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
@@ -99,11 +99,11 @@ class Diagnostics:
             text = "all messages used"
         return _status("input", WARN if silent or lost else OK, text, values | counts)
 
-    def _filter(self, health, model, failed):
-        if failed:
+    def _filter(self, health, model, new):
+        if any(name.endswith(_OWN_ERROR) for name in new):
             text = "an error of the program: the filter was restarted, its log has the traceback"
             return _status("filter", ERROR, text, health)
-        if health.get("nis_median", 0.0) > TOO_LARGE or health.get("nis_drift", 0.0) > DRIFTS:
+        if any(name in new for name in _MISFIT):
             text = (
                 "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the "
                 "hole's direction, and the stated noise"

@@ -122,6 +122,7 @@ class ContactFilter(Estimate):
         self._held += dt
         self._ramp_over(dt)
         constant = self.model.at_constant_rates(in_contact)
+        self._unbalance[0] = 0.0
         learnt = in_contact and not constant and self._learn_from_balance(dt)
         self._begin(learnt)
         self._since_correction += dt
@@ -197,6 +198,17 @@ class ContactFilter(Estimate):
 
     def _begin(self, learnt: bool):
         """Take note of what a prediction starts from; learnt: balance has just changed it."""
+
+    @property
+    def unbalance(self) -> tuple[float, float, float] | None:
+        """
+        By how much the last prediction found the forces out of balance; None: not weighed.
+
+        What the equations say of the accelerations, less those of late, over the lower root of
+        its covariance.
+        """
+        weighed, *white = self._unbalance.tolist()
+        return tuple(white) if weighed else None
 
     @property
     def tells_friction(self) -> bool:

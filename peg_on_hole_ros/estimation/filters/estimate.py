@@ -67,6 +67,7 @@ class Estimate:
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
         self._without_step = part(self._memory, "WITHOUT_STEP")
+        self._unbalance = part(self._memory, "UNBALANCE")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
         self._rate_noise[0] = options.slow_rate_noise

@@ -1,6 +1,6 @@
 """Friction, angles and rates by the balance of forces, where steps would be selected by noise."""
 
-from math import fabs, isfinite
+from math import fabs, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST_AVERAGED, acceleration_variance
 from peg_on_hole_ros.estimation.kernel.memory import (
@@ -21,6 +21,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     STOPPED,
     TOLD_GAIN,
     TOLD_SHARE,
+    UNBALANCE,
     WITH,
     WORK,
     U,
@@ -99,12 +100,13 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     Returns
     -------
     bool
-        Whether something was learnt.
+        Whether something was learnt. UNBALANCE says, where forces were weighed, by how much they
+        were out of balance, also where nothing is to be learnt.
 
     """
-    learns = m[LEARNT] * m[SPREAD] > 0.0
-    if not (m[STOPPED] > SELECTED and (learns or m[SLOW] > 0.0)):
+    if not m[STOPPED] > SELECTED:
         return False
+    learns = m[LEARNT] * m[SPREAD] > 0.0
     p = scene_of(m)
     wide = m[SPREAD + 3] > (WIDE_CLEARANCE * (p.D - p.d)) ** 2
     if wide and m[SPREAD] < (ROUGHLY * p.f) ** 2:
@@ -137,7 +139,7 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     for i in range(3):
         turned = max(turned, m[ACROSS + i] / (m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i]))
     learns = learns and m[SPREAD] >= (turned * p.f) ** 2
-    directed = m[SLOW] > 0.0 and turned < DIRECTED
+    directed = turned < DIRECTED
     if not (learns or directed):
         return False
     determinant = accelerate_with_derivatives(
@@ -175,6 +177,10 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     t00 = c00 + again * _turning_variance(m, 0, acceleration_stddev, least_directed)
     t11 = c11 + again * _turning_variance(m, 1, acceleration_stddev, least_directed)
     t22 = c22 + again * _turning_variance(m, 2, acceleration_stddev, least_directed)
+    _note_unbalance(m, _factors(t00, s10, t11, s20, s21, t22), a0, a1, a2)
+    directed = directed and m[SLOW] > 0.0
+    if not (learns or directed):
+        return False
     g0 = g1 = g2 = told = 0.0
     if learns:
         g0, g1, g2 = _friction_gain(m, _factors(s00, s10, s11, s20, s21, s22))
@@ -202,6 +208,18 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     if directed:
         _correct_state(m, _factors(t00, s10, t11, s20, s21, t22), a0, a1, a2)
     return learns or directed
+
+
+@inlined
+def _note_unbalance(m, factors, a0, a1, a2):
+    """Keep by how much the forces are off, over the lower root of its covariance."""
+    l10, l20, l21, d0, d1, d2 = factors
+    a1 -= l10 * a0
+    a2 -= l20 * a0 + l21 * a1
+    m[UNBALANCE] = 1.0
+    m[UNBALANCE + 1] = a0 / sqrt(d0)
+    m[UNBALANCE + 2] = a1 / sqrt(d1)
+    m[UNBALANCE + 3] = a2 / sqrt(d2)
 
 
 @inlined

@@ -45,6 +45,7 @@ _SIZES = {
     "LEAN": 3,  # mean of the white innovations of late
     "TOLD_GAIN": 3,  # by which balance told of friction in the interval before, see `balance`
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
+    "UNBALANCE": 4,  # 1: forces were weighed in a prediction; by how much they were off, white
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
@@ -115,6 +116,7 @@ ACROSS = _AT["ACROSS"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
+UNBALANCE = _AT["UNBALANCE"]
 RATES_BEFORE, ACCELERATION_BEFORE, CHANGES_SEEN = (
     _AT[name] for name in ("RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES_SEEN")
 )

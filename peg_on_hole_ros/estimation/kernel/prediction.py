@@ -212,6 +212,9 @@ def predict_contact(m, dy, slopes, dt):
         for i in range(saved):
             m[X + i] = m[SAVED + i]
         if status == LIMITED:
+            if dt > LONG_STEP:
+                # So it goes on while the wrench comes no faster.
+                _note_step(m, 1.0, lately)
             return LIMITED, evaluations, pieces
         pieces *= 2
     return FAILED, evaluations, pieces

@@ -52,7 +52,8 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     """
     speed, variance, across = kalman.slip_all_ways()
     known = kalman.P[FRICTION, FRICTION]
-    if not (kalman.stopped > SELECTED and (known > 0 or kalman.slow)):
+    kalman.unbalance = None
+    if not kalman.stopped > SELECTED:
         return
     clearance = kalman.scene.hole_diameter - kalman.x[DIAMETER]
     wide = kalman.P[DIAMETER, DIAMETER] > (WIDE_CLEARANCE * clearance) ** 2
@@ -63,7 +64,7 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
         return
     turned, scales = (across / speed**2).max(), turned_scales(across)
     learns = known > 0 and known >= (turned * kalman.x[FRICTION]) ** 2
-    directed = kalman.slow and turned < DIRECTED
+    directed = turned < DIRECTED
     if not (learns or directed):
         return
     y, dy = solve_with_slopes(kalman.scene, kalman.x[:SIZE], scales)
@@ -84,6 +85,11 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     exact = shared[:, :SIZE] @ dy[:3].T
     S = exact + _noise(kalman, acceleration_stddev, LEAST_AVERAGED if short else 1.0, dt)
     T = exact + _noise(kalman, acceleration_stddev, LEAST_DIRECTED if short else 1.0, dt)
+    off = y[:3] - kalman.acceleration.mean
+    kalman.unbalance = np.linalg.solve(np.linalg.cholesky(T), off)
+    directed = directed and kalman.slow
+    if not (learns or directed):
+        return
     gain = np.zeros((kalman.dim_x, 3))
     if directed:
         gain[STATE] = np.linalg.solve(T, shared[:, STATE]).T
@@ -93,7 +99,7 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     if not told > 0:
         gain[FRICTION] = 0.0
     with kalman.bent_friction():
-        kalman.x -= gain @ (y[:3] - kalman.acceleration.mean)
+        kalman.x -= gain @ off
         kalman.x[FRICTION] = np.clip(kalman.x[FRICTION], LEAST_FRICTION, MOST_FRICTION)
         P = kalman.P + gain @ T @ gain.T - gain @ shared - shared.T @ gain.T
         # Friction alone is left with what the accelerations at many instants share.

@@ -43,6 +43,7 @@ from peg_on_hole_ros.estimation.reference.steps import (
     second_order,
     with_parameters,
 )
+from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.second_order import SHARE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 
@@ -93,7 +94,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.sliding = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
         self.rate_noise, self.lean = process.slow_rate_noise, np.zeros(3)
-        self.balance = None
+        self.balance = self.unbalance = None
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
@@ -171,14 +172,23 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
-        self._bridge(dt, self.rate_noise)
-        self.scales, self.slow = self.bridged_scales(), True
-        self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
+        self.predict_runaway(dt)
+        self.slow = True
+        self._note_unbelieved(dt)
 
     def predict_runaway(self, dt):
         """Predict as if free: the motion would run away, and is held."""
         self._bridge(dt, self.rate_noise)
         self.scales = self.bridged_scales()
+
+    def predict_limited(self, dt, rate_noise):
+        """Predict as if free: no step was found within the evaluations that are allowed."""
+        self.predict_without_step(dt, rate_noise)
+        if dt > LONG_STEP:
+            self._note_unbelieved(dt)
+
+    def _note_unbelieved(self, dt):
+        self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
 
     def predict_without_step(self, dt, rate_noise):
         """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
