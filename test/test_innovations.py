@@ -25,8 +25,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.dynamics import rotation
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from wrong_settings import tilted
 
 
 def test_the_median_is_that_of_the_window():
@@ -130,18 +130,6 @@ def test_an_innovation_is_whitened_by_its_covariance():
     np.testing.assert_allclose(kalman.white_innovation(), expected, rtol=1e-12)
 
 
-def tilted(sample, angle):
-    q = np.array(sample.position)
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ rotation(q)
-    position = (
-        np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]),
-        np.arctan2(-R[1, 2], -R[0, 2]),
-        np.arctan2(-R[2, 1], R[2, 0]),
-    )
-    return sample._replace(position=tuple(float(angle) for angle in position))
-
-
 @cache
 def motion(kind):
     return truth_of(SMALLEST[kind])[0]
@@ -174,7 +162,7 @@ def test_what_is_wrong_is_seen_within_half_a_second(kind, wrong, friction_stddev
         exact = exact + [2.0, 0, 0, 0, 0, 0]
     pipeline, first_ns = Pipeline(configuration), None
     for sample in measure(truth, 7, exact=exact):
-        if wrong == "hole" and isinstance(sample, JointSample):
+        if wrong == "hole":
             sample = tilted(sample, np.radians(0.2))
         pipeline.on_sample(sample)
         if first_ns is None and pipeline.counts["innovations_too_large"]:
