@@ -10,7 +10,7 @@ from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction, plausible
+from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -264,11 +264,9 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
-        if not plausible(sample):
-            if all(map(isfinite, (*sample.force, *sample.torque))):
-                self._arrival_counts["wrench_dropped_out_of_range"] += 1
-            else:
-                self._arrival_counts["wrench_dropped_not_finite"] += 1
+        fault = wrench_fault(sample)
+        if fault:
+            self._arrival_counts[f"wrench_dropped_{fault}"] += 1
             return None
         if not self._started:
             self._arrival_counts["wrench_dropped_before_joints"] += 1
