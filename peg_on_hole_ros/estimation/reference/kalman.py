@@ -171,8 +171,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
-        self._bridge(dt, self.rate_noise)
-        self.scales, self.slow = self.bridged_scales(), True
+        self.predict_runaway(dt)
+        self.slow = True
         self.stopped += min(dt / SELECTED_OVER, 1.0) * (1 - self.stopped)
 
     def predict_runaway(self, dt):
