@@ -57,6 +57,7 @@ _SIZES = {
     "X1": 6,  # state at the end of a step
     "Y": 6,  # accelerations and reactions
     "SAVED": 280,  # X, U, Z, CROSS, SPREAD and OFFSET_CROSS before a prediction
+    "BEGIN": 90,  # accelerations and reactions there, (6,), and their derivatives, (6, 14)
     "ROWS": 72,  # (6, 12)
     "GAIN": 36,  # of a correction, transposed, (3, 12)
     "JOSEPH": 144,
@@ -111,7 +112,7 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
-ACROSS = _AT["ACROSS"]
+ACROSS, BEGIN = _AT["ACROSS"], _AT["BEGIN"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
