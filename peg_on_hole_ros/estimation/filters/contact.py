@@ -135,7 +135,7 @@ class ContactFilter(Estimate):
             return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
         self._without_step[0] = 0.0
         if status == CONVERGED:
-            self._sliding[1] = self._sliding[0]
+            self._slid[0] = self._sliding[0]
             return Prediction.HELD if constant else Prediction.CONTACT
         if bridged is not None:
             self.model.full()
@@ -143,10 +143,10 @@ class ContactFilter(Estimate):
             if self._keeps_sliding:
                 # What is not known of them alone can hide a slip after one step; what that
                 # step tells of them must not be lost, or nothing ever is told.
-                self._sliding[0] = self._sliding[1]
+                self._sliding[0] = self._slid[0]
             return bridged
         self._scales[:] = self.options.slip_velocity_scale
-        self._sliding[1] = 0.0
+        self._slid[0] = 0.0
         prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
         return Prediction.FREE
 
@@ -156,7 +156,7 @@ class ContactFilter(Estimate):
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
             doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
-        self._sliding[1] = 0.0
+        self._slid[0] = 0.0
         bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
     def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
@@ -275,7 +275,7 @@ class ContactFilter(Estimate):
         self._interval[:] = self._since_correction
         self._update()
         follow_acceleration(self._memory, self._interval.item())
-        self._sliding[1] = 0.0
+        self._slid[0] = 0.0
         self._keep_least_clearance()
         return result, nis
 

@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
+from peg_on_hole_ros.estimation.kernel.memory import CLEARED, SIZE, clear, part
 from peg_on_hole_ros.estimation.kernel.process import Process
 from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
@@ -61,6 +61,7 @@ class Estimate:
         self.wrench_noise = part(self._memory, "NOISE", (6, 6))
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
+        self._slid = part(self._memory, "SLID")
         self._interval = part(self._memory, "INTERVAL")
         self._since_correction = part(self._memory, "SINCE_CORRECTION")
         self._held_back = part(self._memory, "HELD_BACK")
@@ -139,32 +140,23 @@ class Estimate:
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
-        self.x[:3], self.x[3:] = q, 0.0
-        self.Z[:] = 0.0
+        clear(self._memory, CLEARED.start)
+        self.x[:3] = q
         self.Z[:3, :3] = R
         rate_variance = self.options.initial_rate_stddev**2
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
         self._scales[:] = self.options.slip_velocity_scale
-        self._sliding[1] = 0.0
-        self._cross[:] = 0.0
+        self._rate_noise[0] = self.options.slow_rate_noise
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
-        for name in (
-            "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "SLOW",
-            "BRIDGED", "TOLD_GAIN", "TOLD_SHARE",
-        ):  # fmt: skip
-            part(self._memory, name)[:] = 0.0
-        self._rate_noise[0] = self.options.slow_rate_noise
 
     def let_go(self):
         """Hold no wrench: what comes next has nothing to do with what was."""
-        for name in ("U", "GIVEN", "CHANGE", "RAMP", "JUMP"):
-            part(self._memory, name)[:] = 0.0
+        clear(self._memory, CLEARED.let_go)
 
     def forget(self):
         """Take friction and peg diameter as stated again, whatever has been learnt of them."""
+        clear(self._memory, CLEARED.forget)
         self.scene_values[:] = self.scalars
-        self._cross[:] = 0.0
-        self.spread[:] = np.diag(self._known)
+        self.spread[[0, 1], [0, 1]] = self._known
