@@ -59,7 +59,7 @@ def test_innovations_drift_only_where_the_gain_is_the_optimal_one(held_back, use
     kalman = ContactFilter(Scene(), FilterOptions(), np.eye(6) * 1e-6)
     kalman.start(np.array([0.2, 0.0, 0.0]), np.eye(3) * 1e-8)
     part(kalman.memory, "HELD_BACK")[0] = held_back
-    kalman._innovation(kalman.x[:3] + 1e-4)
+    kalman.innovation(kalman.x[:3] + 1e-4)
     innovations = Innovations(white=True)
     for k in range(WINDOW):
         innovations.add(k, 2.0, kalman, used, in_contact=True, touching=True)

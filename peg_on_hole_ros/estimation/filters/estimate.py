@@ -4,12 +4,19 @@ from math import sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.kernel.friction_doubt import take_friction
 from peg_on_hole_ros.estimation.kernel.memory import CLEARED, SIZE, clear, part
 from peg_on_hole_ros.estimation.kernel.process import Process
 from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
+
+# A clearance counts as wide above this share of its stated spread.
+WIDE_CLEARANCE = 0.1
+# No clearance is learnt better than to this share of its stated spread: contacts give, and holes
+# are not round.
+LEAST_CLEARANCE_SPREAD = 0.01
 
 
 class Estimate:
@@ -127,6 +134,38 @@ class Estimate:
     def held_back(self) -> bool:
         """Whether the last correction told more of friction or peg diameter than was learnt."""
         return self._held_back.item() > 0.0
+
+    @property
+    def tells_friction(self) -> bool:
+        """Whether friction was learnt in the last correction, if it is learnt at all."""
+        return self._sliding.item(0) > 0.0
+
+    def doubt(self) -> bool:
+        """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
+        learnt = self.spread.item(0) < self._known[0]
+        if learnt:
+            take_friction(self._memory, self.scalars.f, self._known[0])
+        return learnt
+
+    @property
+    def _learns_clearance(self):
+        return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
+
+    def _keep_least_clearance(self):
+        if self._learns_clearance:
+            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+            self._widen_parameters(0.0, least - self.spread.item(3))
+
+    @property
+    def _clearance_is_wide(self):
+        return self._learns_clearance and (
+            self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1]
+        )
+
+    def _widen_parameters(self, friction, diameter):
+        """Add to the variances of friction and of the peg diameter; nothing below zero."""
+        self.spread[0, 0] += max(friction, 0.0)
+        self.spread[1, 1] += max(diameter, 0.0)
 
     def joint_covariance(self) -> np.ndarray:
         """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""

@@ -141,7 +141,8 @@ class OffsetFilter(ContactFilter):
     def _keeps_sliding(self):
         return True
 
-    def _innovation(self, q):
+    def innovation(self, q):
+        """Fill the memory with the innovation of an orientation; return it squared, normalised."""
         return innovation_with_offsets(self._memory, q)
 
     def _update(self):
