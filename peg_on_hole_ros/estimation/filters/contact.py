@@ -14,10 +14,9 @@ from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel.bridging import (
     adapt_rate_noise,
-    bridge,
-    bridge_without_step,
     walk_density,
 )
+from peg_on_hole_ros.estimation.kernel.cycle import bridge_unless_stepped
 from peg_on_hole_ros.estimation.kernel.description import Description, description
 from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     HARDLY_LEARNT,
@@ -119,39 +118,39 @@ class ContactFilter(Estimate):
         learnt = in_contact and not constant and self._learn_from_balance(dt)
         self._begin(learnt)
         self._since_correction += dt
-        status = self._predict_contact(dt, constant) if in_contact else None
-        # It is harder to tell from none the next time.
-        self._slow[0] = 1.0 if status == prediction.SLOW_SLIP else 0.0
-        self._bridged[0] = 0.0
+        if not in_contact:
+            self._predict_free(dt)
+            return Prediction.FREE
+        status = self._predict_contact(dt, constant)
         bridged = _BRIDGED.get(status)
-        if in_contact and status != CONVERGED and bridged is None:
-            self._bridge_without_step(dt)
-            return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
-        self._without_step[0] = 0.0
-        if status == CONVERGED:
+        stepped = status == CONVERGED
+        if not stepped and bridged is None:
+            self._doubt_without_step(dt)
+        bridge_unless_stepped(self._memory, self._slopes, status, dt, self.options.free_rate_noise)
+        if stepped:
             self._slid[0] = self._sliding[0]
             return Prediction.HELD if constant else Prediction.CONTACT
-        if bridged is not None:
-            self.model.full()
-            bridge(self._memory, self._slopes, dt)
-            if self._keeps_sliding:
-                # What is not known of them alone can hide a slip after one step; what that
-                # step tells of them must not be lost, or nothing ever is told.
-                self._sliding[0] = self._slid[0]
-            return bridged
-        self._scales[:] = self.options.slip_velocity_scale
-        self._slid[0] = 0.0
-        prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
-        return Prediction.FREE
+        if bridged is None:
+            self._slid[0] = 0.0
+            return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
+        self.model.full()
+        if self._keeps_sliding:
+            # What is not known of them alone can hide a slip after one step; what that
+            # step tells of them must not be lost, or nothing ever is told.
+            self._sliding[0] = self._slid[0]
+        return bridged
 
-    def _bridge_without_step(self, dt):
+    def _predict_free(self, dt):
+        self._slow[0] = self._bridged[0] = self._without_step[0] = self._slid[0] = 0.0
+        self._scales[:] = self.options.slip_velocity_scale
+        prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
+
+    def _doubt_without_step(self, dt):
         # Held for long, the noise of one wrench leaves no step just as well.
         if max(self._held, self._held_before) <= LONG_STEP:
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
             doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
-        self._slid[0] = 0.0
-        bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
     def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
         """Return the random walk of each rate in the last prediction [rad/s^1.5], shape (3,)."""
