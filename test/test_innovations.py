@@ -60,7 +60,7 @@ def test_innovations_drift_only_where_the_gain_is_the_optimal_one(held_back, use
     kalman = ContactFilter(Scene(), FilterOptions(), np.eye(6) * 1e-6)
     kalman.start(np.array([0.2, 0.0, 0.0]), np.eye(3) * 1e-8)
     part(kalman.memory, "HELD_BACK")[0] = held_back
-    kalman._innovation(kalman.x[:3] + 1e-4)
+    kalman.innovation(kalman.x[:3] + 1e-4)
     innovations = Innovations(white=True)
     for k in range(WINDOW):
         innovations.add(k, 2.0, kalman, used, in_contact=True, touching=True)
@@ -212,8 +212,8 @@ def test_friction_that_no_longer_fits_is_learnt_anew(friction_stddev):
         if k == 300:
             # As if it had been learnt on another surface, and surely. Farther off it would soon
             # leave no step, and be forgotten for that.
-            pipeline._filter.scene_values[7] = 0.185
-            pipeline._filter.spread[0, 0] = min(friction_stddev**2, 1e-8)
+            pipeline.filter.scene_values[7] = 0.185
+            pipeline.filter.spread[0, 0] = min(friction_stddev**2, 1e-8)
         if isinstance(sample, JointSample):
             pipeline.on_joints(sample)
         else:
