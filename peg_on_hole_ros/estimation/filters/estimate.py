@@ -1,6 +1,6 @@
 """What a filter estimates: state, covariance and parameters as named views of one memory."""
 
-from math import sqrt
+from math import isfinite, sqrt
 
 import numpy as np
 
@@ -188,6 +188,11 @@ class Estimate:
         self.Z[6:, 6:] = self.wrench_noise
         self._scales[:] = self.options.slip_velocity_scale
         self._rate_noise[0] = self.options.slow_rate_noise
+        friction, diameter = self.scene_values.item(7), self.scene_values.item(0)
+        if not isfinite(friction + diameter + self.spread.sum()):
+            # Lost with the covariance, and not to stay so.
+            self.scene_values[:] = self.scalars
+            self.spread[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
 
