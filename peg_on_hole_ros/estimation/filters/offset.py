@@ -64,8 +64,8 @@ class OffsetFilter(ContactFilter):
         part(self._memory, "OFFSETS")[:] = (
             self.active.start,
             self.active.stop,
-            offsets.bias_learnt,
-            offsets.tilt_learnt,
+            offsets.bias_learnt and self.active.start < BIAS.stop,
+            offsets.tilt_learnt and self.active.stop > TILT.start,
         )
         part(self._memory, "LOAD", (6, COUNT))[:, BIAS] = offsets.load
         part(self._memory, "MASSES", (6, 3))[:] = offsets.weight
