@@ -32,7 +32,7 @@ OWN = [
 ]
 # What the figures depend on.
 PARTS = (
-    "pipeline.py", "options.py", "records.py", "mechanics", "estimation", "monitoring",
+    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "estimation", "monitoring",
     "simulation",
 )  # fmt: skip
 # What the estimator is told; the second try is that of a mismatch which has been through one.

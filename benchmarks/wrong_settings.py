@@ -31,7 +31,7 @@ from resumable import keep, kept, sources_key, work_through
 
 FIRST_SEED = 700
 # What figures come from.
-PARTS = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py")
+PARTS = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
 SOURCES = ("wrong_settings.py", "grid_cells.py", "grid_score.py", "pegs.py")
 TOLD = [
     Motion(2e-5, 0.2, 0.16, "slip"),
