@@ -26,7 +26,7 @@ class BagFiles(NamedTuple):
     description : Path or None
         metadata.yaml of a folder; None: a single file, or a folder without.
     unnamed : tuple of Path
-        MCAP files in the folder that metadata.yaml does not name: as for ROS 2, no part of the bag.
+        MCAP files in the folder that metadata.yaml does not name: for ROS 2 no part of it.
 
     """
 
