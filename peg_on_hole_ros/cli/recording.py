@@ -42,8 +42,8 @@ def open_bag(path: str | Path) -> Bag:
     if bag.unnamed:
         names = ", ".join(file.name for file in bag.unnamed)
         print(
-            f"{bag.path}: not read, as metadata.yaml does not name it: {names}; if it is a part of "
-            f"the recording: ros2 bag reindex -s mcap {bag.path}",
+            f"{bag.path}: not read, as metadata.yaml does not name it: {names}; if it is a part "
+            f"of the recording: ros2 bag reindex -s mcap {bag.path}",
             file=sys.stderr,
         )
     return bag

@@ -13,6 +13,7 @@ from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
 from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED
 from peg_on_hole_ros.edges.plots.series import Series
@@ -102,6 +103,7 @@ def replay(
             "dropped": replayed.dropped,
             "events": replayed.events,
         },
+        "contact_steps": replayed.contact_steps.content(),
         **summary.content(),
         "cycles": cycles.records,
     }
@@ -213,6 +215,8 @@ def _text(result, score):
     ]
     lines += [f"  {reason}: {count}" for reason, count in messages["dropped"].items()]
     lines += [f"  {event}: {count}" for event, count in messages["events"].items()]
+    bridged = told(result["contact_steps"])
+    lines += [bridged] if bridged else []
     shares = ", ".join(f"{mode} {share:.1%}" for mode, share in result["contact_mode"].items())
     lines += [
         f"contact mode: {shares}",

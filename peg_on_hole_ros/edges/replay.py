@@ -10,6 +10,7 @@ from peg_on_hole_ros.configuration import from_parameters, node_options, uncerta
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.contact_steps import ContactSteps
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
@@ -45,6 +46,8 @@ class Replayed(NamedTuple):
         What else was counted: late but used, restarts, gaps, ...
     seconds : float
         Of the wall clock, without compiling [s].
+    contact_steps : ContactSteps
+        How many steps on three contacts were believed.
 
     """
 
@@ -53,6 +56,7 @@ class Replayed(NamedTuple):
     dropped: dict[str, int]
     events: dict[str, int]
     seconds: float
+    contact_steps: ContactSteps
 
 
 def absolute(topic: str) -> str:
@@ -160,7 +164,8 @@ def replay_bag(
     stream = message_stream(configuration, markers_rate)
     warm(configuration)
     make = SmoothingFilter if smoothed else make_filter
-    stream = message_stream(configuration, markers_rate, make)
+    steps = ContactSteps()
+    stream = message_stream(configuration, markers_rate, steps.watched(make))
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
     for count, item in enumerate(bag.messages(needed)):
@@ -183,7 +188,7 @@ def replay_bag(
         for _ in range(bag.undecodable[topic] - unreadable[topic]):
             stream.unreadable(source)
     read = {topic: bag.topics[topic].count for topic in (wrench_topic, joints_topic)}
-    result = _fates(stream.counts, read[wrench_topic], read[joints_topic], seconds)
+    result = _fates(stream.counts, read[wrench_topic], read[joints_topic], seconds, steps)
     if not stream.counts.get("wrench_used"):
         reasons = ", ".join(f"{reason} {n}" for reason, n in result.dropped.items())
         raise BagError(f"{bag.path}: no wrench of {read[wrench_topic]} could be used: {reasons}")
@@ -196,7 +201,7 @@ def _event(stream: MessageStream, name: str):
         stream.on_event(name)
 
 
-def _fates(counts, wrenches, joints, seconds):
+def _fates(counts, wrenches, joints, seconds, steps):
     dropped, events = {}, {}
     for name, count in sorted(counts.items()):
         if not count or name in ("wrench_used", "joints_used"):
@@ -208,4 +213,4 @@ def _fates(counts, wrenches, joints, seconds):
     waiting = wrenches + joints - used - sum(dropped.values())
     if waiting > 0:
         dropped["joints_dropped_after_last_wrench"] = waiting
-    return Replayed(wrenches + joints, used, dropped, events, seconds)
+    return Replayed(wrenches + joints, used, dropped, events, seconds, steps)
