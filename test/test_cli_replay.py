@@ -116,9 +116,9 @@ def test_a_slow_wrench_whose_steps_are_not_believed_is_told(tmp_path, capsys, ra
     assert steps["not_believed"] > 0.9 * steps["count"]
     assert told == [
         f"contact steps: {steps['not_believed']} of {steps['count']} not believed, as noise or "
-        "rest leaves slip no direction (usual for a slow wrench, a small peg, a peg at rest): "
-        "friction, angles and rates come from the balance of forces, and wrong settings show less "
-        "(docs/steps.md, docs/integration.md)"
+        "rest leaves slip no direction (usual for a slow wrench, a small peg, a peg at rest; else "
+        "a setting is wrong): friction, angles and rates come from the balance of forces, and "
+        "wrong settings show less (docs/steps.md, docs/integration.md)"
     ]
 
 

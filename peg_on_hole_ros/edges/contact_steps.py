@@ -5,6 +5,8 @@ from collections.abc import Callable
 
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP, Prediction
 
+# Not for noise.
+_UNSOLVED = ("step_without_solution", "step_runs_away")
 _BRIDGED = (*NO_STEP, Prediction.SLOW, Prediction.RUNAWAY)
 
 
@@ -46,14 +48,30 @@ class ContactSteps:
         return {"count": self.count, "not_believed": self.bridged}
 
 
-def told(content: dict[str, int]) -> str:
-    """Return what to know where more than half of the steps were not believed, or nothing."""
+def told(content: dict[str, int], events: dict[str, int]) -> str:
+    """
+    Return what to know where more than half of the steps were not believed, or nothing.
+
+    Parameters
+    ----------
+    content : dict of str to int
+        As `ContactSteps.content` gives it.
+    events : dict of str to int
+        What a replay has counted.
+
+    """
     bridged, count = content["not_believed"], content["count"]
     if 2 * bridged <= count:
         return ""
+    begun = f"contact steps: {bridged} of {count} not believed, "
+    if 2 * sum(events.get(name, 0) for name in _UNSOLVED) > bridged:
+        return (
+            f"{begun}mostly as the contact equations have no solution, or one that runs away: a "
+            "wedged peg, or units (N, N m), wrench.acts_on, sensor_xyz or scene that are wrong "
+            "(docs/steps.md, docs/integration.md)"
+        )
     return (
-        f"contact steps: {bridged} of {count} not believed, as noise or rest leaves slip no "
-        "direction (usual for a slow wrench, a small peg, a peg at rest): friction, angles and "
-        "rates come from the balance of forces, and wrong settings show less (docs/steps.md, "
-        "docs/integration.md)"
+        f"{begun}as noise or rest leaves slip no direction (usual for a slow wrench, a small peg, "
+        "a peg at rest; else a setting is wrong): friction, angles and rates come from the "
+        "balance of forces, and wrong settings show less (docs/steps.md, docs/integration.md)"
     )

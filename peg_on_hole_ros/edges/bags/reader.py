@@ -130,6 +130,7 @@ class Bag:
                 found = " and ".join(name or "no type" for name in info.types)
                 raise BagError(
                     f"{self.path}: {topic} is {found}, not {ros_type}; it has: {self.listing()}"
+                    f"{remedy}"
                 )
             for encoding in info.encodings:
                 if encoding not in ("cdr, ros2msg", "cdr, "):
