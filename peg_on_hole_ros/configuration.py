@@ -24,6 +24,8 @@ _ROS_PREFIX = "qos_overrides."
 _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _PYTHON = {"bool": bool, "integer": int, "double": float, "string": str}
 _WORDS = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
+# For ROS 2 these are texts, and would become the name of a file or a topic.
+_NOTHING = ("null", "Null", "NULL", "~")
 
 
 def from_parameters(parameters: dict[str, object]) -> Configuration:
@@ -75,18 +77,31 @@ def check(parameters: dict[str, object]) -> dict[str, object]:
     for name in parameters:
         if name not in BY_NAME and name not in ROS_NAMES and not name.startswith(_ROS_PREFIX):
             raise PegOnHoleError(_unknown(name))
+    for name in ROS_NAMES:
+        # ROS 2 logs that it does not take another type, and goes on without it.
+        if type(parameters.get(name, False)) is not bool:
+            value = parameters[name]
+            found = _WORDS.get(type(value), f"a {type(value).__name__}")
+            raise PegOnHoleError(f"{name} = {value!r} is {found}, not a bool: true or false")
     return {row.name: checked(row, parameters.get(row.name, row.default)) for row in PARAMETERS}
 
 
 def checked(row: Parameter, value: object) -> object:
     """Return the value of one parameter in its Python type, or raise with what is wrong."""
     kind = row.type.removesuffix("[]")
+    if value is None or isinstance(value, str) and value in _NOTHING:
+        raise PegOnHoleError(
+            f"{row.name} has no value ({'null' if value is None else value}); {_example(row)}, or "
+            "take the line out for the default"
+        )
     if not row.type.endswith("[]"):
         return _scalar(row, row.name, kind, value)
     if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
         raise PegOnHoleError(f"{row.name} = {value!r} is not {row.type}; {_example(row)}")
     # tolist() of numpy and array.array gives Python's own numbers.
     items = value.tolist() if hasattr(value, "tolist") else list(value)
+    if not items:
+        raise PegOnHoleError(f"{row.name} = [] is empty; {_example(row)}")
     if kind == "double" and len(items) != len(row.default):
         raise PegOnHoleError(
             f"{row.name} = {items} has {len(items)} values, not {len(row.default)}; "
@@ -96,10 +111,16 @@ def checked(row: Parameter, value: object) -> object:
 
 
 def _scalar(row, name, kind, value):
+    if value is None or name != row.name and value in ("", *_NOTHING):
+        raise PegOnHoleError(
+            f"{name} = {'null' if value is None else repr(value)} is empty; {_example(row)}"
+        )
     # bool is an int for Python, not for ROS 2; numpy's numbers are neither.
     if type(value) is not _PYTHON[kind]:
         found = _WORDS.get(type(value), f"a {type(value).__name__}")
         remedy = _example(row)
+        if kind == "string" and type(value) in (bool, int, float):
+            remedy = "write it within quotes"
         if kind == "double" and type(value) is int:
             remedy = f"write {float(value)} (ROS 2 does not take an integer for a double)"
         raise PegOnHoleError(
@@ -127,6 +148,11 @@ def _within(row, name, value):
 
 
 def _unknown(name):
+    below = [row for row in BY_NAME if row.startswith(f"{name}.")]
+    if below:
+        return f"{name} is a group of parameters, not one of them; write it as in '{below[0]}'"
+    if name.rsplit(".", 1)[-1].isdigit():
+        return f"unknown parameter {name!r}; a number has a point, not a comma: 0.2"
     # Words misspelt, or the right words in the wrong group.
     near = difflib.get_close_matches(name, BY_NAME, n=3, cutoff=0.7)
     last = {row.rsplit(".", 1)[-1]: row for row in BY_NAME}
@@ -172,8 +198,6 @@ def _check_together(configuration):
         for name in ("urdf", "tip_frame"):
             if not getattr(joints, name):
                 raise PegOnHoleError(f"joints.{name} is empty, but joints.source robot needs it")
-        if not joints.names:
-            raise PegOnHoleError("joints.names is empty, but joints.source robot needs them")
     for name, value in uncertain_offsets(configuration):
         if configuration.filter.method != "extended":
             raise PegOnHoleError(

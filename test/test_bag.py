@@ -9,6 +9,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
 
+from peg_on_hole_ros.cli.recording import open_bag
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.edges.messages.definitions import definition
@@ -288,7 +289,7 @@ def test_folder_is_read_as_one_bag(tmp_path, description):
 
 
 def test_files_of_a_folder_without_description_are_in_natural_order(tmp_path):
-    path = folder(tmp_path, None, ("b_10.mcap", "b_9.mcap"))
+    path = folder(tmp_path, None, ("b_9.mcap", "b_10.mcap"))
     assert [scan.path.name for scan in Bag(path)._scans] == ["b_9.mcap", "b_10.mcap"]
 
 
@@ -348,6 +349,61 @@ def test_parts_that_were_recorded_at_one_time_are_not_merged(tmp_path):
     assert str(caught.value) == (
         f"{path} has no metadata.yaml, and b_0.mcap and b_1.mcap overlap by 0.007 s, so they are "
         "not parts of one recording; " + REMEDY.format(path=path)
+    )
+
+
+@pytest.mark.parametrize(
+    ("names", "starts", "what"),
+    [
+        # Recorded a minute apart, and called after the same thing, but not as a recorder does.
+        (("run_1", "run_2"), (1, 61), "run_2.mcap begins 59.991 s after run_1.mcap has ended"),
+        (("bag_0", "bag_2"), (1, 61), "bag_2.mcap begins 59.991 s after bag_0.mcap has ended"),
+        (("bag_0", "bag_1"), (61, 1), "bag_1.mcap was recorded before bag_0.mcap"),
+    ],
+)
+def test_recordings_of_different_times_are_not_merged(tmp_path, names, starts, what):
+    path = folder(tmp_path, None, ())
+    for name, start in zip(names, starts):
+        write_bag(path / f"{name}.mcap", count=10, start=start * 10**9)
+    with pytest.raises(BagError) as caught:
+        Bag(path)
+    assert str(caught.value) == (
+        f"{path} has no metadata.yaml, and {what}, so they are not parts of one recording; "
+        + REMEDY.format(path=path)
+    )
+    (path / "metadata.yaml").write_text(described(*(f"{name}.mcap" for name in names)))
+    assert Bag(path).topics["/wrench"].count == 20
+
+
+def test_a_recorder_may_have_been_paused(tmp_path, monkeypatch):
+    path = folder(tmp_path, None, ())
+    for i, start in enumerate((1, 61, 62)):
+        write_bag(path / f"bag_{i}.mcap", count=10, start=start * 10**9)
+    assert Bag(path).topics["/wrench"].count == 30
+    monkeypatch.chdir(path)
+    assert Bag(".").topics["/wrench"].count == 30
+    # One that keeps the latest parts alone has deleted the first.
+    (path / "bag_0.mcap").unlink()
+    assert Bag(path).topics["/wrench"].count == 20
+
+
+def test_files_that_a_description_does_not_name_are_told(tmp_path, capsys):
+    path = folder(tmp_path, described("b_0.mcap"))
+    bag = open_bag(path)
+    assert bag.topics["/wrench"].count == 10 and bag.unnamed == (path / "b_1.mcap",)
+    assert capsys.readouterr().err == (
+        f"{path}: not read, as metadata.yaml does not name it: b_1.mcap; if it is a part of the "
+        f"recording: ros2 bag reindex -s mcap {path}\n"
+    )
+
+
+def test_a_folder_of_bags_says_which(tmp_path):
+    path = folder(tmp_path, described("b_0.mcap"))
+    with pytest.raises(BagError) as caught:
+        Bag(tmp_path)
+    assert str(caught.value) == (
+        f"{tmp_path} is a folder without metadata.yaml and without .mcap files: no bag; the bags "
+        f"in it are {path.name}: name one of them"
     )
 
 

@@ -185,7 +185,7 @@ def test_topic_of_another_type_is_exit_code_3(tmp_path, capsys):
         3,
         f"{path}: /wrench is sensor_msgs/msg/JointState, not geometry_msgs/msg/WrenchStamped; it "
         "has: /joint_states (sensor_msgs/msg/JointState, 1), /wrench (sensor_msgs/msg/JointState, "
-        "1)",
+        "1); name the topics in the configuration (topics.wrench, topics.joint_states)",
         "replay",
         path,
     )
@@ -201,7 +201,8 @@ def test_bag_of_which_nothing_can_be_used_is_exit_code_3(tmp_path, capsys):
         capsys,
         3,
         f"{path}: no wrench of 2 could be used: wrench_dropped_before_joints 1, "
-        "wrench_dropped_malformed_not_finite 1",
+        "wrench_dropped_malformed_not_finite 1; joint states begin late, or their stamps are of "
+        "another clock",
         "replay",
         path,
         "--out",

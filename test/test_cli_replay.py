@@ -14,9 +14,12 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bags.estimates import estimates
 from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.edges.messages.output import STRING, joint_state
+from peg_on_hole_ros.simulation.truth import integrate
+from simulated import contact_plan
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 
@@ -91,6 +94,32 @@ def test_summary_fits_its_schema_and_counts_every_message(replayed):
     assert summary["duration"] == pytest.approx(0.398, abs=1e-9)
     # The first joint state lies behind the first wrench: that one has no estimate.
     assert summary["start_time"] == pytest.approx(1.001, abs=1e-9)
+
+
+@pytest.mark.parametrize("rate", [100, 1000])
+def test_a_slow_wrench_whose_steps_are_not_believed_is_told(tmp_path, capsys, rate):
+    rates = {"wrench_rate": rate, "joint_rate": min(rate, 500)}
+    sliding = contact_plan([0.2, 0.0, 0.0], [-0.1, 0.2, 1.0], [0.0, 0.0, -1e-3], 0.3, **rates)
+    path, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    write_simulated(path, integrate(sliding))
+    assert main(["replay", str(path), "--summary", str(summary)]) == 0
+    content = json.loads(summary.read_text())
+    check(content, SCHEMA)
+    steps, events = content["contact_steps"], content["messages"]["events"]
+    names = ("step_without_direction", "step_limited", "step_without_solution", "step_runs_away")
+    assert steps["not_believed"] == sum(events.get(name, 0) for name in names)
+    assert 0.8 * content["outputs"] < steps["count"] < content["outputs"]
+    told = re.findall("^contact steps: .*", capsys.readouterr().out, re.MULTILINE)
+    if rate == 1000:
+        assert steps["not_believed"] < 0.1 * steps["count"] and not told
+        return
+    assert steps["not_believed"] > 0.9 * steps["count"]
+    assert told == [
+        f"contact steps: {steps['not_believed']} of {steps['count']} not believed, as noise or "
+        "rest leaves slip no direction (usual for a slow wrench, a small peg, a peg at rest; else "
+        "a setting is wrong): friction, angles and rates come from the balance of forces, and "
+        "wrong settings show less (docs/steps.md, docs/integration.md)"
+    ]
 
 
 def test_a_clock_that_goes_back_leaves_a_summary_that_fits(tmp_path, capsys):

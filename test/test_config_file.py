@@ -102,7 +102,7 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
         "autostart": False,
     }
     given["joints.source"] = "robot"
-    given["joints.tip_frame"] = "null"
+    given["joints.tip_frame"] = "y"
     path = written(tmp_path, write_parameters(given, "what\nwhy"))
     assert path.read_text().startswith("# what\n# why\npeg_on_hole:\n  ros__parameters:\n")
     assert from_parameters(read_parameters(path)) == from_parameters(given)

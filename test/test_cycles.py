@@ -131,7 +131,7 @@ def test_the_working_cycle_has_two_tries(tmp_path):
     scene = truth("working_cycle")
     path = tmp_path / "cycle.mcap"
     write_bag(path, scene)
-    content, _ = replay(Bag(path), scene.plan.configuration, NodeOptions())
+    content, *_ = replay(Bag(path), scene.plan.configuration, NodeOptions())
     first, second = content["cycles"]
     assert (first["outcome"], second["outcome"]) == ("aborted", "inserted")
     down = [t_ns * 1e-9 for t_ns, text in scene.events if text.startswith("touch-down")]

@@ -6,7 +6,9 @@ from rclpy.node import Node
 
 from dds_peer import PATIENCE, node_process
 from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.parameters import check_files
+from peg_on_hole_ros.edges.node import PegOnHoleNode
 from peg_on_hole_ros.errors import PegOnHoleError
 
 pytestmark = pytest.mark.xdist_group("dds")
@@ -52,9 +54,14 @@ OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
         (
             ["-p", "scene.gravity:=[0.0, 0, -9.8]"],
             "",
-            "peg_on_hole: error: Couldn't parse parameter override rule: "
-            "'-p scene.gravity:=[0.0, 0, -9.8]'. Error: Sequence should be of same type. "
-            "Value type 'integer' do not belong at line_num 1",
+            "peg_on_hole: error: -p scene.gravity:=[0.0, 0, -9.8]: scene.gravity[1] = 0 is an "
+            "integer, not a double; write 0.0 (ROS 2 does not take an integer for a double)",
+        ),
+        (
+            ["-p", "joints.names:=[]"],
+            "",
+            "peg_on_hole: error: joints.names = [] is empty; it is a string[] such as "
+            "['gamma', 'psi', 'phi']",
         ),
         (
             ["--params-file", "{file}", "-r", "__node:=left"],
@@ -74,11 +81,101 @@ OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
 def test_bad_parameters_end_with_one_line_and_code_2(arguments, text, message, tmp_path):
     path = file(tmp_path, text)
     arguments = [word.replace("{file}", str(path)) for word in arguments]
-    with node_process(*arguments) as process:
-        printed, _ = process.communicate(timeout=PATIENCE)
+    with node_process(*arguments) as started:
+        printed, _ = started.communicate(timeout=PATIENCE)
     lines = [line for line in printed.splitlines() if not line.startswith("[ERROR]")]
     assert lines == [message.replace("{file}", str(path))]
-    assert process.returncode == 2
+    assert started.returncode == 2
+
+
+NAMES = "it is a string[] such as ['gamma', 'psi', 'phi']"
+INTEGER = "is an integer, not a double; write {}.0 (ROS 2 does not take an integer for a double)"
+DEFAULT = "or take the line out for the default"
+GROUP = "a group of parameters, not one of them; write it as in 'scene.hole_diameter'"
+
+
+def said(*arguments):
+    """Return what a node says of its arguments where it does not start."""
+    try:
+        process.init(["--ros-args", *arguments])
+        PegOnHoleNode(["--ros-args", *arguments]).destroy_node()
+    except PegOnHoleError as error:
+        return str(error)
+    finally:
+        rclpy.try_shutdown()
+    return None
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        # Empty lists are nothing to ROS 2.
+        ("joints: {names: []}", f"joints.names = [] is empty; {NAMES}"),
+        ("scene: {friction: []}", "scene.friction = [] is a list, not a double; it is a double "),
+        ("scene: []", "scene is {group}"),
+        # Values that ROS 2 refuses in a file, with a line and no name.
+        ("joints: {names: [1, 2.5]}", "{file}: joints.names[0] = 1 is an integer, not a string;"),
+        ("joints: {names: [x, y, z]}", "{file}: joints.names[1] = True is a bool, not a string; "),
+        ("scene: {gravity: [0, 0.0, -9.8]}", "{file}: scene.gravity[0] = 0 " + INTEGER.format(0)),
+        ("scene: {gravity: [0.0, 0.0, null]}", "{file}: scene.gravity[2] = null is empty; it is "),
+        ("scene: {friction: }", "{file}: scene.friction has no value (null); it is a double "),
+        ("scene: {friction: 0,2}", "{file}: unknown parameter 'scene.2'; a number has a point, "),
+        ("scene:", "{file}: nothing stands below scene, which ROS 2 does not read; take the line"),
+        (
+            "scene: {}\n    autostart: true",
+            "{file}: nothing stands below scene, which ROS 2 does not read; take the ",
+        ),
+        ("scene: {friction: &f 0.2, peg_mass: *f}", "{file} is not YAML at line 3: *f stands for"),
+        # What ROS 2 takes, for something else.
+        (
+            "record_arrivals: null",
+            f"record_arrivals has no value (null); it is a string, {DEFAULT}",
+        ),
+        ("topics: {wrench: null}", "topics.wrench has no value (null); it is a string such as "),
+        ("joints: {names: [~, a, b]}", f"joints.names[0] = '~' is empty; {NAMES}"),
+        ("joints: {names: [gamma, psi, '']}", f"joints.names[2] = '' is empty; {NAMES}"),
+        ("use_sim_time: 1", "use_sim_time = 1 is an integer, not a bool: true or false"),
+        ("use_sim_time: 'true'", "use_sim_time = 'true' is a string, not a bool: true or false"),
+    ],
+)
+def test_what_ros_cannot_read_or_misreads_is_told_by_name(text, message, tmp_path):
+    path = file(tmp_path, f"peg_on_hole:\n  ros__parameters:\n    {text}\n")
+    message = message.replace("{file}", str(path)).replace("{group}", GROUP)
+    assert said("--params-file", str(path)).startswith(message)
+    with pytest.raises(PegOnHoleError, match="is|has|stands"):
+        read_parameters(path)
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        ("scene.friction:=", "-p scene.friction:=: scene.friction has no value (null); it is a "),
+        (
+            "/cell/a:scene.gravity:=[0.0, 0]",
+            "-p /cell/a:scene.gravity:=[0.0, 0]: scene.gravity = ",
+        ),
+        (
+            "scene.friction=0.2",
+            "-p scene.friction=0.2 is no rule for a parameter; write -p NAME:=",
+        ),
+        ("scene:={friction: 0.3}", "-p scene:={friction: 0.3}: scene is " + GROUP),
+    ],
+)
+def test_rules_that_ros_cannot_read_are_told_by_name(rule, message):
+    assert said("-p", rule).startswith(message)
+
+
+def test_what_ros_cannot_read_in_the_part_of_another_node_has_a_remedy(tmp_path):
+    path = file(tmp_path, OWN + "camera:\n  ros__parameters: {size: [1, 2.5]}\n")
+    assert said("--params-file", str(path)) == (
+        f"Couldn't parse params file: '--params-file {path}'. Error: Sequence should be of same "
+        "type. Value type 'double' do not belong at line_num 5; a list holds doubles or integers, "
+        "not both: write 1.0 for 1; y, n, yes, no, on and off are bools, unless within quotes"
+    )
+    path = file(tmp_path, "camera:\n  ros__parameters: {size: }\n")
+    assert said("--params-file", str(path)).endswith(
+        "No value at line 2; a name has no value: give it one, or take the line out"
+    )
 
 
 @pytest.mark.parametrize("name", ["/**", "/*", "/cell/*", "cell/peg_on_hole", "/**/peg_on_hole"])

@@ -1,6 +1,7 @@
 """Plans: what a file may say, and what is told about mistakes."""
 
 import copy
+from dataclasses import replace
 
 import pytest
 
@@ -52,7 +53,25 @@ def changed(path, value):
         ("start/angles", [2.0, 0.0, 0.0], "start.angles.0. = 2 rad, the tilt gamma, is not betw"),
         ("start/angles", [0.0, 0.0, 0.0], "start.angles.0. = 0 rad, the tilt gamma, is not betw"),
         ("start/angles", [-0.3, 0.0, 0.0], "between 0 and 1.5708 rad, both excluded: angles are"),
-        ("phases", {}, "simulation.phases is empty"),
+        ("start", 3, "simulation.start = 3 is a value, but it is a group of names"),
+        ("start/load", [5.0, 5.0], "'simulation.start.load'; the nearest are: angles, rates, off"),
+        ("phases", {}, "simulation.phases = {} is no group of phases: it has the name of at leas"),
+        ("phases", ["a"], "simulation.phases = .'a'. is no group of phases"),
+        ("phases/close/kind", ["free"], "close.kind = .'free'. is not one of free, contact, lift"),
+        ("phases/close/duration", float("nan"), "duration = nan s is not a number within 0.001"),
+        ("phases/close/duration", "1 s", "close.duration = '1 s' is not a number within 0.001 to"),
+        ("phases/close/duration", 5000, "5000 s is not .* to 1000 s; times are in seconds: 10 ms"),
+        ("phases/close/offset", [0.0, 0.0, 2.0], "to 0.5 m; lengths are in metres: 1 mm is 0.001"),
+        ("phases/go_on/angles", [100.0, 0.0, 0.0], "go_on.angles.0. = 100 rad, which is not a ti"),
+        ("phases/go_on/angles", [-0.1, 0.0, 0.0], "-0.1 rad, which is not a tilt from 0 to below"),
+        ("phases/close/rates", [9.0, 0.0, 1.0], "close leads through gamma = 2.55 rad, which is "),
+        ("phases/close/rates", [-9.0, 0.0, 1.0], "close leads through gamma = -1.95 rad, which i"),
+        (
+            "phases/go_on/angles",
+            [0.2, 0.5, 90.0],
+            "go_on turns phi at up to 334.8 rad/s, which is",
+        ),
+        ("start/angles", [0.06, 0.0, 0.0], "press begins in contact at gamma = 0.06 rad, but a p"),
         ("phases/close/kind", "slide", "close.kind = 'slide' is not one of free, contact, lift_o"),
         ("phases/close", {"kind": "contact"}, "simulation.phases.close.duration is missing"),
         ("phases/close/duration", -1.0, "close.duration = -1.0 s is not a number within 0.001"),
@@ -77,12 +96,38 @@ def test_two_point_does_not_follow_free():
         plan_from_tree(Configuration(), tree)
 
 
+@pytest.mark.parametrize("kind", ["free", "two_point"])
+def test_a_guided_peg_is_not_led_through_upright(kind):
+    tree = changed("phases/go_on", {"kind": kind, "duration": 0.5, "rates": [-2.0, 0.0, 1.0]})
+    tree["phases"]["close"]["kind"] = "lift_off" if kind == "free" else "two_point"
+    with pytest.raises(PegOnHoleError, match="go_on leads through gamma = -0.2[0-9]* rad, which"):
+        plan_from_tree(Configuration(), tree)
+    tree["phases"]["go_on"] = {"kind": kind, "duration": 0.5, "angles": [0.0, 0.5, 1.5]}
+    plan_from_tree(Configuration(), tree)
+
+
+def test_a_free_peg_is_not_set_down_below_gamma0():
+    tree = changed("phases/press", {"kind": "free", "duration": 0.5, "angles": [0.05, 0.0, 0.0]})
+    with pytest.raises(
+        PegOnHoleError,
+        match=r"close begins in contact at gamma = 0.05 rad, but a peg rests on three contacts "
+        r"above gamma0 = 0.0632\d* rad only",
+    ):
+        plan_from_tree(Configuration(), tree)
+
+
 def test_a_motion_beyond_all_bounds_is_told():
-    tree = changed("phases", {"fling": {"kind": "contact", "duration": 1.0}})
-    tree["phases"]["fling"]["rates"] = tree["start"]["rates"] = [90.0, 0.0, 0.0]
-    tree["start"]["offset"] = [0.0, 0.0, -0.001]
+    tree = changed("start/offset", [0.0, 0.0, -0.001]) | {"lead_in": 0.1}
+    tree["phases"] = {"fling": {"kind": "contact", "duration": 1.0}}
+    plain = plan_from_tree(Configuration(), tree)
+    rates = (90.0, 0.0, 0.0)
+    flung = replace(
+        plain,
+        start=replace(plain.start, rates=rates),
+        phases=(replace(plain.phases[0], rates=rates),),
+    )
     with pytest.raises(PegOnHoleError, match="no finite acceleration after 0.01.* slow the phase"):
-        integrate(plan_from_tree(Configuration(), tree | {"lead_in": 0.1}))
+        integrate(flung)
 
 
 def test_robot_joints_are_not_simulated():

@@ -7,6 +7,7 @@ from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
+from peg_on_hole_ros.edges.advice import apart
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
 from peg_on_hole_ros.edges.messages.decode import (
@@ -111,9 +112,13 @@ def inspect(
     }
     if replay["reason"] is None:
         empty = [topic for topic in sorted(readers) if not used[topic]]
-        replay["possible"] = not empty
         if empty:
             replay["reason"] = f"no message on {' and '.join(empty)} can be used"
+        else:
+            replay["reason"] = (
+                apart(*statistics[wrench].span, *statistics[joints].span, configuration) or None
+            )
+            replay["possible"] = replay["reason"] is None
     return result
 
 

@@ -36,9 +36,17 @@ class Recording(NamedTuple):
 
 
 def open_bag(path: str | Path) -> Bag:
-    """Read a bag through, with progress."""
+    """Read a bag through, with progress, and say which files of its folder are none of its."""
     with Progress(f"reading {path}") as progress:
-        return Bag(path, progress)
+        bag = Bag(path, progress)
+    if bag.unnamed:
+        names = ", ".join(file.name for file in bag.unnamed)
+        print(
+            f"{bag.path}: not read, as metadata.yaml does not name it: {names}; if it is a part "
+            f"of the recording: ros2 bag reindex -s mcap {bag.path}",
+            file=sys.stderr,
+        )
+    return bag
 
 
 def open_recording(

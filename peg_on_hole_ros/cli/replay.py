@@ -10,9 +10,11 @@ from peg_on_hole_ros.cli.recording import open_recording
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
+from peg_on_hole_ros.edges.advice import lines as doubts_of
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
 from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED
 from peg_on_hole_ros.edges.plots.series import Series
@@ -35,7 +37,7 @@ def run(arguments) -> int:
     bag, configuration, node, _ = open_recording(
         arguments.bag, arguments.config, [arguments.out], texts
     )
-    result, score = replay(
+    result, score, doubts = replay(
         bag, configuration, node, arguments.out, arguments.report, arguments.smooth
     )
     if arguments.summary:
@@ -43,7 +45,7 @@ def run(arguments) -> int:
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         write_text(arguments.cycles, "".join(lines))
-    print(_text(result, score))
+    print(_text(result, score, doubts))
     if not configuration.monitor.modes:
         print(Unjudged.line)
     if bag.damage:
@@ -58,9 +60,9 @@ def replay(
     out: str | Path | None = None,
     report_path: str | Path | None = None,
     smooth: bool = False,
-) -> tuple[dict, Score | None]:
+) -> tuple[dict, Score | None, list[str]]:
     """
-    Replay a bag; return the JSON of its summary, and the comparison with the truth if it has any.
+    Replay a bag; return the JSON of its summary, the comparison with the truth, and what to doubt.
 
     Parameters
     ----------
@@ -102,6 +104,7 @@ def replay(
             "dropped": replayed.dropped,
             "events": replayed.events,
         },
+        "contact_steps": replayed.contact_steps.content(),
         **summary.content(),
         "cycles": cycles.records,
     }
@@ -112,7 +115,7 @@ def replay(
         gamma0 = configuration.scene.gamma0
         picture = figures.png(figures.figure(series, bag.path.name, gamma0, truth))
         write_text(report_path, _page(content, score, picture, configuration))
-    return content, score
+    return content, score, doubts_of(content, replayed.by_source, configuration, replayed.seen)
 
 
 def _truth(bag):
@@ -203,7 +206,7 @@ class _Writer:
         self._writer.write_all(PREFIX, messages, t_ns)
 
 
-def _text(result, score):
+def _text(result, score, doubts):
     messages = result["messages"]
     transition = result["transition_time"]
     lines = [
@@ -213,6 +216,8 @@ def _text(result, score):
     ]
     lines += [f"  {reason}: {count}" for reason, count in messages["dropped"].items()]
     lines += [f"  {event}: {count}" for event, count in messages["events"].items()]
+    bridged = told(result["contact_steps"], messages["events"])
+    lines += [*doubts, *([bridged] if bridged else [])]
     shares = ", ".join(f"{mode} {share:.1%}" for mode, share in result["contact_mode"].items())
     lines += [
         f"contact mode: {shares}",

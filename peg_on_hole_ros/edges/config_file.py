@@ -15,8 +15,23 @@ _EVERY_NODE = ("**", "*")
 _BODY = "ros__parameters"
 
 
+class NoPart(PegOnHoleError):
+    """A parameters file without a part for this node."""
+
+
 class _Loader(yaml.SafeLoader):
     """YAML as ROS 2 reads it: 1e-4 is a number (for YAML 1.1 it is a text)."""
+
+    def compose_node(self, parent, index):
+        """Refuse what ROS 2 refuses with less to go by."""
+        if self.check_event(yaml.AliasEvent):
+            event = self.peek_event()
+            raise yaml.composer.ComposerError(
+                problem=f"*{event.anchor} stands for a value elsewhere, which ROS 2 does not "
+                "read; write the value out",
+                problem_mark=event.start_mark,
+            )
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node, deep=False):
         """Refuse a name that is there twice: PyYAML keeps the later group, ROS 2 merges both."""
@@ -35,17 +50,24 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+# Those that ROS 2 reads in another way; it has no dates, and 1_000 and 12:30 are texts to it.
+_OTHER = {f"tag:yaml.org,2002:{kind}" for kind in ("bool", "float", "int", "timestamp")}
 _Loader.yaml_implicit_resolvers = {
-    letter: [pair for pair in pairs if pair[0] != "tag:yaml.org,2002:float"]
+    letter: [pair for pair in pairs if pair[0] not in _OTHER]
     for letter, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"[-+]?(\d+\.\d*|\.\d+|\d+(?=[eE]))([eE][-+]?\d+)?$|[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$"
-    ),
-    list("-+0123456789."),
-)
+for _kind, _pattern, _letters in (
+    ("bool", r"[yYnN]|yes|Yes|YES|true|True|TRUE|on|On|ON|no|No|NO|false|False|FALSE|off|Off|OFF",
+     "yYnNtTfFoO"),
+    ("int", r"[-+]?(0x[0-9a-fA-F]+|0[0-7]*|[1-9]\d*)", "-+0123456789"),
+    ("float",
+     r"[-+]?(\d+\.\d*|\.\d+|\d+(?=[eE]))([eE][-+]?\d+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+     "-+0123456789."),
+):  # fmt: skip
+    _Loader.add_implicit_resolver(
+        f"tag:yaml.org,2002:{_kind}", re.compile(f"({_pattern})$"), list(_letters)
+    )
+_Loader.bool_values = yaml.SafeLoader.bool_values | {"y": True, "n": False}
 
 
 def read_parameters(path: str | Path) -> dict[str, object]:
@@ -95,7 +117,7 @@ def _ours(content, path):
         raise PegOnHoleError(f"{path} has parameters for {names}: keep those of one node")
     if not own and not every:
         found = ", ".join(str(key) for key in content)
-        raise PegOnHoleError(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
+        raise NoPart(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
     return [part for part in parts if part[0] in own + every]
 
 
@@ -125,13 +147,21 @@ def load_yaml(path: Path) -> object:
         raise PegOnHoleError(f"{path} is not YAML{where}: {problem}") from None
 
 
+def value_of(text: str) -> object:
+    """Return what ROS 2 reads of a single value, as behind `-p NAME:=`; raises yaml.YAMLError."""
+    return yaml.load(text, Loader=_Loader)
+
+
 def _expected():
     return f"a ROS 2 parameters file begins with '{NODE}:' and below it '{_BODY}:'"
 
 
 def _flatten(tree, prefix, parameters, path):
-    if tree is None:
-        return
+    if tree is None or prefix and tree == {}:
+        raise PegOnHoleError(
+            f"{path}: nothing stands below {prefix.rstrip('.') or _BODY}, which ROS 2 does not "
+            "read; take the line out too"
+        )
     if not isinstance(tree, dict):
         name = prefix.rstrip(".") or _BODY
         raise PegOnHoleError(f"{path}: {name} = {tree!r} is a value, but it is a group of names")
@@ -194,7 +224,7 @@ def _yaml(value):
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
     if isinstance(value, str):
         plain = re.fullmatch(r"[A-Za-z/][A-Za-z0-9_/]*", value)
-        known = yaml.safe_load(value) if plain else None
+        known = yaml.load(value, Loader=_Loader) if plain else None
         return value if plain and isinstance(known, str) else '"' + _escaped(value) + '"'
     return str(value)
 

@@ -63,6 +63,11 @@ class PegOnHoleNode(LifecycleNode):
             lambda changed: node_parameters.refusal(self, self._stream is not None, changed)
         )
 
+    def declare_parameters(self, namespace, parameters, ignore_override=False):
+        """Declare; rclpy does it first with what files and arguments have."""
+        node_parameters.check_given({row[0]: row[1] for row in parameters if len(row) > 1})
+        return super().declare_parameters(namespace, parameters, ignore_override)
+
     def on_configure(self, state) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
         try:

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
 from peg_on_hole_ros.configuration import from_parameters, node_options, uncertain_offsets
+from peg_on_hole_ros.edges.advice import Seen, remedy
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.contact_steps import ContactSteps
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
@@ -45,6 +47,12 @@ class Replayed(NamedTuple):
         What else was counted: late but used, restarts, gaps, ...
     seconds : float
         Of the wall clock, without compiling [s].
+    contact_steps : ContactSteps
+        How many steps on three contacts were believed.
+    by_source : dict of str to int
+        Messages in the bag of `wrench` and `joints`.
+    seen : Seen
+        What they had.
 
     """
 
@@ -53,6 +61,9 @@ class Replayed(NamedTuple):
     dropped: dict[str, int]
     events: dict[str, int]
     seconds: float
+    contact_steps: ContactSteps
+    by_source: dict[str, int]
+    seen: Seen
 
 
 def absolute(topic: str) -> str:
@@ -136,7 +147,8 @@ def replay_bag(
     Raises
     ------
     BagError
-        A needed topic is missing or of another type, or no message could be used.
+        A needed topic is missing or of another type, no message could be used, or no joint state
+        is of a time of the wrench's.
     PegOnHoleError
         Smoothing is asked for with another filter than the extended one, or with an uncertain
         bias or hole tilt.
@@ -160,16 +172,19 @@ def replay_bag(
     stream = message_stream(configuration, markers_rate)
     warm(configuration)
     make = SmoothingFilter if smoothed else make_filter
-    stream = message_stream(configuration, markers_rate, make)
+    steps, seen = ContactSteps(), Seen()
+    stream = message_stream(configuration, markers_rate, steps.watched(make))
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
     for count, item in enumerate(bag.messages(needed)):
         if item.topic == wrench_topic:
+            seen.add("wrench", item.message)
             messages = stream.on_wrench(item.message)
             if messages:
                 for sink in sinks:
                     sink.add(stream.t_ns, messages)
         elif item.topic == joints_topic:
+            seen.add("joints", item.message)
             stream.on_joints(item.message)
         else:
             _event(stream, item.message.data)
@@ -182,12 +197,19 @@ def replay_bag(
     for topic, source in ((wrench_topic, "wrench"), (joints_topic, "joints")):
         for _ in range(bag.undecodable[topic] - unreadable[topic]):
             stream.unreadable(source)
-    read = {topic: bag.topics[topic].count for topic in (wrench_topic, joints_topic)}
-    result = _fates(stream.counts, read[wrench_topic], read[joints_topic], seconds)
+    read = {"wrench": bag.topics[wrench_topic].count, "joints": bag.topics[joints_topic].count}
+    apart = seen.apart(configuration)
+    if apart:
+        raise BagError(f"{bag.path}: {apart}")
+    used, dropped, events = _fates(stream.counts, sum(read.values()))
     if not stream.counts.get("wrench_used"):
-        reasons = ", ".join(f"{reason} {n}" for reason, n in result.dropped.items())
-        raise BagError(f"{bag.path}: no wrench of {read[wrench_topic]} could be used: {reasons}")
-    return result
+        reasons = ", ".join(f"{reason} {n}" for reason, n in dropped.items())
+        raise BagError(
+            f"{bag.path}: no wrench of {read['wrench']} could be used: {reasons}; "
+            f"{remedy(dropped, configuration.joints.names, seen)}"
+        )
+    total = sum(read.values())
+    return Replayed(total, used, dropped, events, seconds, steps, read, seen)
 
 
 def _event(stream: MessageStream, name: str):
@@ -196,7 +218,8 @@ def _event(stream: MessageStream, name: str):
         stream.on_event(name)
 
 
-def _fates(counts, wrenches, joints, seconds):
+def _fates(counts, read):
+    """Return how many messages were used, and those dropped and other events, by reason."""
     dropped, events = {}, {}
     for name, count in sorted(counts.items()):
         if not count or name in ("wrench_used", "joints_used"):
@@ -205,7 +228,7 @@ def _fates(counts, wrenches, joints, seconds):
         (dropped if fate else events)[name] = count
     used = counts.get("wrench_used", 0) + counts.get("joints_used", 0)
     # Joint states wait for the wrench of their stamp; at the end of a bag some wait for ever.
-    waiting = wrenches + joints - used - sum(dropped.values())
+    waiting = read - used - sum(dropped.values())
     if waiting > 0:
         dropped["joints_dropped_after_last_wrench"] = waiting
-    return Replayed(wrenches + joints, used, dropped, events, seconds)
+    return used, dropped, events

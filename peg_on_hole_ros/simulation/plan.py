@@ -9,7 +9,7 @@ import numpy as np
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.simulation.command import quintic
-from peg_on_hole_ros.simulation.plan_checks import check_together
+from peg_on_hole_ros.simulation.plan_checks import check_motion, check_together
 
 KINDS = {
     "free": "the holder guides the peg, nothing touches",
@@ -130,6 +130,14 @@ _RANGES = {
     "load": (0.0, 1e5, "N"),
     "friction": (0.0, 2.0, ""),
 }
+_REMEDIES = {
+    "rad": "angles are in radians: 10 degrees are 0.1745",
+    "rad/s": "rates are in radians a second: 10 degrees a second are 0.1745",
+    "s": "times are in seconds: 10 ms are 0.01",
+    "m": "lengths are in metres: 1 mm is 0.001",
+    "m/s": "speeds are in metres a second: 1 mm/s is 0.001",
+}
+_START = ("angles", "rates", "offset")
 _LENGTHS = {"angles": 3, "rates": 3, "offset": 3, "load": 2}
 _TOP = ("origin", "seed", "wrench_rate", "joint_rate", "lead_in", "settle", "slip_velocity_scale")
 _TOP += ("rtol", "holder", "start", "phases")
@@ -171,9 +179,9 @@ def plan_from_tree(configuration: Configuration, tree: dict) -> Plan:
     holder = tree.get("holder", {})
     _known(holder, Holder.__dataclass_fields__, "simulation.holder")
     holder = Holder(**{k: _number(k, v, f"simulation.holder.{k}") for k, v in holder.items()})
-    start = _phase(
-        "start", {"kind": "free", "duration": 1.0, **tree.get("start", {})}, "simulation.start"
-    )
+    start = tree.get("start", {})
+    _known(start, _START, "simulation.start")
+    start = _phase("start", {"kind": "free", "duration": 1.0, **start}, "simulation.start")
     if start.angles is None:
         raise PegOnHoleError(
             "simulation.start.angles is missing: gamma, psi, phi at the begin [rad]"
@@ -181,13 +189,15 @@ def plan_from_tree(configuration: Configuration, tree: dict) -> Plan:
     phases = tree.get("phases", {})
     if not isinstance(phases, dict) or not phases:
         raise PegOnHoleError(
-            "simulation.phases is empty: it names at least one phase with its kind"
+            f"simulation.phases = {phases!r} is no group of phases: it has the name of at least "
+            "one, with its kind and duration below it"
         )
     phases = tuple(_phase(k, v, f"simulation.phases.{k}") for k, v in phases.items())
     plan = Plan(
         configuration, holder, start, phases, origin=str(tree.get("origin", "")).strip(), **values
     )
     check_together(plan)
+    check_motion(plan, *holder_program(plan))
     return plan
 
 
@@ -206,8 +216,11 @@ def _number(name, value, where):
     low, high, unit = _RANGES[name]
     unit = f" {unit}" if unit else ""
     if type(value) not in (int, float) or not isfinite(value) or not low <= value <= high:
+        shown = f"{value!r}{unit}" if type(value) in (int, float) else repr(value)
+        remedy = _REMEDIES.get(unit.strip())
         raise PegOnHoleError(
-            f"{where} = {value!r}{unit} is not a number within {low:g} to {high:g}{unit}"
+            f"{where} = {shown} is not a number within {low:g} to {high:g}{unit}"
+            + (f"; {remedy}" if remedy else "")
         )
     return float(value)
 
@@ -215,7 +228,7 @@ def _number(name, value, where):
 def _phase(name, tree, where):
     _known(tree, ("kind", "duration", "friction", *_LENGTHS), where)
     kind = tree.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise PegOnHoleError(f"{where}.kind = {kind!r} is not one of {', '.join(KINDS)}")
     if "duration" not in tree:
         raise PegOnHoleError(f"{where}.duration is missing [s]")

@@ -2,7 +2,15 @@
 
 from math import pi
 
+import numpy as np
+
 from peg_on_hole_ros.errors import PegOnHoleError
+
+# Beyond, no peg is turned, and degrees have been taken for radians [rad/s].
+MOST_RATE = 100.0
+# What rounding leaves of a path that ends upright [rad].
+_ROUNDING = 1e-9
+_NAMES = ("gamma", "psi", "phi")
 
 
 def check_together(plan) -> None:
@@ -70,3 +78,61 @@ def check_together(plan) -> None:
                 f"{phase.kind} contacts let go: set it in the phase before"
             )
         before = phase.kind
+
+
+def check_motion(plan, knots: np.ndarray, coefficients: np.ndarray) -> None:
+    """
+    Refuse tilts and rates on the way that no peg on a hole can have.
+
+    Below gamma0 a command in contact is fine: the run ends there, or goes on in the hole.
+
+    Parameters
+    ----------
+    plan : Plan
+    knots : ndarray, shape (n + 1,)
+        Begin of each phase, and end of the last [s].
+    coefficients : ndarray, shape (n, channels, 6)
+        Of the commanded motion.
+
+    Raises
+    ------
+    PegOnHoleError
+
+    """
+    gamma0, before = plan.configuration.scene.gamma0, None
+    for phase, duration, pieces in zip(plan.phases, np.diff(knots), coefficients):
+        where = f"simulation.phases.{phase.name}"
+        if phase.angles is not None and not 0 <= phase.angles[0] < pi / 2:
+            raise PegOnHoleError(f"{where}.angles[0] = {phase.angles[0]:g} rad, {_tilt()}")
+        powers = np.linspace(0, duration, 65)[:, None] ** np.arange(6)
+        angles = powers @ pieces[:3].T
+        rates = powers[:, :5] @ (pieces[:3, 1:] * np.arange(1, 6)).T
+        if before in (None, "free") and phase.kind != "free" and angles[0, 0] <= gamma0:
+            raise PegOnHoleError(
+                f"{where} begins in contact at gamma = {angles[0, 0]:g} rad, but a peg rests on "
+                f"three contacts above gamma0 = {gamma0:.6g} rad only, which follows from the two "
+                "diameters; begin at a larger tilt, and go on with two_point"
+            )
+        lowest = 0 if phase.kind in ("free", "two_point") else -pi / 2
+        for gamma in (angles[:, 0].min(), angles[:, 0].max()):
+            if not lowest - _ROUNDING <= gamma < pi / 2:
+                raise PegOnHoleError(
+                    f"{where} leads through gamma = {gamma:.4g} rad, {_tilt()}; without angles a "
+                    "phase goes on at the mean of the rates at its ends"
+                )
+        fastest = np.abs(rates).max(axis=0)
+        name, rate = _NAMES[fastest.argmax()], fastest.max()
+        if rate > MOST_RATE:
+            raise PegOnHoleError(
+                f"{where} turns {name} at up to {rate:.4g} rad/s, which is not within "
+                f"{MOST_RATE:g} rad/s: it has {duration:g} s for it; give it longer, or a shorter "
+                "way (angles are in radians)"
+            )
+        before = phase.kind
+
+
+def _tilt():
+    return (
+        f"which is not a tilt from 0 to below {pi / 2:.6g} rad: angles are in radians, and a peg "
+        "that leans to the other side has psi half a turn further"
+    )

@@ -8,8 +8,8 @@ import yaml
 
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
-# As a recorder names the parts of a recording: rec_0.mcap, rec_1.mcap, ...
-_PART = re.compile(r"(.+)_\d+\.mcap")
+# As a recorder names the parts of a recording in the folder rec: rec_0.mcap, rec_1.mcap, ...
+_PART = re.compile(r"(.+)_(\d+)\.mcap")
 _MOST_LISTED = 10
 
 
@@ -25,18 +25,26 @@ class BagFiles(NamedTuple):
         MCAP files in their order.
     description : Path or None
         metadata.yaml of a folder; None: a single file, or a folder without.
+    unnamed : tuple of Path
+        MCAP files in the folder that metadata.yaml does not name: for ROS 2 no part of it.
 
     """
 
     path: Path
     files: tuple[Path, ...]
     description: Path | None = None
+    unnamed: tuple[Path, ...] = ()
 
     def read(self) -> list[Path]:
         """Return every file that reading the bag rests on, and a folder that nothing describes."""
         if self.description:
             return [*self.files, self.description]
         return [*self.files, *([self.path] if self.path.is_dir() else [])]
+
+    def named_by_recorder(self) -> bool:
+        """Return whether the files are called after the folder and counted on from 0."""
+        expected = [f"{self.path.resolve().name}_{i}.mcap" for i in range(len(self.files))]
+        return [file.name for file in self.files] == expected
 
     def remedy(self) -> str:
         """Return what to do with files that do not belong together, for an error message."""
@@ -80,26 +88,36 @@ def _files(path):
         return BagFiles(path, (path,))
     description = path / "metadata.yaml"
     if description.is_file():
-        return BagFiles(path, tuple(_described_files(description)), description)
+        files = _described_files(description)
+        names = {file.name for file in files}
+        unnamed = [file for file in sorted(path.glob("*.mcap")) if file.name not in names]
+        return BagFiles(path, tuple(files), description, tuple(unnamed))
     files = sorted(path.glob("*.mcap"), key=_natural)
     if files:
         return _one_recording(BagFiles(path, tuple(files)))
     if list(path.glob("*.db3")):
         raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
-    raise BagError(f"{path} is a folder without metadata.yaml and without .mcap files: no bag")
+    bags = sorted(file.parent.name for file in path.glob("*/metadata.yaml"))
+    held = f"; the bags in it are {_listed(bags)}: name one of them" if bags else ""
+    raise BagError(
+        f"{path} is a folder without metadata.yaml and without .mcap files: no bag{held}"
+    )
 
 
 def _one_recording(found):
     parts = [_PART.fullmatch(file.name) for file in found.files]
     if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):
-        names = [file.name for file in found.files]
-        more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
         raise BagError(
             f"{found.path} is a folder without metadata.yaml, and its .mcap files are not named "
             f"as the parts of one recording (NAME_0.mcap, NAME_1.mcap, ...): "
-            f"{', '.join(names[:_MOST_LISTED])}{more}; {found.remedy()}"
+            f"{_listed([file.name for file in found.files])}; {found.remedy()}"
         )
     return found
+
+
+def _listed(names):
+    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return ", ".join(names[:_MOST_LISTED]) + more
 
 
 def _described_files(description):

@@ -23,8 +23,9 @@ from peg_on_hole_ros.edges.bags.scan import (
 from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.errors import BagError
 
-# A recorder that splits may put messages that came together into either file [ns].
-_OVERLAP_NS = 1_000_000_000
+# A recorder that splits may put messages that came together into either file, and leaves no gap
+# but that between two messages [ns].
+_APART_NS = 1_000_000_000
 # A payload that does not fit its definition.
 _UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError)
 
@@ -68,6 +69,8 @@ class Bag:
         MCAP metadata by name.
     damage : str
         Why reading ended early; empty for a whole bag.
+    unnamed : tuple of Path
+        MCAP files of the folder that its metadata.yaml does not name, and that were not read.
     undecodable : Counter
         By topic: payloads that `messages` skipped since they do not fit their definition.
 
@@ -81,6 +84,7 @@ class Bag:
         self.metadata: dict[str, dict[str, str]] = {}
         self._scans: list[Scan] = []
         files = bag_files(path)
+        self.unnamed = files.unnamed
         for index, file in enumerate(files.files):
             scan = scan_file(file, index, self.topics, progress)
             self._scans.append(scan)
@@ -126,6 +130,7 @@ class Bag:
                 found = " and ".join(name or "no type" for name in info.types)
                 raise BagError(
                     f"{self.path}: {topic} is {found}, not {ros_type}; it has: {self.listing()}"
+                    f"{remedy}"
                 )
             for encoding in info.encodings:
                 if encoding not in ("cdr, ros2msg", "cdr, "):
@@ -178,7 +183,12 @@ class Bag:
 
 
 def _check_one_recording(files: BagFiles, scans: list[Scan]):
-    """Refuse files that no description holds together and that were written at one time."""
+    """
+    Refuse files that no description holds together and that do not follow one another in time.
+
+    A recorder goes on in the next part with the next message. It may have been paused there, so
+    a gap is believed where the files are called as it calls them.
+    """
     if files.description is not None:
         return
     spans = []
@@ -186,14 +196,18 @@ def _check_one_recording(files: BagFiles, scans: list[Scan]):
         if scan.blocks:
             first = min(block.first_ns for block in scan.blocks)
             spans.append((first, max(block.last_ns for block in scan.blocks), scan.path.name))
-    spans.sort()
-    for (_, end, before), (begin, last, after) in zip(spans, spans[1:]):
-        shared = min(end, last) - begin
-        if shared > min(_OVERLAP_NS, (last - begin) // 2):
+    for (begun, end, before), (begin, last, after) in zip(spans, spans[1:]):
+        what = ""
+        if begin - end > _APART_NS and not files.named_by_recorder():
+            what = f"{after} begins {(begin - end) * 1e-9:.3f} s after {before} has ended"
+        elif begun >= last:
+            what = f"{after} was recorded before {before}"
+        elif end - begin > min(_APART_NS, (last - begin) // 2, (end - begun) // 2):
+            what = f"{before} and {after} overlap by {(min(end, last) - begin) * 1e-9:.3f} s"
+        if what:
             raise BagError(
-                f"{files.path} has no metadata.yaml, and {before} and {after} overlap by "
-                f"{shared * 1e-9:.3f} s, so they are not parts of one recording; "
-                f"{files.remedy()}"
+                f"{files.path} has no metadata.yaml, and {what}, so they are not parts of one "
+                f"recording; {files.remedy()}"
             )
 
 

@@ -16,10 +16,16 @@ class StampStatistics:
     max_gap : float
         Silence above which it counts as a gap [s].
 
+    Attributes
+    ----------
+    span : tuple of int or None
+        Least and greatest stamp [ns]; None: no message yet.
+
     """
 
     def __init__(self, max_gap: float):
         self._max_gap_ns = round(max_gap * 1e9)
+        self.span: tuple[int, int] | None = None
         self._last: int | None = None
         self._count = self._backwards = self._repeated = self._gaps = self._zeros = 0
         self._longest: int | None = None
@@ -29,6 +35,8 @@ class StampStatistics:
 
     def add(self, t_ns: int, log_ns: int) -> None:
         """Count one message by its stamp and its log time [ns]."""
+        least, greatest = self.span or (t_ns, t_ns)
+        self.span = min(least, t_ns), max(greatest, t_ns)
         self._count += 1
         self._zeros += t_ns == 0
         offset = (log_ns - t_ns) * 1e-9

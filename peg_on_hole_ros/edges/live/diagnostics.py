@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 
+from peg_on_hole_ros.edges.advice import MISFIT, MISFIT_COUNTS
 from peg_on_hole_ros.edges.messages.output import HARDWARE_ID
 from peg_on_hole_ros.edges.messages.plain import header
 
@@ -12,7 +13,6 @@ NAME = "peg_on_hole"
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
 _OWN_ERROR = "_internal_error"
-_MISFIT = ("innovations_too_large", "forces_out_of_balance")
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
     "|step_divided_.*|step_without_direction)$"
@@ -103,12 +103,8 @@ class Diagnostics:
         if any(name.endswith(_OWN_ERROR) for name in new):
             text = "an error of the program: the filter was restarted, its log has the traceback"
             return _status("filter", ERROR, text, health)
-        if any(name in new for name in _MISFIT):
-            text = (
-                "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the "
-                "hole's direction, and the stated noise"
-            )
-            return _status("filter", WARN, text, health)
+        if any(name in new for name in MISFIT_COUNTS):
+            return _status("filter", WARN, MISFIT, health)
         running = f"running; {model}" if model else "running"
         return _status("filter", OK, running if self._outputs else "no estimate", health)
 

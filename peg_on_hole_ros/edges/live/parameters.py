@@ -7,7 +7,7 @@ import yaml
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 
-from peg_on_hole_ros.configuration import BY_NAME, from_parameters, node_options
+from peg_on_hole_ros.configuration import BY_NAME, check, from_parameters, node_options
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS
@@ -32,6 +32,23 @@ def declare(node: Node) -> None:
         else:
             default = list(row.default) if isinstance(row.default, tuple) else row.default
             node.declare_parameter(row.name, default, descriptor)
+
+
+def check_given(given: dict[str, object]) -> None:
+    """
+    Refuse empty lists, which ROS 2 hands over as no value, and rclpy raises at without a name.
+
+    Parameters
+    ----------
+    given : dict of str to value
+        Parameters that files and arguments have.
+
+    Raises
+    ------
+    PegOnHoleError
+
+    """
+    check({name: [] for name, value in given.items() if value is None})
 
 
 def values(node: Node) -> dict[str, object]:

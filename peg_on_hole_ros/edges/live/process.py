@@ -8,6 +8,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from peg_on_hole_ros.edges.live.arrivals import MOST_ARRIVALS
+from peg_on_hole_ros.edges.live.refused import explained
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
@@ -31,7 +32,7 @@ def init(arguments: list[str]) -> None:
     except RuntimeError as error:
         # Parameters that ROS 2 itself cannot read; its traceback would hide which.
         text = str(error).removeprefix("failed to initialize rcl: ").split(", at ")[0]
-        raise PegOnHoleError(text) from None
+        raise PegOnHoleError(explained(text)) from None
     others = remove_ros_args(arguments)
     if others:
         # ROS 2 leaves them to the program: a parameters file among them would have no effect.

@@ -1,0 +1,129 @@
+"""What to look at where a recording was hardly used, or fits its configuration badly."""
+
+from peg_on_hole_ros.options import Configuration
+
+MISFIT = (
+    "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the hole's "
+    "direction, and the stated noise"
+)
+MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
+_CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
+# By the end of a reason's name; docs/integration.md has the rest.
+_REMEDIES = {
+    "missing_joint": "joints.names has to name joints of the joint states",
+    "joints_dropped_out_of_range": "angles are in radians: degrees? a peg that points up: "
+    "joints.hole_rpy",
+    "outside_joint_limits": "degrees, joints mixed up, or another robot's URDF",
+    "pointing_away": "half a turn in joints.peg_rpy or hole_rpy, or the robot is elsewhere",
+    "length_mismatch": "the driver sends names without positions",
+    "repeated_stamp": "the driver does not set stamps, or two publish on one topic",
+    "dropped_late": _CLOCKS,
+    "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
+    "two publish on one topic",
+    "dropped_out_of_range": "N and N m: a force above 1e6 N is none",
+    "before_joints": "joint states begin late, or their stamps are of another clock",
+}
+# Longer than a mode takes [s].
+_DECLARED = 0.3
+_UNKNOWN = (
+    "contact mode: unknown throughout, so the wrench fits no contact of this peg: check "
+    "wrench.acts_on (the sign), the tare, sensor_xyz, units (N, N m), hole_diameter - peg_diameter"
+)
+
+
+class Seen:
+    """
+    What joint states and wrenches of a recording had, whether they could be used or not.
+
+    Attributes
+    ----------
+    names : list of str
+        Joints of the first joint state.
+
+    """
+
+    def __init__(self):
+        self.names: list[str] = []
+        self._spans: dict[str, list[int]] = {}
+
+    def add(self, source: str, message) -> None:
+        """Take a message of `wrench` or `joints`."""
+        stamp = message.header.stamp
+        t_ns = stamp.sec * 10**9 + stamp.nanosec
+        span = self._spans.setdefault(source, [t_ns, t_ns])
+        span[0], span[1] = min(span[0], t_ns), max(span[1], t_ns)
+        if source == "joints" and not self.names:
+            self.names = list(message.name)
+
+    def apart(self, configuration: Configuration) -> str:
+        """Return how far stamps of both are apart where none goes with another, or nothing."""
+        if len(self._spans) < 2:
+            return ""
+        return apart(*self._spans["wrench"], *self._spans["joints"], configuration)
+
+
+def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -> str:
+    """Return how far stamps [ns] of wrench and joint states are apart, or nothing."""
+    most = configuration.filter.max_joint_gap + abs(configuration.joints.delay)
+    for gap, where in (
+        (joints_first - wrench_last, "after"),
+        (wrench_first - joints_last, "before"),
+    ):
+        if gap * 1e-9 > most:
+            return (
+                f"the stamps of the joint states lie {gap * 1e-9:.3f} s {where} those of the "
+                f"wrench, all of them, so that none goes with another; {_CLOCKS}"
+            )
+    return ""
+
+
+def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
+    """
+    Return what to do about the commonest reason with a remedy for which messages were dropped.
+
+    Parameters
+    ----------
+    dropped : dict of str to int
+    names : sequence of str
+        `joints.names`.
+    seen : Seen
+
+    """
+    for reason in sorted(dropped, key=lambda reason: ("before" in reason, -dropped[reason])):
+        for end, text in _REMEDIES.items():
+            if reason.endswith(end):
+                if end == "missing_joint":
+                    text += f": it is {list(names)}, the first joint state has {seen.names}"
+                return text
+    return "docs/integration.md has what each reason asks of you"
+
+
+def lines(
+    result: dict, read: dict[str, int], configuration: Configuration, seen: Seen
+) -> list[str]:
+    """
+    Return a line for each thing that makes a replay's numbers doubtful.
+
+    Parameters
+    ----------
+    result : dict
+        What `--summary` has of the replay.
+    read : dict of str to int
+        Messages in the bag of `wrench` and `joints`.
+    configuration : Configuration
+    seen : Seen
+
+    """
+    told = []
+    for source, count in read.items():
+        dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
+        lost = sum(dropped.values())
+        if 2 * lost > count:
+            what = remedy(dropped, configuration.joints.names, seen)
+            told.append(f"{lost} of {count} messages of {source} were not used: {what}")
+    unknown = configuration.monitor.modes and result["contact_mode"].get("unknown") == 1.0
+    # A mode takes its time to be declared.
+    if unknown and result["duration"] > _DECLARED and not told:
+        told.append(_UNKNOWN)
+    found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
+    return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]

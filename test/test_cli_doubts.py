@@ -1,0 +1,147 @@
+"""What `replay` and `inspect` say of recordings that a cell gets wrong."""
+
+import json
+
+import pytest
+
+from cli_helpers import config, fails
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.simulation.truth import integrate
+from simulated import contact_plan
+from small_bags import JOINTS, MS, WRENCH, joints, wrench
+
+CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
+
+
+def recording(path, wrench_of=wrench, joints_of=joints, count=400):
+    """Write wrenches at 1 kHz and joint states at 500 Hz, each changed as asked for."""
+    with BagWriter(path) as bag:
+        for i in range(count):
+            t_ns = 10**10 + i * MS
+            bag.write("/wrench", WRENCH, wrench_of(t_ns), t_ns)
+            if i % 2 == 0:
+                bag.write("/joint_states", JOINTS, joints_of(t_ns), t_ns)
+    return path
+
+
+def named(*names):
+    return lambda t_ns: joints(t_ns) | {"name": list(names)}
+
+
+def stamped(make, offset_ns):
+    return lambda t_ns: make(t_ns + offset_ns)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"joints_of": named("j1", "j2", "j3")},
+            "no wrench of 400 could be used: joints_dropped_missing_joint 200, "
+            "wrench_dropped_before_joints 400; joints.names has to name joints of the joint "
+            "states: it is ['gamma', 'psi', 'phi'], the first joint state has ['j1', 'j2', 'j3']",
+        ),
+        (
+            {"joints_of": lambda t_ns: joints(t_ns, (17.2, 0.0, 0.0))},
+            "no wrench of 400 could be used: joints_dropped_out_of_range 200, "
+            "wrench_dropped_before_joints 400; angles are in radians: degrees? a peg that points "
+            "up: joints.hole_rpy",
+        ),
+        (
+            {"joints_of": stamped(joints, 3600 * 10**9)},
+            "the stamps of the joint states lie 3599.601 s after those of the wrench, all of "
+            f"them, so that none goes with another; {CLOCKS}",
+        ),
+        # Each wrench had been taken for a clock that jumped, and the end was exit code 0.
+        (
+            {"wrench_of": stamped(wrench, 3600 * 10**9)},
+            "the stamps of the joint states lie 3599.602 s before those of the wrench, all of "
+            f"them, so that none goes with another; {CLOCKS}",
+        ),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_its_remedy(tmp_path, capsys, changes, message):
+    path = recording(tmp_path / "a.mcap", **changes)
+    out = tmp_path / "out.mcap"
+    fails(capsys, 3, f"{path}: {message}", "replay", path, "--out", out)
+    assert not out.exists()
+    assert main(["inspect", str(path), "--json"]) == 0
+    seen = json.loads(capsys.readouterr().out)["replay"]
+    assert not seen["possible"]
+    assert seen["reason"] in (message, "no message on /joint_states can be used")
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"joints_of": stamped(joints, -200 * MS)},
+            f"199 of 200 messages of joints were not used: {CLOCKS}",
+        ),
+        (
+            {"wrench_of": lambda _: wrench(0), "joints_of": lambda _: joints(0)},
+            "399 of 400 messages of wrench were not used: the driver does not set stamps, or two "
+            "publish on one topic",
+        ),
+    ],
+)
+def test_what_was_hardly_used_is_told(tmp_path, capsys, changes, line):
+    assert main(["replay", str(recording(tmp_path / "a.mcap", **changes))]) == 0
+    assert line in capsys.readouterr().out.splitlines()
+
+
+@pytest.fixture(scope="module")
+def sliding(tmp_path_factory):
+    plan = contact_plan([0.2, 0.0, 0.0], [-0.1, 0.2, 1.0], [0.0, 0.0, -1e-3], 0.6)
+    path = tmp_path_factory.mktemp("sliding") / "a.mcap"
+    write_simulated(path, integrate(plan))
+    return path
+
+
+def test_a_right_recording_is_not_doubted(sliding, capsys):
+    assert main(["replay", str(sliding)]) == 0
+    told = capsys.readouterr().out
+    words = ("not used", "not believed", "unknown throughout", "what the wrench makes of it")
+    assert not [word for word in words if word in told]
+
+
+def test_a_wrong_sign_is_told(sliding, tmp_path, capsys):
+    wrong = config(tmp_path, "wrench: {acts_on: robot}")
+    assert main(["replay", str(sliding), "--config", str(wrong)]) == 0
+    assert (
+        "contact mode: unknown throughout, so the wrench fits no contact of this peg: check "
+        "wrench.acts_on (the sign), the tare, sensor_xyz, units (N, N m), hole_diameter - "
+        "peg_diameter"
+    ) in capsys.readouterr().out.splitlines()
+    # It is so by what is asked for, and says nothing of the recording.
+    plain = config(tmp_path, "monitor: {modes: false}")
+    assert main(["replay", str(sliding), "--config", str(plain)]) == 0
+    assert "unknown throughout" not in capsys.readouterr().out
+
+
+def test_a_lever_arm_that_is_wrong_is_told_in_words(sliding, tmp_path, capsys):
+    wrong = config(tmp_path, "wrench: {sensor_xyz: [0.002, 0.0, 0.07]}")
+    assert main(["replay", str(sliding), "--config", str(wrong)]) == 0
+    told = capsys.readouterr().out
+    assert "innovations_too_large: the motion is not what the wrench makes of it: check" in told
+
+
+def test_torques_in_newton_millimetres_are_told(sliding, tmp_path, capsys):
+    wrong = tmp_path / "b.mcap"
+    with BagWriter(wrong) as bag:
+        for topic, log_ns, message in Bag(sliding).messages(["/wrench", "/joint_states"]):
+            stamp = message.header.stamp
+            t_ns = stamp.sec * 10**9 + stamp.nanosec
+            if topic == "/wrench":
+                force, torque = message.wrench.force, message.wrench.torque
+                slipped = [1000 * x for x in (torque.x, torque.y, torque.z)]
+                content = wrench(t_ns, (force.x, force.y, force.z), slipped)
+                bag.write(topic, WRENCH, content, log_ns)
+            else:
+                bag.write(topic, JOINTS, joints(t_ns, message.position), log_ns)
+    assert main(["replay", str(wrong)]) == 0
+    told = capsys.readouterr().out
+    assert "not believed, mostly as the contact equations have no solution, or one that" in told
