@@ -52,7 +52,7 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.study import filtering, scenes
-from test_filter import SCENE, WRENCH_NOISE, balanced, sliding
+from sliding_filter import SCENE, WRENCH_NOISE, balanced, sliding
 
 LEAST = 0.07
 

@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from grid_cells import Motion, truth_of, with_noise
+from late_samples import ordered
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.kernel import memory
@@ -38,7 +39,6 @@ from peg_on_hole_ros.options import FilterOptions, MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
 from simulated import truth
-from test_late import ordered
 
 OPTIONS = MonitorOptions()
 SCENE = Scene()

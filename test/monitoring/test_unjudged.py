@@ -8,6 +8,7 @@ import pytest
 
 from cli_helpers import SCHEMA, config
 from json_schema import check
+from late_samples import ordered, shuffled
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.edges.messages.output import OutputStream
@@ -15,7 +16,6 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import contact_plan, truth
-from test_late import ordered, shuffled
 
 SCENE = "closing_with_slip"
 SETTLED = 0.1

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from test_simulation_truth import momentum_residuals
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.simulation.contact_run import contact_samples
@@ -18,7 +19,6 @@ from peg_on_hole_ros.simulation.parted import (
 from peg_on_hole_ros.simulation.run import Run
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import contact_plan
-from test_simulation_truth import momentum_residuals
 
 pytestmark = pytest.mark.xdist_group("simulation")
 CLOSING = [-0.16, 0, 0]

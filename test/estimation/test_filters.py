@@ -6,6 +6,7 @@ from itertools import takewhile
 import numpy as np
 import pytest
 
+from late_samples import ordered, shuffled
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.filters.contact import Correction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
@@ -13,7 +14,6 @@ from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
-from test_late import ordered, shuffled
 
 SCENE = "closing_with_slip"
 SECONDS = 0.25

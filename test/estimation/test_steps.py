@@ -19,7 +19,7 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import SAMPLES, truth
-from test_filter import PLAIN, WRENCH_NOISE, balanced, sliding
+from sliding_filter import PLAIN, WRENCH_NOISE, balanced, sliding
 
 P = scene_scalars(Scene())
 SLIDING = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])

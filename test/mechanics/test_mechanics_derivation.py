@@ -1,11 +1,12 @@
 """The symbolic derivation in docs/ holds, and notices a wrong claim."""
 
 import importlib.util
-from pathlib import Path
 
 import pytest
 
-PATH = Path(__file__).parents[1] / "docs" / "derivation" / "derive.py"
+from simulated import ROOT
+
+PATH = ROOT / "docs" / "derivation" / "derive.py"
 
 
 def load():

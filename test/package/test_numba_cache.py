@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from peg_on_hole_ros import numba_cache
+from simulated import ROOT
 
-ROOT = Path(__file__).parents[1]
 SAY = "import peg_on_hole_ros, os; print(os.environ['NUMBA_CACHE_DIR'])"
 
 

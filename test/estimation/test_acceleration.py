@@ -18,7 +18,7 @@ from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
 from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
 from peg_on_hole_ros.options import FilterOptions
-from test_filter import SCENE, WRENCH_NOISE, balanced, sliding
+from sliding_filter import SCENE, WRENCH_NOISE, balanced, sliding
 
 STATED = 20.0
 

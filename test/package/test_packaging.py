@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from simulated import ROOT
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from late_samples import MS, ordered, pipeline, play, shuffled, total
 from peg_on_hole_ros.estimation.recent_stamps import MAX_STAMPS, RecentStamps
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import measure
 from simulated import truth
-from test_late import MS, ordered, pipeline, play, shuffled, total
 
 REASON = "joints_dropped_repeated_stamp"
 

@@ -12,6 +12,7 @@ import pytest
 import rigid_body_oracle as oracle
 from peg_on_hole_ros.mechanics import geometry, printed, reference, small_tilt, velocities
 from peg_on_hole_ros.mechanics.scene import Scene
+from simulated import ROOT
 
 SCENE = Scene(peg_diameter=0.047)
 GAMMA, PSI = 0.5, 0.7
@@ -332,7 +333,7 @@ def test_the_critical_friction_of_pure_alignment():
 
 
 def test_every_test_named_in_the_errata_exists():
-    text = (Path(__file__).parents[1] / "docs" / "errata.md").read_text()
+    text = (ROOT / "docs" / "errata.md").read_text()
     named = set(re.findall(r"`(test_\w+)`", text))
     sources = "".join(path.read_text() for path in Path(__file__).parent.glob("test_mech*.py"))
     assert len(named) > 12

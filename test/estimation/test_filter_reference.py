@@ -1,7 +1,6 @@
 """The compiled filter against filterpy's on the numpy model, step by step over whole bags."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,8 @@ from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
 from pegs import closing
 from side_by_side import Step, bag_steps, compared
+from simulated import ROOT
 
-ROOT = Path(__file__).parents[1]
 # What the two are held to, in standard deviations and in whitened covariance. Both solve each
 # step to 1e-11 rad/s; what rounding leaves is seen to stay 1e4 below it where the bag is regular.
 LIMIT = 1e-6

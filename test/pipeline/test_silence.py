@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from late_samples import MS, ordered, pipeline, play
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from test_late import MS, ordered, pipeline, play
 
 BEGIN, END = 150, 350
 

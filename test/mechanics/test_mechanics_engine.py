@@ -1,12 +1,11 @@
 """An engine that nobody here wrote, MuJoCo, carries the reactions that the equations say."""
 
 import importlib.util
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from simulated import ROOT
 
 
 @pytest.fixture(scope="module")

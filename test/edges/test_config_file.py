@@ -1,7 +1,5 @@
 """ROS 2 parameters files: what is read, what is refused, what is written."""
 
-from pathlib import Path
-
 import pytest
 import yaml
 
@@ -13,8 +11,9 @@ from peg_on_hole_ros.edges.config_file import (
 )
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
+from simulated import ROOT
 
-COMMITTED = Path(__file__).parents[1] / "config" / "peg_on_hole.yaml"
+COMMITTED = ROOT / "config" / "peg_on_hole.yaml"
 
 
 def written(tmp_path, text):

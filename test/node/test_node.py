@@ -223,7 +223,7 @@ assert stream.counts["wrench_used"] > 900
 after = overloads()
 assert after == before, {name for name in after if after[name] != before.get(name)}
 """
-    here = str(Path(__file__).parent)
+    here = str(Path(__file__).parents[1])
     path = os.pathsep.join([here, *filter(None, sys.path)])
     run = subprocess.run(
         [sys.executable, "-c", script],

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from inputs import closing, joints, wrench
+from late_samples import MS, ordered, pipeline, play
 from peg_on_hole_ros import pipeline as module
 from peg_on_hole_ros.edges.messages.decode import Malformed, wrench_sample
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.estimation.measurement import MOST_FORCE, MOST_TORQUE, wrench_fault
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from test_late import MS, ordered, pipeline, play
 
 
 def not_finite(outputs):

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,8 @@ from peg_on_hole_ros.estimation.reference.steps import with_parameters
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import friction_cubic, six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
+from simulated import ROOT
 
-ROOT = Path(__file__).parents[1]
 # One for each contact, so that none can stand for another.
 SCALES = np.array([1e-5, 3e-4, 2e-3])
 
