@@ -33,7 +33,7 @@ SOURCES = ("mechanics", "estimation", "monitoring", "simulation")
 def sources_key() -> str:
     """Return a name for the state of everything that the figures come from."""
     own = ("grid_cells.py", "grid_score.py", "consistency.py")
-    parts = ("pipeline.py", "options.py", "records.py", *SOURCES)
+    parts = ("pipeline.py", "processing.py", "options.py", "records.py", *SOURCES)
     return sources_key_of(parts, [HERE / name for name in own])
 
 

@@ -128,12 +128,12 @@ def _drawn(configuration, seed):
 
 def _listen(pipeline, truth, nis):
     """Keep the normalised innovations of a pipeline's filter; it publishes their mean only."""
-    kalman, settled = pipeline._filter, START_NS + SETTLE_NS
+    kalman, settled = pipeline.filter, START_NS + SETTLE_NS
     correct = kalman.correct
 
     def correct_and_keep(q, R):
         result, value = correct(q, R)
-        if pipeline._t_ns >= settled:
+        if pipeline.processor.t_ns >= settled:
             nis.append(value)
         return result, value
 

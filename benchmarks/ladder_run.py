@@ -7,11 +7,14 @@ import numpy as np
 from ladder_scenes import SCALE, Drawn, draw
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.model import choose_at, predict_at_constant_rates, react_by
-from peg_on_hole_ros.estimation.kernel import correction, prediction
-from peg_on_hole_ros.estimation.kernel.bridging import bridge
-from peg_on_hole_ros.estimation.kernel.cycle import correct_and_follow, predict_or_bridge
+from peg_on_hole_ros.estimation.kernel import correction
+from peg_on_hole_ros.estimation.kernel.cycle import (
+    bridge_unless_stepped,
+    correct_and_follow,
+    predict_or_bridge,
+)
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.kernel.memory import BRIDGED, SLOW, WITHOUT_STEP, R
+from peg_on_hole_ros.estimation.kernel.memory import R
 from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.choice import answer_by_choice, new_choice, tally
@@ -46,10 +49,7 @@ def filtered(rung, choice, m, dy, slopes, y, wrenches, angles, covariance, dt, f
         used = choose_at(m, choice, y) if rung == AUTO else min(rung, DYNAMIC)
         if used <= QUASI_STATIC:
             status = predict_at_constant_rates(m, slopes, dt, free * free)
-            m[SLOW] = m[BRIDGED] = m[WITHOUT_STEP] = 0.0
-            if status == prediction.SLOW:
-                m[SLOW] = 1.0
-                bridge(m, slopes, dt)
+            bridge_unless_stepped(m, slopes, status, dt, free)
         else:
             status, _ = predict_or_bridge(m, dy, slopes, dt, held, free)
         if status != CONVERGED:

@@ -66,7 +66,7 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
-    kalman, judge = line.filter, line._assessment
+    kalman, judge = line.filter, line.processor.assessment
     return [
         *((prediction, name, ESTIMATE) for name in ("predict_contact", "predict_free")),
         *((correction, name, ESTIMATE) for name in ("innovation", "correct")),
@@ -79,8 +79,8 @@ def timed(line: Pipeline) -> list:
         (kalman, "describe", OUTPUTS),
         (description, "describe", OUTPUTS),
         (line, "_orientation", INPUT),
-        (line._reduction, "on_peg", INPUT),
-        (line, "_snapshot", LATE),
+        (line.processor.reduction, "on_peg", INPUT),
+        (line.processor, "snapshot", LATE),
         (line._history, "append", LATE),
     ]
 

@@ -32,8 +32,8 @@ OWN = [
 ]
 # What the figures depend on.
 PARTS = (
-    "pipeline.py", "options.py", "records.py", "mechanics", "estimation", "monitoring",
-    "simulation",
+    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "estimation",
+    "monitoring", "simulation",
 )  # fmt: skip
 # What the estimator is told; the second try is that of a mismatch which has been through one.
 VARIANTS = ("matched", "mismatch", "second_try")

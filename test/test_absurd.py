@@ -7,7 +7,7 @@ from inputs import closing, joints, wrench
 from peg_on_hole_ros import pipeline as module
 from peg_on_hole_ros.edges.messages.decode import Malformed, wrench_sample
 from peg_on_hole_ros.edges.messages.stream import message_stream
-from peg_on_hole_ros.estimation.measurement import MOST_FORCE, MOST_TORQUE, plausible
+from peg_on_hole_ros.estimation.measurement import MOST_FORCE, MOST_TORQUE, wrench_fault
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from test_late import MS, ordered, pipeline, play
@@ -46,18 +46,19 @@ def test_a_wrench_that_no_sensor_measures_is_dropped(kind, size):
 
 def test_the_door_lets_in_what_is_large_and_nothing_that_is_no_number():
     fields = 0, (0.0, 0.0, MOST_FORCE), (MOST_TORQUE, 0.0, 0.0)
-    assert plausible(WrenchSample(*fields))
-    for value in (1.1 * MOST_FORCE, -1e308, np.inf, np.nan):
+    assert wrench_fault(WrenchSample(*fields)) is None
+    reasons = {1.1 * MOST_FORCE: "out_of_range", -1e308: "out_of_range"}
+    for value, reason in (reasons | {np.inf: "not_finite", np.nan: "not_finite"}).items():
         for i in (1, 2):
             sample = WrenchSample(*fields)._replace(**{("force", "torque")[i - 1]: (value, 0, 0)})
-            assert not plausible(sample)
+            assert wrench_fault(sample) == reason
 
 
 @pytest.mark.parametrize("kind", ["force", "torque"])
 @pytest.mark.parametrize("size", [1e6, 1e70, 1e155, 1e200, 1e308])
 def test_what_passes_the_door_is_not_remembered(kind, size, monkeypatch):
     """The largest that is let in, and worse, as if there were no door: no mean keeps it."""
-    monkeypatch.setattr(module, "plausible", lambda sample: True)
+    monkeypatch.setattr(module, "wrench_fault", lambda sample: None)
     at_ms = 150
     samples, _ = with_one(ordered(250), WrenchSample, at_ms, **{kind: (size, -size, size)})
     outputs = play(pipeline(), samples)

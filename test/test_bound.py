@@ -171,7 +171,7 @@ def accelerations_said(cut, seed):
     stddev, said = cut.plan.configuration.filter.acceleration_stddev, []
     pipeline = Pipeline(cut.plan.configuration)
     for _ in pipeline.play(measure(cut, seed)):
-        kalman = pipeline._filter
+        kalman = pipeline.filter
         said.append([acceleration_variance(kalman.memory, i, stddev, LEAST) for i in range(3)])
     missing = len(cut.t_ns) - len(said)
     return np.sqrt(np.vstack([np.full((missing, 3), stddev**2), said]))

@@ -272,22 +272,6 @@ def test_compare_one_bag_under_two_configurations(bag, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["identical"] is True
 
 
-def test_compare_refuses_messages_of_another_program(replayed, tmp_path, capsys):
-    out, _ = replayed
-    path = tmp_path / "other.mcap"
-    t_ns = 10**9 + MS
-    with BagWriter(path) as writer:
-        for name in ("state", "state_stddev", "contacts", "contacts_stddev", "monitor"):
-            message = joint_state(t_ns, ["x", "y"], [0.0, 1.0])
-            writer.write(f"/peg_on_hole/{name}", JOINT_STATE, message, t_ns)
-    message = (
-        f"{path} is no output of replay or node: state and contacts of the stamp 1.001000000 s "
-        "have 2 values, not 12"
-    )
-    fails(capsys, 3, message, "compare", out, path)
-    fails(capsys, 3, message, "compare", path, out)
-
-
 def test_compare_refuses_bags_that_are_no_outputs(bag, replayed, tmp_path, capsys):
     out, _ = replayed
     assert main(["compare", str(out), str(bag)]) == 3

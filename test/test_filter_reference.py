@@ -16,8 +16,8 @@ from peg_on_hole_ros.estimation.reference import kalman
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
+from pegs import closing
 from side_by_side import Step, bag_steps, compared
-from test_other_pegs import closing
 
 ROOT = Path(__file__).parents[1]
 # What the two are held to, in standard deviations and in whitened covariance. Both solve each

@@ -121,6 +121,21 @@ def test_every_filter_widens_gates_and_restarts(method):
     assert np.isfinite(kalman.Z).all() and kalman.x[0] == x[0] + 0.5
 
 
+@pytest.mark.parametrize("method", list(FILTERS))
+def test_a_covariance_that_is_lost_takes_nothing_of_what_follows(method):
+    pipeline, _ = run(method)
+    kalman = pipeline.filter
+    for place in (kalman.Z, kalman.spread, kalman.scene_values[7:8]):
+        place[:] = np.nan
+    result, _ = kalman.correct(np.array([0.2, 0.0, 0.0]), 1e-8 * np.eye(3))
+    assert result is Correction.RESET
+    assert kalman.friction == (kalman.scalars.f, pytest.approx(0.05))
+    kalman.predict(1e-3, True)
+    result, nis = kalman.correct(np.array([0.2, 0.0, 0.0]), 1e-8 * np.eye(3))
+    assert result is Correction.USED and nis < 1.0
+    assert np.isfinite(kalman.joint_covariance()).all()
+
+
 def test_the_smoother_forwards_is_the_extended_filter(extended):
     _, outputs = run("extended", make=SmoothingFilter)
     for found, expected in zip(outputs, extended["default"], strict=True):

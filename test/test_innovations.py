@@ -25,8 +25,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.dynamics import rotation
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from wrong_settings import tilted
 
 
 def test_the_median_is_that_of_the_window():
@@ -60,7 +60,7 @@ def test_innovations_drift_only_where_the_gain_is_the_optimal_one(held_back, use
     kalman = ContactFilter(Scene(), FilterOptions(), np.eye(6) * 1e-6)
     kalman.start(np.array([0.2, 0.0, 0.0]), np.eye(3) * 1e-8)
     part(kalman.memory, "HELD_BACK")[0] = held_back
-    kalman._innovation(kalman.x[:3] + 1e-4)
+    kalman.innovation(kalman.x[:3] + 1e-4)
     innovations = Innovations(white=True)
     for k in range(WINDOW):
         innovations.add(k, 2.0, kalman, used, in_contact=True, touching=True)
@@ -130,18 +130,6 @@ def test_an_innovation_is_whitened_by_its_covariance():
     np.testing.assert_allclose(kalman.white_innovation(), expected, rtol=1e-12)
 
 
-def tilted(sample, angle):
-    q = np.array(sample.position)
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ rotation(q)
-    position = (
-        np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]),
-        np.arctan2(-R[1, 2], -R[0, 2]),
-        np.arctan2(-R[2, 1], R[2, 0]),
-    )
-    return sample._replace(position=tuple(float(angle) for angle in position))
-
-
 @cache
 def motion(kind):
     return truth_of(SMALLEST[kind])[0]
@@ -174,7 +162,7 @@ def test_what_is_wrong_is_seen_within_half_a_second(kind, wrong, friction_stddev
         exact = exact + [2.0, 0, 0, 0, 0, 0]
     pipeline, first_ns = Pipeline(configuration), None
     for sample in measure(truth, 7, exact=exact):
-        if wrong == "hole" and isinstance(sample, JointSample):
+        if wrong == "hole":
             sample = tilted(sample, np.radians(0.2))
         pipeline.on_sample(sample)
         if first_ns is None and pipeline.counts["innovations_too_large"]:
@@ -224,8 +212,8 @@ def test_friction_that_no_longer_fits_is_learnt_anew(friction_stddev):
         if k == 300:
             # As if it had been learnt on another surface, and surely. Farther off it would soon
             # leave no step, and be forgotten for that.
-            pipeline._filter.scene_values[7] = 0.185
-            pipeline._filter.spread[0, 0] = min(friction_stddev**2, 1e-8)
+            pipeline.filter.scene_values[7] = 0.185
+            pipeline.filter.spread[0, 0] = min(friction_stddev**2, 1e-8)
         if isinstance(sample, JointSample):
             pipeline.on_joints(sample)
         else:

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from inputs import closing
-from peg_on_hole_ros import pipeline
+from peg_on_hole_ros import pipeline, processing
 from peg_on_hole_ros.edges.messages import decode
 from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.edges.messages.stream import message_stream
@@ -27,8 +27,10 @@ def literals(module, pattern):
 
 def counts():
     """Names of counts as the sources have them."""
-    yield from literals(pipeline, r'counts\["(\w+)"\]')
-    yield from literals(pipeline, r'"(joints_gated)" if')
+    for module in (pipeline, processing):
+        yield from literals(module, r'counts\["(\w+)"\]')
+    yield from literals(processing, r'"(joints_gated)" if')
+    yield from literals(processing, r'Prediction\.\w+: "(\w+)"')
     for module in (measurement, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"
@@ -36,7 +38,7 @@ def counts():
 
 def test_every_count_is_explained():
     found = Counter(counts())
-    assert len(found) > 20
+    assert len(found) > 30 and "step_limited" in found
     assert [name for name in found if name not in QUOTED] == []
     for reason in literals(decode, r'Malformed\("(\w+)"\)'):
         names = {f"..._dropped_malformed_{reason}", f"joints_dropped_malformed_{reason}"}

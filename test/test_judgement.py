@@ -21,7 +21,7 @@ def test_one_call_does_what_its_parts_do(monkeypatch):
     motion = truth("closing_with_slip")
     line = Pipeline(motion.plan.configuration)
     options, scene = line.configuration.monitor, line.scene
-    noise = force_noise(scene, line._reduction.covariance)
+    noise = force_noise(scene, line.processor.reduction.covariance)
     o = settings(options, noise, scene.clearance_stddev)
     limits = jamming.limits(options)
     hypotheses, means, trend, j = no_knowledge(), new_means(), new_trend(), jamming.new_memory()

@@ -59,8 +59,8 @@ def test_a_shuffled_stream_ends_where_the_ordered_one_does(most_ms):
     first, second = pipeline(), pipeline()
     expected, found = play(first, samples), play(second, late)
     # Bit for bit: the same operations in the same order.
-    np.testing.assert_array_equal(second._filter.x, first._filter.x)
-    np.testing.assert_array_equal(second._filter.Z, first._filter.Z)
+    np.testing.assert_array_equal(second.filter.x, first.filter.x)
+    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
     for name in ("state", "state_covariance", "normal", "normal_stddev"):
         np.testing.assert_array_equal(getattr(found[-1], name), getattr(expected[-1], name))
     assert found[-1].monitor == expected[-1].monitor
@@ -79,7 +79,7 @@ def test_without_a_window_the_shuffled_stream_ends_elsewhere():
     first, second = pipeline(), pipeline(0.0)
     play(first, samples)
     play(second, shuffled(samples, 30 * MS))
-    assert (second._filter.x != first._filter.x).any()
+    assert (second.filter.x != first.filter.x).any()
     assert second.counts["wrench_dropped_late"] > 20
     assert second.counts["joints_dropped_late"] > 20
     assert total(second.counts) == len(samples)
@@ -103,7 +103,7 @@ def test_a_message_older_than_the_window_is_counted_and_changes_nothing():
     for extra in ([], old):
         line = pipeline(0.02)
         play(line, [*rest[:-6], *extra, *rest[-6:]])
-        ends.append(line._filter.x.copy())
+        ends.append(line.filter.x.copy())
     np.testing.assert_array_equal(*ends)
     assert line.counts["joints_dropped_late"] == line.counts["wrench_dropped_late"] == 1
     assert line.counts["went_back"] == 0
@@ -128,7 +128,7 @@ def test_several_late_messages_go_back_once():
     assert line.counts["went_back"] == 1
     # 8 joint states at 500 Hz: from the wrench of the first late one to the latest.
     assert 8 <= line.counts["wrench_reprocessed"] <= 16 + STRIDE
-    np.testing.assert_array_equal(line._filter.x, plain._filter.x)
+    np.testing.assert_array_equal(line.filter.x, plain.filter.x)
 
 
 def test_memory_is_bounded():
@@ -250,11 +250,11 @@ def test_a_known_delay_between_the_sensors_is_taken_out(delay_ms):
     first = play_all(pipeline(), samples, 0)
     second = play_all(pipeline(delay=delay_ms * 1e-3), samples, delay_ms * MS)
     # Bit for bit, and also where the delay is longer than the window for what comes late.
-    np.testing.assert_array_equal(second._filter.x, first._filter.x)
-    np.testing.assert_array_equal(second._filter.Z, first._filter.Z)
+    np.testing.assert_array_equal(second.filter.x, first.filter.x)
+    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
     assert not any("joints_dropped" in name for name in second.counts)
     unknown = play_all(pipeline(), samples, delay_ms * MS)
-    assert (unknown._filter.x != first._filter.x).any()
+    assert (unknown.filter.x != first.filter.x).any()
 
 
 def play_all(line, samples, delay_ns):
@@ -279,7 +279,7 @@ def test_an_assessment_goes_back_to_all_that_it_held():
     samples = ordered(250)
     line = pipeline()
     play(line, samples[:100])
-    assessment = line._assessment
+    assessment = line.processor.assessment
     kept, before = remember(assessment), held(assessment)
     for _ in range(2):
         # As if the peg were pulled off: another mode, an alarm, a flag.
@@ -289,14 +289,14 @@ def test_an_assessment_goes_back_to_all_that_it_held():
         assert held(assessment) != before
         line.reset()
         # A reset makes a new one.
-        line._assessment = assessment
+        line.processor.assessment = assessment
         line.on_joints(samples[0])
         recall(kept)
         assert held(assessment) == before
 
 
 def test_an_array_that_others_look_at_is_restored_in_place():
-    assessment = pipeline()._assessment
+    assessment = pipeline().processor.assessment
     memory = assessment._memory
     was = memory.copy()
     kept = remember(assessment)

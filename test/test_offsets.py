@@ -54,6 +54,22 @@ def test_equals_the_reference_filter(stated):
         assert max(getattr(item, name) for item in found) < 1e-6, name
 
 
+@pytest.mark.parametrize(
+    ("stated", "learnt"),
+    [
+        ({"tilt": 0.003}, (0, 1)),
+        ({"tilt": 0.003, "hole_tilt": "considered"}, (0, 0)),
+        ({"force": 0.5}, (1, 0)),
+        ({"force": 0.5, "wrench_bias": "considered"}, (0, 0)),
+        ({"force": 0.5, "tilt": 0.003, "wrench_bias": "considered"}, (0, 1)),
+    ],
+)
+def test_what_is_known_or_only_considered_is_not_learnt(stated, learnt):
+    """Where nothing is, steps are not believed again sooner for its sake."""
+    kalman = Pipeline(uncertain(Configuration(), **stated)).filter
+    assert part(kalman.memory, "OFFSETS")[2:].tolist() == list(learnt)
+
+
 def test_the_load_of_bias_and_tilt_is_that_of_the_reduction():
     wrench = replace(
         Configuration().wrench,

@@ -12,7 +12,7 @@ from peg_on_hole_ros.estimation.filters.outcomes import Prediction
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
 from peg_on_hole_ros.estimation.kernel.runaway import FASTEST_GROWTH, runs_away
 from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
-from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_of, scene_scalars
+from peg_on_hole_ros.mechanics.kernel import scene_of, scene_scalars
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
 
@@ -39,7 +39,7 @@ def told_to_run_away(truth, full, scales):
     m = np.zeros(SIZE)
     part(m, "SCENE")[:] = scene_scalars(truth.plan.configuration.scene)
     part(m, "X")[:6], part(m, "U")[:6], part(m, "SCALES")[:3] = full[:6], full[6:12], scales
-    return runs_away(scene_of(m), m, np.zeros((6, WIDTH)))
+    return runs_away(scene_of(m), m)
 
 
 def test_it_is_told_by_the_fastest_growth_of_the_linearised_motion():

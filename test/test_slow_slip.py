@@ -29,6 +29,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import FORGET_FRICTION, LE
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, WORK, part
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
 from peg_on_hole_ros.estimation.kernel.process import Process
+from peg_on_hole_ros.estimation.kernel.runaway import runs_away
 from peg_on_hole_ros.estimation.kernel.slip import (
     SHARPEST,
     TURNED,
@@ -546,14 +547,17 @@ def test_steps_that_noise_pushes_on_do_not_raise_friction():
     assert np.mean(covered) > 0.9
 
 
+@pytest.mark.parametrize("rise, solved", [(0.0, 0), (7.0, 1)])
 @pytest.mark.parametrize("share, press", [(1.0, -50.0), (0.05, -500.0)])
-def test_what_a_slip_would_be_without_the_kink(memory, share, press):
+def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solved):
     """The same in numpy, of a fast and a slow slip that would both turn round."""
     h = 1e-3
     part(memory, "X")[3:] *= share
     part(memory, "U")[2] = press
     part(memory, "CROSS")[3:6] = 1e-4
-    full = np.concatenate([part(memory, "X"), part(memory, "U"), part(memory, "SCENE")[[7, 0]]])
+    part(memory, "RAMP")[2] = rise
+    mean = part(memory, "U") - 0.5 * part(memory, "RAMP")[:6]
+    full = np.concatenate([part(memory, "X"), mean, part(memory, "SCENE")[[7, 0]]])
     y, dy = solve_with_slopes(Scene(), full, part(memory, "SCALES"))
     q_slopes, v_slopes, rates = dy[:3, :3], dy[:3, 3:6], full[3:6]
     matrix = np.linalg.inv(np.eye(3) - h * v_slopes - h * h * q_slopes)
@@ -570,7 +574,9 @@ def test_what_a_slip_would_be_without_the_kink(memory, share, press):
     for J_i in J:
         along = J_i @ rates / np.linalg.norm(J_i @ rates) @ J_i
         told.append((along @ end) ** 2 / (along @ slopes @ joint @ slopes.T @ along))
-    found = slip_without_kink(scene_of(memory), memory, scratch(), h)
+    runs_away(scene_of(memory), memory)
+    found, evaluations = slip_without_kink(scene_of(memory), memory, h)
+    assert evaluations == solved
     # The kernel's derivatives are generated, these are complex steps: rounding, through 1e5 1/s.
     assert found == pytest.approx(max(told), rel=1e-6)
 

@@ -20,13 +20,25 @@ MOST_FORCE = MOST_TORQUE = 1e6
 MOST_TURNED = 1e6
 
 
-def plausible(sample: WrenchSample) -> bool:
-    """Return whether a wrench is finite, and neither force nor torque beyond what is measured."""
+def wrench_fault(sample: WrenchSample) -> str | None:
+    """
+    Return what is wrong with a wrench as received; None: nothing.
+
+    Returns
+    -------
+    str or None
+        `not_finite`, or `out_of_range`: a force above MOST_FORCE or a torque above MOST_TORQUE.
+
+    """
     (f_x, f_y, f_z), (m_x, m_y, m_z) = sample.force, sample.torque
-    return (
+    # Neither holds for a NaN.
+    if (
         f_x * f_x + f_y * f_y + f_z * f_z <= MOST_FORCE * MOST_FORCE
         and m_x * m_x + m_y * m_y + m_z * m_z <= MOST_TORQUE * MOST_TORQUE
-    )
+    ):
+        return None
+    finite = all(map(isfinite, (*sample.force, *sample.torque)))
+    return "out_of_range" if finite else "not_finite"
 
 
 def rotation_from_rpy(rpy) -> np.ndarray:

@@ -71,7 +71,8 @@ def estimates(bag: Bag, name: str | None = None) -> Iterator[Estimate]:
     Raises
     ------
     BagError
-        The bag holds no output of this package, none of this name, or of several without a name.
+        The bag holds no output of this package, none of this name, or of several without a name;
+        or a stamp has not the values of QUANTITIES.
 
     """
     prefix = _prefix(bag, name)
@@ -90,7 +91,7 @@ def estimates(bag: Bag, name: str | None = None) -> Iterator[Estimate]:
         t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         if t_ns not in pending:
             # What is published on change follows its estimate, so an estimate waits for the next.
-            yield from (_estimate(*item, mode, transition) for item in complete)
+            yield from (_estimate(bag, *item, mode, transition) for item in complete)
             complete.clear()
             pending[t_ns] = {}
             if len(pending) > _MOST_PENDING:
@@ -98,7 +99,7 @@ def estimates(bag: Bag, name: str | None = None) -> Iterator[Estimate]:
         pending[t_ns][part] = message
         if len(pending[t_ns]) == len(_STAMPED):
             complete.append((t_ns, pending.pop(t_ns)))
-    yield from (_estimate(*item, mode, transition) for item in complete)
+    yield from (_estimate(bag, *item, mode, transition) for item in complete)
 
 
 def _prefix(bag, name):
@@ -131,7 +132,7 @@ def _latched(part, data, mode, transition):
     return (data, transition) if part == "contact_mode" else (mode, data)
 
 
-def _estimate(t_ns, parts, mode, transition):
+def _estimate(bag, t_ns, parts, mode, transition):
     state, state_stddev = parts["state"], parts["state_stddev"]
     contacts, contacts_stddev = parts["contacts"], parts["contacts_stddev"]
     values = [*state.position, *state.velocity, *contacts.effort, *contacts.velocity]
@@ -142,4 +143,21 @@ def _estimate(t_ns, parts, mode, transition):
         *contacts_stddev.velocity,
     ]
     monitor = dict(zip(parts["monitor"].name, parts["monitor"].position))
-    return Estimate(t_ns, np.array(values), np.array(stddev), monitor, mode, transition)
+    return Estimate(
+        t_ns,
+        _row(bag, t_ns, "state and contacts", values),
+        _row(bag, t_ns, "state_stddev and contacts_stddev", stddev),
+        monitor,
+        mode,
+        transition,
+    )
+
+
+def _row(bag, t_ns, topics, values):
+    """Return one row; messages of the right types may still be another program's."""
+    if len(values) != len(QUANTITIES):
+        raise BagError(
+            f"{bag.path} is no output of replay or node: {topics} of the stamp "
+            f"{t_ns * 1e-9:.9f} s have {len(values)} values, not {len(QUANTITIES)}"
+        )
+    return np.array(values)

@@ -4,7 +4,7 @@ from math import isfinite
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimation.measurement import plausible
+from peg_on_hole_ros.estimation.measurement import wrench_fault
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 WRENCH_TYPE = "geometry_msgs/msg/WrenchStamped"
@@ -53,9 +53,8 @@ def wrench_sample(message) -> WrenchSample | Malformed:
     if t_ns is None:
         return Malformed("bad_stamp")
     sample = WrenchSample(t_ns, numbers[:3], numbers[3:])
-    if plausible(sample):
-        return sample
-    return Malformed("out_of_range") if all(map(isfinite, numbers)) else Malformed("not_finite")
+    fault = wrench_fault(sample)
+    return Malformed(fault) if fault else sample
 
 
 def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malformed:

@@ -1,11 +1,12 @@
 """The contact filter: state, covariance and the wrench that is held, over compiled steps."""
 
-from math import cos, isfinite, sin, sqrt
+from math import sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.filters.estimate import Estimate
+from peg_on_hole_ros.estimation.filters.gate import Gate
 from peg_on_hole_ros.estimation.filters.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.kernel import correction, prediction
@@ -13,10 +14,9 @@ from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel.bridging import (
     adapt_rate_noise,
-    bridge,
-    bridge_without_step,
     walk_density,
 )
+from peg_on_hole_ros.estimation.kernel.cycle import bridge_unless_stepped
 from peg_on_hole_ros.estimation.kernel.description import Description, description
 from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     HARDLY_LEARNT,
@@ -36,13 +36,6 @@ from peg_on_hole_ros.options import FilterOptions
 
 # Of a wrench's interval.
 NEARLY_ALL = 0.9
-# A clearance counts as wide above this share of its stated spread.
-WIDE_CLEARANCE = 0.1
-# No clearance is learnt better than to this share of its stated spread: contacts give, and holes
-# are not round.
-LEAST_CLEARANCE_SPREAD = 0.01
-# A surprise may leave the rates this many times as uncertain as they are at a start.
-SURPRISING = 3.0
 # Steps that are not to be relied on, though there may be one.
 _BRIDGED = {
     prediction.SLOW_SLIP: Prediction.SLOW,
@@ -83,24 +76,24 @@ class ContactFilter(Estimate):
         super().__init__(scene, options, wrench_noise)
         self.model = Model(options.model, options.reaction_tolerance, self._memory)
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
-        self._refused = 0
+        self._gate = Gate()
         # How long the present wrench has been held, and the one before it was [s].
         self._held = self._held_before = 0.0
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
         super().start(q, R)
-        self._refused = 0
+        self._gate.refused = 0
 
     def snapshot(self):
         """Return everything that the estimate depends on, for `restore`."""
         # What follows in the memory is filled anew before it is read.
         times = self._held, self._held_before
-        return self._memory[:SAVED].copy(), self._refused, times, self.model.snapshot()
+        return self._memory[:SAVED].copy(), self._gate.refused, times, self.model.snapshot()
 
     def restore(self, snapshot):
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        memory, self._refused, times, model = snapshot
+        memory, self._gate.refused, times, model = snapshot
         self.model.restore(model)
         self._held, self._held_before = times
         self._memory[:SAVED] = memory
@@ -126,39 +119,39 @@ class ContactFilter(Estimate):
         learnt = in_contact and not constant and self._learn_from_balance(dt)
         self._begin(learnt)
         self._since_correction += dt
-        status = self._predict_contact(dt, constant) if in_contact else None
-        # It is harder to tell from none the next time.
-        self._slow[0] = 1.0 if status == prediction.SLOW_SLIP else 0.0
-        self._bridged[0] = 0.0
+        if not in_contact:
+            self._predict_free(dt)
+            return Prediction.FREE
+        status = self._predict_contact(dt, constant)
         bridged = _BRIDGED.get(status)
-        if in_contact and status != CONVERGED and bridged is None:
-            self._bridge_without_step(dt)
-            return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
-        self._without_step[0] = 0.0
-        if status == CONVERGED:
-            self._sliding[1] = self._sliding[0]
+        stepped = status == CONVERGED
+        if not stepped and bridged is None:
+            self._doubt_without_step(dt)
+        bridge_unless_stepped(self._memory, self._slopes, status, dt, self.options.free_rate_noise)
+        if stepped:
+            self._slid[0] = self._sliding[0]
             return Prediction.HELD if constant else Prediction.CONTACT
-        if bridged is not None:
-            self.model.full()
-            bridge(self._memory, self._slopes, dt)
-            if self._keeps_sliding:
-                # What is not known of them alone can hide a slip after one step; what that
-                # step tells of them must not be lost, or nothing ever is told.
-                self._sliding[0] = self._sliding[1]
-            return bridged
-        self._scales[:] = self.options.slip_velocity_scale
-        self._sliding[1] = 0.0
-        prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
-        return Prediction.FREE
+        if bridged is None:
+            self._slid[0] = 0.0
+            return Prediction.LIMITED if status == prediction.LIMITED else Prediction.FAILED
+        self.model.full()
+        if self._keeps_sliding:
+            # What is not known of them alone can hide a slip after one step; what that
+            # step tells of them must not be lost, or nothing ever is told.
+            self._sliding[0] = self._slid[0]
+        return bridged
 
-    def _bridge_without_step(self, dt):
+    def _predict_free(self, dt):
+        self._slow[0] = self._bridged[0] = self._without_step[0] = self._slid[0] = 0.0
+        self._scales[:] = self.options.slip_velocity_scale
+        prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
+
+    def _doubt_without_step(self, dt):
         # Held for long, the noise of one wrench leaves no step just as well.
         if max(self._held, self._held_before) <= LONG_STEP:
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
             doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
-        self._sliding[1] = 0.0
-        bridge_without_step(self._memory, self._slopes, dt, self.options.free_rate_noise)
 
     def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
         """Return the random walk of each rate in the last prediction [rad/s^1.5], shape (3,)."""
@@ -211,18 +204,6 @@ class ContactFilter(Estimate):
         return tuple(white) if weighed else None
 
     @property
-    def tells_friction(self) -> bool:
-        """Whether friction was learnt in the last correction, if it is learnt at all."""
-        return self._sliding.item(0) > 0.0
-
-    def doubt(self) -> bool:
-        """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
-        learnt = self.spread.item(0) < self._known[0]
-        if learnt:
-            take_friction(self._memory, self.scalars.f, self._known[0])
-        return learnt
-
-    @property
     def friction_is_open(self) -> bool:
         """Whether friction is to be learnt, and hardly has been."""
         learns = self.options.friction == "estimated" and self.model.rung == DYNAMIC
@@ -258,38 +239,23 @@ class ContactFilter(Estimate):
             Normalised innovation squared before any widening, 3 degrees of freedom.
 
         """
-        options = self.options
         self._R[:] = R
-        nis = self._innovation(q)
+        nis = self.innovation(q)
         if self._bridged.item():
             adapt_rate_noise(self._memory, nis)
-        result, after = Correction.USED, nis
-        if not isfinite(nis):
-            # A covariance that has lost its meaning is not to be corrected, nor to leave.
+        result = self._gate.judge(self, q, nis)
+        if result is Correction.RESET:
             self.start(q, R)
-            return Correction.RESET, nis
-        before = None
-        if not nis <= options.inflation_threshold:
-            before = self.snapshot()
-            self._widen(min(nis / 3.0 - 1.0, self._most_widening()))
-            after = self._innovation(q)
-            result = Correction.INFLATED
-        if not after <= options.gate_threshold:
-            if before is not None and not self._refused:
-                # One outlier tells nothing of the rates; two in a row are a motion.
-                self.restore(before)
-            self._refused += 1
-            if self._refused <= options.gate_reset_count:
-                return Correction.GATED, nis
-            self.start(q, R)
-            return Correction.RESET, nis
-        self._refused = 0
+        elif result is not Correction.GATED:
+            self._take()
+        return result, nis
+
+    def _take(self):
         self._interval[:] = self._since_correction
         self._update()
         follow_acceleration(self._memory, self._interval.item())
-        self._sliding[1] = 0.0
+        self._slid[0] = 0.0
         self._keep_least_clearance()
-        return result, nis
 
     def last_innovation(self) -> tuple[list[float], list[float]]:
         """Return the last innovation, 3 values, and the lower root of its covariance, by rows."""
@@ -301,50 +267,23 @@ class ContactFilter(Estimate):
         """Return the last innovation over the lower root of its covariance."""
         return correction.white_innovation(self._memory)
 
-    def _innovation(self, q):
+    def innovation(self, q) -> float:
+        """Fill the memory with the innovation of an orientation; return it squared, normalised."""
         return correction.innovation(self._memory, q)
 
-    def _widen(self, factor):
+    def widen(self, factor: float):
+        """Let the rates' covariance grow by a factor of it, as after a motion not predicted."""
         self._widen_rates(factor)
         if self._learns_clearance:
             # Friction that has changed is not to be taken for another clearance.
             self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
 
-    def _most_widening(self):
-        """Return by which factor the rates' covariance may grow: no peg turns at any speed."""
-        gamma, P = self.x.item(0), self.P
-        s, c = sin(gamma), cos(gamma)
-        # Of the angular velocity: across the tilt, along it, and about the axis.
-        uncertain = max(P[3, 3], s * s * P[5, 5], P[4, 4] + 2 * c * P[4, 5] + c * c * P[5, 5])
-        most = (SURPRISING * self.options.initial_rate_stddev) ** 2
-        return max(most / max(uncertain, 1e-300) - 1.0, 0.0)
-
     def _widen_rates(self, factor):
         correction.widen_rates(self._memory, self._since_correction.item(), factor)
-
-    def _widen_parameters(self, friction, diameter):
-        """Add to the variances of friction and of the peg diameter; nothing below zero."""
-        self.spread[0, 0] += max(friction, 0.0)
-        self.spread[1, 1] += max(diameter, 0.0)
 
     @property
     def _keeps_sliding(self):
         return self._learns_clearance
-
-    @property
-    def _learns_clearance(self):
-        return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
-
-    def _keep_least_clearance(self):
-        if self._learns_clearance:
-            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
-            self._widen_parameters(0.0, least - self.spread.item(3))
-
-    @property
-    def _clearance_is_wide(self):
-        return self._learns_clearance and (
-            self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1]
-        )
 
     def _update(self):
         correction.correct(self._memory)

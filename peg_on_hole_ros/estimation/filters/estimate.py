@@ -1,15 +1,22 @@
 """What a filter estimates: state, covariance and parameters as named views of one memory."""
 
-from math import sqrt
+from math import isfinite, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
+from peg_on_hole_ros.estimation.kernel.friction_doubt import take_friction
+from peg_on_hole_ros.estimation.kernel.memory import CLEARED, SIZE, clear, part
 from peg_on_hole_ros.estimation.kernel.process import Process
 from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS
 from peg_on_hole_ros.mechanics.kernel import WIDTH, scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
+
+# A clearance counts as wide above this share of its stated spread.
+WIDE_CLEARANCE = 0.1
+# No clearance is learnt better than to this share of its stated spread: contacts give, and holes
+# are not round.
+LEAST_CLEARANCE_SPREAD = 0.01
 
 
 class Estimate:
@@ -61,6 +68,7 @@ class Estimate:
         self.wrench_noise = part(self._memory, "NOISE", (6, 6))
         self._scales = part(self._memory, "SCALES")
         self._sliding = part(self._memory, "SLIDING")
+        self._slid = part(self._memory, "SLID")
         self._interval = part(self._memory, "INTERVAL")
         self._since_correction = part(self._memory, "SINCE_CORRECTION")
         self._held_back = part(self._memory, "HELD_BACK")
@@ -128,6 +136,38 @@ class Estimate:
         """Whether the last correction told more of friction or peg diameter than was learnt."""
         return self._held_back.item() > 0.0
 
+    @property
+    def tells_friction(self) -> bool:
+        """Whether friction was learnt in the last correction, if it is learnt at all."""
+        return self._sliding.item(0) > 0.0
+
+    def doubt(self) -> bool:
+        """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
+        learnt = self.spread.item(0) < self._known[0]
+        if learnt:
+            take_friction(self._memory, self.scalars.f, self._known[0])
+        return learnt
+
+    @property
+    def _learns_clearance(self):
+        return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
+
+    def _keep_least_clearance(self):
+        if self._learns_clearance:
+            least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
+            self._widen_parameters(0.0, least - self.spread.item(3))
+
+    @property
+    def _clearance_is_wide(self):
+        return self._learns_clearance and (
+            self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1]
+        )
+
+    def _widen_parameters(self, friction, diameter):
+        """Add to the variances of friction and of the peg diameter; nothing below zero."""
+        self.spread[0, 0] += max(friction, 0.0)
+        self.spread[1, 1] += max(diameter, 0.0)
+
     def joint_covariance(self) -> np.ndarray:
         """Return the covariance of state, held wrench, friction, peg diameter, shape (14, 14)."""
         cross = self._cross.reshape(2, 12)
@@ -140,32 +180,28 @@ class Estimate:
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
-        self.x[:3], self.x[3:] = q, 0.0
-        self.Z[:] = 0.0
+        clear(self._memory, CLEARED.start)
+        self.x[:3] = q
         self.Z[:3, :3] = R
         rate_variance = self.options.initial_rate_stddev**2
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
         self._scales[:] = self.options.slip_velocity_scale
-        self._sliding[1] = 0.0
-        self._cross[:] = 0.0
+        self._rate_noise[0] = self.options.slow_rate_noise
+        friction, diameter = self.scene_values.item(7), self.scene_values.item(0)
+        if not isfinite(friction + diameter + self.spread.sum()):
+            # Lost with the covariance, and not to stay so.
+            self.scene_values[:] = self.scalars
+            self.spread[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
-        for name in (
-            "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES", "CHANGES_SEEN",
-            "RATES_KNOWN", "SINCE_CORRECTION", "STOPPED", "WITHOUT_STEP", "LEAN", "SLOW",
-            "BRIDGED", "TOLD_GAIN", "TOLD_SHARE",
-        ):  # fmt: skip
-            part(self._memory, name)[:] = 0.0
-        self._rate_noise[0] = self.options.slow_rate_noise
 
     def let_go(self):
         """Hold no wrench: what comes next has nothing to do with what was."""
-        for name in ("U", "GIVEN", "CHANGE", "RAMP", "JUMP"):
-            part(self._memory, name)[:] = 0.0
+        clear(self._memory, CLEARED.let_go)
 
     def forget(self):
         """Take friction and peg diameter as stated again, whatever has been learnt of them."""
+        clear(self._memory, CLEARED.forget)
         self.scene_values[:] = self.scalars
-        self._cross[:] = 0.0
-        self.spread[:] = np.diag(self._known)
+        self.spread[[0, 1], [0, 1]] = self._known

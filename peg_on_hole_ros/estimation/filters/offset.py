@@ -64,8 +64,8 @@ class OffsetFilter(ContactFilter):
         part(self._memory, "OFFSETS")[:] = (
             self.active.start,
             self.active.stop,
-            offsets.bias_learnt,
-            offsets.tilt_learnt,
+            offsets.bias_learnt and self.active.start < BIAS.stop,
+            offsets.tilt_learnt and self.active.stop > TILT.start,
         )
         part(self._memory, "LOAD", (6, COUNT))[:, BIAS] = offsets.load
         part(self._memory, "MASSES", (6, 3))[:] = offsets.weight
@@ -85,7 +85,6 @@ class OffsetFilter(ContactFilter):
         """Take bias and tilt as stated again as well."""
         super().forget()
         self._begin_anew()
-        self._offset_cross[:] = 0.0
 
     @property
     def gravity(self) -> np.ndarray | None:
@@ -118,7 +117,6 @@ class OffsetFilter(ContactFilter):
         super().start(q, R)
         if not np.isfinite(self.offset.sum() + self.offset_spread.sum()):
             self._begin_anew()
-        self._offset_cross[:] = 0.0
         if not self._tilted:
             return
         turn_gravity(self._memory)
@@ -143,7 +141,8 @@ class OffsetFilter(ContactFilter):
     def _keeps_sliding(self):
         return True
 
-    def _innovation(self, q):
+    def innovation(self, q):
+        """Fill the memory with the innovation of an orientation; return it squared, normalised."""
         return innovation_with_offsets(self._memory, q)
 
     def _update(self):

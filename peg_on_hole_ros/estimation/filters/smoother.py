@@ -67,8 +67,9 @@ class SmoothingFilter(ContactFilter):
             self._records.append(_Record(before, np.eye(WIDTH), joint_estimate(self)))
         return learnt
 
-    def _widen(self, factor):
-        super()._widen(factor)
+    def widen(self, factor):
+        """Widen, and keep that the last prediction led there."""
+        super().widen(factor)
         # As if the step had been so uncertain.
         if self._records:
             self._records[-1].after = self._records[-1].after[0], self.joint_covariance()

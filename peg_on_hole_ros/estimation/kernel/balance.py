@@ -82,7 +82,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     before told, whose noise is another one.
 
     Friction points against the slip, so that the wrench tells how the peg slides, and through the
-    lever arms how it is tilted. Steps hold that; where the last interval was bridged, nothing
+    lever arms how it is tilted. Steps hold that; where a slip was not told, nothing
     does, and it is learnt here. The wrench is only considered.
 
     Parameters

@@ -1,4 +1,4 @@
-"""What a filter does from one wrench to the next, for compiled loops; see `ContactFilter`."""
+"""What a filter does from one wrench to the next, for compiled loops and `ContactFilter`."""
 
 from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
@@ -18,6 +18,32 @@ from peg_on_hole_ros.estimation.kernel.memory import (
 from peg_on_hole_ros.estimation.kernel.prediction import RUNS_AWAY, SLOW_SLIP, predict_contact
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
+
+
+@compiled
+def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
+    """
+    Take note of what became of a prediction, and bridge the interval where there is none.
+
+    Parameters
+    ----------
+    m, slopes, dt
+        As for `prediction.predict_contact`.
+    status : int
+        That it returned.
+    free_rate_noise : float
+        Least random walk of the rates where the contact equations give no step [rad/s^1.5].
+
+    """
+    # A slip that is not told from none is harder to tell the next time.
+    m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
+    m[BRIDGED] = 0.0
+    if status != CONVERGED and status != SLOW_SLIP and status != RUNS_AWAY:
+        bridge_without_step(m, slopes, dt, free_rate_noise)
+        return
+    m[WITHOUT_STEP] = 0.0
+    if status != CONVERGED:
+        bridge(m, slopes, dt)
 
 
 @compiled
@@ -43,15 +69,7 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
     learn_from_balance(m, dy, dt, acceleration_stddev)
     m[SINCE_CORRECTION] += dt
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
-    m[SLOW] = m[BRIDGED] = 0.0
-    if status != CONVERGED and status != SLOW_SLIP and status != RUNS_AWAY:
-        bridge_without_step(m, slopes, dt, free_rate_noise)
-        return status, evaluations
-    m[WITHOUT_STEP] = 0.0
-    if status != CONVERGED:
-        # A slip that is not told from none is harder to tell the next time.
-        m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
-        bridge(m, slopes, dt)
+    bridge_unless_stepped(m, slopes, status, dt, free_rate_noise)
     return status, evaluations
 
 

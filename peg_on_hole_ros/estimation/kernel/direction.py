@@ -1,21 +1,15 @@
 """Whether the slip keeps its direction over a step, and with it friction."""
 
-from peg_on_hole_ros.estimation.kernel.memory import (
-    SCALES,
-    WORK,
-    U,
-    X,
-    Y,
-    covariance_entry,
-    times_covariance,
-)
+from peg_on_hole_ros.estimation.kernel.held_wrench import move_wrench, ramps
+from peg_on_hole_ros.estimation.kernel.memory import BEGIN, X, covariance_entry, times_covariance
+from peg_on_hole_ros.estimation.kernel.runaway import solve_at_begin
 from peg_on_hole_ros.estimation.kernel.slip import along
 from peg_on_hole_ros.estimation.steps.implicit_euler import fill_slopes, inverse_of, times_column
-from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, closed_forms, compiled
+from peg_on_hole_ros.mechanics.kernel import WIDTH, closed_forms, compiled
 
 
 @compiled
-def slip_without_kink(p, m, dy, dt):
+def slip_without_kink(p, m, dt):
     """
     Return how far from none the slip would be after an interval, if friction did not turn round.
 
@@ -28,27 +22,33 @@ def slip_without_kink(p, m, dy, dt):
     ----------
     p : SceneScalars
     m : ndarray
-        Memory, with state, wrench and covariance at the begin of the interval.
-    dy : ndarray, shape (6, 14)
-        Scratch.
+        Memory, with state and covariance at the begin of the interval, and BEGIN as `runs_away`
+        has filled it; it is used up.
     dt : float
         [s].
 
     Returns
     -------
-    float
+    distance : float
         In squared standard deviations, of the contact where it is most.
+    evaluations : int
+        Of the six equations.
 
     """
-    accelerate_with_derivatives(
-        p, m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
-    )
+    y, dy = m[BEGIN : BEGIN + 6], m[BEGIN + 6 : BEGIN + 6 + 6 * WIDTH].reshape(6, WIDTH)
+    evaluations = 0
+    if ramps(m):
+        # It was filled under the wrench at the end; this asks for the mean one.
+        move_wrench(m, -0.5)
+        solve_at_begin(p, m)
+        move_wrench(m, 0.5)
+        evaluations = 1
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, m[X])
     r0, r1, r2 = m[X + 3], m[X + 4], m[X + 5]
     row0, row1, row2 = inverse_of(dt, dy)
-    a0 = dt * (m[Y] + dt * (dy[0, 0] * r0 + dy[0, 1] * r1 + dy[0, 2] * r2))
-    a1 = dt * (m[Y + 1] + dt * (dy[1, 0] * r0 + dy[1, 1] * r1 + dy[1, 2] * r2))
-    a2 = dt * (m[Y + 2] + dt * (dy[2, 0] * r0 + dy[2, 1] * r1 + dy[2, 2] * r2))
+    a0 = dt * (y[0] + dt * (dy[0, 0] * r0 + dy[0, 1] * r1 + dy[0, 2] * r2))
+    a1 = dt * (y[1] + dt * (dy[1, 0] * r0 + dy[1, 1] * r1 + dy[1, 2] * r2))
+    a2 = dt * (y[2] + dt * (dy[2, 0] * r0 + dy[2, 1] * r1 + dy[2, 2] * r2))
     gain0 = times_column(row0, a0, a1, a2)
     gain1 = times_column(row1, a0, a1, a2)
     gain2 = times_column(row2, a0, a1, a2)
@@ -65,4 +65,4 @@ def slip_without_kink(p, m, dy, dt):
                 d_k = d0 if k == 0 else (d1 if k == 1 else d2)
                 variance += d_j * d_k * covariance_entry(m, dy, j, k, uncertain)
         most = max(most, end * end / (variance + 1e-300))
-    return most
+    return most, evaluations

@@ -1,6 +1,7 @@
 """Where the numbers of one filter lie: one flat array that all of its compiled code works in."""
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +10,8 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, inlined, workspace
 
 # One array, because an array handed to compiled code costs as much as 50 multiplications and a
 # named tuple of them ten times that, and because loops over fixed places in one array become
-# vector instructions: the compiler sees that they do not overlap.
+# vector instructions: the compiler sees that they do not overlap. In brackets: what sets a place
+# that lives from one call to the next, by its function or as a method of the filter.
 _SIZES = {
     "SCENE": len(SceneScalars._fields),
     "PROCESS": len(Process._fields),
@@ -24,28 +26,40 @@ _SIZES = {
     "OFFSET": 8,  # bias at the sensor (6) and tilt of the hole (2), see offsets
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
-    "INTERVAL": 1,  # from the last correction to this one [s]
-    "HELD_BACK": 1,  # 1: what that told of friction or peg diameter was not taken in full
-    "SLIDING": 2,  # 1: every contact surely slides; did in a step since the last correction
-    "SLOW": 1,  # 1: a slip is not told from none
-    "BRIDGED": 1,  # 1: the last prediction was at constant rates
-    "WITHOUT_STEP": 1,  # for how long the contact equations have given no step [s]
-    "STOPPED": 1,  # share of the steps of late that were not believed, see `prediction.SELECTED`
-    "RAMP": 8,  # by how much the wrench goes in its interval; shares gone before, at the end
-    "CHANGE": 6,  # of the wrench, from the one before to the one that is held
+    "INTERVAL": 1,  # from the last correction to this one [s] (correct)
+    # 1: what that told of friction or peg diameter was not taken in full (learning_shares)
+    "HELD_BACK": 1,
+    "SLIDING": 1,  # 1: every contact surely slides (predict_contact, predict_free)
+    "SLID": 1,  # 1: they did in a step since the last correction (predict; correct ends it)
+    "SLOW": 1,  # 1: a slip is not told from none (predict)
+    "BRIDGED": 1,  # 1: the last prediction was at constant rates (bridge; predict ends it)
+    # For how long the contact equations have given no step [s] (bridge_without_step).
+    "WITHOUT_STEP": 1,
+    # Share of the steps of late that were not believed, see `prediction.SELECTED`
+    # (predict_contact).
+    "STOPPED": 1,
+    # By how much the wrench goes in its interval (hold_wrench); shares gone before, at the end
+    # (predict).
+    "RAMP": 8,
+    "CHANGE": 6,  # of the wrench, from the one before to the one that is held (hold_wrench)
     "JUMP": 6,  # by how much it may have differed from the ramp, a standard deviation
-    "ACCELERATION": 3,  # as the rates went of late
+    "ACCELERATION": 3,  # as the rates went of late (follow_acceleration, with the next four)
     "RATES_BEFORE": 3,  # at the last correction
     "ACCELERATION_BEFORE": 3,  # as it went of before
     "CHANGES": 3,  # mean square of its changes
     "CHANGES_SEEN": 1,  # share of them that was seen
-    "SINCE_CORRECTION": 1,  # time predicted since the last one [s]
-    "RATES_KNOWN": 1,  # 1: the rates at the last correction are known
-    "RATE_NOISE": 1,  # random walk of the rates where they are bridged [rad/s^1.5]
-    "LEAN": 3,  # mean of the white innovations of late
-    "TOLD_GAIN": 3,  # by which balance told of friction in the interval before, see `balance`
+    "SINCE_CORRECTION": 1,  # time predicted since the last one [s] (predict)
+    "RATES_KNOWN": 1,  # 1: the rates at the last correction are known (follow_acceleration)
+    # Random walk of the rates where they are bridged [rad/s^1.5] (adapt_rate_noise,
+    # bridge_without_step).
+    "RATE_NOISE": 1,
+    "LEAN": 3,  # mean of the white innovations of late (adapt_rate_noise)
+    # By which balance told of friction in the interval before (learn_from_balance).
+    "TOLD_GAIN": 3,
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
-    "UNBALANCE": 4,  # 1: forces were weighed in a prediction; by how much they were off, white
+    # 1: forces were weighed, and by how much they were off, white (learn_from_balance; predict
+    # ends it).
+    "UNBALANCE": 4,
     "METHOD": 3,  # the integrator's number and tolerance; evaluations for each max_step
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
@@ -58,6 +72,7 @@ _SIZES = {
     "X1": 6,  # state at the end of a step
     "Y": 6,  # accelerations and reactions
     "SAVED": 280,  # X, U, Z, CROSS, SPREAD and OFFSET_CROSS before a prediction
+    "BEGIN": 90,  # accelerations and reactions there, (6,), and their derivatives, (6, 14)
     "ROWS": 72,  # (6, 12)
     "GAIN": 36,  # of a correction, transposed, (3, 12)
     "JOSEPH": 144,
@@ -70,7 +85,7 @@ _SIZES = {
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
     "FRICTION": 72,  # what unknown friction makes of Y, see `slow_friction`, (12, 6)
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
-    "STAGE": 192,  # of a step of two stages or of second derivatives, see steps_choice
+    "STAGE": 192,  # of a step of two stages or of second derivatives, see steps.choice
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "LOAD": 48,  # from the offsets to the wrench on the peg, (6, 8)
@@ -82,6 +97,38 @@ _SIZES = {
     "GAINS": 66,
     "WORK": len(workspace()),
 }
+
+
+class Cleared(NamedTuple):
+    """
+    Names of the places that are cleared when something begins anew; what is not here outlives it.
+
+    Attributes
+    ----------
+    start : tuple of str
+        A motion. The wrench outlives it, and what was learnt of friction, peg diameter, offsets.
+    let_go : tuple of str
+        The wrenches.
+    forget : tuple of str
+        What is learnt of friction, peg diameter and offsets.
+
+    """
+
+    start: tuple[str, ...]
+    let_go: tuple[str, ...]
+    forget: tuple[str, ...]
+
+
+CLEARED = Cleared(
+    start=(
+        "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "SLOW", "BRIDGED", "WITHOUT_STEP",
+        "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES",
+        "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "TOLD_GAIN",
+        "TOLD_SHARE",
+    ),
+    let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
+    forget=("SCENE", "SPREAD", "CROSS", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS"),
+)  # fmt: skip
 
 
 def _places():
@@ -112,7 +159,7 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
-ACROSS = _AT["ACROSS"]
+ACROSS, BEGIN = _AT["ACROSS"], _AT["BEGIN"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
@@ -130,6 +177,12 @@ def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:
     """Return a view of one part of the memory by its name, in a shape."""
     view = memory[_AT[name] : _AT[name] + _SIZES[name]]
     return view if shape is None else view.reshape(shape)
+
+
+def clear(memory: np.ndarray, names: tuple[str, ...]) -> None:
+    """Set parts of the memory to zero, see `CLEARED`."""
+    for name in names:
+        part(memory, name)[:] = 0.0
 
 
 @inlined

@@ -4,7 +4,6 @@ from peg_on_hole_ros.estimation.kernel.carry import add_walk, carry, carry_all
 from peg_on_hole_ros.estimation.kernel.direction import slip_without_kink
 from peg_on_hole_ros.estimation.kernel.held_wrench import (
     add_jump,
-    move_wrench,
     ramps,
     wrench_of_piece,
 )
@@ -136,7 +135,7 @@ def predict_contact(m, dy, slopes, dt):
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
         return SLOW_SLIP, 0, 0
-    if runs_away(p, m, dy):
+    if runs_away(p, m):
         return RUNS_AWAY, 1, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
@@ -190,11 +189,10 @@ def predict_contact(m, dy, slopes, dt):
             slow = slow_slip(m, process.slow_slip)
             if within > 0.0 and not surely and not slow:
                 _exchange(m, saved)
-                move_wrench(m, -0.5)
-                slow = slip_without_kink(p, m, dy, dt) < within * within
-                move_wrench(m, 0.5)
-                evaluations += 1
+                distance, count = slip_without_kink(p, m, dt)
                 _exchange(m, saved)
+                slow = distance < within * within
+                evaluations += count
             if slow:
                 for i in range(saved):
                     m[X + i] = m[SAVED + i]

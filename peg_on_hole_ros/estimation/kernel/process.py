@@ -22,7 +22,7 @@ class Process(NamedTuple):
     wrench_jump : float
         Share of what `hold_wrench` says of a jump that counts [-].
     slow_rate_noise : float
-        Random walk of rates that change in `slow.bridge`, at least [rad/s^1.5].
+        Random walk of rates that change in `bridging.bridge`, at least [rad/s^1.5].
 
     """
 

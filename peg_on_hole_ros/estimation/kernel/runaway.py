@@ -1,16 +1,26 @@
 """Whether a motion runs away from its prediction faster than any estimate could follow."""
 
-from peg_on_hole_ros.estimation.kernel.memory import SCALES, WORK, U, X, Y
+from peg_on_hole_ros.estimation.kernel.memory import BEGIN, SCALES, WORK, U, X
 from peg_on_hole_ros.estimation.steps.implicit_euler import determinant_of
-from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, compiled
+from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate_with_derivatives, compiled, inlined
 
 # Rates at which small changes of a motion may grow [1/s]. Those of pegs that a filter follows grow
 # by 10 to 300 a second; where a contact slows down under a great load, by thousands.
 FASTEST_GROWTH = 600.0
 
 
+@inlined
+def solve_at_begin(p, m):
+    """Fill BEGIN under the wrench that is held; return its derivatives, a view, shape (6, 14)."""
+    y, dy = m[BEGIN : BEGIN + 6], m[BEGIN + 6 : BEGIN + 6 + 6 * WIDTH].reshape(6, WIDTH)
+    accelerate_with_derivatives(
+        p, m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], y, dy
+    )
+    return dy
+
+
 @compiled
-def runs_away(p, m, dy):
+def runs_away(p, m):
     """
     Return whether a small change of the motion grows faster than FASTEST_GROWTH under this wrench.
 
@@ -28,12 +38,8 @@ def runs_away(p, m, dy):
     ----------
     p : SceneScalars
     m : ndarray
-        Memory, with state, wrench and velocity scales of friction at the begin of the interval.
-    dy : ndarray, shape (6, 14)
-        Scratch.
+        Memory, with state, wrench and velocity scales of friction at the begin of the interval;
+        BEGIN is filled.
 
     """
-    accelerate_with_derivatives(
-        p, m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
-    )
-    return determinant_of(1.0 / FASTEST_GROWTH, dy) < 0.0
+    return determinant_of(1.0 / FASTEST_GROWTH, solve_at_begin(p, m)) < 0.0

@@ -207,7 +207,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """
         Correct, before a prediction, by how a held peg accelerates [rad/s^2].
 
-        Friction, and where the last interval was bridged also angles and rates. The wrench is
+        Friction, and where a slip was not told also angles and rates. The wrench is
         measured at the end of its interval: the angles are taken there.
         """
         moved = dt * self.x[RATES]

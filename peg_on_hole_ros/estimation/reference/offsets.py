@@ -67,9 +67,9 @@ class OffsetReference(ReferenceFilter):
         super().predict_contact(dt, pieces)
         self.slid = self.sliding
 
-    def predict_slow(self, dt):
+    def predict_runaway(self, dt):
         """Predict as if free; what a step before it tells of the offsets is not lost."""
-        super().predict_slow(dt)
+        super().predict_runaway(dt)
         self.sliding = self.slid
 
     def in_hole_axes(self, q, R):

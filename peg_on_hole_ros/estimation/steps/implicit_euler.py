@@ -1,4 +1,4 @@
-"""The implicit Euler step, the default of `steps_choice`, with its exact derivatives."""
+"""The implicit Euler step, the default of `choice`, with its exact derivatives."""
 
 from math import fabs, sqrt
 

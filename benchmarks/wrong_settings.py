@@ -1,0 +1,226 @@
+"""
+Settings that are wrong: how soon that is told, and what a wrong diameter makes of the bounds.
+
+    python benchmarks/wrong_settings.py [--part told slow diameter] [--seeds 4] [--out FILE]
+
+`told`: motions of the grid at 1 kHz and nominal noise, friction learnt and known. `slow`: pegs of
+4 to 150 mm that close and turn, at 100 Hz to 1 kHz. Of each the first time at which
+`innovations_too_large` (i) or `forces_out_of_balance` (b) counts, over noise seeds; the settings
+are off by 1 mm or 2 % of the diameter, ten standard deviations of the force's noise (2 N) and 0.2
+degrees. `diameter`: the peg's is off by 2 and 10 um, `scene.clearance_stddev` says by how much;
+which share of the reactions that are determined lies within 95 % bounds after 50 ms, of K, B1 and
+B2 the least, in four times as many seeds. A run that was stopped goes on.
+"""
+
+import argparse
+import os
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from grid_cells import Motion, truth_of, with_noise
+from grid_score import INTERVAL, REACTIONS, SETTLE_NS, run_seeds
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.simulation.dynamics import rotation
+from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from pegs import closing
+from resumable import keep, kept, sources_key, work_through
+
+FIRST_SEED = 700
+# What figures come from.
+PARTS = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
+SOURCES = ("wrong_settings.py", "grid_cells.py", "grid_score.py", "pegs.py")
+TOLD = [
+    Motion(2e-5, 0.2, 0.16, "slip"),
+    Motion(1e-4, 0.2, 0.16, "slip"),
+    Motion(2e-3, 0.2, 0.16, "slip"),
+    Motion(5e-4, 0.2, 0.16, "reversals"),
+    Motion(1e-4, 0.2, 0.16, "align"),
+]
+# Peg, rates of wrench and joint states [Hz].
+SLOW = [
+    *(("50 mm", rate, min(rate, 500)) for rate in (100, 250, 500, 1000)),
+    *(("10 mm", rate, min(rate, 500)) for rate in (250, 1000)),
+    *(("4 mm", rate, min(rate, 500)) for rate in (100, 1000)),
+    *(("150 mm", rate, min(rate, 500)) for rate in (100, 250)),
+]
+DIAMETER = [
+    *(Motion(c, 0.2, 0.16, "slip") for c in (2e-5, 1e-4, 5e-4, 2e-3)),
+    *(Motion(c, 0.5, 0.16, "slip") for c in (2e-5, 1e-4, 5e-4, 2e-3)),
+    *(Motion(c, 0.2, 0.16, "reversals") for c in (1e-4, 5e-4)),
+    *(Motion(c, 0.05, 0.16, "align") for c in (1e-4, 5e-4)),
+    *(Motion(c, 0.2, 0.16, "align") for c in (2e-5, 1e-4, 5e-4, 2e-3)),
+    *(Motion(c, 0.5, 0.16, "align") for c in (1e-4, 5e-4, 2e-3)),
+]
+# Told diameter less the true one [m].
+OFF = (2e-6, -2e-6, 1e-5, -1e-5)
+LEARNT = 0.05
+COUNTS = {"innovations_too_large": "i", "forces_out_of_balance": "b"}
+
+
+def with_scene(truth, **values):
+    """Return a truth of whose scene something else is told."""
+    configuration = truth.plan.configuration
+    configuration = replace(configuration, scene=replace(configuration.scene, **values))
+    return replace(truth, plan=replace(truth.plan, configuration=configuration))
+
+
+def with_lever(configuration, axis):
+    """Return a configuration whose sensor is 2 % of the diameter away from where it is."""
+    at = np.array(configuration.wrench.sensor_xyz)
+    at[axis] += 0.02 * configuration.scene.hole_diameter
+    wrench = replace(configuration.wrench, sensor_xyz=tuple(at.tolist()))
+    return replace(configuration, wrench=wrench)
+
+
+def with_tare(sample, off):
+    """Return a wrench whose force is off by so much [N]; others as they are."""
+    if not isinstance(sample, WrenchSample):
+        return sample
+    return sample._replace(force=tuple((np.array(sample.force) + off).tolist()))
+
+
+def tilted(sample, angle):
+    """Return a joint state in axes turned about y by an angle [rad]; others as they are."""
+    if not isinstance(sample, JointSample):
+        return sample
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ rotation(np.array(sample.position))
+    position = (
+        np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]),
+        np.arctan2(-R[1, 2], -R[0, 2]),
+        np.arctan2(-R[2, 1], R[2, 0]),
+    )
+    return sample._replace(position=tuple(float(angle) for angle in position))
+
+
+def settings(right):
+    """Return what may be wrong by name: the configuration, and what samples become."""
+    force = 10 * right.wrench.force_stddev
+    return {
+        "nothing": (right, lambda sample: sample),
+        "tare, across the peg": (right, partial(with_tare, off=np.array([force, 0.0, 0.0]))),
+        "tare, along it": (right, partial(with_tare, off=np.array([0.0, 0.0, force]))),
+        "lever arm, across": (with_lever(right, 0), lambda sample: sample),
+        "lever arm, along": (with_lever(right, 2), lambda sample: sample),
+        "hole leans": (right, partial(tilted, angle=np.radians(0.2))),
+    }
+
+
+def first_told(truth, configuration, change, seeds):
+    """Return of each seed when something is first told [s], and by which of COUNTS; or None."""
+    exact, found = sensor_wrench(truth), []
+    for seed in seeds:
+        pipeline, told = Pipeline(configuration), None
+        for sample in measure(truth, seed, exact=exact):
+            pipeline.on_sample(change(sample))
+            by = "".join(sign for name, sign in COUNTS.items() if pipeline.counts[name])
+            if by:
+                told = (sample.t_ns - START_NS) * 1e-9, by
+                break
+        found.append(told)
+    return found
+
+
+def told_in(truth, seeds):
+    """Return `first_told` of every setting, friction learnt and known."""
+    found = {}
+    for stddev in (LEARNT, 0.0):
+        right = with_scene(truth, friction_stddev=stddev).plan.configuration
+        for name, (told, change) in settings(right).items():
+            learnt = "learnt" if stddev else "known"
+            found[f"{name}; friction {learnt}"] = first_told(truth, told, change, seeds)
+    return found
+
+
+def covered(truth, seeds):
+    """Return the least share of reactions within their bounds, for each diameter in OFF."""
+    scene, found = truth.plan.configuration.scene, []
+    later = truth.t_ns >= SETTLE_NS
+    for off in OFF:
+        diameter = scene.peg_diameter + off
+        if not diameter < scene.hole_diameter:
+            found.append(None)
+            continue
+        told = with_scene(truth, peg_diameter=diameter, clearance_stddev=abs(off))
+        runs = run_seeds(told, seeds, sensor_wrench(truth))
+        chosen = later & runs.determined
+        error, stddev = (a[..., REACTIONS][chosen] for a in (runs.error, runs.stddev))
+        found.append(float((np.abs(error) <= INTERVAL * stddev).mean(axis=0).min()))
+    return found
+
+
+def compute(task):
+    """Keep the figures of one case of a part; returns (name, "done")."""
+    part, case, seeds, path, asked = task
+    if part == "slow":
+        truth = closing(*case, duration=0.9)
+    else:
+        truth = with_noise(truth_of(case)[0], "nominal", LEARNT)
+    measured = covered if part == "diameter" else told_in
+    keep(path, asked | {"figures": measured(truth, range(FIRST_SEED, FIRST_SEED + seeds))})
+    return f"{part}: {named(case)}", "done"
+
+
+def named(case):
+    """Return a case as text."""
+    return str(case) if isinstance(case, Motion) else f"{case[0]} at {case[1]} Hz"
+
+
+def span(found):
+    """Return as text from when to when seeds were told, by what, and how many of them."""
+    told = [one for one in found if one]
+    if not told:
+        return "no"
+    first, last = (f"{pick(one[0] for one in told):.2f}" for pick in (min, max))
+    by = "".join(sorted({sign for _, signs in told for sign in signs}))
+    times = first if first == last else f"{first} to {last}"
+    share = "" if len(told) == len(found) else f", {len(told)} of {len(found)}"
+    return f"{times} ({by}{share})"
+
+
+def table(part, rows):
+    """Return a part's figures as lines of a table."""
+    if part == "diameter":
+        heads = [f"{1e6 * off:+.0f} um" for off in OFF]
+        cells = {
+            name: ["" if share is None else f"{100 * share:.0f} %" for share in row]
+            for name, row in rows.items()
+        }
+    else:
+        heads = list(next(iter(rows.values())))
+        cells = {name: [span(row[head]) for head in heads] for name, row in rows.items()}
+    lines = [f"| {part} | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|"]
+    return lines + [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()]
+
+
+def main(arguments=None):
+    """Compute the parts asked for, print them as tables, keep the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    cases = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER}
+    parser.add_argument("--part", nargs="+", choices=cases, default=list(cases))
+    parser.add_argument("--seeds", type=int, default=4, help="noise seeds (4)")
+    parser.add_argument("--folder", type=Path, default=Path("out/wrong_settings"))
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    options = parser.parse_args(arguments)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    key = sources_key(PARTS, [Path(__file__).with_name(name) for name in SOURCES])
+    tasks = []
+    for part in options.part:
+        seeds = options.seeds * (4 if part == "diameter" else 1)
+        for case in cases[part]:
+            name = f"{part}_{named(case)}".replace(" ", "_").replace("/", "_")
+            asked = {"key": key, "seeds": seeds}
+            tasks.append((part, case, seeds, options.folder / f"{name}.json", asked))
+    missing = [task for task in tasks if kept(*task[3:]) is None]
+    work_through(compute, missing, options.workers, partial(print, flush=True))
+    for part in options.part:
+        rows = {named(t[1]): kept(*t[3:])["figures"] for t in tasks if t[0] == part}
+        print("\n".join(["", *table(part, rows)]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""Estimates read back from a bag: what another program wrote under their names is refused."""
+
+import re
+
+import pytest
+
+from estimates import estimate
+from peg_on_hole_ros.edges.bags.estimates import estimates
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.messages.output import OutputStream, joint_state
+from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.mechanics.scene import Scene
+from small_bags import MS
+
+T_NS = 10**9
+
+
+def bag(path, **others):
+    """Return a bag of two estimates; at the second stamp, messages of others by topic."""
+    output = OutputStream(Scene())
+    with BagWriter(path) as writer:
+        for t_ns in (T_NS, T_NS + MS):
+            for topic, ros_type, message in output.messages(estimate(t_ns)):
+                if t_ns > T_NS and topic in others:
+                    message = others[topic]
+                writer.write(f"/peg_on_hole/{topic}", ros_type, message, t_ns)
+    return Bag(path)
+
+
+def test_each_stamp_has_the_values_that_were_written(tmp_path):
+    rows, expected = list(estimates(bag(tmp_path / "own.mcap"))), estimate()
+    assert [row.t_ns for row in rows] == [T_NS, T_NS + MS]
+    for row in rows:
+        assert row.values.tolist() == [*expected.state, *expected.normal, *expected.slip_speed]
+        assert row.stddev[6:9].tolist() == expected.normal_stddev.tolist()
+        assert (row.monitor, row.mode) == (expected.monitor, expected.contact_mode)
+
+
+@pytest.mark.parametrize("topic", ["state", "state_stddev", "contacts", "contacts_stddev"])
+def test_messages_of_another_program_are_refused(tmp_path, topic):
+    other = joint_state(T_NS + MS, ["x", "y"], [0.0, 1.0])
+    # Of the six values of its own the other has two where a state is, and none where contacts are.
+    count = 8 if topic.startswith("state") else 6
+    path = tmp_path / "other.mcap"
+    rows = estimates(bag(path, **{topic: other}))
+    assert next(rows).t_ns == T_NS
+    stddev = "_stddev" if topic.endswith("_stddev") else ""
+    topics = f"state{stddev} and contacts{stddev}"
+    message = (
+        f"{path} is no output of replay or node: {topics} of the stamp 1.001000000 s "
+        f"have {count} values, not 12"
+    )
+    with pytest.raises(BagError, match=re.escape(message)):
+        next(rows)
