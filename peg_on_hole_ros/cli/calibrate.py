@@ -6,15 +6,19 @@ from peg_on_hole_ros.cli.recording import open_recording
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.edges import calibration_text
+from peg_on_hole_ros.edges.advice import apart
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.replay import check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError
-from peg_on_hole_ros.estimation.identification.calibration import calibrate
+from peg_on_hole_ros.estimation.identification.calibration import FEWEST_INNOVATIONS, calibrate
 from peg_on_hole_ros.estimation.identification.recording import Recording, recording
 from peg_on_hole_ros.options import Configuration
+
+# For what is smoothed over some tens of them; how many slide steadily is told later.
+_FEWEST = 50
 
 
 def run(arguments) -> int:
@@ -47,7 +51,8 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
     Raises
     ------
     BagError
-        A needed topic is missing, of another type, or without a message that can be used.
+        A needed topic is missing, of another type, or has too few messages that can be used; or
+        the two have no time in common.
 
     """
     needed = check_bag(bag, configuration)
@@ -75,7 +80,21 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
                 f"{bag.path}: {len(kept)} of {bag.topics[topic].count} messages on {topic} can be "
                 "used, a calibration needs many; `peg-on-hole inspect` says what is wrong"
             )
-    return recording(wrenches, measurements)
+    stamps = [[sample.t_ns for sample in kept] for kept in (wrenches, measurements)]
+    spans = (end(of) for of in stamps for end in (min, max))
+    clocks = apart(*spans, configuration)
+    if clocks:
+        raise BagError(f"{bag.path}: {clocks}")
+    record = recording(wrenches, measurements)
+    counts = len(record.wrench_t), len(record.joint_t)
+    if min(counts) < _FEWEST:
+        raise BagError(
+            f"{bag.path}: {counts[0]} wrenches and {counts[1]} joint states with stamps of their "
+            f"own can be used, a calibration needs at least {FEWEST_INNOVATIONS} joint states of "
+            "steady sliding; `peg-on-hole inspect` says what is wrong, else record longer, "
+            "or faster"
+        )
+    return record
 
 
 def _text(found, out):

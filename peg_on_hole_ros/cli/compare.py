@@ -23,6 +23,12 @@ def run(arguments) -> int:
     if arguments.bag:
         result, damage = _two_replays(arguments.bag, arguments.a, arguments.b)
     else:
+        for name in (arguments.a, arguments.b):
+            if Path(name).suffix in (".yaml", ".yml"):
+                raise PegOnHoleError(
+                    f"{name} is a configuration; to compare two of them, name the bag to replay: "
+                    "compare A.yaml B.yaml --bag BAG"
+                )
         a, b = open_bag(arguments.a), open_bag(arguments.b)
         result, damage = compare(a, b, first, second), a.damage or b.damage
     print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))

@@ -145,6 +145,10 @@ def _read(bag, readers, max_gap):
             progress(count / total)
     for topic, count in bag.undecodable.items():
         dropped[topic, "undecodable"] = count
+    for topic, found in statistics.items():
+        if found.repeated:
+            used[topic] -= found.repeated
+            dropped[topic, "repeated_stamp"] = found.repeated
     return statistics, used, dropped
 
 

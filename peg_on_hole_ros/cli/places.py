@@ -122,9 +122,12 @@ def out_folder(path: str, config: str | None = None) -> Path:
     Raises
     ------
     PegOnHoleError
-        It is a file, or cannot be made; or the configuration is named as a result in it.
+        The path is empty, is a file, or cannot be made; or the configuration is named as a result
+        in it.
 
     """
+    if not path:
+        raise PegOnHoleError("the path of the folder is empty; name one, such as --out results")
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)

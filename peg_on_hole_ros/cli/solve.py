@@ -8,12 +8,16 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
+# Beyond, no peg is; squares of what is far beyond overflow. The tilt has a range of its own.
+_STATE = (1e6, 1e6, 1e6, 1e4, 1e4, 1e4)
+_WRENCH = (1e6,) * 6
+
 
 def run(arguments) -> int:
     """Print motion and reactions."""
     configuration, _ = load(arguments.config)
-    state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s")
-    wrench = _six("--wrench", arguments.wrench, "N, N, N, N m, N m, N m")
+    state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s", _STATE)
+    wrench = _six("--wrench", arguments.wrench, "N, N, N, N m, N m, N m", _WRENCH)
     result = solve(configuration.scene, state, wrench)
     print(to_json(result) if arguments.json else _text(result))
     return 0
@@ -49,13 +53,19 @@ def solve(scene, state, wrench) -> dict:
     }
 
 
-def _six(name, text, units):
+def _six(name, text, units, most):
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
     if len(values) != 6 or not np.all(np.isfinite(values)):
         raise PegOnHoleError(f"{name} = {text} is not six finite numbers ({units})")
+    for value, limit, unit in zip(values, most, units.split(", ")):
+        if abs(value) > limit:
+            raise PegOnHoleError(
+                f"{name} = {text}: {value:g} {unit} is not within -{limit:g} to {limit:g} {unit}; "
+                "all six are in SI units"
+            )
     return values
 
 

@@ -3,8 +3,8 @@
 from peg_on_hole_ros.options import Configuration
 
 MISFIT = (
-    "the motion is not what the wrench makes of it: check sensor_xyz, the tare, the hole's "
-    "direction, and the stated noise"
+    "the motion is not what the wrench makes of it: check sensor_xyz, the tare, payload and "
+    "scene, the hole's direction, joints.delay, and the stated noise"
 )
 MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"

@@ -31,7 +31,7 @@ QUIET = 60.0  # [s] between two tracebacks in the log
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class PegOnHoleNode(LifecycleNode):
+class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
     """
     Takes wrench and joint states, publishes everything that each wrench makes known.
 
@@ -62,11 +62,6 @@ class PegOnHoleNode(LifecycleNode):
         self.add_on_set_parameters_callback(
             lambda changed: node_parameters.refusal(self, self._stream is not None, changed)
         )
-
-    def declare_parameters(self, namespace, parameters, ignore_override=False):
-        """Declare; rclpy does it first with what files and arguments have."""
-        node_parameters.check_given({row[0]: row[1] for row in parameters if len(row) > 1})
-        return super().declare_parameters(namespace, parameters, ignore_override)
 
     def on_configure(self, state) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""

@@ -151,7 +151,9 @@ def test_inspect_finds_gaps_and_clock_trouble(tmp_path, capsys):
     assert result["replay"]["dropped"] == {
         "/joint_states: missing_joint": 1,
         "/wrench: not_finite": 1,
+        "/wrench: repeated_stamp": 1,
     }
+    assert result["replay"]["used"] == {"/joint_states": 8, "/wrench": 6}
     assert main(["inspect", str(path)]) == 0
     text = capsys.readouterr().out
     assert (

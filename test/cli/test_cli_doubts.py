@@ -72,6 +72,8 @@ def test_what_cannot_be_used_is_refused_with_its_remedy(tmp_path, capsys, change
     seen = json.loads(capsys.readouterr().out)["replay"]
     assert not seen["possible"]
     assert seen["reason"] in (message, "no message on /joint_states can be used")
+    if CLOCKS in message:
+        fails(capsys, 3, f"{path}: {message}", "calibrate", path, "--out", tmp_path / "c.yaml")
 
 
 @pytest.mark.parametrize(
@@ -145,3 +147,53 @@ def test_torques_in_newton_millimetres_are_told(sliding, tmp_path, capsys):
     assert main(["replay", str(wrong)]) == 0
     told = capsys.readouterr().out
     assert "not believed, mostly as the contact equations have no solution, or one that" in told
+
+
+@pytest.mark.parametrize(
+    ("changes", "counts"),
+    [
+        ({"count": 6}, "6 wrenches and 3 joint states"),
+        (
+            {"wrench_of": lambda _: wrench(0), "joints_of": lambda _: joints(0)},
+            "1 wrenches and 1 joint states",
+        ),
+    ],
+)
+def test_a_recording_too_short_to_calibrate_is_told(tmp_path, capsys, changes, counts):
+    path = recording(tmp_path / "a.mcap", **changes)
+    message = (
+        f"{path}: {counts} with stamps of their own can be used, a calibration needs at least 250 "
+        "joint states of steady sliding; `peg-on-hole inspect` says what is wrong, else "
+        "record longer, or faster"
+    )
+    fails(capsys, 3, message, "calibrate", path, "--out", tmp_path / "c.yaml")
+
+
+def test_configurations_are_compared_over_a_bag(tmp_path, capsys):
+    path = config(tmp_path, "scene: {friction: 0.3}")
+    message = (
+        f"{path} is a configuration; to compare two of them, name the bag to replay: compare "
+        "A.yaml B.yaml --bag BAG"
+    )
+    fails(capsys, 2, message, "compare", path, path)
+
+
+@pytest.mark.parametrize("name", ["chart", "stability"])
+def test_an_empty_folder_is_not_the_current_one(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    message = "the path of the folder is empty; name one, such as --out results"
+    fails(capsys, 2, message, name, "--out", "", "--quick")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "what"),
+    [
+        ("--state", "0.1,0,0,1e300,0,2", "1e+300 rad/s is not within -10000 to 10000 rad/s"),
+        ("--wrench", "0,0,1e30,0,0,0", "1e+30 N is not within -1e+06 to 1e+06 N"),
+    ],
+)
+def test_solve_refuses_what_no_peg_has(capsys, option, value, what):
+    state = [] if option == "--state" else ["--state", "0.2,0,0,-0.1,0,2"]
+    message = f"{option} = {value}: {what}; all six are in SI units"
+    fails(capsys, 2, message, "solve", *state, option, value)

@@ -20,6 +20,8 @@ class StampStatistics:
     ----------
     span : tuple of int or None
         Least and greatest stamp [ns]; None: no message yet.
+    repeated : int
+        Messages with the stamp of the one before.
 
     """
 
@@ -27,7 +29,8 @@ class StampStatistics:
         self._max_gap_ns = round(max_gap * 1e9)
         self.span: tuple[int, int] | None = None
         self._last: int | None = None
-        self._count = self._backwards = self._repeated = self._gaps = self._zeros = 0
+        self._count = self._backwards = self._gaps = self._zeros = 0
+        self.repeated = 0
         self._longest: int | None = None
         self._periods: list[int] = []
         self._stride = 1
@@ -45,7 +48,7 @@ class StampStatistics:
         if self._last is not None:
             period = t_ns - self._last
             self._backwards += period < 0
-            self._repeated += period == 0
+            self.repeated += period == 0
             self._gaps += period > self._max_gap_ns
             self._longest = period if self._longest is None else max(self._longest, period)
             if self._count % self._stride == 0:
@@ -69,7 +72,7 @@ class StampStatistics:
                 "longest": None if self._longest is None else self._longest * 1e-9,
             },
             "backwards": self._backwards,
-            "repeated": self._repeated,
+            "repeated": self.repeated,
             "log_minus_stamp": {
                 "least": self._least,
                 "greatest": self._greatest,
@@ -89,9 +92,9 @@ class StampStatistics:
                 f"{self._backwards} stamps go backwards: what is later than filter.late_window is "
                 "dropped; a driver without time order, or two publishers on one topic"
             )
-        if self._repeated:
+        if self.repeated:
             trouble.append(
-                f"{self._repeated} stamps repeat the one before: a replay uses the first; a "
+                f"{self.repeated} stamps repeat the one before: a replay uses the first; a "
                 "driver that stamps in whole milliseconds, or sends twice"
             )
         if self._gaps:

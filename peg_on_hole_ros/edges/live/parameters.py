@@ -34,21 +34,17 @@ def declare(node: Node) -> None:
             node.declare_parameter(row.name, default, descriptor)
 
 
-def check_given(given: dict[str, object]) -> None:
+class NoEmptyLists:
     """
-    Refuse empty lists, which ROS 2 hands over as no value, and rclpy raises at without a name.
+    For a Node: refuses empty lists by name.
 
-    Parameters
-    ----------
-    given : dict of str to value
-        Parameters that files and arguments have.
-
-    Raises
-    ------
-    PegOnHoleError
-
+    ROS 2 hands them over as no value, and rclpy raises at one, before any check, without its name.
     """
-    check({name: [] for name, value in given.items() if value is None})
+
+    def declare_parameters(self, namespace, parameters, ignore_override=False):
+        """Declare; a Node does it first with what files and arguments have."""
+        check({row[0]: [] for row in parameters if len(row) > 1 and row[1] is None})
+        return super().declare_parameters(namespace, parameters, ignore_override)
 
 
 def values(node: Node) -> dict[str, object]:
