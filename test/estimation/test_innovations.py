@@ -11,16 +11,16 @@ from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
-from peg_on_hole_ros.estimation.innovations import (
+from peg_on_hole_ros.estimation.innovations import Innovations
+from peg_on_hole_ros.estimation.kernel.memory import part
+from peg_on_hole_ros.estimation.watches import (
     DRIFTS,
     TOO_LARGE,
     WINDOW,
     BalanceWatch,
-    Innovations,
     InnovationWatch,
     SurpriseWatch,
 )
-from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
