@@ -152,7 +152,7 @@ class Processor:
         result = self.filter.predict(dt, self.assessment.on_contacts and not silent)
         unbalance = self.filter.unbalance
         if unbalance is not None:
-            self.counts["forces_out_of_balance"] += self._innovations.weigh(dt, unbalance)
+            self.counts["forces_out_of_balance"] += self._innovations.weigh(t_ns, unbalance)
         self._in_contact = result is Prediction.CONTACT
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
         self._touching = self._in_contact or self.assessment.doubtful

@@ -85,14 +85,14 @@ class Innovations:
         self._watch.restore(watch)
         self._balance.restore(balance)
 
-    def weigh(self, dt, white) -> bool:
+    def weigh(self, t_ns, white) -> bool:
         """
         Take by how much a prediction found the forces on the peg out of balance.
 
         Parameters
         ----------
-        dt : float
-            Of the prediction [s].
+        t_ns : int
+            Its stamp [ns].
         white : tuple of 3 float
             See `BalanceWatch.add`.
 
@@ -104,7 +104,7 @@ class Innovations:
         """
         if not self._white:
             return False
-        self._balance.add(dt, white)
+        self._balance.add(t_ns, white)
         return self._balance.too_far
 
     def add(self, t_ns, nis, kalman, used, in_contact, touching) -> Told:

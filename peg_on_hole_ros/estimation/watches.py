@@ -120,6 +120,7 @@ class BalanceWatch:
     def restart(self):
         """Forget all."""
         self._sum, self._weight, self._count = (0.0, 0.0, 0.0), 0.0, 0.0
+        self._t_ns: int | None = None
         self.drift: float | None = None
 
     @property
@@ -129,25 +130,26 @@ class BalanceWatch:
 
     def snapshot(self):
         """Return what `restore` takes back."""
-        return self._sum, self._weight, self._count, self.drift
+        return self._sum, self._weight, self._count, self._t_ns, self.drift
 
     def restore(self, snapshot):
         """Go back to a snapshot; it can be gone back to again."""
-        self._sum, self._weight, self._count, self.drift = snapshot
+        self._sum, self._weight, self._count, self._t_ns, self.drift = snapshot
 
-    def add(self, dt: float, white):
+    def add(self, t_ns: int, white):
         """
         Take one weighing.
 
         Parameters
         ----------
-        dt : float
-            Time since the prediction before [s].
+        t_ns : int
+            Stamp [ns], after that of the one before.
         white : tuple of 3 float
             Accelerations less those that are expected, over the lower root of their covariance.
 
         """
-        kept = exp(-dt / self.MEMORY)
+        since = 0 if self._t_ns is None else t_ns - self._t_ns
+        kept, self._t_ns = exp(-since * 1e-9 / self.MEMORY), t_ns
         self._sum = tuple(
             kept * total + max(-self.LIMIT, min(self.LIMIT, value))
             for total, value in zip(self._sum, white, strict=True)

@@ -28,6 +28,8 @@ from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
 from wrong_settings import tilted
 
+MS = 1_000_000
+
 
 def test_the_median_is_that_of_the_window():
     values = np.random.default_rng(4).chisquare(3, 1000)
@@ -99,23 +101,27 @@ def test_innovations_of_the_stated_size_are_hardly_ever_too_large_on_end():
 def test_the_balance_drifts_as_chi_squared_and_one_burst_is_no_wrong_setting():
     watch, rng, drifts = BalanceWatch(), np.random.default_rng(4), []
     for i, white in enumerate(rng.standard_normal((20000, 3)).tolist()):
-        watch.add(1e-3, white)
+        watch.add(i * MS, white)
         assert (watch.drift is None) == (i < BalanceWatch.FEWEST)
         if i > 1000 and i % 300 == 0:
             drifts.append(watch.drift)
     # The mean of 60, each with a variance of 6, scatters by 0.3.
     assert np.mean(drifts) == pytest.approx(3.0, abs=1.0) and not watch.too_far
-    for _ in range(20):
-        watch.add(1e-3, (50.0, -50.0, 50.0))
+    now = 20000 * MS
+    for i in range(20):
+        watch.add(now + i * MS, (50.0, -50.0, 50.0))
     assert not watch.too_far
-    before = watch.snapshot()
-    for _ in range(300):
-        watch.add(1e-3, (0.8, -0.8, 0.0))
+    before, now = watch.snapshot(), now + 20 * MS
+    for i in range(300):
+        watch.add(now + i * MS, (0.8, -0.8, 0.0))
     assert watch.too_far
+    # Of a contact before nothing is left.
+    watch.add(now + 5000 * MS, (0.1, 0.1, 0.1))
+    assert watch.drift < 1.0
     watch.restore(before)
     assert not watch.too_far
-    for _ in range(600):
-        watch.add(1e-3, (0.0, 0.0, 0.0))
+    for i in range(600):
+        watch.add(now + i * MS, (0.0, 0.0, 0.0))
     assert watch.drift < 3.0
 
 
