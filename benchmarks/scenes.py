@@ -1,7 +1,8 @@
 """
 Score transition, forecast, modes and alarms over insertion scenes with drawn parameters.
 
-    python benchmarks/scenes.py [--runs 300] [--quick] [--mismatch] [--tuning] --out DIR
+    python benchmarks/scenes.py [--runs 300] [--quick] [--mismatch] [--tuning] [--wrench-rate HZ]
+        --out DIR
 
 Labels come from the simulated motion and loads alone. Scenes of `--tuning` are for choosing
 thresholds; those scored otherwise share no seed with them. Truths and figures are kept in DIR, so
@@ -13,6 +14,7 @@ import csv
 import os
 import shutil
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -53,15 +55,23 @@ def cases(runs: int, of: str = "scoring") -> list[Case]:
     return [Case(FAMILIES[i % len(FAMILIES)], i // len(FAMILIES), of) for i in range(runs)]
 
 
-def file_of(folder: Path, case: Case, variant: str) -> Path:
+def at_rate(plan, rate: int | None):
+    """Return a plan with wrenches at a rate [Hz], orientations at no more; None: as it is."""
+    if rate is None:
+        return plan
+    return replace(plan, wrench_rate=rate, joint_rate=min(rate, plan.joint_rate))
+
+
+def file_of(folder: Path, case: Case, variant: str, rate: int | None = None) -> Path:
     """Return where a run's figures are kept."""
-    return folder / "runs" / f"{case}_{variant}.json"
+    at = "" if rate is None else f"_{rate}hz"
+    return folder / "runs" / f"{case}_{variant}{at}.json"
 
 
 def score_case(task):
     """Compute and keep the figures of one scene; returns its name and how its truth ended."""
-    case, variants, folder, key = task
-    plan = plan_of(case)
+    case, variants, folder, key, rate = task
+    plan = at_rate(plan_of(case), rate)
     truth, why = truth_of(plan, folder / "truths")
     for variant in variants:
         tree = {"key": key, "variant": variant, **case._asdict(), "end": why}
@@ -70,27 +80,29 @@ def score_case(task):
             tries = 2 if variant == "second_try" else 1
             record = play(truth, configuration, noise_seeds(case, tries))
             tree |= {"end": truth.ended_by, **score_run(labels_of(truth), record)}
-        keep(file_of(folder, case, variant), tree)
+        keep(file_of(folder, case, variant, rate), tree)
     return str(case), why or truth.ended_by
 
 
-def run(chosen, variants, folder: Path, workers=1, report=print) -> dict[str, list[dict]]:
+def run(
+    chosen, variants, folder: Path, workers=1, report=print, rate=None
+) -> dict[str, list[dict]]:
     """
     Compute what is missing of the runs and return all, {variant: runs}.
 
-    Scenes that could not be begun are told and left out.
+    Scenes that could not be begun are told and left out. A rate [Hz] of the wrench: `at_rate`.
 
     """
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     key = figures_key()
-    tasks = []
+    tasks, asked = [], {"key": key}
     for case in chosen:
-        missing = [v for v in variants if kept(file_of(folder, case, v), {"key": key}) is None]
+        missing = [v for v in variants if kept(file_of(folder, case, v, rate), asked) is None]
         if missing:
-            tasks.append((case, missing, folder, key))
+            tasks.append((case, missing, folder, key, rate))
     report(f"{len(chosen)} scenes, {' and '.join(variants)}: {len(tasks)} to compute")
     work_through(score_case, tasks, workers, report)
-    found = {v: [kept(file_of(folder, c, v), {"key": key}) for c in chosen] for v in variants}
+    found = {v: [kept(file_of(folder, c, v, rate), asked) for c in chosen] for v in variants}
     begun = {v: [r for r in runs if "duration" in r] for v, runs in found.items()}
     for r in found[variants[0]]:
         if "duration" not in r:
@@ -190,6 +202,7 @@ def main(arguments=None):
     parser.add_argument("--quick", action="store_true", help="two scenes of each family")
     parser.add_argument("--mismatch", action="store_true", help="wrong friction, clearance too")
     parser.add_argument("--tuning", action="store_true", help="scenes for choosing thresholds")
+    parser.add_argument("--wrench-rate", type=int, metavar="HZ", help="slower than 1 kHz")
     parser.add_argument("--out", type=Path, required=True, help="figures, tables, pictures")
     parser.add_argument("--page", type=Path, help="renew tables, pictures of docs/scenes.md")
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
@@ -200,9 +213,14 @@ def main(arguments=None):
         parser.error("--runs is at least 1")
     chosen = cases(count, "tuning" if options.tuning else "scoring")
     variants = VARIANTS if options.mismatch else VARIANTS[:1]
-    found = run(chosen, variants, options.out, options.workers, _say)
+    rate = options.wrench_rate
+    if rate is not None and not 50 <= rate <= 1000:
+        parser.error(f"--wrench-rate = {rate} Hz is not within 50 to 1000 Hz")
+    if rate is not None and options.page:
+        parser.error("--page is for the scenes as they are: leave out --wrench-rate")
+    found = run(chosen, variants, options.out, options.workers, _say, rate)
     drawn = dict(found)
-    if options.mismatch:
+    if options.mismatch and rate is None:
         found |= run_engine(options.out, options.workers, _say)
     for name, rows in (("scores", flat_scores(found)), ("runs", flat_runs(found))):
         with (options.out / f"{name}.csv").open("w", newline="") as file:

@@ -397,6 +397,20 @@ def test_a_few_scenes_whole(ran):
     assert abs(again["error"]) < 5e-3 and again["false"] == again["flicker"] == 0
 
 
+@pytest.mark.parametrize("rate", [100, 250])
+def test_a_slow_wrench_tells_as_much_one_sample_later(tmp_path, rate):
+    chosen = [Case("insertion", 2), Case("tipped", 1), Case("overpress", 0)]
+    found = scenes.run(chosen, ("matched",), tmp_path, 1, print, rate)["matched"]
+    enters, tips, presses = found
+    assert enters["confusion"]["three_point"]["three_point"] > 0.2 * rate
+    assert abs(enters["transition"]["error"]) < 2.0 / rate and not enters["transition"]["false"]
+    assert [e[0] for e in tips["events"]] == ["contact_loss"]
+    assert sum(tips["confusion"]["lost"].values()) > 0.1 * rate
+    (cause, lead, _), *_ = presses["alarms"]["overload"]["error"]["events"]
+    assert cause == "overload" and lead > 0.0
+    assert not any(r["alarms"][a]["error"]["false"] for r in found for a in r["alarms"])
+
+
 def test_goes_on_with_what_it_has(ran, monkeypatch):
     folder, told, chosen, found = ran
     told.clear()
