@@ -103,7 +103,7 @@ def test_the_balance_drifts_as_chi_squared_and_one_burst_is_no_wrong_setting():
     for i, white in enumerate(rng.standard_normal((20000, 3)).tolist()):
         watch.add(i * MS, white)
         assert (watch.drift is None) == (i < BalanceWatch.FEWEST)
-        if i > 1000 and i % 300 == 0:
+        if i > 2000 and i % 300 == 0:
             drifts.append(watch.drift)
     # The mean of 60, each with a variance of 6, scatters by 0.3.
     assert np.mean(drifts) == pytest.approx(3.0, abs=1.0) and not watch.too_far
@@ -120,7 +120,7 @@ def test_the_balance_drifts_as_chi_squared_and_one_burst_is_no_wrong_setting():
     assert watch.drift < 1.0
     watch.restore(before)
     assert not watch.too_far
-    for i in range(600):
+    for i in range(2000):
         watch.add(now + i * MS, (0.0, 0.0, 0.0))
     assert watch.drift < 3.0
 
