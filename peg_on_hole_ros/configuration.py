@@ -96,7 +96,8 @@ def checked(row: Parameter, value: object) -> object:
         )
     if not row.type.endswith("[]"):
         return _scalar(row, row.name, kind, value)
-    if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
+    # The names of a group in place of a list would be taken for its items.
+    if isinstance(value, (str, bytes, dict, set)) or not hasattr(value, "__len__"):
         raise PegOnHoleError(f"{row.name} = {value!r} is not {row.type}; {_example(row)}")
     # tolist() of numpy and array.array gives Python's own numbers.
     items = value.tolist() if hasattr(value, "tolist") else list(value)

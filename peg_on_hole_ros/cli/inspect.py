@@ -10,6 +10,7 @@ from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.advice import apart
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
+from peg_on_hole_ros.edges.contact_steps import foreseen, foreseen_content
 from peg_on_hole_ros.edges.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
@@ -20,8 +21,10 @@ from peg_on_hole_ros.edges.messages.decode import (
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
+from peg_on_hole_ros.estimation.identification.slip_noise import SlipNoiseOf
 from peg_on_hole_ros.estimation.measurement import NamedPositions
 from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import AngleMeasurement
 
 
 def run(arguments) -> int:
@@ -93,16 +96,19 @@ def inspect(
         "topics": [_topic(bag.topics[name]) for name in sorted(bag.topics)],
         "clock": {},
         "replay": {"possible": False, "reason": trouble, "used": {}, "dropped": {}},
+        "contact_steps": None,
     }
     try:
         check_bag(bag, configuration)
     except BagError as error:
         result["replay"]["reason"] = trouble or str(error)
-    readers = {}
+    readers, motion = {}, SlipNoiseOf(configuration)
     if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
-        readers[wrench] = wrench_sample
+        readers[wrench] = lambda message: _wrench(message, motion)
     if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
-        readers[joints] = lambda message: _joints(message, configuration.joints.names, orientation)
+        readers[joints] = lambda message: _joints(
+            message, configuration.joints.names, orientation, motion
+        )
     statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap)
     result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
     replay = result["replay"]
@@ -119,15 +125,30 @@ def inspect(
                 apart(*statistics[wrench].span, *statistics[joints].span, configuration) or None
             )
             replay["possible"] = replay["reason"] is None
+    if replay["possible"]:
+        period = result["clock"][wrench]["median_period"]
+        found = motion.result(period) if period else None
+        result["contact_steps"] = foreseen_content(found, period) if found else None
     return result
 
 
-def _joints(message, names, orientation):
+def _wrench(message, motion):
+    sample = wrench_sample(message)
+    if not isinstance(sample, Malformed):
+        motion.wrench(sample)
+    return sample
+
+
+def _joints(message, names, orientation, motion):
     sample = joint_sample(message, names)
     if isinstance(sample, Malformed):
         return sample
     measurement = orientation(sample)
-    return Malformed(measurement) if isinstance(measurement, str) else sample
+    if isinstance(measurement, str):
+        return Malformed(measurement)
+    if isinstance(measurement, AngleMeasurement):
+        motion.angles(measurement)
+    return sample
 
 
 def _read(bag, readers, max_gap):
@@ -190,6 +211,9 @@ def _text(result):
     lines += [f"  dropped, {reason}: {count}" for reason, count in replay["dropped"].items()]
     if not any(replay["used"].values()):
         lines.append("  nothing")
+    steps = result["contact_steps"]
+    doubt = foreseen(steps) if steps else ""
+    lines += ["", doubt] if doubt else []
     return "\n".join(lines)
 
 

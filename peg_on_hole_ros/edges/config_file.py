@@ -40,6 +40,12 @@ class _Loader(yaml.SafeLoader):
             if not isinstance(key, yaml.ScalarNode):
                 continue
             line = key.start_mark.line + 1
+            if key.tag == "tag:yaml.org,2002:merge":
+                raise yaml.constructor.ConstructorError(
+                    problem="<< puts the names of another group here for YAML, and is a name to "
+                    "ROS 2; write them out",
+                    problem_mark=key.start_mark,
+                )
             if key.value in lines:
                 raise yaml.constructor.ConstructorError(
                     problem=f"{key.value!r} was there before in the same group, at line "

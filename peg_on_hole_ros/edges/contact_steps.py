@@ -1,12 +1,16 @@
-"""How many of a filter's steps on three contacts it did not believe, and what that means."""
+"""How many of a filter's steps on three contacts it does not believe, and what that means."""
 
 from collections import Counter
 from collections.abc import Callable
+from math import ceil, log10
 
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP, Prediction
+from peg_on_hole_ros.estimation.identification.slip_noise import BELIEVED, SlipNoise
 
 # Not for noise.
 _UNSOLVED = ("step_without_solution", "step_runs_away")
+# No usual sensor sends more [Hz].
+_MOST_RATE = 10_000.0
 _BRIDGED = (*NO_STEP, Prediction.SLOW, Prediction.RUNAWAY)
 
 
@@ -74,4 +78,47 @@ def told(content: dict[str, int], events: dict[str, int]) -> str:
         f"{begun}as noise or rest leaves slip no direction (usual for a slow wrench, a small peg, "
         "a peg at rest; else a setting is wrong): friction, angles and rates come from the "
         "balance of forces, and wrong settings show less (docs/steps.md, docs/integration.md)"
+    )
+
+
+def foreseen_content(found: SlipNoise, period: float) -> dict:
+    """
+    Return what `inspect --json` has of the steps that a replay will not believe.
+
+    Parameters
+    ----------
+    found : SlipNoise
+    period : float
+        Between wrenches [s].
+
+    """
+    enough = BELIEVED / (found.ratio * period) if found.ratio else float("inf")
+    step = 10.0 ** (ceil(log10(enough)) - 2) if enough <= _MOST_RATE else None
+    return {
+        "windows": found.windows,
+        "not_believed": found.hidden,
+        "wrench_rate": 1.0 / period,
+        "slip": found.slip,
+        "slip_noise": found.noise,
+        "enough_rate": ceil(enough / step) * step if step else None,
+    }
+
+
+def foreseen(content: dict) -> str:
+    """Return what to know where most steps will not be believed, or nothing."""
+    windows, hidden, enough = (content[k] for k in ("windows", "not_believed", "enough_rate"))
+    if 2 * hidden <= windows:
+        return ""
+    remedy = (
+        f"record the wrench at {enough:g} Hz or more, or turn the peg faster"
+        if enough
+        else f"{_MOST_RATE:g} Hz would not do either: turn the peg faster"
+    )
+    return (
+        f"contact steps: in {hidden} of {windows} stretches of motion a replay will not believe "
+        f"most of them: contacts slip by {1e3 * content['slip']:.3g} mm/s, and noise of one "
+        f"wrench at {content['wrench_rate']:.4g} Hz moves them by "
+        f"{1e3 * content['slip_noise']:.3g} mm/s, which has to be less than an eighth of that. "
+        "Friction, angles and rates then come from the balance of forces, and wrong settings "
+        f"show less (docs/steps.md, docs/integration.md); at this noise and motion {remedy}"
     )

@@ -405,6 +405,11 @@ def test_a_folder_of_bags_says_which(tmp_path):
         f"{tmp_path} is a folder without metadata.yaml and without .mcap files: no bag; the bags "
         f"in it are {path.name}: name one of them"
     )
+    for i in (2, 10):  # of recorders that were killed
+        (tmp_path / f"run_{i}").mkdir()
+        write_bag(tmp_path / f"run_{i}" / f"run_{i}_0.mcap", count=10)
+    with pytest.raises(BagError, match="the bags in it are bag, run_2, run_10: name one of them"):
+        Bag(tmp_path)
 
 
 def test_paths_that_are_none(tmp_path, monkeypatch):
@@ -436,6 +441,23 @@ def test_paths_that_are_none(tmp_path, monkeypatch):
             described(),
             "{path}/metadata.yaml names no files; remove it to read the .mcap files of {path}",
         ),
+        # Its letters had been taken for files.
+        (
+            "rosbag2_bagfile_information: {relative_file_paths: b_0.mcap}",
+            "{path}/metadata.yaml is not a description of a bag (rosbag2_bagfile_information with "
+            "relative_file_paths); remove it to read the .mcap files of {path}",
+        ),
+        (
+            described("b_0.mcap", "b_1.mcap", "b_0.mcap"),
+            "{path}/metadata.yaml names b_0.mcap 2 times, and its messages would be read as "
+            "often; leave it there once",
+        ),
+        (
+            described("b_0.mcap", "b_1.mcap") + "  compression_mode: MESSAGE\n",
+            "{path} has every message compressed by itself (compression_mode: MESSAGE); convert "
+            "it: ros2 bag convert -i {path} with storage_id mcap and without compression_mode for "
+            "the output",
+        ),
     ],
 )
 def test_unusable_folders(tmp_path, description, message):
@@ -443,6 +465,21 @@ def test_unusable_folders(tmp_path, description, message):
     with pytest.raises(BagError) as caught:
         Bag(path)
     assert str(caught.value) == message.replace("{path}", str(path))
+
+
+def test_an_old_recorder_put_the_name_of_the_folder_before_its_files(tmp_path, monkeypatch):
+    old = described("bag/b_0.mcap", "bag/b_1.mcap").replace("version: 9", "version: 3")
+    path = folder(tmp_path, old)
+    assert Bag(path).topics["/wrench"].count == 20 and not Bag(path).unnamed
+    monkeypatch.chdir(path)
+    assert Bag(".").topics["/wrench"].count == 20
+
+
+def test_a_file_that_is_compressed_as_a_whole_is_told(tmp_path):
+    path = tmp_path / "a.mcap.zstd"
+    path.write_bytes(b"(\xb5/\xfd")
+    with pytest.raises(BagError, match="a.mcap.zstd is compressed as a whole; decompress it"):
+        Bag(path)
 
 
 def test_folder_that_is_no_bag(tmp_path):

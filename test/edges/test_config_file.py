@@ -166,6 +166,16 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
             "line 1; write it once, with all that belongs to it",
         ),
         ("a: [1\n", "{path} is not YAML at line 2: expected ',' or ']', but got '<stream end>'"),
+        (
+            "peg_on_hole:\n  ros__parameters: {joints: {names: {gamma: 1, psi: 2, phi: 3}}}",
+            "{path}: joints.names = {'gamma': 1, 'psi': 2, 'phi': 3} is not string[]; it is a "
+            "string[] such as ['gamma', 'psi', 'phi']",
+        ),
+        (
+            "peg_on_hole:\n  ros__parameters:\n    <<: {scene: {friction: 0.3}}",
+            "{path} is not YAML at line 3: << puts the names of another group here for YAML, and "
+            "is a name to ROS 2; write them out",
+        ),
     ],
 )
 def test_unusable_files_say_what_is_wrong(tmp_path, text, message):

@@ -136,6 +136,12 @@ def said(*arguments):
         ("joints: {names: [gamma, psi, '']}", f"joints.names[2] = '' is empty; {NAMES}"),
         ("use_sim_time: 1", "use_sim_time = 1 is an integer, not a bool: true or false"),
         ("use_sim_time: 'true'", "use_sim_time = 'true' is a string, not a bool: true or false"),
+        # The names of a group where a list belongs.
+        (
+            "joints: {names: {gamma: 1, psi: 2, phi: 3}}",
+            "unknown parameter 'joints.names.gamma'; the nearest are: joints.names",
+        ),
+        ("<<: {scene: {friction: 0.3}}", "unknown parameter '<<.scene.friction'; the nearest "),
     ],
 )
 def test_what_ros_cannot_read_or_misreads_is_told_by_name(text, message, tmp_path):
@@ -144,6 +150,14 @@ def test_what_ros_cannot_read_or_misreads_is_told_by_name(text, message, tmp_pat
     assert said("--params-file", str(path)).startswith(message)
     with pytest.raises(PegOnHoleError, match="is|has|stands"):
         read_parameters(path)
+
+
+def test_an_empty_list_for_ros_itself_is_told_by_name(tmp_path):
+    text = "peg_on_hole:\n  ros__parameters: {qos_overrides: {/wrench: {depth: []}}}\n"
+    assert said("--params-file", str(file(tmp_path, text))) == (
+        "qos_overrides./wrench.depth = [] is empty, which ROS 2 takes for no value; give it one, "
+        "or take the line out"
+    )
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,10 @@ from peg_on_hole_ros.errors import BagError, PegOnHoleError
 # As a recorder names the parts of a recording in the folder rec: rec_0.mcap, rec_1.mcap, ...
 _PART = re.compile(r"(.+)_(\d+)\.mcap")
 _MOST_LISTED = 10
+_OF_BAGS = ("metadata.yaml", "*.mcap")
+_WHOLE = (".zstd", ".zst", ".lz4", ".gz", ".xz")
+# Up to the version before, the recorder put the folder's own name before each file's.
+_WITHOUT_FOLDER = 4
 
 
 class BagFiles(NamedTuple):
@@ -85,6 +89,8 @@ def _files(path):
     if not path.is_dir():
         if path.suffix == ".db3":
             raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
+        if path.suffix in _WHOLE:
+            raise BagError(f"{path} is compressed as a whole; decompress it first")
         return BagFiles(path, (path,))
     description = path / "metadata.yaml"
     if description.is_file():
@@ -97,7 +103,8 @@ def _files(path):
         return _one_recording(BagFiles(path, tuple(files)))
     if list(path.glob("*.db3")):
         raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
-    bags = sorted(file.parent.name for file in path.glob("*/metadata.yaml"))
+    inner = (file.parent.name for kind in _OF_BAGS for file in path.glob(f"*/{kind}"))
+    bags = sorted(set(inner), key=lambda name: _natural(Path(name)))
     held = f"; the bags in it are {_listed(bags)}: name one of them" if bags else ""
     raise BagError(
         f"{path} is a folder without metadata.yaml and without .mcap files: no bag{held}"
@@ -128,24 +135,51 @@ def _described_files(description):
         ]
         names = info["relative_file_paths"]
         storage = info.get("storage_identifier", "mcap")
-        files = [path / str(name) for name in names]
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, AttributeError):
+        mode = str(info.get("compression_mode") or "")
+        old = int(info.get("version", _WITHOUT_FOLDER)) < _WITHOUT_FOLDER
+        if not isinstance(names, list):
+            raise TypeError
+    except (
+        yaml.YAMLError,
+        UnicodeDecodeError,
+        LookupError,
+        TypeError,
+        ValueError,
+        AttributeError,
+    ):
         raise BagError(
             f"{description} is not a description of a bag (rosbag2_bagfile_information with "
             f"relative_file_paths); remove it to read the .mcap files of {path}"
         ) from None
+    files = [_named(path, str(name), old) for name in names]
     if storage != "mcap":
         raise BagError(f"{path} is a bag in {storage}; {_convert(path)}")
     if not files:
         raise BagError(
             f"{description} names no files; remove it to read the .mcap files of {path}"
         )
+    if mode.upper() == "MESSAGE":
+        raise BagError(
+            f"{path} has every message compressed by itself (compression_mode: {mode}); convert "
+            f"it: ros2 bag convert -i {path} with storage_id mcap and without compression_mode "
+            "for the output"
+        )
     for file in files:
+        if files.count(file) > 1:
+            raise BagError(
+                f"{description} names {file.name} {files.count(file)} times, and its messages "
+                "would be read as often; leave it there once"
+            )
         if not file.is_file():
             raise BagError(f"{description} names {file.name}, which is not in {path}")
         if file.suffix != ".mcap":
             raise BagError(f"{file} is compressed as a whole; decompress it first")
     return files
+
+
+def _named(path, name, old):
+    beside = path.resolve().parent / name
+    return beside if old and not (path / name).is_file() and beside.is_file() else path / name
 
 
 def _convert(path):

@@ -43,7 +43,13 @@ class NoEmptyLists:
 
     def declare_parameters(self, namespace, parameters, ignore_override=False):
         """Declare; a Node does it first with what files and arguments have."""
-        check({row[0]: [] for row in parameters if len(row) > 1 and row[1] is None})
+        empty = [row[0] for row in parameters if len(row) > 1 and row[1] is None]
+        check({name: [] for name in empty})
+        if empty:
+            raise PegOnHoleError(
+                f"{empty[0]} = [] is empty, which ROS 2 takes for no value; give it one, or take "
+                "the line out"
+            )
         return super().declare_parameters(namespace, parameters, ignore_override)
 
 
