@@ -1,10 +1,15 @@
 """What to look at where a recording was hardly used, or fits its configuration badly."""
 
+from contextlib import suppress
+
+from peg_on_hole_ros.edges.messages.decode import MISFITS
+from peg_on_hole_ros.edges.oddities import Oddities
 from peg_on_hole_ros.options import Configuration
 
 MISFIT = (
     "the motion is not what the wrench makes of it: check sensor_xyz, the tare, payload and "
-    "scene, the hole's direction, joints.delay, and the stated noise"
+    "scene, the hole's direction, joints.delay, the order of joints.names, units (N, N m), and "
+    "the stated noise"
 )
 MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
@@ -21,8 +26,13 @@ _REMEDIES = {
     "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
     "two publish on one topic",
     "dropped_out_of_range": "N and N m: a force above 1e6 N is none",
+    "unreadable": "two types on one topic, or a definition in the bag that is another's",
+    "not_finite": "the driver sends NaN or infinity",
     "before_joints": "joint states begin late, or their stamps are of another clock",
 }
+# Where others share the topic or the robot is elsewhere these are usual; half of the messages tell
+# of them, and a tenth of all else.
+_USUAL = ("missing_joint", "outside_joint_limits", "pointing_away", "before_joints", "last_wrench")
 # Longer than a mode takes [s].
 _DECLARED = 0.3
 _UNKNOWN = (
@@ -35,6 +45,11 @@ class Seen:
     """
     What joint states and wrenches of a recording had, whether they could be used or not.
 
+    Parameters
+    ----------
+    joints : sequence of str
+        `joints.names`.
+
     Attributes
     ----------
     names : list of str
@@ -42,18 +57,28 @@ class Seen:
 
     """
 
-    def __init__(self):
+    def __init__(self, joints):
         self.names: list[str] = []
         self._spans: dict[str, list[int]] = {}
+        self._odd = {"wrench": Oddities(), "joints": Oddities(joints)}
 
     def add(self, source: str, message) -> None:
-        """Take a message of `wrench` or `joints`."""
+        """Take a message of `wrench` or `joints`; one of another definition tells nothing."""
+        with suppress(*MISFITS):
+            self._add(source, message)
+
+    def _add(self, source, message):
         stamp = message.header.stamp
         t_ns = stamp.sec * 10**9 + stamp.nanosec
         span = self._spans.setdefault(source, [t_ns, t_ns])
         span[0], span[1] = min(span[0], t_ns), max(span[1], t_ns)
         if source == "joints" and not self.names:
             self.names = list(message.name)
+        self._odd[source].add(message)
+
+    def odd(self) -> list[str]:
+        """Return a line for each oddity in what they hold."""
+        return [f"{source}: {line}" for source, odd in self._odd.items() for line in odd.lines()]
 
     def apart(self, configuration: Configuration) -> str:
         """Return how far stamps of both are apart where none goes with another, or nothing."""
@@ -117,13 +142,15 @@ def lines(
     told = []
     for source, count in read.items():
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
-        lost = sum(dropped.values())
-        if 2 * lost > count:
-            what = remedy(dropped, configuration.joints.names, seen)
+        lost, odd = sum(dropped.values()), {}
+        if 2 * lost <= count:
+            odd = {k: n for k, n in dropped.items() if 10 * n > count and not k.endswith(_USUAL)}
+        if 2 * lost > count or odd:
+            what = remedy(odd or dropped, configuration.joints.names, seen)
             told.append(f"{lost} of {count} messages of {source} were not used: {what}")
     unknown = configuration.monitor.modes and result["contact_mode"].get("unknown") == 1.0
     # A mode takes its time to be declared.
     if unknown and result["duration"] > _DECLARED and not told:
         told.append(_UNKNOWN)
     found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
-    return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]
+    return [*told, *seen.odd(), *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]
