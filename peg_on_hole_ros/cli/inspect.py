@@ -7,7 +7,7 @@ from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
-from peg_on_hole_ros.edges.advice import apart
+from peg_on_hole_ros.edges.advice import apart, shifted
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
 from peg_on_hole_ros.edges.contact_steps import foreseen, foreseen_content
@@ -115,6 +115,10 @@ def inspect(
     statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, odd)
     result["oddities"] = {topic: odd[topic].lines() for topic in sorted(readers)}
     result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
+    if all(used[topic] for topic in (wrench, joints)):
+        offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
+        told = shifted(*offsets)
+        result["oddities"][joints] += [told] if told else []
     replay = result["replay"]
     replay["used"] = {topic: used[topic] for topic in sorted(readers)}
     replay["dropped"] = {

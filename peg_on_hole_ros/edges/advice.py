@@ -28,6 +28,7 @@ _REMEDIES = {
     "dropped_out_of_range": "N and N m: a force above 1e6 N is none",
     "unreadable": "two types on one topic, or a definition in the bag that is another's",
     "not_finite": "the driver sends NaN or infinity",
+    "after_last_wrench": f"the wrench ended before them; {_CLOCKS}",
     "before_joints": "joint states begin late, or their stamps are of another clock",
 }
 # Where others share the topic or the robot is elsewhere these are usual; half of the messages tell
@@ -39,6 +40,12 @@ _UNKNOWN = (
     "contact mode: unknown throughout, so the wrench fits no contact of this peg: check "
     "wrench.acts_on (the sign), the tare, sensor_xyz, units (N, N m), hole_diameter - peg_diameter"
 )
+_NEVER = (
+    "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = {:.4g} "
+    "rad: if the peg rested on the rim, check hole_diameter - peg_diameter and joints.hole_rpy"
+)
+# Between the ways of two topics to the recorder there is less [s].
+_TRANSPORT = 0.05
 
 
 class Seen:
@@ -102,6 +109,17 @@ def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -
     return ""
 
 
+def shifted(wrench_offset: float, joints_offset: float) -> str:
+    """Return how far stamps lie apart where messages came together, by log time less stamp [s]."""
+    ahead = wrench_offset - joints_offset
+    if abs(ahead) <= _TRANSPORT:
+        return ""
+    return (
+        f"stamps lie {abs(ahead):.3f} s {'ahead of' if ahead > 0 else 'behind'} those of wrenches "
+        f"that were recorded at the same time; {_CLOCKS}"
+    )
+
+
 def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
     """
     Return what to do about the commonest reason with a remedy for which messages were dropped.
@@ -152,5 +170,8 @@ def lines(
     # A mode takes its time to be declared.
     if unknown and result["duration"] > _DECLARED and not told:
         told.append(_UNKNOWN)
+    shares = result["contact_mode"]
+    if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
+        told.append(_NEVER.format(configuration.scene.gamma0))
     found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
     return [*told, *seen.odd(), *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]

@@ -210,6 +210,42 @@ def test_messages_of_another_definition_are_counted(tmp_path, capsys, source, te
     assert found["reason"] == f"no message on {odd} can be used"
 
 
+@pytest.mark.parametrize(("offset", "where"), [(300, "ahead of"), (-80, "behind")])
+def test_stamps_of_two_clocks_are_told_by_when_messages_were_recorded(
+    sliding, tmp_path, capsys, offset, where
+):
+    def other_clock(t_ns, q):
+        return [joints(t_ns + offset * MS, q)]
+
+    path = changed(sliding, tmp_path / "a.mcap", joints_of=other_clock)
+    assert main(["inspect", str(path)]) == 0
+    assert (
+        f"/joint_states: stamps lie {abs(offset) / 1000:.3f} s {where} those of wrenches that "
+        f"were recorded at the same time; {CLOCKS}"
+    ) in capsys.readouterr().out.splitlines()
+
+
+def test_joint_states_beyond_the_wrench_have_a_remedy(sliding, tmp_path, capsys):
+    def other_clock(t_ns, q):
+        return [joints(t_ns + 300 * MS, q)]
+
+    path = changed(sliding, tmp_path / "a.mcap", joints_of=other_clock)
+    assert main(["replay", str(path)]) == 0
+    assert (
+        f"150 of 291 messages of joints were not used: the wrench ended before them; {CLOCKS}"
+    ) in capsys.readouterr().out.splitlines()
+
+
+def test_a_peg_that_never_was_on_three_contacts_is_told(sliding, tmp_path, capsys):
+    narrow = config(tmp_path, "scene: {peg_diameter: 0.0489}")
+    assert main(["replay", str(sliding), "--config", str(narrow)]) == 0
+    assert (
+        "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = "
+        "0.2101 rad: if the peg rested on the rim, check hole_diameter - peg_diameter and "
+        "joints.hole_rpy"
+    ) in capsys.readouterr().out.splitlines()
+
+
 def test_a_gripper_on_the_topic_is_nothing_odd(sliding, tmp_path, capsys):
     def gripper(t_ns):
         return {"header": header(t_ns, "hand"), "name": ["finger"], "position": [t_ns * 1e-9]}
