@@ -9,7 +9,7 @@ before any code of a node runs), so a file that passes here also starts the node
 import difflib
 import re
 from dataclasses import fields
-from math import isfinite
+from math import isfinite, radians
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
@@ -141,7 +141,10 @@ def _within(row, name, value):
         return
     unit = f" {row.unit}" if row.unit else ""
     remedy = f"the default is {_text(row.default)}{unit}"
-    if row.unit and isfinite(value) and value and row.low <= value / 1000 <= row.high:
+    if row.unit in ("rad", "rad/s") and isfinite(value) and row.low <= radians(value) <= row.high:
+        per = " a second" if row.unit == "rad/s" else ""
+        remedy = f"degrees? {value:g} of them{per} are {radians(value):.6g}{unit}"
+    elif row.unit and isfinite(value) and value and row.low <= value / 1000 <= row.high:
         remedy = f"{value / 1000:g}{unit} would be: the units look slipped by 1000"
     raise PegOnHoleError(
         f"{name} = {value:g}{unit} is not within {row.low:g} to {row.high:g}{unit}; {remedy}"

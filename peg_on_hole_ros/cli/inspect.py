@@ -7,7 +7,7 @@ from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
-from peg_on_hole_ros.edges.advice import apart
+from peg_on_hole_ros.edges.advice import apart, shifted
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
 from peg_on_hole_ros.edges.contact_steps import foreseen, foreseen_content
@@ -19,6 +19,7 @@ from peg_on_hole_ros.edges.messages.decode import (
     wrench_sample,
 )
 from peg_on_hole_ros.edges.messages.stream import orientation_of
+from peg_on_hole_ros.edges.oddities import Oddities
 from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.identification.slip_noise import SlipNoiseOf
@@ -95,6 +96,7 @@ def inspect(
         "messages": bag.count,
         "topics": [_topic(bag.topics[name]) for name in sorted(bag.topics)],
         "clock": {},
+        "oddities": {},
         "replay": {"possible": False, "reason": trouble, "used": {}, "dropped": {}},
         "contact_steps": None,
     }
@@ -103,14 +105,20 @@ def inspect(
     except BagError as error:
         result["replay"]["reason"] = trouble or str(error)
     readers, motion = {}, SlipNoiseOf(configuration)
+    odd = {wrench: Oddities(), joints: Oddities(configuration.joints.names)}
     if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
         readers[wrench] = lambda message: _wrench(message, motion)
     if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
         readers[joints] = lambda message: _joints(
             message, configuration.joints.names, orientation, motion
         )
-    statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap)
+    statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, odd)
+    result["oddities"] = {topic: odd[topic].lines() for topic in sorted(readers)}
     result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
+    if all(used[topic] for topic in (wrench, joints)):
+        offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
+        told = shifted(*offsets)
+        result["oddities"][joints] += [told] if told else []
     replay = result["replay"]
     replay["used"] = {topic: used[topic] for topic in sorted(readers)}
     replay["dropped"] = {
@@ -151,13 +159,14 @@ def _joints(message, names, orientation, motion):
     return sample
 
 
-def _read(bag, readers, max_gap):
+def _read(bag, readers, max_gap, odd):
     statistics = {topic: StampStatistics(max_gap) for topic in readers}
     used, dropped = Counter(), Counter()
     with Progress("decoding") as progress:
         total = sum(bag.topics[topic].count for topic in readers)
         for count, (topic, log_ns, message) in enumerate(bag.messages(readers)):
             sample = readers[topic](message)
+            odd[topic].add(message)
             if isinstance(sample, Malformed):
                 dropped[topic, sample.reason] += 1
                 continue
@@ -202,6 +211,8 @@ def _text(result):
     for topic, clock in result["clock"].items():
         lines += ["", f"clock of {topic}"]
         lines += [f"  {line}" for line in _clock(clock)]
+    for topic, told in result["oddities"].items():
+        lines += ["", *(f"{topic}: {line}" for line in told)] if told else []
     replay = result["replay"]
     if replay["possible"]:
         lines += ["", "a replay would use"]

@@ -1,10 +1,15 @@
 """What to look at where a recording was hardly used, or fits its configuration badly."""
 
+from contextlib import suppress
+
+from peg_on_hole_ros.edges.messages.decode import MISFITS
+from peg_on_hole_ros.edges.oddities import Oddities
 from peg_on_hole_ros.options import Configuration
 
 MISFIT = (
     "the motion is not what the wrench makes of it: check sensor_xyz, the tare, payload and "
-    "scene, the hole's direction, joints.delay, and the stated noise"
+    "scene, the hole's direction, joints.delay, the order of joints.names, units (N, N m), and "
+    "the stated noise"
 )
 MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
@@ -21,19 +26,36 @@ _REMEDIES = {
     "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
     "two publish on one topic",
     "dropped_out_of_range": "N and N m: a force above 1e6 N is none",
+    "unreadable": "two types on one topic, or a definition in the bag that is another's",
+    "not_finite": "the driver sends NaN or infinity",
+    "after_last_wrench": f"the wrench ended before them; {_CLOCKS}",
     "before_joints": "joint states begin late, or their stamps are of another clock",
 }
+# Where others share the topic or the robot is elsewhere these are usual; half of the messages tell
+# of them, and a tenth of all else.
+_USUAL = ("missing_joint", "outside_joint_limits", "pointing_away", "before_joints", "last_wrench")
 # Longer than a mode takes [s].
 _DECLARED = 0.3
 _UNKNOWN = (
     "contact mode: unknown throughout, so the wrench fits no contact of this peg: check "
     "wrench.acts_on (the sign), the tare, sensor_xyz, units (N, N m), hole_diameter - peg_diameter"
 )
+_NEVER = (
+    "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = {:.4g} "
+    "rad: if the peg rested on the rim, check hole_diameter - peg_diameter and joints.hole_rpy"
+)
+# Between the ways of two topics to the recorder there is less [s].
+_TRANSPORT = 0.05
 
 
 class Seen:
     """
     What joint states and wrenches of a recording had, whether they could be used or not.
+
+    Parameters
+    ----------
+    joints : sequence of str
+        `joints.names`.
 
     Attributes
     ----------
@@ -42,18 +64,28 @@ class Seen:
 
     """
 
-    def __init__(self):
+    def __init__(self, joints):
         self.names: list[str] = []
         self._spans: dict[str, list[int]] = {}
+        self._odd = {"wrench": Oddities(), "joints": Oddities(joints)}
 
     def add(self, source: str, message) -> None:
-        """Take a message of `wrench` or `joints`."""
+        """Take a message of `wrench` or `joints`; one of another definition tells nothing."""
+        with suppress(*MISFITS):
+            self._add(source, message)
+
+    def _add(self, source, message):
         stamp = message.header.stamp
         t_ns = stamp.sec * 10**9 + stamp.nanosec
         span = self._spans.setdefault(source, [t_ns, t_ns])
         span[0], span[1] = min(span[0], t_ns), max(span[1], t_ns)
         if source == "joints" and not self.names:
             self.names = list(message.name)
+        self._odd[source].add(message)
+
+    def odd(self) -> list[str]:
+        """Return a line for each oddity in what they hold."""
+        return [f"{source}: {line}" for source, odd in self._odd.items() for line in odd.lines()]
 
     def apart(self, configuration: Configuration) -> str:
         """Return how far stamps of both are apart where none goes with another, or nothing."""
@@ -75,6 +107,17 @@ def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -
                 f"wrench, all of them, so that none goes with another; {_CLOCKS}"
             )
     return ""
+
+
+def shifted(wrench_offset: float, joints_offset: float) -> str:
+    """Return how far stamps lie apart where messages came together, by log time less stamp [s]."""
+    ahead = wrench_offset - joints_offset
+    if abs(ahead) <= _TRANSPORT:
+        return ""
+    return (
+        f"stamps lie {abs(ahead):.3f} s {'ahead of' if ahead > 0 else 'behind'} those of wrenches "
+        f"that were recorded at the same time; {_CLOCKS}"
+    )
 
 
 def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
@@ -117,13 +160,18 @@ def lines(
     told = []
     for source, count in read.items():
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
-        lost = sum(dropped.values())
-        if 2 * lost > count:
-            what = remedy(dropped, configuration.joints.names, seen)
+        lost, odd = sum(dropped.values()), {}
+        if 2 * lost <= count:
+            odd = {k: n for k, n in dropped.items() if 10 * n > count and not k.endswith(_USUAL)}
+        if 2 * lost > count or odd:
+            what = remedy(odd or dropped, configuration.joints.names, seen)
             told.append(f"{lost} of {count} messages of {source} were not used: {what}")
     unknown = configuration.monitor.modes and result["contact_mode"].get("unknown") == 1.0
     # A mode takes its time to be declared.
     if unknown and result["duration"] > _DECLARED and not told:
         told.append(_UNKNOWN)
+    shares = result["contact_mode"]
+    if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
+        told.append(_NEVER.format(configuration.scene.gamma0))
     found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
-    return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]
+    return [*told, *seen.odd(), *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]

@@ -144,8 +144,13 @@ def load_yaml(path: Path) -> object:
         return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except FileNotFoundError:
         raise PegOnHoleError(f"there is no configuration file {path}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise PegOnHoleError(f"cannot read the configuration {path}: {error}") from None
+    except OSError as error:
+        raise PegOnHoleError(f"cannot read the configuration {path}: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise PegOnHoleError(
+            f"cannot read the configuration {path}: it is no text in UTF-8 at byte {error.start}, "
+            "a bag perhaps; a configuration is a ROS 2 parameters file (YAML)"
+        ) from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" at line {mark.line + 1}" if mark else ""

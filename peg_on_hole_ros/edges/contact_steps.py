@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.identification.slip_noise import BELIEVED, SlipN
 
 # Not for noise.
 _UNSOLVED = ("step_without_solution", "step_runs_away")
+_LIMITED = "step_limited"
 # No usual sensor sends more [Hz].
 _MOST_RATE = 10_000.0
 _BRIDGED = (*NO_STEP, Prediction.SLOW, Prediction.RUNAWAY)
@@ -73,6 +74,12 @@ def told(content: dict[str, int], events: dict[str, int]) -> str:
             f"{begun}mostly as the contact equations have no solution, or one that runs away: a "
             "wedged peg, or units (N, N m), wrench.acts_on, sensor_xyz or scene that are wrong "
             "(docs/steps.md, docs/integration.md)"
+        )
+    if 2 * events.get(_LIMITED, 0) > bridged:
+        return (
+            f"{begun}mostly as no step was found within filter.max_evaluations: usual for a "
+            "wrench at 100 Hz and less; else units (N, N m), wrench.acts_on, sensor_xyz, torques "
+            "or scene are wrong (docs/steps.md, docs/integration.md)"
         )
     return (
         f"{begun}as noise or rest leaves slip no direction (usual for a slow wrench, a small peg, "

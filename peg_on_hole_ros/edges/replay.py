@@ -172,7 +172,7 @@ def replay_bag(
     stream = message_stream(configuration, markers_rate)
     warm(configuration)
     make = SmoothingFilter if smoothed else make_filter
-    steps, seen = ContactSteps(), Seen()
+    steps, seen = ContactSteps(), Seen(configuration.joints.names)
     stream = message_stream(configuration, markers_rate, steps.watched(make))
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()

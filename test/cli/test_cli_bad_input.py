@@ -201,8 +201,7 @@ def test_bag_of_which_nothing_can_be_used_is_exit_code_3(tmp_path, capsys):
         capsys,
         3,
         f"{path}: no wrench of 2 could be used: wrench_dropped_before_joints 1, "
-        "wrench_dropped_malformed_not_finite 1; joint states begin late, or their stamps are of "
-        "another clock",
+        "wrench_dropped_malformed_not_finite 1; the driver sends NaN or infinity",
         "replay",
         path,
         "--out",

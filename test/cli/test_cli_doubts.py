@@ -3,15 +3,18 @@
 import json
 
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer as McapWriter
 
 from cli_helpers import config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
 from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import contact_plan
-from small_bags import JOINTS, MS, WRENCH, joints, wrench
+from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 
 CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 
@@ -108,6 +111,172 @@ def test_a_right_recording_is_not_doubted(sliding, capsys):
     told = capsys.readouterr().out
     words = ("not used", "not believed", "unknown throughout", "what the wrench makes of it")
     assert not [word for word in words if word in told]
+    assert not [line for line in told.splitlines() if line.startswith(("wrench:", "joints:"))]
+    assert main(["inspect", str(sliding), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["oddities"] == {"/joint_states": [], "/wrench": []}
+
+
+def changed(sliding, path, wrench_of=lambda t_ns, force, torque: [wrench(t_ns, force, torque)],
+            joints_of=lambda t_ns, q: [joints(t_ns, q)]):  # fmt: skip
+    """Write the recording with what is made of each message in its place."""
+    with BagWriter(path) as bag:
+        for topic, log_ns, message in Bag(sliding).messages(["/wrench", "/joint_states"]):
+            stamp = message.header.stamp
+            t_ns = stamp.sec * 10**9 + stamp.nanosec
+            if topic == "/wrench":
+                force, torque = message.wrench.force, message.wrench.torque
+                vectors = ((v.x, v.y, v.z) for v in (force, torque))
+                for content in wrench_of(t_ns, *vectors):
+                    bag.write(topic, WRENCH, content, log_ns)
+            else:
+                for content in joints_of(t_ns, message.position):
+                    bag.write(topic, JOINTS, content, log_ns)
+    return path
+
+
+def of_two(t_ns, force, torque):
+    other = wrench(t_ns + MS // 3) | {"header": header(t_ns + MS // 3, "right")}
+    return [wrench(t_ns, force, torque), other]
+
+
+@pytest.mark.parametrize(
+    ("changes", "source", "line"),
+    [
+        (
+            {"joints_of": lambda t_ns, q: [joints(t_ns, q), joints(t_ns + MS // 3)]},
+            "joints",
+            "positions jump ",
+        ),
+        ({"joints_of": lambda t_ns, q: [joints(t_ns, q), joints(t_ns)]}, "joints", "positions ju"),
+        (
+            {"wrench_of": of_two},
+            "wrench",
+            "messages of 2 frames, 'sensor' (581), 'right' (581), count as one's: two publish on "
+            "one topic; give each a topic of its own",
+        ),
+        (
+            {"wrench_of": lambda t_ns, force, _: [wrench(t_ns, force)]},
+            "wrench",
+            "torque is (0, 0, 0) in all 581 messages: a sensor's noise changes it, so the driver "
+            "does not fill it or repeats an old one",
+        ),
+        (
+            {"joints_of": lambda t_ns, _: [joints(t_ns, (0.15, 0.0, 0.0))]},
+            "joints",
+            "position is (0.15, 0, 0) in all 291 messages: the peg rests throughout, or the "
+            "driver repeats an old one",
+        ),
+    ],
+)
+def test_what_is_odd_in_the_messages_is_told(sliding, tmp_path, capsys, changes, source, line):
+    path = changed(sliding, tmp_path / "a.mcap", **changes)
+    assert main(["replay", str(path)]) == 0
+    begun = f"{source}: {line}"
+    told = capsys.readouterr().out.splitlines()
+    assert (
+        [at for at in told if at.startswith(("wrench:", "joints:"))]
+        == [at for at in told if at.startswith(begun)]
+        != []
+    )
+    assert main(["inspect", str(path)]) == 0
+    topic = {"joints": "/joint_states", "wrench": "/wrench"}[source]
+    told = capsys.readouterr().out.splitlines()
+    assert [at for at in told if at.startswith(f"{topic}: {line}")]
+
+
+@pytest.mark.parametrize("source", ["wrench", "joints"])
+@pytest.mark.parametrize("text", ["float64 a", "int32 header\nint32 name\nint32 position"])
+def test_messages_of_another_definition_are_counted(tmp_path, capsys, source, text):
+    path, types = tmp_path / "a.mcap", {"/wrench": WRENCH, "/joint_states": JOINTS}
+    odd = {"wrench": "/wrench", "joints": "/joint_states"}[source]
+    with open(recording(tmp_path / "whole.mcap"), "rb") as whole, path.open("wb") as stream:
+        writer = McapWriter(stream)
+        writer.start(profile="ros2")
+        channels = {}
+        for topic, name in types.items():
+            content = text if topic == odd else definition(name)
+            schema = writer.register_schema(name, "ros2msg", content.encode())
+            channels[topic] = writer.register_channel(topic, "cdr", schema)
+        for _, channel, message in make_reader(whole).iter_messages(list(types)):
+            data = bytes([0, 1, 0, 0, *range(12)]) if channel.topic == odd else message.data
+            writer.add_message(channels[channel.topic], message.log_time, data, message.log_time)
+        writer.finish()
+    assert main(["replay", str(path)]) == 3
+    said = capsys.readouterr().err
+    assert f"{source}_dropped_malformed_unreadable" in said
+    assert "two types on one topic, or a definition in the bag that is another's" in said
+    assert main(["inspect", str(path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["replay"]
+    assert found["reason"] == f"no message on {odd} can be used"
+
+
+@pytest.mark.parametrize(("offset", "where"), [(300, "ahead of"), (-80, "behind")])
+def test_stamps_of_two_clocks_are_told_by_when_messages_were_recorded(
+    sliding, tmp_path, capsys, offset, where
+):
+    def other_clock(t_ns, q):
+        return [joints(t_ns + offset * MS, q)]
+
+    path = changed(sliding, tmp_path / "a.mcap", joints_of=other_clock)
+    assert main(["inspect", str(path)]) == 0
+    assert (
+        f"/joint_states: stamps lie {abs(offset) / 1000:.3f} s {where} those of wrenches that "
+        f"were recorded at the same time; {CLOCKS}"
+    ) in capsys.readouterr().out.splitlines()
+
+
+def test_joint_states_beyond_the_wrench_have_a_remedy(sliding, tmp_path, capsys):
+    def other_clock(t_ns, q):
+        return [joints(t_ns + 300 * MS, q)]
+
+    path = changed(sliding, tmp_path / "a.mcap", joints_of=other_clock)
+    assert main(["replay", str(path)]) == 0
+    assert (
+        f"150 of 291 messages of joints were not used: the wrench ended before them; {CLOCKS}"
+    ) in capsys.readouterr().out.splitlines()
+
+
+def test_a_peg_that_never_was_on_three_contacts_is_told(sliding, tmp_path, capsys):
+    narrow = config(tmp_path, "scene: {peg_diameter: 0.0489}")
+    assert main(["replay", str(sliding), "--config", str(narrow)]) == 0
+    assert (
+        "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = "
+        "0.2101 rad: if the peg rested on the rim, check hole_diameter - peg_diameter and "
+        "joints.hole_rpy"
+    ) in capsys.readouterr().out.splitlines()
+
+
+def test_a_gripper_on_the_topic_is_nothing_odd(sliding, tmp_path, capsys):
+    def gripper(t_ns):
+        return {"header": header(t_ns, "hand"), "name": ["finger"], "position": [t_ns * 1e-9]}
+
+    both = {"joints_of": lambda t_ns, q: [joints(t_ns, q), gripper(t_ns)]}
+    path = changed(sliding, tmp_path / "a.mcap", **both)
+    assert main(["replay", str(path)]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert not [line for line in told if line.startswith("joints:") or "not used" in line]
+
+
+def test_a_few_that_are_not_used_are_told_where_none_should_be(sliding, tmp_path, capsys):
+    def some(t_ns, force, torque):
+        bad = t_ns // MS % 5 == 0
+        return [wrench(t_ns, (float("nan"),) * 3 if bad else force, torque)]
+
+    path = changed(sliding, tmp_path / "a.mcap", wrench_of=some)
+    assert main(["replay", str(path)]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert "117 of 581 messages of wrench were not used: the driver sends NaN or infinity" in told
+
+
+def test_forces_in_kilonewtons_are_not_taken_for_rest(sliding, tmp_path, capsys):
+    def slipped(t_ns, force, torque):
+        return [wrench(t_ns, [x / 1000 for x in force], torque)]
+
+    path = changed(sliding, tmp_path / "a.mcap", wrench_of=slipped)
+    assert main(["replay", str(path)]) == 0
+    assert "not believed, mostly as no step was found within filter.max_evaluations: usual" in (
+        capsys.readouterr().out
+    )
 
 
 def test_a_wrong_sign_is_told(sliding, tmp_path, capsys):
@@ -132,18 +301,10 @@ def test_a_lever_arm_that_is_wrong_is_told_in_words(sliding, tmp_path, capsys):
 
 
 def test_torques_in_newton_millimetres_are_told(sliding, tmp_path, capsys):
-    wrong = tmp_path / "b.mcap"
-    with BagWriter(wrong) as bag:
-        for topic, log_ns, message in Bag(sliding).messages(["/wrench", "/joint_states"]):
-            stamp = message.header.stamp
-            t_ns = stamp.sec * 10**9 + stamp.nanosec
-            if topic == "/wrench":
-                force, torque = message.wrench.force, message.wrench.torque
-                slipped = [1000 * x for x in (torque.x, torque.y, torque.z)]
-                content = wrench(t_ns, (force.x, force.y, force.z), slipped)
-                bag.write(topic, WRENCH, content, log_ns)
-            else:
-                bag.write(topic, JOINTS, joints(t_ns, message.position), log_ns)
+    def slipped(t_ns, force, torque):
+        return [wrench(t_ns, force, [1000 * x for x in torque])]
+
+    wrong = changed(sliding, tmp_path / "b.mcap", wrench_of=slipped)
     assert main(["replay", str(wrong)]) == 0
     told = capsys.readouterr().out
     assert "not believed, mostly as the contact equations have no solution, or one that" in told

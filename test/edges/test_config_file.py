@@ -189,5 +189,15 @@ def test_unusable_files_say_what_is_wrong(tmp_path, text, message):
 def test_missing_and_unreadable_files(tmp_path):
     with pytest.raises(PegOnHoleError, match="there is no configuration file .*none.yaml"):
         read_parameters(tmp_path / "none.yaml")
-    with pytest.raises(PegOnHoleError, match="cannot read the configuration .*: .*directory"):
+    with pytest.raises(
+        PegOnHoleError, match="cannot read the configuration [^:]*: Is a directory"
+    ):
         read_parameters(tmp_path)
+    bag = tmp_path / "a.mcap"
+    bag.write_bytes(b"\x89MCAP0\r\n")
+    with pytest.raises(PegOnHoleError) as caught:
+        read_parameters(bag)
+    assert str(caught.value) == (
+        f"cannot read the configuration {bag}: it is no text in UTF-8 at byte 0, a bag perhaps; a "
+        "configuration is a ROS 2 parameters file (YAML)"
+    )

@@ -94,6 +94,16 @@ def test_values_reach_their_fields_and_come_back():
             ),
         ),
         (
+            {"wrench.sensor_rpy": [180.0, 0.0, 0.0]},
+            "wrench.sensor_rpy[0] = 180 rad is not within -6.3 to 6.3 rad; degrees? 180 of them "
+            "are 3.14159 rad",
+        ),
+        (
+            {"filter.initial_rate_stddev": 5000.0},
+            "filter.initial_rate_stddev = 5000 rad/s is not within 1e-06 to 1000 rad/s; degrees? "
+            "5000 of them a second are 87.2665 rad/s",
+        ),
+        (
             {"scene.friction": -0.1},
             "scene.friction = -0.1 is not within 0 to 2; the default is 0.2",
         ),

@@ -11,7 +11,7 @@ WRENCH_TYPE = "geometry_msgs/msg/WrenchStamped"
 JOINTS_TYPE = "sensor_msgs/msg/JointState"
 
 # What a message of the wrong shape or type raises when its fields are read.
-_MISFITS = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
+MISFITS = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
 
 
 class Malformed(NamedTuple):
@@ -48,7 +48,7 @@ def wrench_sample(message) -> WrenchSample | Malformed:
             *(float(force.x), float(force.y), float(force.z)),
             *(float(torque.x), float(torque.y), float(torque.z)),
         )
-    except _MISFITS:
+    except MISFITS:
         return Malformed("unreadable")
     if t_ns is None:
         return Malformed("bad_stamp")
@@ -75,7 +75,7 @@ def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malform
         t_ns = _stamp(message)
         names = tuple(map(str, message.name))
         position = tuple(map(float, message.position))
-    except _MISFITS:
+    except MISFITS:
         return Malformed("unreadable")
     if t_ns is None:
         return Malformed("bad_stamp")
