@@ -19,7 +19,7 @@ from peg_on_hole_ros.edges.messages.decode import (
     wrench_sample,
 )
 from peg_on_hole_ros.edges.messages.stream import orientation_of
-from peg_on_hole_ros.edges.oddities import Oddities
+from peg_on_hole_ros.edges.oddities import Oddities, two_robots
 from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.identification.slip_noise import SlipNoiseOf
@@ -115,6 +115,9 @@ def inspect(
     statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, odd)
     result["oddities"] = {topic: odd[topic].lines() for topic in sorted(readers)}
     result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
+    apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)
+    if apart_by_name and wrench in readers:
+        result["oddities"][wrench].append(apart_by_name)
     if all(used[topic] for topic in (wrench, joints)):
         offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
         told = shifted(*offsets)

@@ -17,8 +17,9 @@ from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED
+from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.plots.series import Series
-from peg_on_hole_ros.edges.replay import check_bag, replay_bag
+from peg_on_hole_ros.edges.replay import absolute, check_bag, replay_bag
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -115,7 +116,10 @@ def replay(
         gamma0 = configuration.scene.gamma0
         picture = figures.png(figures.figure(series, bag.path.name, gamma0, truth))
         write_text(report_path, _page(content, score, picture, configuration))
-    return content, score, doubts_of(content, replayed.by_source, configuration, replayed.seen)
+    doubts = doubts_of(content, replayed.by_source, configuration, replayed.seen)
+    topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
+    mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
+    return content, score, [*([mixed] if mixed else []), *doubts]
 
 
 def _truth(bag):

@@ -87,11 +87,12 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
 
     def on_activate(self, state) -> TransitionCallbackReturn:
         """Begin to listen."""
-        self._diagnostics = Diagnostics()
+        topics = self.configuration.topics
+        wrench = self.resolve_topic_name(topics.wrench)
+        self._diagnostics = Diagnostics(lambda: self.count_publishers(wrench))
         self._reported_ns = time.monotonic_ns()
         # Best effort matches publishers of both kinds.
         qos = QoSProfile(depth=self.options.qos_depth, reliability=ReliabilityPolicy.BEST_EFFORT)
-        topics = self.configuration.topics
         inputs = (
             (WRENCH_TYPE, topics.wrench, self.arrivals.wrench),
             (JOINTS_TYPE, topics.joint_states, self.arrivals.joints),
@@ -105,8 +106,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
         self.get_logger().info(
-            f"active: listening to {self.resolve_topic_name(topics.wrench)} and "
-            f"{self.resolve_topic_name(topics.joint_states)}"
+            f"active: listening to {wrench} and {self.resolve_topic_name(topics.joint_states)}"
         )
         return super().on_activate(state)
 

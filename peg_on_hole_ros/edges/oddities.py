@@ -5,7 +5,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from peg_on_hole_ros.edges.messages.decode import MISFITS
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, MISFITS, WRENCH_TYPE
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
 _ALIKE = 100
@@ -99,3 +99,32 @@ class Oddities:
                 )
                 told.append(f"{name} is ({shown}) in all {self._count} messages: {why}")
         return told
+
+
+def two_robots(types: dict[str, list[str]], wrench: str, joints: str) -> str:
+    """
+    Return what speaks for a wrench and joint states of two robots, or nothing.
+
+    Parameters
+    ----------
+    types : dict of str to list of str
+        Of each topic in a bag.
+    wrench, joints : str
+        Topics that are read.
+
+    """
+    (at_wrench, _, wrench_name), (at_joints, _, joints_name) = (
+        topic.rpartition("/") for topic in (wrench, joints)
+    )
+    others = (
+        (f"{at_joints}/{wrench_name}", WRENCH_TYPE),
+        (f"{at_wrench}/{joints_name}", JOINTS_TYPE),
+    )
+    found = [topic for topic, name in others if types.get(topic) == [name]]
+    if at_wrench == at_joints or not found:
+        return ""
+    return (
+        f"topics: {wrench} and {joints} are read, of two namespaces, though there is "
+        f"{' and '.join(found)}: wrench and joint states have to be of one robot (topics.wrench, "
+        "topics.joint_states)"
+    )

@@ -246,6 +246,42 @@ def test_a_peg_that_never_was_on_three_contacts_is_told(sliding, tmp_path, capsy
     ) in capsys.readouterr().out.splitlines()
 
 
+def test_wrench_and_joints_of_two_robots_are_told(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    with BagWriter(path) as bag:
+        for t_ns in range(10**9, 10**9 + 50 * MS, MS):
+            for side in ("left", "right"):
+                bag.write(f"/{side}/joint_states", JOINTS, joints(t_ns), t_ns)
+                bag.write(f"/{side}/wrench", WRENCH, wrench(t_ns), t_ns)
+    mixed = config(tmp_path, "topics: {wrench: /left/wrench, joint_states: /right/joint_states}")
+    line = (
+        "topics: /left/wrench and /right/joint_states are read, of two namespaces, though there "
+        "is /right/wrench and /left/joint_states: wrench and joint states have to be of one robot "
+        "(topics.wrench, topics.joint_states)"
+    )
+    right = config(tmp_path, "topics: {wrench: left/wrench, joint_states: left/joint_states}", "r")
+    for command in ("replay", "inspect"):
+        assert main([command, str(path), "--config", str(mixed)]) == 0
+        begun = "" if command == "replay" else "/left/wrench: "
+        assert f"{begun}{line}" in capsys.readouterr().out.splitlines()
+        assert main([command, str(path), "--config", str(right)]) == 0
+        assert "topics:" not in capsys.readouterr().out
+
+
+def test_stamps_in_microseconds_are_told(sliding, tmp_path, capsys):
+    def micro(t_ns, force, torque):
+        content = wrench(t_ns, force, torque)
+        content["header"]["stamp"]["nanosec"] //= 1000
+        return [content]
+
+    path = changed(sliding, tmp_path / "a.mcap", wrench_of=micro)
+    assert main(["inspect", str(path)]) == 0
+    assert (
+        "  trouble: stamps advance by 0.00058 s while 0.58 s were recorded: the driver's clock "
+        "counts in another unit (a stamp has seconds and nanoseconds), or jumps"
+    ) in capsys.readouterr().out.splitlines()
+
+
 def test_a_gripper_on_the_topic_is_nothing_odd(sliding, tmp_path, capsys):
     def gripper(t_ns):
         return {"header": header(t_ns, "hand"), "name": ["finger"], "position": [t_ns * 1e-9]}

@@ -4,6 +4,9 @@ import math
 
 # Log time against stamp: farther apart than a transport takes, two clocks differ.
 OFFSET_LIMIT = 1.0  # [s]
+# Stamps against log times: faster or slower than any playback that was recorded anew.
+_PACE = 50.0
+_PACE_FROM = 0.1  # [s]
 _RESERVOIR = 4096
 
 
@@ -28,6 +31,7 @@ class StampStatistics:
     def __init__(self, max_gap: float):
         self._max_gap_ns = round(max_gap * 1e9)
         self.span: tuple[int, int] | None = None
+        self._logged: tuple[int, int] | None = None
         self._last: int | None = None
         self._count = self._backwards = self._gaps = self._zeros = 0
         self.repeated = 0
@@ -40,6 +44,8 @@ class StampStatistics:
         """Count one message by its stamp and its log time [ns]."""
         least, greatest = self.span or (t_ns, t_ns)
         self.span = min(least, t_ns), max(greatest, t_ns)
+        least, greatest = self._logged or (log_ns, log_ns)
+        self._logged = min(least, log_ns), max(greatest, log_ns)
         self._count += 1
         self._zeros += t_ns == 0
         offset = (log_ns - t_ns) * 1e-9
@@ -102,6 +108,17 @@ class StampStatistics:
                 f"{self._gaps} gaps over {self._max_gap_ns * 1e-9:g} s (filter.max_gap): over one "
                 "of the wrench the peg is predicted without contact, over one of the joint "
                 "states it is not corrected"
+            )
+        stamped, logged = ((b - a) * 1e-9 for a, b in (self.span, self._logged))
+        if (
+            self._count > 2
+            and min(stamped, logged) > 0.0
+            and max(stamped, logged) > max(_PACE_FROM, _PACE * min(stamped, logged))
+        ):
+            trouble.append(
+                f"stamps advance by {stamped:.6g} s while {logged:.6g} s were recorded: the "
+                "driver's clock counts in another unit (a stamp has seconds and nanoseconds), or "
+                "jumps"
             )
         if max(abs(self._least), abs(self._greatest)) > OFFSET_LIMIT:
             trouble.append(

@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from collections.abc import Callable
 
 from peg_on_hole_ros.edges.advice import MISFIT, MISFIT_COUNTS
 from peg_on_hole_ros.edges.messages.output import HARDWARE_ID
@@ -25,9 +26,16 @@ class Diagnostics:
 
     Unlike everything else that the node publishes these depend on the clock, so a replay has
     none of them.
+
+    Parameters
+    ----------
+    wrench_publishers : callable, optional
+        Returns how many publish on the topic of the wrench.
+
     """
 
-    def __init__(self):
+    def __init__(self, wrench_publishers: Callable[[], int] = lambda: 1):
+        self._wrench_publishers = wrench_publishers
         self._received: Counter[str] = Counter()
         self._busy_ns = 0
         self._longest_ns = 0
@@ -91,13 +99,19 @@ class Diagnostics:
         seconds = elapsed_ns * 1e-9
         values = {f"{name}_rate": self._received[name] / seconds for name in ("wrench", "joints")}
         silent = [name for name in ("wrench", "joints") if not self._received[name]]
+        publishers = self._wrench_publishers()
         if silent:
             text = f"no messages of {' and '.join(silent)}: check topic names, QoS and domain"
+        elif publishers > 1:
+            # Joint states of robot and gripper share a topic as a rule; wrenches of two mix.
+            text = f"{publishers} publish on the topic of the wrench, which has to be one sensor's"
         elif lost:
             text = f"not used: {', '.join(f'{count} {name}' for name, count in lost.items())}"
         else:
             text = "all messages used"
-        return _status("input", WARN if silent or lost else OK, text, values | counts)
+        bad = silent or lost or publishers > 1
+        values["wrench_publishers"] = publishers
+        return _status("input", WARN if bad else OK, text, values | counts)
 
     def _filter(self, health, model, new):
         if any(name.endswith(_OWN_ERROR) for name in new):
