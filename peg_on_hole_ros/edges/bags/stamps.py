@@ -6,7 +6,7 @@ import math
 OFFSET_LIMIT = 1.0  # [s]
 # Stamps against log times: faster or slower than any playback that was recorded anew.
 _PACE = 50.0
-_PACE_FROM = 0.1  # [s]
+_PACE_FROM = 0.5  # [s]
 _RESERVOIR = 4096
 
 
