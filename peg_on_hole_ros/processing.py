@@ -2,12 +2,13 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from math import isfinite
+from math import isfinite, nan
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.rivals import Rivals
 from peg_on_hole_ros.estimation.history import Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
@@ -58,6 +59,7 @@ class Processor:
         self.filter = make(scene, kalman, self.reduction.covariance, offsets)
         # Bias and tilt: most cells know them.
         self._offset = self.filter if offsets.variance.any() else None
+        self._rivals = Rivals(lambda: make_filter(scene, kalman, self.reduction.covariance))
         self._delay_ns = max(round(joints.delay * 1e9), 0)
         self._delay_variance = joints.delay_stddev**2
         self.assessment = self._new_assessment()
@@ -75,6 +77,7 @@ class Processor:
         self.t_ns: int | None = None
         self._oriented_ns: int | None = None
         self.filter.let_go()
+        self._rivals.let_go()
         self._in_contact = self._touching = self._blind = False
         self._rung = self.filter.model.rung
         self._innovations.restart()
@@ -83,11 +86,14 @@ class Processor:
     def forget(self) -> None:
         """Forget what was learnt, after `restart`; the tare stays."""
         self.filter.forget()
+        self._rivals.restart()
         self.assessment = self._new_assessment()
 
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
-        self.filter.start(*self._in_hole_axes(measurement))
+        q, R = self._in_hole_axes(measurement)
+        self.filter.start(q, R)
+        self._rivals.start(q, R)
         self.t_ns = self._oriented_ns = measurement.t_ns
         self.counts["joints_used"] += 1
 
@@ -122,7 +128,9 @@ class Processor:
         wrench = unit.wrench
         gravity = self._offset.gravity if self._offset else None
         q = self.filter.x[:3]
-        self.filter.hold(self.reduction.on_peg(wrench.force, wrench.torque, q, gravity))
+        u = self.reduction.on_peg(wrench.force, wrench.torque, q, gravity)
+        self.filter.hold(u)
+        self._rivals.hold(u)
         # The estimate stands where the wrench before, or the start, has left it.
         silent = (wrench.t_ns - self.t_ns) * 1e-9 > self.configuration.filter.max_gap
         if silent:
@@ -136,6 +144,8 @@ class Processor:
         outputs = self.assessment.outputs(wrench.t_ns, self.filter, self._innovations.misfit)
         self._note_model(outputs)
         outputs.monitor.update(self._innovations.told())
+        if self._rivals.count:
+            outputs.monitor["friction_rivals"] = float(self._rivals.count)
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self.reduction.taken_off))
         for measurement in unit.after:
@@ -149,7 +159,12 @@ class Processor:
         self.t_ns = t_ns
         if dt <= 0:
             return
-        result = self.filter.predict(dt, self.assessment.on_contacts and not silent)
+        in_contact = self.assessment.on_contacts and not silent
+        # Where bias or tilt are learnt innovations are not white, and tell no likelihood.
+        if in_contact and not self._offset:
+            self._rivals.begin(self.filter)
+        result = self.filter.predict(dt, in_contact)
+        self._rivals.predict(dt, in_contact)
         unbalance = self.filter.unbalance
         if unbalance is not None:
             self.counts["forces_out_of_balance"] += self._innovations.weigh(t_ns, unbalance)
@@ -175,6 +190,7 @@ class Processor:
             R = R + self._delay_variance * np.outer(x[3:], x[3:])
         if self.assessment.friction_seems_high:
             self.filter.seek_friction(q, R)
+            self._rivals.correct(q, R, self.filter, Correction.RESET, nan)
             self.assessment.friction_sought()
             self.counts["friction_sought"] += 1
             self.counts["joints_used"] += 1
@@ -188,6 +204,8 @@ class Processor:
             self.counts["innovations_too_large"] += told.too_large
             if told.friction:
                 self.counts["friction_doubted"] += self.filter.doubt()
+                self._rivals.ask_again()
+        self.counts["friction_replaced"] += self._rivals.correct(q, R, self.filter, result, nis)
         if result is not Correction.GATED:
             self._oriented_ns, self._blind = self.t_ns, False
             self.assessment.oriented(self.t_ns, q, R, result is not Correction.INFLATED)
@@ -227,15 +245,17 @@ class Processor:
         """Return everything that what follows depends on, for `restore`."""
         times = self.t_ns, self._oriented_ns
         state = *times, self._in_contact, self._touching, self._blind, self._rung
-        parts = self.filter.snapshot(), self.assessment.snapshot(), self._innovations.snapshot()
+        filters = self.filter.snapshot(), self._rivals.snapshot()
+        parts = *filters, self.assessment.snapshot(), self._innovations.snapshot()
         return state, parts, dict(self.counts)
 
     def restore(self, snapshot) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        state, (kalman, assessment, innovations), counts = snapshot
+        state, (kalman, rivals, assessment, innovations), counts = snapshot
         self.t_ns, self._oriented_ns, *flags = state
         self._in_contact, self._touching, self._blind, self._rung = flags
         self._innovations.restore(innovations)
         self.filter.restore(kalman)
+        self._rivals.restore(rivals)
         self.assessment.restore(assessment)
         self.counts = Counter(counts)

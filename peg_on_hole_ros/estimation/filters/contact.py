@@ -23,7 +23,6 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     doubt_without_step,
     low_friction,
     regained_by_surprise,
-    take_friction,
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
@@ -97,6 +96,14 @@ class ContactFilter(Estimate):
         self.model.restore(model)
         self._held, self._held_before = times
         self._memory[:SAVED] = memory
+
+    def estimate(self):
+        """Return what another filter of the same settings needs to `go_on_from` here."""
+        return self.snapshot()
+
+    def go_on_from(self, estimate):
+        """Take an estimate for the own one."""
+        self.restore(estimate)
 
     def let_go(self):
         """Hold no wrench: what comes next has nothing to do with what was."""
@@ -218,7 +225,7 @@ class ContactFilter(Estimate):
         to the greater, with which in the end a contact would pull; from below it finds the lower.
         """
         friction = low_friction(self.scalars.f, self._known[0])
-        take_friction(self._memory, friction, self._known[0])
+        self.take_friction(friction, self._known[0])
         self.start(q, R)
 
     def correct(self, q, R) -> tuple[Correction, float]:

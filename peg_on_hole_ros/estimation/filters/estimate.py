@@ -116,6 +116,11 @@ class Estimate:
         return self.scene_values.item(7), sqrt(max(self.spread.item(0), 0.0))
 
     @property
+    def stated_friction(self) -> tuple[float, float]:
+        """The friction coefficient as it was stated, and its standard deviation."""
+        return self.scalars.f, sqrt(self._known[0])
+
+    @property
     def peg_diameter(self) -> tuple[float, float]:
         """The peg's diameter as it is now, and its standard deviation (of the clearance) [m]."""
         return self.scene_values.item(0), sqrt(max(self.spread.item(3), 0.0))
@@ -145,8 +150,12 @@ class Estimate:
         """Take a learnt friction as it was stated, if one was learnt: it does not fit."""
         learnt = self.spread.item(0) < self._known[0]
         if learnt:
-            take_friction(self._memory, self.scalars.f, self._known[0])
+            self.take_friction(self.scalars.f, self._known[0])
         return learnt
+
+    def take_friction(self, value: float, variance: float):
+        """Take friction for a value that has nothing to do with what else is known."""
+        take_friction(self._memory, value, variance)
 
     @property
     def _learns_clearance(self):

@@ -59,13 +59,11 @@ class SmoothingFilter(ContactFilter):
     def _begin(self, learnt):
         self._before = joint_estimate(self)
 
-    def doubt(self):
-        """Take a learnt friction as it was stated: a prediction that takes no time."""
+    def take_friction(self, value, variance):
+        """Take friction for a value of its own: a prediction that takes no time."""
         before = joint_estimate(self)
-        learnt = super().doubt()
-        if learnt:
-            self._records.append(_Record(before, np.eye(WIDTH), joint_estimate(self)))
-        return learnt
+        super().take_friction(value, variance)
+        self._records.append(_Record(before, np.eye(WIDTH), joint_estimate(self)))
 
     def widen(self, factor):
         """Widen, and keep that the last prediction led there."""
@@ -90,6 +88,16 @@ class SmoothingFilter(ContactFilter):
         del self._records[records:], self._marks[marks:]
         if self._records:
             self._records[-1].end, self._records[-1].cut = None, cut
+
+    def estimate(self):
+        """Return what another filter goes on from; the records are of this one alone."""
+        return super().snapshot()
+
+    def go_on_from(self, estimate):
+        """Take another estimate, of which nothing later tells what was before."""
+        if self._records:
+            self._records[-1].cut = True
+        super().restore(estimate)
 
     def smooth(self):
         """

@@ -98,12 +98,10 @@ class SquareRootFilter(ContactFilter):
             self._set_anew()
         self._before = joint_mean(self), self._root, self.spread.item(0)
 
-    def doubt(self):
-        """Take a learnt friction as it was stated."""
-        learnt = super().doubt()
-        if learnt:
-            self._set_anew()
-        return learnt
+    def take_friction(self, value, variance):
+        """Take friction for a value of its own."""
+        super().take_friction(value, variance)
+        self._set_anew()
 
     def _set_anew(self):
         self._set(joint_mean(self), _root_of(self.joint_covariance()))

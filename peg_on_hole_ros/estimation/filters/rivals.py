@@ -1,0 +1,179 @@
+"""Filters that begin with other friction coefficients, until it is told which one fits."""
+
+from collections.abc import Callable
+from math import log
+
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction
+from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
+
+# So many stated standard deviations from the stated friction they begin.
+BEGIN_AT = (-2.0, 2.0)
+# One whose log-likelihood is greater by this takes the place of the estimate, and one whose is
+# smaller by that is given up. With 3 for 7 noise replaces estimates that are right.
+CONVINCING = 7.0
+HOPELESS = 12.0
+# Of a normalised innovation so much counts at most: an outlier decides nothing.
+MOST = 25.0
+# Two that have come together within this share of the smaller spread are one, once friction is
+# known to less than that share of its stated variance.
+ALIKE = 0.3
+LEARNT = 0.8
+
+
+class _Rival:
+    __slots__ = ("filter", "ahead", "stepped")
+
+    def __init__(self, kalman: ContactFilter, ahead: float, stepped: bool = False):
+        self.filter, self.ahead, self.stepped = kalman, ahead, stepped
+
+
+class Rivals:
+    """
+    Filters beside the estimate's own, each with a friction coefficient of its own.
+
+    A filter follows one tangent. Where a motion fits two coefficients it finds the one that lies
+    downhill from where it began, and states it surely. The likelihood of the innovations tells
+    them apart: sums of filters (Alspach and Sorenson, IEEE Trans. Automatic Control 17, 1972), of
+    which here the likeliest alone is given out.
+
+    Parameters
+    ----------
+    make : callable
+        Returns a filter of the estimate's settings and method; nobody else sees it.
+
+    Attributes
+    ----------
+    count : int
+        How many there are; none once it is told which one fits, or before it is asked.
+
+    """
+
+    def __init__(self, make: Callable[[], ContactFilter]):
+        self._make = make
+        self.restart()
+
+    def restart(self):
+        """Give all of them up; a friction that is open asks again with the next contact."""
+        self._all: list[_Rival] = []
+        self._asked = False
+
+    def ask_again(self):
+        """Begin once more with the next contact of a friction that is open, if there are none."""
+        self._asked = bool(self._all)
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self._all)
+
+    def begin(self, kalman: ContactFilter):
+        """Begin beside an estimate that comes into contact, if its friction is open; once."""
+        if self._asked or not kalman.friction_is_open:
+            return
+        self._asked = True
+        stated, stddev = kalman.stated_friction
+        for distance in BEGIN_AT:
+            rival = self._make()
+            rival.go_on_from(kalman.estimate())
+            rival.take_friction(max(stated + distance * stddev, LEAST_FRICTION), stddev**2)
+            self._all.append(_Rival(rival, -0.5 * distance**2))
+
+    def start(self, q, R):
+        """Start from an orientation."""
+        for rival in self._all:
+            rival.filter.start(q, R)
+
+    def let_go(self):
+        """Let go of the motion; what they know of friction stays."""
+        for rival in self._all:
+            rival.filter.let_go()
+
+    def hold(self, u):
+        """Hold a new wrench."""
+        for rival in self._all:
+            rival.filter.hold(u)
+
+    def predict(self, dt: float, in_contact: bool):
+        """Predict over dt [s]."""
+        for rival in self._all:
+            rival.stepped = rival.filter.predict(dt, in_contact) is Prediction.CONTACT
+
+    def correct(self, q, R, kalman: ContactFilter, correction: Correction, nis: float) -> bool:
+        """
+        Correct by an orientation; put the likeliest in the place of the estimate.
+
+        One whose friction leaves no step is bridged, and foretells no worse than many that still
+        learn theirs: it says nothing of friction, so that it can lose by it and not win.
+
+        Parameters
+        ----------
+        q, R : ndarray
+            As for `ContactFilter.correct`.
+        kalman : ContactFilter
+            The estimate, right after its own correction by them.
+        correction : Correction
+            What became of that.
+        nis : float
+            The normalised innovation squared of it.
+
+        Returns
+        -------
+        bool
+            Whether the estimate is another one now.
+
+        """
+        if not self._all:
+            return False
+        for rival in self._all:
+            result, its = rival.filter.correct(q, R)
+            if Correction.RESET in (result, correction):
+                # Begun anew, one of them has foretold nothing.
+                continue
+            gain = _likelihood(rival.filter, its) - _likelihood(kalman, nis)
+            rival.ahead += gain if rival.stepped else min(gain, 0.0)
+        replaced = self._replace(kalman)
+        value, spread = kalman.friction
+        known = spread**2 < LEARNT * kalman.stated_friction[1] ** 2
+        self._all = [
+            rival
+            for rival in self._all
+            if rival.ahead > -HOPELESS and not (known and _alike(rival, value, spread))
+        ]
+        return replaced
+
+    def _replace(self, kalman):
+        best = max(self._all, key=lambda rival: rival.ahead)
+        if best.ahead <= CONVINCING or not best.stepped:
+            return False
+        own, lead = kalman.estimate(), best.ahead
+        kalman.go_on_from(best.filter.estimate())
+        best.filter.go_on_from(own)
+        for rival in self._all:
+            rival.ahead -= lead
+        best.ahead = -lead
+        return True
+
+    def snapshot(self):
+        """Return what `restore` takes back."""
+        rivals = [(rival, rival.filter.snapshot(), rival.ahead) for rival in self._all]
+        return self._asked, [(*rest, rest[0].stepped) for rest in rivals]
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; it can be gone back to again."""
+        self._asked, rivals = snapshot
+        self._all = []
+        for rival, kalman, rival.ahead, rival.stepped in rivals:
+            rival.filter.restore(kalman)
+            self._all.append(rival)
+
+
+def _likelihood(kalman, nis):
+    """Return the logarithm of an innovation's density, but for a constant."""
+    _, root = kalman.last_innovation()
+    return -0.5 * min(nis, MOST) - log(root[0] * root[4] * root[8])
+
+
+def _alike(rival, value, spread):
+    its, its_spread = rival.filter.friction
+    return abs(its - value) < ALIKE * min(spread, its_spread)

@@ -1,0 +1,267 @@
+"""Filters that begin with other frictions find the one that fits, and no other wins."""
+
+from dataclasses import replace
+from functools import cache
+from math import exp
+
+import numpy as np
+import pytest
+
+from grid_cells import Motion, truth_of, with_noise
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction
+from peg_on_hole_ros.estimation.filters.rivals import CONVINCING, HOPELESS, MOST, Rivals
+from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.simulation.measure import measure
+
+FRICTION, STATED = 0.5, 0.25
+MS = 1_000_000
+Q, R = np.array([0.02, 0.1, 0.2]), 1e-8 * np.eye(3)
+
+
+@cache
+def closing():
+    return with_noise(truth_of(Motion(1e-4, FRICTION, 0.16, "align"))[0], "nominal", 0.05)
+
+
+def told(coefficient=STATED, **filter_options):
+    configuration = closing().plan.configuration
+    return replace(
+        configuration,
+        scene=replace(configuration.scene, friction=coefficient),
+        filter=replace(configuration.filter, **filter_options),
+    )
+
+
+def played(pipeline, seed, least=None):
+    """Return the outputs, of the first `least` samples."""
+    outputs = []
+    for sample in measure(closing(), seed):
+        outputs += [given] if (given := pipeline.on_sample(sample)) else []
+        if len(outputs) == least:
+            break
+    return outputs
+
+
+# From a half of it the estimate runs to one in between, five of its deviations off and more.
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_friction_stated_half_is_found_where_a_motion_fits_two(seed, monkeypatch):
+    pipeline = Pipeline(told())
+    outputs = played(pipeline, seed)
+    friction, stddev = pipeline.filter.friction
+    assert pipeline.counts["friction_replaced"] >= 1
+    assert abs(friction - FRICTION) < min(3 * stddev, 0.05 * FRICTION)
+    # While it is not told which fits, that is told; and it costs nothing any more once it is.
+    rival_counts = [given.monitor.get("friction_rivals", 0.0) for given in outputs]
+    assert max(rival_counts) == 2.0 and rival_counts[-1] == 0.0
+    monkeypatch.setattr(Rivals, "begin", lambda *arguments: None)
+    alone = Pipeline(told())
+    after = played(alone, seed)[250].monitor
+    assert abs(after["friction"] - FRICTION) > 5 * after["friction_stddev"]
+    assert "friction_rivals" not in after and not alone.counts["friction_replaced"]
+
+
+def test_a_friction_stated_as_it_is_keeps_its_estimate():
+    for seed in (1, 2, 3):
+        pipeline = Pipeline(told(FRICTION))
+        played(pipeline, seed)
+        assert not pipeline.counts["friction_replaced"]
+        friction, stddev = pipeline.filter.friction
+        assert abs(friction - FRICTION) < 3 * stddev
+
+
+# The unscented filter has the extended one's memory.
+@pytest.mark.parametrize("method", ["extended", "iterated", "square_root"])
+def test_each_method_goes_on_from_the_one_that_fits(method):
+    pipeline = Pipeline(told(method=method))
+    played(pipeline, 1, 350)
+    assert pipeline.counts["friction_replaced"] >= 1
+    assert abs(pipeline.filter.friction[0] - FRICTION) < 0.05
+    if method == "square_root":
+        kalman = pipeline.filter
+        np.testing.assert_allclose(
+            kalman._root @ kalman._root.T, kalman.joint_covariance(), atol=1e-15
+        )
+
+
+def test_going_back_before_another_friction_won_is_bit_for_bit():
+    configuration, samples = told(late_window=0.05), list(measure(closing(), 1))
+    pipeline, outputs, replaced = Pipeline(configuration), {}, None
+    for sample in samples:
+        given = pipeline.on_sample(sample)
+        if given is not None:
+            outputs[given.t_ns] = given
+            if replaced is None and pipeline.counts["friction_replaced"]:
+                replaced = given.t_ns
+    # A wrench from before comes after it.
+    late = next(
+        sample
+        for sample in samples
+        if isinstance(sample, WrenchSample) and sample.t_ns > replaced - 10 * MS
+    )
+    rest = [sample for sample in samples if sample is not late]
+    at = next(k for k, sample in enumerate(rest) if sample.t_ns > replaced + 10 * MS)
+    again, seen = Pipeline(configuration), 0
+    for given in again.play([*rest[:at], late, *rest[at:]]):
+        if given.t_ns > replaced + 11 * MS:
+            assert given.state.tolist() == outputs[given.t_ns].state.tolist()
+            assert given.monitor == outputs[given.t_ns].monitor
+            seen += 1
+    assert again.counts["went_back"] == 1 and seen > 100
+    assert again.counts["friction_replaced"] == pipeline.counts["friction_replaced"]
+
+
+def test_a_smoother_estimates_the_same_and_passes_nothing_back_through_the_exchange():
+    live = Pipeline(told())
+    smoothing = Pipeline(told(), make=SmoothingFilter)
+    for one, other in zip(played(live, 1), played(smoothing, 1), strict=True):
+        assert one.state.tolist() == other.state.tolist()
+    assert smoothing.counts["friction_replaced"] == 1
+    cuts = [k for k, record in enumerate(smoothing.filter._records) if record.cut]
+    assert len(cuts) == 1
+    smoothed = smoothing.filter.smooth()
+    assert all(np.isfinite(mean).all() for _, mean, *_ in smoothed)
+
+
+def test_none_begin_where_friction_is_known_or_bias_is_learnt():
+    scene = closing().plan.configuration.scene
+    known = replace(told(), scene=replace(scene, friction_stddev=0.0))
+    biased = replace(told(), wrench=replace(told().wrench, bias_force_stddev=0.5))
+    for configuration in (known, biased, told(friction="considered")):
+        for given in played(Pipeline(configuration), 1, 100):
+            assert "friction_rivals" not in given.monitor
+
+
+def test_a_reset_gives_them_up_and_a_restart_keeps_them():
+    pipeline = Pipeline(told())
+    played(pipeline, 1, 60)
+    assert pipeline.processor._rivals.count == 2
+    snapshot = pipeline.processor.snapshot()
+    pipeline.processor.restart()
+    assert pipeline.processor._rivals.count == 2
+    pipeline.processor.restore(snapshot)
+    pipeline.reset()
+    assert pipeline.processor._rivals.count == 0
+
+
+class Foretelling:
+    """A filter that foretells as well as it is told to."""
+
+    def __init__(self, friction=(0.2, 0.01)):
+        self.friction, self.stated_friction = friction, (0.2, 0.05)
+        self.friction_is_open, self.nis, self.root = True, 3.0, 1.0
+        self.result, self.steps = Correction.USED, Prediction.CONTACT
+
+    def estimate(self):
+        return self.friction
+
+    def go_on_from(self, estimate):
+        self.friction = estimate
+
+    def take_friction(self, value, variance):
+        self.friction = value, variance**0.5
+
+    def predict(self, dt, in_contact):
+        return self.steps
+
+    def correct(self, q, R):
+        return self.result, self.nis
+
+    def last_innovation(self):
+        return [0.0] * 3, [self.root, 0, 0, 0, self.root, 0, 0, 0, self.root]
+
+
+def beside(own):
+    """Return rivals that have begun beside a filter, and their filters."""
+    made = []
+    found = Rivals(lambda: made.append(Foretelling()) or made[-1])
+    found.begin(own)
+    return found, made
+
+
+def corrected(found, own):
+    found.predict(1e-3, True)
+    return found.correct(Q, R, own, own.result, own.nis)
+
+
+def test_the_likelier_takes_the_place_once_it_is_convincing():
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    assert low.friction == pytest.approx((0.1, 0.05)) and high.friction[0] == pytest.approx(0.3)
+    # By their spread about the stated value they begin two behind; each correction gives one.
+    own.nis, high.nis, low.nis = 5.0, 3.0, 5.0
+    replaced = [corrected(found, own) for _ in range(int(CONVINCING) + 3)]
+    assert replaced == [False] * (len(replaced) - 1) + [True]
+    assert own.friction[0] == pytest.approx(0.3) and high.friction[0] == 0.2
+    # What was replaced is as far behind now.
+    own.nis, high.nis = 3.0, 5.0
+    left = [corrected(found, own) or found.count for _ in range(6)]
+    assert left[-1] < left[0] <= 2
+
+
+def test_a_wider_spread_is_less_likely_by_its_volume():
+    own = Foretelling()
+    found, (low, _) = beside(own)
+    low.root = exp(-0.5)
+    for _ in range(6):
+        assert not corrected(found, own)
+    assert corrected(found, own) and own.friction[0] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("result", [Prediction.FAILED, Prediction.SLOW, Prediction.FREE])
+def test_what_leaves_no_step_may_lose_and_not_win(result):
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    own.nis, low.nis, high.nis = 9.0, 3.0, 14.0
+    low.steps = high.steps = result
+    for _ in range(int(HOPELESS)):
+        assert not corrected(found, own)
+    assert found.count == 1
+
+
+def test_an_outlier_decides_nothing_and_a_restart_says_nothing():
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    own.nis, low.nis, high.nis = 1e6, 2.0 + MOST - 2 * CONVINCING, MOST
+    assert not corrected(found, own) and found.count == 2
+    own.nis, low.nis, high.nis = 3.0, 3.0, 25.0
+    high.result = Correction.RESET
+    for _ in range(9):
+        assert not corrected(found, own)
+    assert found.count == 2
+
+
+def test_two_that_have_come_together_are_one_once_friction_is_learnt():
+    own = Foretelling((0.2, 0.049))
+    found, (low, high) = beside(own)
+    low.friction, high.friction = (0.201, 0.01), (0.21, 0.01)
+    corrected(found, own)
+    assert found.count == 2
+    own.friction = 0.2, 0.01
+    corrected(found, own)
+    assert found.count == 1
+    high.friction = 0.202, 0.01
+    corrected(found, own)
+    assert found.count == 0
+    # What is settled is not asked for again, but after a doubt.
+    found.begin(own)
+    assert found.count == 0
+    found.ask_again()
+    found.begin(own)
+    assert found.count == 2
+
+
+def test_they_are_plain_filters_of_the_same_settings():
+    class Watched(ContactFilter):
+        """What somebody wants to know of the estimate, he does not want to know of others."""
+
+    pipeline = Pipeline(told(), make=Watched)
+    played(pipeline, 1, 60)
+    found = [rival.filter for rival in pipeline.processor._rivals._all]
+    assert len(found) == 2
+    for kalman in found:
+        assert type(kalman) is ContactFilter
+        assert kalman.options == pipeline.filter.options
+        assert (kalman.wrench_noise == pipeline.filter.wrench_noise).all()
