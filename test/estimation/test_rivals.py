@@ -219,6 +219,9 @@ def test_what_leaves_no_step_may_lose_and_not_win(result):
     for _ in range(int(HOPELESS)):
         assert not corrected(found, own)
     assert found.count == 1
+    # Nor has it gained by that once there is a step again.
+    low.steps, own.nis = Prediction.CONTACT, 3.0
+    assert not corrected(found, own)
 
 
 def test_an_outlier_decides_nothing_and_a_restart_says_nothing():
