@@ -125,11 +125,12 @@ def test_a_smoother_estimates_the_same_and_passes_nothing_back_through_the_excha
     assert all(np.isfinite(mean).all() for _, mean, *_ in smoothed)
 
 
-def test_none_begin_where_friction_is_known_or_bias_is_learnt():
+def test_none_begin_where_friction_is_known_or_more_is_learnt():
     scene = closing().plan.configuration.scene
     known = replace(told(), scene=replace(scene, friction_stddev=0.0))
     biased = replace(told(), wrench=replace(told().wrench, bias_force_stddev=0.5))
-    for configuration in (known, biased, told(friction="considered")):
+    wide = replace(told(), scene=replace(told().scene, clearance_stddev=1e-5))
+    for configuration in (known, biased, wide, told(friction="considered")):
         for given in played(Pipeline(configuration), 1, 100):
             assert "friction_rivals" not in given.monitor
 
@@ -151,7 +152,8 @@ class Foretelling:
 
     def __init__(self, friction=(0.2, 0.01)):
         self.friction, self.stated_friction = friction, (0.2, 0.05)
-        self.friction_is_open, self.nis, self.root = True, 3.0, 1.0
+        self.friction_is_open, self.learns_clearance = True, False
+        self.nis, self.root = 3.0, 1.0
         self.result, self.steps = Correction.USED, Prediction.CONTACT
 
     def estimate(self):

@@ -172,7 +172,7 @@ class ContactFilter(Estimate):
         if constant:
             density = self.options.free_rate_noise**2
             return predict_at_constant_rates(self._memory, self._slopes, dt, density)
-        if self._learns_clearance:
+        if self.learns_clearance:
             # A spread that is the clearance's own does not make the slip doubtful.
             slow = self.process.slow_slip
             self._slow_slip[0] = min(slow, 1.0) if self._clearance_is_wide else slow
@@ -281,7 +281,7 @@ class ContactFilter(Estimate):
     def widen(self, factor: float):
         """Let the rates' covariance grow by a factor of it, as after a motion not predicted."""
         self._widen_rates(factor)
-        if self._learns_clearance:
+        if self.learns_clearance:
             # Friction that has changed is not to be taken for another clearance.
             self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
 
@@ -290,7 +290,7 @@ class ContactFilter(Estimate):
 
     @property
     def _keeps_sliding(self):
-        return self._learns_clearance
+        return self.learns_clearance
 
     def _update(self):
         correction.correct(self._memory)

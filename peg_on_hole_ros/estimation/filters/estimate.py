@@ -158,19 +158,18 @@ class Estimate:
         take_friction(self._memory, value, variance)
 
     @property
-    def _learns_clearance(self):
+    def learns_clearance(self) -> bool:
+        """Whether the peg's diameter is learnt, being uncertain."""
         return self.options.clearance == "estimated" and self.spread.item(3) > 0.0
 
     def _keep_least_clearance(self):
-        if self._learns_clearance:
+        if self.learns_clearance:
             least = LEAST_CLEARANCE_SPREAD**2 * self._known[1]
             self._widen_parameters(0.0, least - self.spread.item(3))
 
     @property
     def _clearance_is_wide(self):
-        return self._learns_clearance and (
-            self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1]
-        )
+        return self.learns_clearance and (self.spread.item(3) > WIDE_CLEARANCE**2 * self._known[1])
 
     def _widen_parameters(self, friction, diameter):
         """Add to the variances of friction and of the peg diameter; nothing below zero."""
