@@ -145,13 +145,21 @@ class Processor:
         self._note_model(outputs)
         outputs.monitor.update(self._innovations.told())
         if self._rivals.count:
-            outputs.monitor["friction_rivals"] = float(self._rivals.count)
+            outputs = self._with_rivals(outputs)
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self.reduction.taken_off))
         for measurement in unit.after:
             self.correct(measurement)
         self.filter.mark(wrench.t_ns)
         return outputs
+
+    def _with_rivals(self, outputs: Outputs) -> Outputs:
+        friction, normal = self._rivals.widened(self.filter, outputs.normal, outputs.normal_stddev)
+        outputs.monitor["friction_rivals"] = float(self._rivals.count)
+        outputs.monitor["friction_stddev"] = friction
+        if not outputs.monitor["reactions_determined"]:
+            return outputs
+        return outputs._replace(normal_stddev=normal)
 
     def _advance(self, t_ns: int, silent: bool):
         """Predict up to a stamp [ns]; silent: no wrench was measured that could be held so far."""
@@ -164,7 +172,7 @@ class Processor:
         if in_contact and not self._offset:
             self._rivals.begin(self.filter)
         result = self.filter.predict(dt, in_contact)
-        self._rivals.predict(dt, in_contact)
+        self._rivals.predict(dt, in_contact, result is Prediction.CONTACT)
         unbalance = self.filter.unbalance
         if unbalance is not None:
             self.counts["forces_out_of_balance"] += self._innovations.weigh(t_ns, unbalance)

@@ -1,7 +1,9 @@
 """Filters that begin with other friction coefficients, until it is told which one fits."""
 
 from collections.abc import Callable
-from math import log
+from math import exp, log, sqrt
+
+import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction
@@ -56,7 +58,7 @@ class Rivals:
     def restart(self):
         """Give all of them up; a friction that is open asks again with the next contact."""
         self._all: list[_Rival] = []
-        self._asked = False
+        self._asked = self._stepped = False
 
     def ask_again(self):
         """Begin once more with the next contact of a friction that is open, if there are none."""
@@ -95,8 +97,9 @@ class Rivals:
         for rival in self._all:
             rival.filter.hold(u)
 
-    def predict(self, dt: float, in_contact: bool):
-        """Predict over dt [s]."""
+    def predict(self, dt: float, in_contact: bool, stepped: bool):
+        """Predict over dt [s]; stepped: whether the estimate's own prediction was a step."""
+        self._stepped = stepped
         for rival in self._all:
             rival.stepped = rival.filter.predict(dt, in_contact) is Prediction.CONTACT
 
@@ -128,20 +131,61 @@ class Rivals:
             return False
         for rival in self._all:
             result, its = rival.filter.correct(q, R)
-            if Correction.RESET in (result, correction):
-                # Begun anew, one of them has foretold nothing.
+            if Correction.RESET in (result, correction) or not self._stepped:
+                # Begun anew, or bridged, the estimate has foretold nothing by its friction.
                 continue
             gain = _likelihood(rival.filter, its) - _likelihood(kalman, nis)
             rival.ahead += gain if rival.stepped else min(gain, 0.0)
         replaced = self._replace(kalman)
         value, spread = kalman.friction
-        known = spread**2 < LEARNT * kalman.stated_friction[1] ** 2
+        known = _learnt(kalman)
         self._all = [
             rival
             for rival in self._all
             if rival.ahead > -HOPELESS and not (known and _alike(rival, value, spread))
         ]
         return replaced
+
+    def widened(self, kalman: ContactFilter, normal, stddev) -> tuple[float, np.ndarray]:
+        """
+        Return by how much friction and reactions may be off, should a rival be right.
+
+        Root of the second moment about what is given out, of the sum of all by their likelihood;
+        no less than the estimate's own. Until friction is learnt its own spread holds them all.
+
+        Parameters
+        ----------
+        kalman : ContactFilter
+            The estimate.
+        normal, stddev : ndarray, shape (3,)
+            Its reactions as they are given out, and their standard deviations [N].
+
+        Returns
+        -------
+        friction : float
+        normal : ndarray, shape (3,)
+            [N].
+
+        """
+        value, spread = kalman.friction
+        if not self._all or not _learnt(kalman):
+            return spread, stddev
+        total, forces = 1.0, 1.0
+        friction, squares = spread**2, stddev**2
+        for rival in self._all:
+            weight = exp(min(rival.ahead, CONVINCING))
+            its, its_spread = rival.filter.friction
+            total += weight
+            friction += weight * (its_spread**2 + (its - value) ** 2)
+            found = rival.filter.reactions()
+            if found is not None:
+                forces += weight
+                off = np.square(np.subtract(found.normal, normal))
+                squares = squares + weight * (np.square(found.normal_stddev) + off)
+        return (
+            max(spread, sqrt(friction / total)),
+            np.maximum(stddev, np.sqrt(squares / forces)),
+        )
 
     def _replace(self, kalman):
         best = max(self._all, key=lambda rival: rival.ahead)
@@ -158,15 +202,19 @@ class Rivals:
     def snapshot(self):
         """Return what `restore` takes back."""
         rivals = [(rival, rival.filter.snapshot(), rival.ahead) for rival in self._all]
-        return self._asked, [(*rest, rest[0].stepped) for rest in rivals]
+        return self._asked, self._stepped, [(*rest, rest[0].stepped) for rest in rivals]
 
     def restore(self, snapshot):
         """Go back to a snapshot; it can be gone back to again."""
-        self._asked, rivals = snapshot
+        self._asked, self._stepped, rivals = snapshot
         self._all = []
         for rival, kalman, rival.ahead, rival.stepped in rivals:
             rival.filter.restore(kalman)
             self._all.append(rival)
+
+
+def _learnt(kalman):
+    return kalman.friction[1] ** 2 < LEARNT * kalman.stated_friction[1] ** 2
 
 
 def _likelihood(kalman, nis):
