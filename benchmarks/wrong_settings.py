@@ -1,7 +1,7 @@
 """
-Settings that are wrong: how soon that is told, and what a wrong diameter makes of the bounds.
+Settings that are wrong: how soon that is told, and what is made of a wrong diameter or friction.
 
-    python benchmarks/wrong_settings.py [--part told slow diameter] [--seeds 4] [--out FILE]
+    python benchmarks/wrong_settings.py [--part told slow diameter friction] [--seeds 4]
 
 `told`: motions of the grid at 1 kHz and nominal noise, friction learnt and known. `slow`: pegs of
 4 to 150 mm that close and turn, at 100 Hz to 1 kHz. Of each the first time at which
@@ -9,7 +9,10 @@ Settings that are wrong: how soon that is told, and what a wrong diameter makes 
 are off by 1 mm or 2 % of the diameter, ten standard deviations of the force's noise (2 N) and 0.2
 degrees. `diameter`: the peg's is off by 2 and 10 um, `scene.clearance_stddev` says by how much;
 which share of the reactions that are determined lies within 95 % bounds after 50 ms, of K, B1 and
-B2 the least, in four times as many seeds. A run that was stopped goes on.
+B2 the least, in four times as many seeds. `friction`: stated a half and one and a half of what it
+is, within 0.05 or a quarter of itself; how far off it then is, root mean square and, in stated
+deviations, at most, 0.3 s after the start and at the end, in as many seeds. A run that was stopped
+goes on.
 """
 
 import argparse
@@ -55,6 +58,20 @@ DIAMETER = [
     *(Motion(c, 0.2, 0.16, "align") for c in (2e-5, 1e-4, 5e-4, 2e-3)),
     *(Motion(c, 0.5, 0.16, "align") for c in (1e-4, 5e-4, 2e-3)),
 ]
+FRICTION = [
+    *(Motion(c, 0.2, 0.16, "align") for c in (1e-4, 5e-4, 2e-3)),
+    Motion(1e-4, 0.2, 1.0, "align"),
+    Motion(1e-4, 0.2, 0.16, "slip"),
+    Motion(5e-4, 0.2, 0.16, "reversals"),
+    Motion(1e-4, 0.2, 0.01, "slip"),
+    Motion(5e-4, 0.2, 0.01, "align"),
+    *(Motion(c, 0.5, 0.16, "align") for c in (2e-5, 1e-4, 5e-4, 2e-3)),
+    Motion(1e-4, 0.5, 1.0, "align"),
+    Motion(1e-4, 0.5, 0.16, "slip"),
+]
+# Stated friction over the true one, and its standard deviation over that; None: LEARNT.
+STATED, SHARES = (0.5, 1.5), (None, 0.25)
+SOON = 0.3  # [s]
 # Told diameter less the true one [m].
 OFF = (2e-6, -2e-6, 1e-5, -1e-5)
 LEARNT = 0.05
@@ -153,6 +170,40 @@ def covered(truth, seeds):
     return found
 
 
+def sought(truth, seeds):
+    """
+    Return of each start and spread how far off friction is, SOON and at the end.
+
+    Twice two figures: the root mean square over seeds, as a share of the true one, and the largest
+    in stated deviations.
+    """
+    right, exact, found = truth.plan.configuration.scene.friction, sensor_wrench(truth), {}
+    for share in SHARES:
+        stddev = LEARNT if share is None else share * right
+        for start in STATED:
+            told = with_scene(truth, friction=start * right, friction_stddev=stddev)
+            off = []
+            for seed in seeds:
+                soon = last = None
+                for outputs in Pipeline(told.plan.configuration).play(
+                    measure(truth, seed, exact=exact)
+                ):
+                    last = outputs.monitor["friction"] - right, outputs.monitor["friction_stddev"]
+                    if soon is None and (outputs.t_ns - START_NS) * 1e-9 >= SOON:
+                        soon = last
+                off.append((soon or last, last))
+            error, stated = np.moveaxis(np.array(off), 2, 0)
+            within = LEARNT if share is None else f"{share:g} of it"
+            found[f"{start:g} of it, within {within}"] = [
+                (np.sqrt((error**2).mean(axis=0)) / right).tolist(),
+                np.abs(error / stated).max(axis=0).tolist(),
+            ]
+    return found
+
+
+MEASURED = {"told": told_in, "slow": told_in, "diameter": covered, "friction": sought}
+
+
 def compute(task):
     """Keep the figures of one case of a part; returns (name, "done")."""
     part, case, seeds, path, asked = task
@@ -160,8 +211,7 @@ def compute(task):
         truth = closing(*case, duration=0.9)
     else:
         truth = with_noise(truth_of(case)[0], "nominal", LEARNT)
-    measured = covered if part == "diameter" else told_in
-    keep(path, asked | {"figures": measured(truth, range(FIRST_SEED, FIRST_SEED + seeds))})
+    keep(path, asked | {"figures": MEASURED[part](truth, range(FIRST_SEED, FIRST_SEED + seeds))})
     return f"{part}: {named(case)}", "done"
 
 
@@ -182,12 +232,22 @@ def span(found):
     return f"{times} ({by}{share})"
 
 
+def _share(error, deviations):
+    return f"{100 * error:.2g} % ({deviations:.1f})"
+
+
 def table(part, rows):
     """Return a part's figures as lines of a table."""
     if part == "diameter":
         heads = [f"{1e6 * off:+.0f} um" for off in OFF]
         cells = {
             name: ["" if share is None else f"{100 * share:.0f} %" for share in row]
+            for name, row in rows.items()
+        }
+    elif part == "friction":
+        heads = list(next(iter(rows.values())))
+        cells = {
+            name: ["; ".join(map(_share, *row[head])) for head in heads]
             for name, row in rows.items()
         }
     else:
@@ -200,7 +260,7 @@ def table(part, rows):
 def main(arguments=None):
     """Compute the parts asked for, print them as tables, keep the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    cases = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER}
+    cases = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER, "friction": FRICTION}
     parser.add_argument("--part", nargs="+", choices=cases, default=list(cases))
     parser.add_argument("--seeds", type=int, default=4, help="noise seeds (4)")
     parser.add_argument("--folder", type=Path, default=Path("out/wrong_settings"))
@@ -210,7 +270,7 @@ def main(arguments=None):
     key = sources_key(PARTS, [Path(__file__).with_name(name) for name in SOURCES])
     tasks = []
     for part in options.part:
-        seeds = options.seeds * (4 if part == "diameter" else 1)
+        seeds = options.seeds * (1 if part in ("told", "slow") else 4)
         for case in cases[part]:
             name = f"{part}_{named(case)}".replace(" ", "_").replace("/", "_")
             asked = {"key": key, "seeds": seeds}

@@ -9,12 +9,12 @@ import pytest
 
 from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction
+from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.filters.rivals import CONVINCING, HOPELESS, MOST, Rivals
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
-from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.simulation.measure import START_NS, measure
 
 FRICTION, STATED = 0.5, 0.25
 MS = 1_000_000
@@ -153,7 +153,7 @@ class Foretelling:
     def __init__(self, friction=(0.2, 0.01)):
         self.friction, self.stated_friction = friction, (0.2, 0.05)
         self.friction_is_open, self.learns_clearance = True, False
-        self.nis, self.root = 3.0, 1.0
+        self.nis, self.root, self.found = 3.0, 1.0, None
         self.result, self.steps = Correction.USED, Prediction.CONTACT
 
     def estimate(self):
@@ -171,6 +171,9 @@ class Foretelling:
     def correct(self, q, R):
         return self.result, self.nis
 
+    def reactions(self):
+        return self.found
+
     def last_innovation(self):
         return [0.0] * 3, [self.root, 0, 0, 0, self.root, 0, 0, 0, self.root]
 
@@ -183,8 +186,8 @@ def beside(own):
     return found, made
 
 
-def corrected(found, own):
-    found.predict(1e-3, True)
+def corrected(found, own, stepped=True):
+    found.predict(1e-3, True, stepped)
     return found.correct(Q, R, own, own.result, own.nis)
 
 
@@ -224,6 +227,58 @@ def test_what_leaves_no_step_may_lose_and_not_win(result):
     # Nor has it gained by that once there is a step again.
     low.steps, own.nis = Prediction.CONTACT, 3.0
     assert not corrected(found, own)
+
+
+def test_an_estimate_that_is_bridged_gains_and_loses_nothing():
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    own.nis, low.nis, high.nis = 9.0, 3.0, 15.0
+    for _ in range(int(HOPELESS)):
+        assert not corrected(found, own, stepped=False)
+    assert found.count == 2
+    own.nis, low.nis = 3.0, 3.0
+    assert not corrected(found, own)
+
+
+def test_what_rivals_say_is_in_the_spreads_by_their_probability():
+    own = Foretelling((0.3, 0.01))
+    found, (low, high) = beside(own)
+    low.friction, high.friction = (0.2, 0.02), (0.34, 0.03)
+    low.found = Reactions((8.0, 4.0, 0.0), (2.0, 3.0, 4.0), 0.5)
+    normal, stddev = np.array([10.0, 20.0, 30.0]), np.array([1.0, 50.0, 1.0])
+    # Both begin two behind; one has no reactions.
+    weight = exp(-2.0)
+    spread = 0.01**2 + weight * (0.02**2 + 0.1**2 + 0.03**2 + 0.04**2)
+    friction, widened = found.widened(own, normal, stddev)
+    assert friction == pytest.approx((spread / (1 + 2 * weight)) ** 0.5)
+    forces = [1 + weight * (4 + 4), 50**2 + weight * (9 + 256), 1 + weight * (16 + 900)]
+    expected = np.sqrt(np.array(forces) / (1 + weight))
+    # No less than the estimate's own.
+    np.testing.assert_allclose(widened, [expected[0], 50.0, expected[2]])
+    # As long as friction is as it was stated, its own spread says it all.
+    own.friction = 0.3, 0.049
+    assert found.widened(own, normal, stddev) == (0.049, stddev)
+    found.restart()
+    own.friction = 0.3, 0.01
+    assert found.widened(own, normal, stddev) == (0.01, stddev)
+
+
+# Told from above both frictions fit for half a second: bounds that hold one of them hold nothing.
+def test_while_two_frictions_fit_the_bounds_hold_the_true_one():
+    truth = with_noise(truth_of(Motion(5e-4, FRICTION, 0.16, "align"))[0], "nominal", 0.125)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, friction=0.75)
+    pipeline, inside, own = Pipeline(replace(configuration, scene=scene)), [], []
+    for outputs in pipeline.play(measure(truth, 2)):
+        k = round((outputs.t_ns - START_NS) * 1e-6)
+        if not 50 <= k < 400:
+            continue
+        friction, stddev = pipeline.filter.friction
+        own.append(abs(friction - FRICTION) < 2 * stddev)
+        inside.append(abs(friction - FRICTION) < 2 * outputs.monitor["friction_stddev"])
+        off = np.abs(outputs.normal - truth.normal[k])
+        inside.append((off < 2 * outputs.normal_stddev).all())
+    assert len(inside) == 700 and np.mean(inside) > 0.9 and np.mean(own) < 0.1
 
 
 def test_an_outlier_decides_nothing_and_a_restart_says_nothing():
