@@ -10,8 +10,15 @@ import pytest
 from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
-from peg_on_hole_ros.estimation.filters.rivals import CONVINCING, HOPELESS, MOST, Rivals
+from peg_on_hole_ros.estimation.filters.rivals import (
+    CONVINCING,
+    HOPELESS,
+    MOST,
+    NO_STEP_FOR,
+    Rivals,
+)
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
@@ -186,8 +193,8 @@ def beside(own):
     return found, made
 
 
-def corrected(found, own, stepped=True):
-    found.predict(1e-3, True, stepped)
+def corrected(found, own, prediction=Prediction.CONTACT):
+    found.predict(1e-3, True, prediction)
     return found.correct(Q, R, own, own.result, own.nis)
 
 
@@ -234,7 +241,7 @@ def test_an_estimate_that_is_bridged_gains_and_loses_nothing():
     found, (low, high) = beside(own)
     own.nis, low.nis, high.nis = 9.0, 3.0, 15.0
     for _ in range(int(HOPELESS)):
-        assert not corrected(found, own, stepped=False)
+        assert not corrected(found, own, Prediction.SLOW)
     assert found.count == 2
     own.nis, low.nis = 3.0, 3.0
     assert not corrected(found, own)
@@ -261,6 +268,39 @@ def test_what_rivals_say_is_in_the_spreads_by_their_probability():
     found.restart()
     own.friction = 0.3, 0.01
     assert found.widened(own, normal, stddev) == (0.01, stddev)
+
+
+# At a half of its friction the slide has no step at all, and friction would be sought lower still.
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_friction_that_leaves_no_step_gives_way_to_one_that_has_steps(seed, monkeypatch):
+    truth = with_noise(truth_of(Motion(1e-4, FRICTION, 0.16, "slip"))[0], "nominal", 0.05)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, friction=STATED)
+
+    def learnt():
+        pipeline = Pipeline(replace(configuration, scene=scene))
+        for outputs in pipeline.play(measure(truth, seed)):
+            if outputs.t_ns - START_NS >= 200 * MS:
+                return pipeline.filter.friction
+        return None
+
+    friction, stddev = learnt()
+    assert abs(friction - FRICTION) < 3 * stddev < 0.01
+    monkeypatch.setattr(Rivals, "begin", lambda *arguments: None)
+    assert learnt() == pytest.approx((0.15, 0.05), abs=1e-3)
+
+
+def test_steps_where_the_estimate_has_none_soon_convince_but_not_at_long_intervals():
+    for dt, wins in ((1e-3, True), (LONG_STEP, True), (1.01 * LONG_STEP, False)):
+        own = Foretelling()
+        found, (low, high) = beside(own)
+        low.steps = Prediction.FAILED
+        for _ in range(int(NO_STEP_FOR / dt) + 1):
+            found.predict(dt, True, Prediction.FAILED)
+        assert found.correct(Q, R, own, own.result, own.nis) == wins
+        assert own.friction[0] == pytest.approx(0.3 if wins else 0.2)
+        # One that has none either has not gained.
+        assert low.friction[0] == pytest.approx(0.1)
 
 
 # Told from above both frictions fit for half a second: bounds that hold one of them hold nothing.

@@ -6,8 +6,9 @@ from math import exp, log, sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction
+from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP, Correction, Prediction
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
+from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 
 # So many stated standard deviations from the stated friction they begin.
 BEGIN_AT = (-2.0, 2.0)
@@ -15,6 +16,9 @@ BEGIN_AT = (-2.0, 2.0)
 # smaller by that is given up. With 3 for 7 noise replaces estimates that are right.
 CONVINCING = 7.0
 HOPELESS = 12.0
+# One that has steps gets so far ahead in this time [s] without any at the estimate's friction; but
+# not at long intervals, where the noise of one wrench leaves no step just as well.
+NO_STEP_FOR = 0.04
 # Of a normalised innovation so much counts at most: an outlier decides nothing.
 MOST = 25.0
 # Two that have come together within this share of the smaller spread are one, once friction is
@@ -97,11 +101,13 @@ class Rivals:
         for rival in self._all:
             rival.filter.hold(u)
 
-    def predict(self, dt: float, in_contact: bool, stepped: bool):
-        """Predict over dt [s]; stepped: whether the estimate's own prediction was a step."""
-        self._stepped = stepped
+    def predict(self, dt: float, in_contact: bool, own: Prediction):
+        """Predict over dt [s]; own: what became of the estimate's prediction."""
+        self._stepped = own is Prediction.CONTACT
         for rival in self._all:
             rival.stepped = rival.filter.predict(dt, in_contact) is Prediction.CONTACT
+            if own in NO_STEP and rival.stepped and dt <= LONG_STEP:
+                rival.ahead += (CONVINCING + 2.0) * dt / NO_STEP_FOR
 
     def correct(self, q, R, kalman: ContactFilter, correction: Correction, nis: float) -> bool:
         """
