@@ -70,6 +70,7 @@ class FilterOptions:
     hole_tilt: str = "estimated"
     clearance: str = "estimated"
     friction_noise: float = 0.002
+    friction_rivals: bool = True
     acceleration_stddev: float = 20.0
     inflation_threshold: float = 14.0
     gate_threshold: float = 50.0

@@ -366,6 +366,11 @@ PARAMETERS: tuple[Parameter, ...] = (
         1.0,
     ),
     _filter(
+        "friction_rivals",
+        "whether other coefficients are followed beside the estimated one until it is told which "
+        "fits; false: half of the work meanwhile, and a wrong one may be stated surely",
+    ),
+    _filter(
         "acceleration_stddev",
         "how far a held peg's acceleration is, at most, from that of the last 10 ms; how far it "
         "is follows how it changed in the last 50 ms; bounds the reactions",

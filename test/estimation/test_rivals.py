@@ -19,6 +19,7 @@ from peg_on_hole_ros.estimation.filters.rivals import (
 )
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
+from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
@@ -132,12 +133,13 @@ def test_a_smoother_estimates_the_same_and_passes_nothing_back_through_the_excha
     assert all(np.isfinite(mean).all() for _, mean, *_ in smoothed)
 
 
-def test_none_begin_where_friction_is_known_or_more_is_learnt():
+def test_none_begin_where_friction_is_known_or_more_is_learnt_or_none_are_wanted():
     scene = closing().plan.configuration.scene
     known = replace(told(), scene=replace(scene, friction_stddev=0.0))
     biased = replace(told(), wrench=replace(told().wrench, bias_force_stddev=0.5))
     wide = replace(told(), scene=replace(told().scene, clearance_stddev=1e-5))
-    for configuration in (known, biased, wide, told(friction="considered")):
+    alone = told(friction_rivals=False)
+    for configuration in (known, biased, wide, told(friction="considered"), alone):
         for given in played(Pipeline(configuration), 1, 100):
             assert "friction_rivals" not in given.monitor
 
@@ -156,6 +158,8 @@ def test_a_reset_gives_them_up_and_a_restart_keeps_them():
 
 class Foretelling:
     """A filter that foretells as well as it is told to."""
+
+    options = FilterOptions()
 
     def __init__(self, friction=(0.2, 0.01)):
         self.friction, self.stated_friction = friction, (0.2, 0.05)

@@ -75,8 +75,9 @@ class Rivals:
 
     def begin(self, kalman: ContactFilter):
         """Begin beside an estimate that comes into contact, if its friction is open; once."""
+        wanted = kalman.options.friction_rivals and kalman.friction_is_open
         # Beside a clearance that is learnt as well more than two pairs fit a motion.
-        if self._asked or not kalman.friction_is_open or kalman.learns_clearance:
+        if self._asked or not wanted or kalman.learns_clearance:
             return
         self._asked = True
         stated, stddev = kalman.stated_friction
