@@ -51,8 +51,9 @@ def test_a_clearance_is_learnt_or_left_and_never_run_away_with(name, off):
         clearance_stddev=0.2 * clearance,
     )
     plan = replace(truth.plan, configuration=replace(configuration, scene=told))
-    share = covered(replace(truth, plan=plan), seeds=2)
-    # At 10 mm N_K is covered in 86 to 88 %: learnt together, the two are not told well apart.
+    # At 10 mm N_K is covered in 91 to 93 % of 16 seeds, and in 78 to 96 % of two, as a run's error
+    # lasts: learnt together, friction and clearance are not told well apart.
+    share = covered(replace(truth, plan=plan), seeds=8)
     assert share[6:].min() > 0.8, share.round(3)
 
 

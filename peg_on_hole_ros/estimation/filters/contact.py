@@ -27,6 +27,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
 from peg_on_hole_ros.estimation.kernel.reactions import react, rim_load
+from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.rungs import DYNAMIC
@@ -260,6 +261,8 @@ class ContactFilter(Estimate):
     def _take(self):
         self._interval[:] = self._since_correction
         self._update()
+        if self.learns_clearance:
+            follow_rates(self._memory, self._interval.item())
         follow_acceleration(self._memory, self._interval.item())
         self._slid[0] = 0.0
         self._keep_least_clearance()

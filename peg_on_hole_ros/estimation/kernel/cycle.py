@@ -15,7 +15,9 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLOW,
     WITHOUT_STEP,
 )
+from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance
 from peg_on_hole_ros.estimation.kernel.prediction import RUNS_AWAY, SLOW_SLIP, predict_contact
+from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -80,4 +82,6 @@ def correct_and_follow(m, nis, dt):
         adapt_rate_noise(m, nis)
     m[INTERVAL] = dt
     correct(m)
+    if learns_clearance(m):
+        follow_rates(m, dt)
     follow_acceleration(m, dt)

@@ -49,6 +49,9 @@ _SIZES = {
     "CHANGES": 3,  # mean square of its changes
     "CHANGES_SEEN": 1,  # share of them that was seen
     "SINCE_CORRECTION": 1,  # time predicted since the last one [s] (predict)
+    "MEAN_RATES": 3,  # of late, each with its weight [s/(rad/s)^2] (follow_rates)
+    "RATES_WEIGHT": 3,
+    "AT_MEAN": 1,  # 1: the last prediction's tangents are at the mean rates (predict_contact)
     "RATES_KNOWN": 1,  # 1: the rates at the last correction are known (follow_acceleration)
     # Random walk of the rates where they are bridged [rad/s^1.5] (adapt_rate_noise,
     # bridge_without_step).
@@ -124,7 +127,7 @@ CLEARED = Cleared(
         "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "SLOW", "BRIDGED", "WITHOUT_STEP",
         "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES",
         "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "TOLD_GAIN",
-        "TOLD_SHARE",
+        "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT",
     ),
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
     forget=("SCENE", "SPREAD", "CROSS", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS"),
@@ -162,6 +165,9 @@ OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
 ACROSS, BEGIN = _AT["ACROSS"], _AT["BEGIN"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
+MEAN_RATES, RATES_WEIGHT, AT_MEAN = (
+    _AT[name] for name in ("MEAN_RATES", "RATES_WEIGHT", "AT_MEAN")
+)
 TOLD_GAIN, TOLD_SHARE = _AT["TOLD_GAIN"], _AT["TOLD_SHARE"]
 UNBALANCE = _AT["UNBALANCE"]
 RATES_BEFORE, ACCELERATION_BEFORE, CHANGES_SEEN = (

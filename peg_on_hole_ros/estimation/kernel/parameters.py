@@ -41,6 +41,12 @@ TOLD_AT = 30.0
 
 
 @inlined
+def learns_clearance(m):
+    """Return whether the peg diameter is corrected, and not known."""
+    return m[LEARNT + 1] * m[SPREAD + 3] > 0.0
+
+
+@inlined
 def learning_share(ff, fd, dd):
     """
     Return the share of the optimal gain with which what is learnt of the two is learnt.
@@ -107,7 +113,7 @@ def learning_shares(m):
     share = learning_share(m[SPREAD], m[SPREAD + 1], m[SPREAD + 3])
     of_friction, of_diameter = share * m[LEARNT], 0.0
     m[HELD_BACK] = 0.0
-    if m[LEARNT + 1] > 0.0 and m[SPREAD + 3] > 0.0:
+    if learns_clearance(m):
         w0 = m[CROSS + 12] / m[S]
         w1 = (m[CROSS + 13] - m[S + 3] * w0) / m[S + 4]
         w2 = (m[CROSS + 14] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]

@@ -8,9 +8,9 @@ from peg_on_hole_ros.estimation.kernel.held_wrench import (
     wrench_of_piece,
 )
 from peg_on_hole_ros.estimation.kernel.memory import (
+    AT_MEAN,
     CREEP,
     ENDS,
-    LEARNT,
     METHOD,
     METHOD_USED,
     OFFSETS,
@@ -30,6 +30,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     Z,
     process_of,
 )
+from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance
 from peg_on_hole_ros.estimation.kernel.runaway import runs_away
 from peg_on_hole_ros.estimation.kernel.slip import (
     creep_variance,
@@ -38,6 +39,7 @@ from peg_on_hole_ros.estimation.kernel.slip import (
     slow_slip,
     surely_sliding,
 )
+from peg_on_hole_ros.estimation.kernel.tangent import mean_rates_known, tangent_at_mean_rates
 from peg_on_hole_ros.estimation.steps.choice import (
     IMPLICIT_EULER,
     INACCURATE,
@@ -130,7 +132,7 @@ def predict_contact(m, dy, slopes, dt):
     friction_scales(p, m, smallest, process.slip_widening)
     within = process.slow_slip
     if m[SLOW] > 0.0:
-        within *= RESUME_SOON if _learns_clearance(m) or _learns_offsets(m) else RESUME
+        within *= RESUME_SOON if learns_clearance(m) or _learns_offsets(m) else RESUME
     lately = min(dt / SELECTED_OVER, 1.0)
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
@@ -139,6 +141,11 @@ def predict_contact(m, dy, slopes, dt):
         return RUNS_AWAY, 1, 0
     creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
+    # Steps that noise has selected make a clearance seem smaller; their own tangents, larger. With
+    # these at the mean there as well, N_K on a peg of 10 mm was covered in 71 for 91 %.
+    at_mean = integrator == IMPLICIT_EULER and learns_clearance(m) and m[STOPPED] <= SELECTED
+    at_mean = at_mean and mean_rates_known(m)
+    m[AT_MEAN] = 1.0 if at_mean else 0.0
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
     pieces = max(1, int(dt / process.max_step + 0.999999))
     evaluations, allowed = 1, m[METHOD + 2] * pieces
@@ -168,6 +175,9 @@ def predict_contact(m, dy, slopes, dt):
             if status != CONVERGED:
                 m[REFUSED + (1 if status == INACCURATE else 0)] += 1.0
                 break
+            if at_mean:
+                tangent_at_mean_rates(p, m, scales, x1, u, h, dy, slopes, stage, work)
+                evaluations += 1
             if integrator == SECOND_ORDER:
                 carry_all(m, slopes, h, process.rate_density)
             else:
@@ -199,7 +209,7 @@ def predict_contact(m, dy, slopes, dt):
                 _note_step(m, 1.0, lately)
                 return SLOW_SLIP, evaluations, pieces
             _note_step(m, 0.0, 1.0 if surely else lately)
-            if m[STOPPED] > (HIDDEN if _learns_clearance(m) else SELECTED):
+            if m[STOPPED] > (HIDDEN if learns_clearance(m) else SELECTED):
                 m[SLIDING] = 0.0
             add_jump(m, slopes, pieces, dt / pieces, integrator)
             for i in range(3):
@@ -223,12 +233,6 @@ def _keeps_on(begin, begin_variance, end, end_variance):
     """Return whether a slip is so sure at the begin and at the end that it kept its direction."""
     told = begin * begin > SURELY * SURELY * begin_variance
     return told and end > 0.5 * begin and end * end > SURELY * SURELY * end_variance
-
-
-@inlined
-def _learns_clearance(m):
-    """Return whether the peg diameter is corrected, and not known."""
-    return m[LEARNT + 1] * m[SPREAD + 3] > 0.0
 
 
 @inlined

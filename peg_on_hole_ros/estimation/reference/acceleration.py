@@ -1,4 +1,4 @@
-"""How a held peg accelerates, in plain numpy: what `acceleration` is held to."""
+"""How a held peg moves of late, in plain numpy: what `acceleration` and `tangent` are held to."""
 
 import numpy as np
 
@@ -8,6 +8,8 @@ from peg_on_hole_ros.estimation.kernel.acceleration import (
     FOLLOWED,
     SHORTEST_TIME,
 )
+from peg_on_hole_ros.estimation.kernel.tangent import AVERAGED, KNOWN
+from peg_on_hole_ros.estimation.kernel.tangent import CHANGED as FAR
 
 
 class FollowedAcceleration:
@@ -52,3 +54,31 @@ class FollowedAcceleration:
         seen = self.changes + unseen * stddev**2
         of_late = np.clip(seen, (least * stddev) ** 2, stddev**2)
         return np.diag(of_late + (CHANGED * self.mean) ** 2)
+
+
+class MeanRates:
+    """
+    The mean of the rates of late, each correction by what it knows of them.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (3,)
+        [rad/s].
+    weight : ndarray, shape (3,)
+        [s/(rad/s)^2].
+
+    """
+
+    def __init__(self):
+        self.mean, self.weight = np.zeros(3), np.zeros(3)
+
+    def follow(self, rates, variance, dt):
+        """Follow rates [rad/s] and their variance, each (3,), dt [s] after the last ones."""
+        dt = max(dt, SHORTEST_TIME)
+        self.weight = max(1 - dt / AVERAGED, 0.0) * self.weight + dt / variance
+        self.mean = self.mean + dt / variance / self.weight * (rates - self.mean)
+
+    def known(self, rates, variance) -> bool:
+        """Return whether the mean is known, and that of rates which have not changed since."""
+        near = (rates - self.mean) ** 2 <= FAR**2 * variance
+        return bool(near.all() and (self.weight * variance > KNOWN * AVERAGED).all())

@@ -29,7 +29,7 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
     SELECTED_OVER,
     SURELY,
 )
-from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
+from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration, MeanRates
 from peg_on_hole_ros.estimation.reference.balance import correct_by_balance, turned_scales
 from peg_on_hole_ros.estimation.reference.reactions import reactions
 from peg_on_hole_ros.estimation.reference.steps import (
@@ -40,6 +40,7 @@ from peg_on_hole_ros.estimation.reference.steps import (
     STATE,
     WRENCH,
     implicit_euler,
+    implicit_euler_tangent,
     second_order,
     with_parameters,
 )
@@ -89,6 +90,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.change = np.zeros(6)
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
+        self.mean_rates = MeanRates()
         self.scales = np.full(3, process.slip_velocity_scale)
         self.across = np.zeros(3)
         self.sliding = self.slow = self.bridged = False
@@ -122,6 +124,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
         self.sliding = bool((speed**2 >= variance).all())
+        at_mean = self.P[DIAMETER, DIAMETER] > 0 and not self.ramp.any()
+        at_mean &= self.stopped <= SELECTED
+        at_mean &= self.mean_rates.known(self.x[RATES], np.diagonal(self.P)[RATES])
         self.scales = self.friction_scales()
         h = dt / pieces
         for piece in range(pieces):
@@ -132,6 +137,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 self.Q = _random_walk_exact(self.process.rate_density, h, self.dim_x)
             else:
                 x1, F = implicit_euler(self.scene, self.x[:SIZE], h, self.scales)
+                if at_mean:
+                    late = np.concatenate([x1[:3], self.mean_rates.mean, self.x[6:SIZE]])
+                    F = implicit_euler_tangent(self.scene, late, h, self.scales)
                 self.Q = _random_walk(self.process.rate_density, h, self.dim_x)
             self._motion = x1
             self.F = np.eye(self.dim_x)
@@ -254,7 +262,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.follow_acceleration()
 
     def follow_acceleration(self):
-        """Let the acceleration follow the rates after a correction."""
+        """Let the acceleration, and the mean of the rates, follow a correction."""
+        self.mean_rates.follow(self.x[RATES], np.diagonal(self.P)[RATES], self.since_correction)
         self.acceleration.follow(self.x[RATES], self.since_correction)
         self.since_correction = 0.0
 

@@ -100,11 +100,30 @@ def implicit_euler(scene: Scene, full, h, slip_velocity_scale):
         if fraction < 1e-4:
             break
         v, r, slopes = v + fraction * step, trial, trial_slopes
+    return np.concatenate([q + h * v, v]), _derivatives_of_step(slopes, h)
+
+
+def implicit_euler_tangent(scene: Scene, end, h, slip_velocity_scale):
+    """
+    Return the derivatives of an implicit Euler step as they are where it would end, (6, 14).
+
+    Parameters
+    ----------
+    end : ndarray, shape (14,)
+        State at the end, wrench, friction, peg diameter.
+
+    """
+    return _derivatives_of_step(solve_with_slopes(scene, end, slip_velocity_scale)[1][:3], h)
+
+
+def _derivatives_of_step(slopes, h):
+    """Return the derivatives by the begin from those of the accelerations at the end, (3, 14)."""
+    matrix = np.eye(3) - h * (slopes[:, RATES] + h * slopes[:, :3])
     by_rates = np.linalg.solve(
         matrix, np.hstack([h * slopes[:, :3], np.eye(3), h * slopes[:, 6:]])
     )
     by_angles = np.hstack([np.eye(3), np.zeros((3, SIZE - 3))]) + h * by_rates
-    return np.concatenate([q + h * v, v]), np.vstack([by_angles, by_rates])
+    return np.vstack([by_angles, by_rates])
 
 
 def second_order(scene: Scene, full, stage_wrench, h, slip_velocity_scale):
