@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimation.kernel.tangent import (
     KNOWN,
     follow_rates,
     mean_rates_known,
-    tangent_at_mean_rates,
+    tangent_at,
 )
 from peg_on_hole_ros.estimation.reference.acceleration import MeanRates
 from peg_on_hole_ros.estimation.reference.steps import implicit_euler_tangent
@@ -110,15 +110,14 @@ def test_it_is_known_after_a_while_and_not_where_rates_have_changed():
 
 def test_the_tangent_is_that_of_the_numpy_model_at_these_rates():
     scene = truth_of(Motion(1e-4, 0.2, 0.16, "slip"))[0].plan.configuration.scene
-    m = memory_with((-0.16, 0.0, 2.0))
-    part(m, "MEAN_RATES")[:] = -0.15, 0.3, 1.8
-    x1, u = m[X : X + 6].copy(), np.array([1.0, -2.0, -20.0, 0.1, 0.2, -0.05])
+    x1, rates = np.array([0.08, 0.2, 0.3, -0.16, 0.0, 2.0]), np.array([-0.15, 0.3, 1.8])
+    u = np.array([1.0, -2.0, -20.0, 0.1, 0.2, -0.05])
     scales, h = np.full(3, 1e-4), 1e-3
     slopes, dy = np.zeros((6, 14)), np.zeros((6, 14))
-    tangent_at_mean_rates(
-        scene_scalars(scene), m, scales, x1, u, h, dy, slopes, np.zeros(192), workspace()
+    tangent_at(
+        scene_scalars(scene), rates, scales, x1, u, h, dy, slopes, np.zeros(192), workspace()
     )
-    end = np.concatenate([x1[:3], part(m, "MEAN_RATES"), u, [scene.friction, scene.peg_diameter]])
+    end = np.concatenate([x1[:3], rates, u, [scene.friction, scene.peg_diameter]])
     expected = implicit_euler_tangent(scene, end, h, scales)[3:]
     # Of each column the largest: a derivative by a metre is far from one by a newton.
     largest = np.maximum(np.abs(expected).max(axis=0), 1e-12)

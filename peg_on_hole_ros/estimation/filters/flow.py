@@ -10,7 +10,7 @@ from peg_on_hole_ros.estimation.kernel.parameters import (
     LEAST_FRICTION,
     MOST_FRICTION,
 )
-from peg_on_hole_ros.estimation.kernel.tangent import tangent_at_mean_rates
+from peg_on_hole_ros.estimation.kernel.tangent import tangent_at
 from peg_on_hole_ros.estimation.steps.choice import SECOND_ORDER, take_step
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.estimation.steps.second_order import SHARE
@@ -72,7 +72,8 @@ class Flow:
         self._scalars = SceneScalars(*kalman.scene_values.tolist())
         self.pieces, self.h = kalman.pieces, dt / kalman.pieces
         self._scales = part(memory, "SCALES").copy()
-        self._memory, self._at_mean = memory.copy(), bool(part(memory, "AT_MEAN").item())
+        at_mean = part(memory, "AT_MEAN").item()
+        self._mean_rates = part(memory, "MEAN_RATES").copy() if at_mean else None
         self.jumped = np.zeros(WIDTH)
         self.jumped[:6] = part(memory, "JUMPED")
         self.creep = part(memory, "CREEP").item() * dt
@@ -113,10 +114,10 @@ class Flow:
         )  # fmt: skip
         if status != CONVERGED:
             return None, None
-        if self._at_mean:
-            tangent_at_mean_rates(
-                self._scene(full), self._memory, self._scales, x1, self._wrench(full, piece + 1),
-                self.h, dy, slopes, stage, work,
+        if self._mean_rates is not None:
+            tangent_at(
+                self._scene(full), self._mean_rates, self._scales, x1,
+                self._wrench(full, piece + 1), self.h, dy, slopes, stage, work,
             )  # fmt: skip
         F = np.eye(WIDTH)
         F[:3] = slopes[3:] if self.second_order else F[:3] + self.h * slopes[:3]

@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     AT_MEAN,
     CREEP,
     ENDS,
+    MEAN_RATES,
     METHOD,
     METHOD_USED,
     OFFSETS,
@@ -39,7 +40,7 @@ from peg_on_hole_ros.estimation.kernel.slip import (
     slow_slip,
     surely_sliding,
 )
-from peg_on_hole_ros.estimation.kernel.tangent import mean_rates_known, tangent_at_mean_rates
+from peg_on_hole_ros.estimation.kernel.tangent import mean_rates_known, tangent_at
 from peg_on_hole_ros.estimation.steps.choice import (
     IMPLICIT_EULER,
     INACCURATE,
@@ -116,7 +117,7 @@ def predict_contact(m, dy, slopes, dt):
     p = scene_of(m)
     process = process_of(m)
     x, u, u_stage = m[X : X + 6], m[ENDS : ENDS + 6], m[ENDS + 6 : ENDS + 12]
-    x1, y = m[X1 : X1 + 6], m[Y : Y + 6]
+    x1, y, mean_rates = m[X1 : X1 + 6], m[Y : Y + 6], m[MEAN_RATES : MEAN_RATES + 3]
     scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
     integrator, tolerance = int(m[METHOD]), m[METHOD + 1]
     if integrator == IMPLICIT_EULER and ramps(m):
@@ -176,7 +177,7 @@ def predict_contact(m, dy, slopes, dt):
                 m[REFUSED + (1 if status == INACCURATE else 0)] += 1.0
                 break
             if at_mean:
-                tangent_at_mean_rates(p, m, scales, x1, u, h, dy, slopes, stage, work)
+                tangent_at(p, mean_rates, scales, x1, u, h, dy, slopes, stage, work)
                 evaluations += 1
             if integrator == SECOND_ORDER:
                 carry_all(m, slopes, h, process.rate_density)

@@ -51,9 +51,9 @@ def mean_rates_known(m):
 
 
 @compiled
-def tangent_at_mean_rates(p, m, scales, x1, u, h, dy, slopes, stage, work):
+def tangent_at(p, rates, scales, x1, u, h, dy, slopes, stage, work):
     """
-    Fill the derivatives of an implicit Euler step as they are at the mean of the rates of late.
+    Fill the derivatives of an implicit Euler step as they are at other rates, the mean of late.
 
     The noise of a wrench drives the rates, and with them turns the slip and all that a clearance
     does to the motion. Weighed by a tangent at these rates, what the noise has done to the motion
@@ -63,8 +63,8 @@ def tangent_at_mean_rates(p, m, scales, x1, u, h, dy, slopes, stage, work):
     ----------
     p, scales, u, h, dy, stage, work
         As for `steps.implicit_euler`, which has found x1; dy and stage are scratch.
-    m : ndarray
-        Memory.
+    rates : ndarray, shape (3,)
+        At which they are taken [rad/s].
     x1 : ndarray, shape (6,)
         State at the end [rad], [rad/s]; its angles are used.
     slopes : ndarray, shape (>= 3, 14)
@@ -73,7 +73,7 @@ def tangent_at_mean_rates(p, m, scales, x1, u, h, dy, slopes, stage, work):
     """
     at, y = stage[:6], stage[6:12]
     for i in range(3):
-        at[i], at[3 + i] = x1[i], m[MEAN_RATES + i]
+        at[i], at[3 + i] = x1[i], rates[i]
     accelerate_with_derivatives(p, scales, at, u, work, y, dy)
     row0, row1, row2 = inverse_of(h, dy)
     fill_slopes(h, dy, row0, row1, row2, slopes)
