@@ -5,10 +5,11 @@ Bias and tilt that are learnt: how far off they are, and whether reactions keep 
 
 `drawn`: bias, tilt and the stated friction are drawn from what is stated, anew for each seed. Of
 each motion and statement the normalised error squared at the end, mean over the seeds, of all that
-is learnt, and that of the draws; the mean error of friction in its stated deviations; and which
-share of the reactions that are determined lies within 95 % bounds from 50 ms on, of K, B1 and B2
-the least, and the root mean square of their errors. `one`: 2 N untared across the peg, and a hole that leans by 0.2 degrees. Motions of the
-grid at 0.16 rad/s, nominal noise. A run that was stopped goes on.
+is learnt, and that of the draws; the mean error of friction in its stated deviations; which share
+of the reactions that are determined lies within 95 % bounds from 50 ms on, of K, B1 and B2 the
+least, and the root mean square of their errors. `one`: 2 N untared across the peg, and a hole that
+leans by 0.2 degrees. Motions of the grid at 0.16 rad/s, nominal noise. A run that was stopped goes
+on.
 """
 
 import argparse
@@ -28,7 +29,8 @@ from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, measured_angles, sensor_wrench
 from resumable import keep, kept, sources_key, work_through
 
-FIRST_SEED = 2300
+# None that a setting of the filter was chosen on.
+FIRST_SEED = 5300
 PARTS = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
 SOURCES = ("offsets_learnt.py", "grid_cells.py", "grid_score.py")
 MOTIONS = [
@@ -59,6 +61,7 @@ class Stated(NamedTuple):
 
 
 DRAWN = [
+    Stated(0.1, 0.002, 0.0, 0.05),
     Stated(0.5, 0.01, 3.5e-3, 0.05),
     Stated(0.5, 0.01, 0.0, 0.05),
     Stated(2.0, 0.02, 0.0, 0.05),
@@ -88,12 +91,16 @@ def uncertain(configuration, stated: Stated, **scene):
     )
 
 
-def played(truth, configuration, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0), exact=None):
-    """Yield (pipeline, outputs) of a truth, measured by a sensor and in a cell that are off."""
-    R = tilt_axes(tilt)
-    gravity = tuple((R @ configuration.scene.gravity).tolist())
+def pipeline_of(configuration, tilt=(0.0, 0.0)):
+    """Return the pipeline of a level cell whose hole leans by a tilt [rad]."""
+    gravity = tuple((tilt_axes(tilt) @ configuration.scene.gravity).tolist())
     scene = replace(configuration.scene, gravity=gravity)
-    pipeline = Pipeline(replace(configuration, scene=scene))
+    return Pipeline(replace(configuration, scene=scene))
+
+
+def played(pipeline, truth, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0), exact=None):
+    """Yield the outputs for a truth, measured by a sensor and in a cell that are off."""
+    R = tilt_axes(tilt)
     exact = sensor_wrench(truth) if exact is None else exact
     for sample in measure(truth, seed, exact=exact + bias):
         if isinstance(sample, JointSample):
@@ -102,7 +109,7 @@ def played(truth, configuration, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0), exact=N
         else:
             outputs = pipeline.on_wrench(sample)
             if outputs is not None:
-                yield pipeline, outputs
+                yield outputs
 
 
 def error(kalman, true):
@@ -126,19 +133,20 @@ def _normalised(kalman, true, friction):
 
 def run(truth, configuration, seed, bias, tilt, exact):
     """Return normalised error squared, friction's in deviations, shares within bounds, RMS [N]."""
-    friction, inside, error = truth.plan.configuration.scene.friction, [], []
-    for pipeline, outputs in played(truth, configuration, seed, bias, tilt, exact):
+    friction, inside, errors = truth.plan.configuration.scene.friction, [], []
+    pipeline = pipeline_of(configuration, tilt)
+    for outputs in played(pipeline, truth, seed, bias, tilt, exact):
         i = int(np.searchsorted(truth.t_ns, outputs.t_ns - START_NS))
         if truth.t_ns[i] >= SETTLE_NS and outputs.monitor["reactions_determined"]:
             off = np.abs(outputs.normal - truth.normal[i])
             inside.append(off <= INTERVAL * np.asarray(outputs.normal_stddev))
-            error.append(off)
+            errors.append(off)
     stddev = outputs.monitor["friction_stddev"]
     deviations = (outputs.monitor["friction"] - friction) / stddev if stddev else 0.0
     offsets = np.r_[bias, tilt]
     normalised = _normalised(pipeline.filter, offsets, friction)
     shares = np.mean(inside, axis=0) if inside else np.full(3, np.nan)
-    root = np.sqrt(np.mean(np.square(error))) if error else np.nan
+    root = np.sqrt(np.mean(np.square(errors))) if errors else np.nan
     return normalised, deviations, *shares.tolist(), float(root)
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from grid_cells import SMALLEST, truth_of
+import offsets_learnt
+from grid_cells import SMALLEST, Motion, truth_of, with_noise
+from grid_score import INTERVAL, SETTLE_NS
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -19,8 +21,7 @@ from peg_on_hole_ros.estimation.measurement import WrenchReduction, angles_of, t
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.measure import measure, measured_angles, sensor_wrench
+from peg_on_hole_ros.simulation.measure import START_NS
 from side_by_side import bag_steps, compared
 from simulated import ROOT
 
@@ -48,10 +49,42 @@ def test_equals_the_reference_filter(stated):
     configuration = from_parameters(read_parameters(ROOT / "config" / "closing_with_slip.yaml"))
     configuration = uncertain(configuration, **stated)
     steps = bag_steps(ROOT / "bags" / "closing_with_slip.mcap", configuration)[:40]
+    assert_equal(configuration, steps)
+
+
+def assert_equal(configuration, steps):
     found = list(compared(configuration, steps))
     # In standard deviations; rounding of steps solved to 1e-11 rad/s stays a thousandth of it.
     for name in ("mean", "covariance", "reactions", "reactions_covariance"):
         assert max(getattr(item, name) for item in found) < 1e-6, name
+
+
+@pytest.mark.xdist_group("filterpy")
+@pytest.mark.parametrize(
+    ("bag", "force", "tilt", "beside"),
+    [
+        ("closing_with_slip", 0.1, 0.0, {"AT_MEAN": True}),
+        ("closing_without_slip", 0.05, 0.0, {"TOLD_SHARE": True}),
+        ("closing_without_slip", 2.0, 0.002, {"TOLD_SHARE": False}),
+    ],
+    ids=["tangents_at_the_mean", "small_beside_balance", "large_beside_balance"],
+)
+def test_equals_the_reference_filter_later(monkeypatch, bag, force, tilt, beside):
+    configuration = from_parameters(read_parameters(ROOT / "config" / f"{bag}.yaml"))
+    configuration = uncertain(configuration, force, force / 100, tilt)
+    steps = bag_steps(ROOT / "bags" / f"{bag}.mcap", configuration)[:120]
+    seen = dict.fromkeys(beside, False)
+    predict = OffsetFilter.predict
+
+    def noted(kalman, dt, in_contact):
+        result = predict(kalman, dt, in_contact)
+        for name in seen:
+            seen[name] |= bool(part(kalman._memory, name).item() > 0.0)
+        return result
+
+    monkeypatch.setattr(OffsetFilter, "predict", noted)
+    assert_equal(configuration, steps)
+    assert seen == beside
 
 
 @pytest.mark.parametrize(
@@ -139,45 +172,65 @@ def truth():
 
 def played(truth, configuration, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0)):
     """Return the pipeline after a measurement of the truth by a sensor and a cell that are off."""
-    R = tilt_axes(tilt)
-    scene = replace(configuration.scene, gravity=tuple((R @ configuration.scene.gravity).tolist()))
-    pipeline, outputs = Pipeline(replace(configuration, scene=scene)), None
-    for sample in measure(truth, seed, exact=sensor_wrench(truth) + bias):
-        if isinstance(sample, JointSample):
-            q = measured_angles(np.array([sample.position]), np.zeros((1, 3)), R)[0]
-            pipeline.on_joints(sample._replace(position=tuple(q.tolist())))
-        else:
-            outputs = pipeline.on_wrench(sample)
+    pipeline = offsets_learnt.pipeline_of(configuration, tilt)
+    *_, outputs = offsets_learnt.played(pipeline, truth, seed, np.array(bias), tilt)
     return pipeline, outputs
-
-
-def error(kalman, true):
-    """Return errors of the offsets that are not known, and their covariance."""
-    variance = np.diagonal(kalman.offset_spread[:, 2:])
-    carried = np.flatnonzero(variance > 0)
-    P = kalman.offset_spread[:, 2:][np.ix_(carried, carried)]
-    return (kalman.offset - true)[carried], P
 
 
 def test_an_untared_sensor_is_learnt_with_friction(truth):
     bias = np.array([2.0, 0, 0, 0, 0, 0])
     configuration = uncertain(truth.plan.configuration, force=3.0)
     pipeline, outputs = played(truth, configuration, 7, bias)
-    off, P = error(pipeline.filter, np.r_[bias, 0, 0])
+    off, P = offsets_learnt.error(pipeline.filter, np.r_[bias, 0, 0])
     # Three of 1e-3 of chance.
     assert off @ np.linalg.solve(P, off) < chi2(3).isf(1e-3)
-    assert P[0, 0] < 0.05**2 and P[2, 2] < 0.4**2
+    # Along the peg friction takes the bias's part, and is not told from it: known to 0.7 N.
+    assert P[0, 0] < 0.05**2 and P[2, 2] < 1.0**2
     assert outputs.monitor["bias_force_x"] == pytest.approx(2.0, abs=0.1)
     assert outputs.monitor["bias_force_x_stddev"] == pytest.approx(np.sqrt(P[0, 0]))
     assert "hole_tilt_x" not in outputs.monitor and "nis_drift" not in outputs.monitor
     assert not pipeline.counts["innovations_too_large"]
 
 
+def test_friction_does_not_take_the_part_of_a_bias():
+    """In pure align noise hides the steps: the balance of forces alone tells of anything."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.16, "align"))[0], "nominal", 0.05)
+    configuration = uncertain(truth.plan.configuration, force=3.0)
+    off, inside = [], []
+    pipeline = offsets_learnt.pipeline_of(configuration)
+    for outputs in offsets_learnt.played(pipeline, truth, 7, (2.0, 0, 0, 0, 0, 0)):
+        monitor, t_ns = outputs.monitor, outputs.t_ns - START_NS
+        if t_ns < SETTLE_NS or not monitor["reactions_determined"]:
+            continue
+        off.append((monitor["friction"] - 0.2) / monitor["friction_stddev"])
+        normal = truth.normal[np.searchsorted(truth.t_ns, t_ns)]
+        inside.append(np.abs(outputs.normal - normal) <= INTERVAL * outputs.normal_stddev)
+    assert len(off) > 500
+    # Four deviations and more, and none after half a second, where balance teaches friction here.
+    assert np.abs(off).max() < 0.5
+    assert np.mean(inside, axis=0).min() > 0.95
+    # Across the peg the same balance tells of it.
+    kalman = pipeline.filter
+    assert kalman.offset[0] == pytest.approx(2.0, abs=0.6)
+    assert kalman.offset_spread[0, 2] < 0.6**2
+
+
+@pytest.mark.parametrize("seed", [2301, 2307])
+def test_a_missing_step_says_nothing_of_friction_beside_a_bias(seed):
+    """Sought two deviations below, it left the reactions of these runs within 3 and 80 %."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.5, 0.16, "slip"))[0], "nominal", 0.05)
+    stated = offsets_learnt.Stated(2.0, 0.02, 0.0, 0.05)
+    ((normalised, deviations, *shares, _, _),) = offsets_learnt.drawn(truth, stated, [seed])
+    assert abs(deviations) < 2.0
+    assert min(shares) > 0.95
+    assert normalised < chi2(7).isf(1e-3)
+
+
 def test_a_tilted_hole_is_learnt_with_friction(truth):
     tilt = np.radians([0.0, 0.2])
     configuration = uncertain(truth.plan.configuration, tilt=0.005)
     pipeline, outputs = played(truth, configuration, 7, tilt=tilt)
-    off, P = error(pipeline.filter, np.r_[np.zeros(6), tilt])
+    off, P = offsets_learnt.error(pipeline.filter, np.r_[np.zeros(6), tilt])
     assert off @ np.linalg.solve(P, off) < chi2(2).isf(1e-3)
     assert np.sqrt(np.diagonal(P)).max() < 0.002
     assert outputs.monitor["hole_tilt_y"] == pytest.approx(tilt[1], abs=0.004)
@@ -191,7 +244,7 @@ def test_bounds_hold_over_seeds(truth):
     for seed in range(5):
         bias = np.random.default_rng(seed).normal(0, [2.0] * 3 + [0.02] * 3)
         pipeline, _ = played(truth, replace(configuration, scene=scene), seed, bias)
-        off, P = error(pipeline.filter, np.r_[bias, 0, 0])
+        off, P = offsets_learnt.error(pipeline.filter, np.r_[bias, 0, 0])
         found.append(off @ np.linalg.solve(P, off))
     assert chi2(30).ppf(1e-3) < sum(found) < chi2(30).isf(1e-3), found
 
@@ -223,3 +276,14 @@ def test_the_default_carries_none_and_others_refuse():
         SmoothingFilter(*made, offsets)
     with pytest.raises(PegOnHoleError, match="0.01 needs filter.method 'extended'"):
         from_parameters({"joints.hole_tilt_stddev": 0.01, "filter.method": "iterated"})
+
+
+def test_a_pull_does_not_make_friction_sought_beside_a_bias():
+    """An N_K that is 5 N of bias made it sought two deviations below, in this run."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.16, "align"))[0], "nominal", 0.05)
+    stated = offsets_learnt.Stated(2.0, 0.02, 0.0, 0.05)
+    bias = np.array([-0.7, 1.1, -5.1, -0.017, -0.028, 0.027])
+    told = offsets_learnt.uncertain(truth.plan.configuration, stated, friction=0.24)
+    pipeline, outputs = played(truth, told, 2301, bias)
+    assert not pipeline.counts["friction_sought"]
+    assert abs(outputs.monitor["friction"] - 0.2) < 2.0 * outputs.monitor["friction_stddev"]

@@ -27,6 +27,7 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
 from peg_on_hole_ros.estimation.kernel.direction import slip_without_kink
 from peg_on_hole_ros.estimation.kernel.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, WORK, part
+from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
 from peg_on_hole_ros.estimation.kernel.process import Process
 from peg_on_hole_ros.estimation.kernel.runaway import runs_away
@@ -421,10 +422,11 @@ def dense(m):
     return lower + np.tril(P, -1).T
 
 
+@pytest.mark.parametrize("biased", [1.0, 0.0])
 @pytest.mark.parametrize("learnt", [1.0, 0.0])
 @pytest.mark.parametrize("followed", [(0.0, 0.0, 0.0), (8.0, -30.0, 40.0)])
-def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followed):
-    """As a dense filter does that only considers wrench, diameter and offsets."""
+def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followed, biased):
+    """As a dense filter does that only considers wrench, diameter and tilt."""
     rng = np.random.default_rng(2)
     scale = np.concatenate([[1e-5] * 3, [1e-3] * 3, [0.2] * 3, [5e-3] * 3, [0.05, 1e-6]])
     scale = np.concatenate([scale, [0.5] * 3, [0.01] * 3, [1e-3] * 2])
@@ -435,7 +437,7 @@ def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followe
     part(memory, "SPREAD", (2, 2))[:] = P[12:14, 12:14]
     part(memory, "OFFSET_CROSS", (8, 12))[:] = P[14:, :12]
     part(memory, "OFFSET_SPREAD", (8, 10))[:] = P[14:, 12:]
-    part(memory, "OFFSETS")[:] = 0.0, 8.0, 1.0, 1.0
+    part(memory, "OFFSETS")[:] = 0.0, 8.0, biased, 1.0
     part(memory, "LEARNT")[:] = learnt, 0.0
     part(memory, "SLOW")[0] = 1.0
     part(memory, "U")[:] = balanced(part(memory, "X"))
@@ -459,9 +461,12 @@ def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followe
     K[:6] = np.linalg.solve(S, shared[:, :6]).T
     if learnt:
         K[12] = gain * P[12, 12] / (1.0 + share * P[12, 12])
+    if biased:
+        K[14:20] = CAREFUL * np.linalg.solve(S, shared[:, 14:20]).T
     moved = -K @ (part(m, "Y")[:3] - followed)
     assert part(m, "X") == pytest.approx(part(memory, "X") + moved[:6], rel=1e-12)
     assert part(m, "SCENE")[7] == pytest.approx(part(memory, "SCENE")[7] + moved[12], rel=1e-12)
+    assert part(m, "OFFSET") == pytest.approx(part(memory, "OFFSET") + moved[14:], rel=1e-12)
     assert not np.allclose(moved[:6], 0.0, atol=1e-7)
     expected = P - K @ shared - shared.T @ K.T + K @ S @ K.T
     off = (dense(m) - expected) / np.outer(scale, scale)

@@ -10,13 +10,12 @@ from peg_on_hole_ros.estimation.filters.gate import Gate
 from peg_on_hole_ros.estimation.filters.model import Model, predict_at_constant_rates
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.kernel import correction, prediction
-from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
 from peg_on_hole_ros.estimation.kernel.bridging import (
     adapt_rate_noise,
     walk_density,
 )
-from peg_on_hole_ros.estimation.kernel.cycle import bridge_unless_stepped
+from peg_on_hole_ros.estimation.kernel.cycle import bridge_unless_stepped, follow_motion
 from peg_on_hole_ros.estimation.kernel.description import Description, description
 from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     HARDLY_LEARNT,
@@ -27,7 +26,6 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
 from peg_on_hole_ros.estimation.kernel.reactions import react, rim_load
-from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.rungs import DYNAMIC
@@ -261,9 +259,7 @@ class ContactFilter(Estimate):
     def _take(self):
         self._interval[:] = self._since_correction
         self._update()
-        if self.learns_clearance:
-            follow_rates(self._memory, self._interval.item())
-        follow_acceleration(self._memory, self._interval.item())
+        follow_motion(self._memory, self._interval.item())
         self._slid[0] = 0.0
         self._keep_least_clearance()
 

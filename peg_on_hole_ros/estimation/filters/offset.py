@@ -15,6 +15,7 @@ from peg_on_hole_ros.estimation.kernel.offsets import (
     fill_turn,
     hold_offsets,
     innovation_with_offsets,
+    offsets_are_small,
     turn_gravity,
 )
 from peg_on_hole_ros.estimation.measurement import angles_of, tilt_axes
@@ -136,6 +137,15 @@ class OffsetFilter(ContactFilter):
         self._given[:] = u
         super().hold(u + bias)
         hold_offsets(self._memory)
+
+    def _doubt_without_step(self, dt):
+        if offsets_are_small(self._memory):
+            super()._doubt_without_step(dt)
+
+    @property
+    def friction_is_open(self) -> bool:
+        """Whether friction is to be learnt, hardly has been, and no offset may be meant."""
+        return super().friction_is_open and offsets_are_small(self._memory)
 
     @property
     def _keeps_sliding(self):

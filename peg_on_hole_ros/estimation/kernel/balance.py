@@ -1,8 +1,9 @@
-"""Friction, angles and rates by the balance of forces, where steps would be selected by noise."""
+"""Friction, angles, rates and a bias by the balance of forces, where noise would select steps."""
 
 from math import fabs, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST_AVERAGED, acceleration_variance
+from peg_on_hole_ros.estimation.kernel.bias_by_balance import learn_bias
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
     ACROSS,
@@ -31,9 +32,11 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     covariance_entry,
     times_covariance,
 )
+from peg_on_hole_ros.estimation.kernel.offsets import offsets_are_small
 from peg_on_hole_ros.estimation.kernel.parameters import learnt_variance, move_parameters
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
 from peg_on_hole_ros.estimation.kernel.slip import slip_all_ways, turned_scales
+from peg_on_hole_ros.estimation.kernel.symmetric import factors, solve
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate_with_derivatives,
@@ -83,7 +86,8 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
 
     Friction points against the slip, so that the wrench tells how the peg slides, and through the
     lever arms how it is tilted. Steps hold that; where a slip was not told, nothing
-    does, and it is learnt here. The wrench is only considered.
+    does, and it is learnt here. The wrench is only considered; of a bias that is not small beside
+    its noise, see `bias_by_balance`, and friction is only considered as well.
 
     Parameters
     ----------
@@ -106,7 +110,8 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     """
     if not m[STOPPED] > SELECTED:
         return False
-    learns = m[LEARNT] * m[SPREAD] > 0.0
+    learns = m[LEARNT] * m[SPREAD] > 0.0 and offsets_are_small(m)
+    biased = m[OFFSETS + 2] > 0.0
     p = scene_of(m)
     wide = m[SPREAD + 3] > (WIDE_CLEARANCE * (p.D - p.d)) ** 2
     if wide and m[SPREAD] < (ROUGHLY * p.f) ** 2:
@@ -118,7 +123,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     m[X] += q0
     m[X + 1] += q1
     m[X + 2] += q2
-    learnt = _learn(p, m, dy, dt, acceleration_stddev, learns)
+    learnt = _learn(p, m, dy, dt, acceleration_stddev, learns, biased)
     m[X] -= q0
     m[X + 1] -= q1
     m[X + 2] -= q2
@@ -126,7 +131,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
 
 
 @compiled
-def _learn(p, m, dy, dt, acceleration_stddev, learns):
+def _learn(p, m, dy, dt, acceleration_stddev, learns, biased):
     """Do so with the angles where the interval ends, and their covariance where it begins."""
     slip_all_ways(p, m, m[X])
     for i in range(3):
@@ -140,7 +145,7 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
         turned = max(turned, m[ACROSS + i] / (m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i]))
     learns = learns and m[SPREAD] >= (turned * p.f) ** 2
     directed = turned < DIRECTED
-    if not (learns or directed):
+    if not (learns or directed or biased):
         return False
     determinant = accelerate_with_derivatives(
         p, m[SCALES : SCALES + 3], m[X : X + 6], m[U : U + 6], m[WORK:], m[Y : Y + 6], dy
@@ -177,13 +182,14 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     t00 = c00 + again * _turning_variance(m, 0, acceleration_stddev, least_directed)
     t11 = c11 + again * _turning_variance(m, 1, acceleration_stddev, least_directed)
     t22 = c22 + again * _turning_variance(m, 2, acceleration_stddev, least_directed)
-    _note_unbalance(m, _factors(t00, s10, t11, s20, s21, t22), a0, a1, a2)
+    of_state = factors(t00, s10, t11, s20, s21, t22)
+    _note_unbalance(m, of_state, a0, a1, a2)
     directed = directed and m[SLOW] > 0.0
-    if not (learns or directed):
+    if not (learns or directed or biased):
         return False
     g0 = g1 = g2 = told = 0.0
     if learns:
-        g0, g1, g2 = _friction_gain(m, _factors(s00, s10, s11, s20, s21, s22))
+        g0, g1, g2 = _friction_gain(m, factors(s00, s10, s11, s20, s21, s22))
         told = 2.0 * (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4])
         told -= g0 * g0 * s00 + g1 * g1 * s11 + g2 * g2 * s22
         told -= 2.0 * (g0 * g1 * s10 + g0 * g2 * s20 + g1 * g2 * s21)
@@ -205,15 +211,20 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
         m[WITH] -= g0 * t00 + g1 * s10 + g2 * s20
         m[WITH + 2] -= g0 * s10 + g1 * t11 + g2 * s21
         m[WITH + 4] -= g0 * s20 + g1 * s21 + g2 * t22
+    else:
+        g0 = g1 = g2 = 0.0
     if directed:
-        _correct_state(m, _factors(t00, s10, t11, s20, s21, t22), a0, a1, a2)
-    return learns or directed
+        _correct_state(m, of_state, a0, a1, a2)
+    if biased:
+        own, shared = (s00, s10, s11, s20, s21, s22), (t00, s10, t11, s20, s21, t22)
+        learn_bias(m, (a0, a1, a2), own, shared, (g0, g1, g2), directed)
+    return learns or directed or biased
 
 
 @inlined
-def _note_unbalance(m, factors, a0, a1, a2):
+def _note_unbalance(m, lower, a0, a1, a2):
     """Keep by how much the forces are off, over the lower root of its covariance."""
-    l10, l20, l21, d0, d1, d2 = factors
+    l10, l20, l21, d0, d1, d2 = lower
     a1 -= l10 * a0
     a2 -= l20 * a0 + l21 * a1
     m[UNBALANCE] = 1.0
@@ -230,30 +241,9 @@ def _turning_variance(m, i, stddev, least):
 
 
 @inlined
-def _factors(s00, s10, s11, s20, s21, s22):
-    """Return the factors L D L.T of a symmetric matrix."""
-    l10, l20 = s10 / s00, s20 / s00
-    d1 = s11 - l10 * s10
-    l21 = (s21 - l20 * s10) / d1
-    d2 = s22 - l20 * s20 - l21 * l21 * d1
-    return l10, l20, l21, s00, d1, d2
-
-
-@inlined
-def _solve(factors, t0, t1, t2):
-    """Return the solution of L D L.T g = t."""
-    l10, l20, l21, d0, d1, d2 = factors
-    t1 -= l10 * t0
-    t2 -= l20 * t0 + l21 * t1
-    g2 = t2 / d2
-    g1 = t1 / d1 - l21 * g2
-    return t0 / d0 - l10 * g1 - l20 * g2, g1, g2
-
-
-@inlined
-def _friction_gain(m, factors):
+def _friction_gain(m, lower):
     """Return the gain of friction that the interval before told, if any; keep this one's."""
-    g0, g1, g2 = _solve(factors, m[WITH], m[WITH + 2], m[WITH + 4])
+    g0, g1, g2 = solve(lower, m[WITH], m[WITH + 2], m[WITH + 4])
     share = (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]) / m[SPREAD]
     b0, b1, b2, told = m[TOLD_GAIN], m[TOLD_GAIN + 1], m[TOLD_GAIN + 2], m[TOLD_SHARE]
     # Gain and share of a friction whose variance is 1, all else being the same.
@@ -279,10 +269,10 @@ def _fill_with_offsets(m, dy):
 
 
 @inlined
-def _correct_state(m, factors, a0, a1, a2):
+def _correct_state(m, lower, a0, a1, a2):
     """Correct angles and rates by the accelerations, each with the optimal gain."""
     for i in range(6):
-        g0, g1, g2 = _solve(factors, m[ROWS + i], m[ROWS + 12 + i], m[ROWS + 24 + i])
+        g0, g1, g2 = solve(lower, m[ROWS + i], m[ROWS + 12 + i], m[ROWS + 24 + i])
         m[GAIN + i], m[GAIN + 12 + i], m[GAIN + 24 + i] = g0, g1, g2
         m[X + i] -= g0 * a0 + g1 * a1 + g2 * a2
         m[CROSS + i] -= g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]

@@ -15,9 +15,8 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLOW,
     WITHOUT_STEP,
 )
-from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance
 from peg_on_hole_ros.estimation.kernel.prediction import RUNS_AWAY, SLOW_SLIP, predict_contact
-from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
+from peg_on_hole_ros.estimation.kernel.tangent import follow_rates, takes_mean_rates
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -82,6 +81,12 @@ def correct_and_follow(m, nis, dt):
         adapt_rate_noise(m, nis)
     m[INTERVAL] = dt
     correct(m)
-    if learns_clearance(m):
+    follow_motion(m, dt)
+
+
+@compiled
+def follow_motion(m, dt):
+    """Follow a correction, dt [s] after the last one: how the peg moves, and how that changes."""
+    if takes_mean_rates(m):
         follow_rates(m, dt)
     follow_acceleration(m, dt)

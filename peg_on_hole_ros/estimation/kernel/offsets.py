@@ -30,6 +30,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLIDING,
     SPREAD,
     TURN,
+    WEIGHT,
     R,
     S,
     X,
@@ -46,6 +47,9 @@ _SMALLEST_SINE = 1e-6
 # products of theirs are seen, but to a thousandth: learnt at once, along tangents that then turn,
 # they would be taken to be known where they are not. Joseph's form is right for any gain.
 CAREFUL = 0.1
+# Offsets are small whose variance in a held wrench is below this share of its noise's, a mean
+# over six. Beside greater ones what seems another friction is as likely theirs.
+SMALL = 0.5
 # A tilt nearer to gamma0 than so many standard deviations teaches nothing.
 SPREADS = 3.0
 
@@ -153,6 +157,18 @@ def hold_offsets(m):
             m[Z + 12 * (6 + i) + 6 + j] += total
             if i != j:
                 m[Z + 12 * (6 + j) + 6 + i] += total
+
+
+@compiled
+def offsets_are_small(m):
+    """Return whether what offsets make of the held wrench is small beside its noise."""
+    if not m[OFFSETS + 1] > m[OFFSETS]:
+        return True
+    over = 0.0
+    for i in range(6):
+        for j in range(6):
+            over += m[WEIGHT + 6 * i + j] * m[Z + 12 * (6 + i) + 6 + j]
+    return over < 6.0 * (1.0 + SMALL)
 
 
 @compiled

@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     HELD_BACK,
     INTERVAL,
     LEARNT,
+    OFFSETS,
     RESIDUAL,
     ROWS,
     SCENE,
@@ -44,6 +45,12 @@ TOLD_AT = 30.0
 def learns_clearance(m):
     """Return whether the peg diameter is corrected, and not known."""
     return m[LEARNT + 1] * m[SPREAD + 3] > 0.0
+
+
+@inlined
+def learns_offsets(m):
+    """Return whether a bias of the sensor or a tilt of the hole is corrected."""
+    return m[OFFSETS + 2] + m[OFFSETS + 3] > 0.0
 
 
 @inlined

@@ -31,7 +31,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     Z,
     process_of,
 )
-from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance
+from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance, learns_offsets
 from peg_on_hole_ros.estimation.kernel.runaway import runs_away
 from peg_on_hole_ros.estimation.kernel.slip import (
     creep_variance,
@@ -40,7 +40,11 @@ from peg_on_hole_ros.estimation.kernel.slip import (
     slow_slip,
     surely_sliding,
 )
-from peg_on_hole_ros.estimation.kernel.tangent import mean_rates_known, tangent_at
+from peg_on_hole_ros.estimation.kernel.tangent import (
+    mean_rates_known,
+    takes_mean_rates,
+    tangent_at,
+)
 from peg_on_hole_ros.estimation.steps.choice import (
     IMPLICIT_EULER,
     INACCURATE,
@@ -133,7 +137,7 @@ def predict_contact(m, dy, slopes, dt):
     friction_scales(p, m, smallest, process.slip_widening)
     within = process.slow_slip
     if m[SLOW] > 0.0:
-        within *= RESUME_SOON if learns_clearance(m) or _learns_offsets(m) else RESUME
+        within *= RESUME_SOON if learns_clearance(m) or learns_offsets(m) else RESUME
     lately = min(dt / SELECTED_OVER, 1.0)
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
@@ -144,7 +148,7 @@ def predict_contact(m, dy, slopes, dt):
     m[SLIDING] = surely_sliding(m)
     # Steps that noise has selected make a clearance seem smaller; their own tangents, larger. With
     # these at the mean there as well, N_K on a peg of 10 mm was covered in 71 for 91 %.
-    at_mean = integrator == IMPLICIT_EULER and learns_clearance(m) and m[STOPPED] <= SELECTED
+    at_mean = integrator == IMPLICIT_EULER and takes_mean_rates(m) and m[STOPPED] <= SELECTED
     at_mean = at_mean and mean_rates_known(m)
     m[AT_MEAN] = 1.0 if at_mean else 0.0
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)
@@ -234,12 +238,6 @@ def _keeps_on(begin, begin_variance, end, end_variance):
     """Return whether a slip is so sure at the begin and at the end that it kept its direction."""
     told = begin * begin > SURELY * SURELY * begin_variance
     return told and end > 0.5 * begin and end * end > SURELY * SURELY * end_variance
-
-
-@inlined
-def _learns_offsets(m):
-    """Return whether a bias of the sensor or a tilt of the hole is corrected."""
-    return m[OFFSETS + 2] + m[OFFSETS + 3] > 0.0
 
 
 @inlined

@@ -14,10 +14,12 @@ from peg_on_hole_ros.estimation.kernel.balance import (
     SURE,
     WIDE_CLEARANCE,
 )
+from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, MOST_FRICTION
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
 from peg_on_hole_ros.estimation.kernel.slip import SHARPEST, TURNED
 from peg_on_hole_ros.estimation.reference.steps import (
+    BIAS,
     DIAMETER,
     FRICTION,
     RATES,
@@ -63,9 +65,9 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     if (speed <= SURE * np.sqrt(variance)).any():
         return
     turned, scales = (across / speed**2).max(), turned_scales(across)
-    learns = known > 0 and known >= (turned * kalman.x[FRICTION]) ** 2
+    learns = known > 0 and kalman.offsets_are_small and known >= (turned * kalman.x[FRICTION]) ** 2
     directed = turned < DIRECTED
-    if not (learns or directed):
+    if not (learns or directed or kalman.learns_bias):
         return
     y, dy = solve_with_slopes(kalman.scene, kalman.x[:SIZE], scales)
     determinant = [
@@ -88,13 +90,15 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     off = y[:3] - kalman.acceleration.mean
     kalman.unbalance = np.linalg.solve(np.linalg.cholesky(T), off)
     directed = directed and kalman.slow
-    if not (learns or directed):
+    if not (learns or directed or kalman.learns_bias):
         return
     gain = np.zeros((kalman.dim_x, 3))
     if directed:
         gain[STATE] = np.linalg.solve(T, shared[:, STATE]).T
     if learns:
         gain[FRICTION] = _gain_of_friction(kalman, S, shared[:, FRICTION], known)
+    if kalman.learns_bias:
+        gain[BIAS] = CAREFUL * np.linalg.solve(S, shared[:, BIAS]).T
     told = 2 * gain[FRICTION] @ shared[:, FRICTION] - gain[FRICTION] @ S @ gain[FRICTION]
     if not told > 0:
         gain[FRICTION] = 0.0
@@ -102,8 +106,8 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
         kalman.x -= gain @ off
         kalman.x[FRICTION] = np.clip(kalman.x[FRICTION], LEAST_FRICTION, MOST_FRICTION)
         P = kalman.P + gain @ T @ gain.T - gain @ shared - shared.T @ gain.T
-        # Friction alone is left with what the accelerations at many instants share.
-        P[FRICTION, FRICTION] += gain[FRICTION] @ (S - T) @ gain[FRICTION]
+        # What is one number all along is left with what the accelerations at many instants share.
+        P[FRICTION:, FRICTION:] += gain[FRICTION:] @ (S - T) @ gain[FRICTION:].T
         # What rounding makes of it on one side of the diagonal only would grow.
         kalman.P = (P + P.T) / 2
 

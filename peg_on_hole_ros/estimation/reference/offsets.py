@@ -5,13 +5,20 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import expm
 
-from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL, SPREADS, Offsets
+from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL, SMALL, SPREADS, Offsets
 from peg_on_hole_ros.estimation.measurement import angles_of, skew
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
-from peg_on_hole_ros.estimation.reference.steps import FRICTION, SIZE, WRENCH, with_parameters
+from peg_on_hole_ros.estimation.reference.steps import (
+    BIAS,
+    FRICTION,
+    SIZE,
+    TILT,
+    WRENCH,
+    with_parameters,
+)
 from peg_on_hole_ros.mechanics.reference import peg_axes
 
-BIAS, TILT, ALL = slice(SIZE, SIZE + 6), slice(SIZE + 6, SIZE + 8), SIZE + 8
+ALL = TILT.stop
 
 
 def turning_axes(q):
@@ -38,6 +45,23 @@ class OffsetReference(ReferenceFilter):
         self._given = np.zeros(6)
         # In a step under contact since the last correction.
         self.slid = False
+
+    @property
+    def takes_mean_rates(self):
+        """Whether clearance, bias or tilt is learnt."""
+        tilt = self.offsets.tilt_learnt and self.offsets.variance[6:].any()
+        return super().takes_mean_rates or self.learns_bias or tilt
+
+    @property
+    def learns_bias(self):
+        """Whether a bias is learnt."""
+        return self.offsets.bias_learnt and self.offsets.variance[:6].any()
+
+    @property
+    def offsets_are_small(self):
+        """Whether what they make of the held wrench is small beside its noise."""
+        over = np.linalg.solve(self.wrench_noise, self.P[WRENCH, WRENCH])
+        return np.trace(over) < 6 * (1 + SMALL)
 
     @property
     def R_SH(self):

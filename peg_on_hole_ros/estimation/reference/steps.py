@@ -11,6 +11,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 
 STATE, WRENCH, RATES = slice(0, 6), slice(6, 12), slice(3, 6)
 FRICTION, DIAMETER, SIZE = 12, 13, 14
+# Of a filter that carries them, bias and tilt come last.
+BIAS, TILT = slice(SIZE, SIZE + 6), slice(SIZE + 6, SIZE + 8)
 _NEWTON_TOLERANCE = 1e-12
 _COMPLEX_STEP = 1e-30
 
