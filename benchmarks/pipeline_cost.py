@@ -70,7 +70,7 @@ def timed(line: Pipeline) -> list:
     return [
         *((prediction, name, ESTIMATE) for name in ("predict_contact", "predict_free")),
         *((correction, name, ESTIMATE) for name in ("innovation", "correct")),
-        *((contact, name, ESTIMATE) for name in ("hold_wrench", "follow_acceleration", "react")),
+        *((contact, name, ESTIMATE) for name in ("hold_wrench", "follow_motion", "react")),
         *((kalman, name, FILTER) for name in ("hold", "predict", "correct", "react")),
         (assessment, "judge", JUDGE),
         (assessment, "follow_orientation", JUDGE),

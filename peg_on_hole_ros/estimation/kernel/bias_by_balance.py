@@ -45,16 +45,20 @@ def learn_bias(m, off, own, directed, friction, corrected):
 
     """
     end = int(m[OFFSETS + 1])
-    lower = factors(*own)
-    # By how much friction has more than the error that all share.
-    d0, d1, d2 = own[0] - directed[0], own[2] - directed[2], own[5] - directed[5]
-    f0, f1, f2 = m[WITH], m[WITH + 2], m[WITH + 4]
-    f0, f1, f2 = f0 - d0 * friction[0], f1 - d1 * friction[1], f2 - d2 * friction[2]
+    s00, s10, s11, s20, s21, s22 = own
+    t00, _, t11, _, _, t22 = directed
+    a0, a1, a2 = off
+    g0, g1, g2 = friction
+    # Friction has more than the error that all share.
+    f0 = m[WITH] - (s00 - t00) * g0
+    f1 = m[WITH + 2] - (s11 - t11) * g1
+    f2 = m[WITH + 4] - (s22 - t22) * g2
+    lower = factors(s00, s10, s11, s20, s21, s22)
     for k in range(_END):
         w, g = SEEN + 3 * k, GAINS + 3 * k
         g0, g1, g2 = solve(lower, m[w], m[w + 1], m[w + 2])
         m[g], m[g + 1], m[g + 2] = CAREFUL * g0, CAREFUL * g1, CAREFUL * g2
-        m[OFFSET + k] -= m[g] * off[0] + m[g + 1] * off[1] + m[g + 2] * off[2]
+        m[OFFSET + k] -= m[g] * a0 + m[g + 1] * a1 + m[g + 2] * a2
     for j in range(12):
         r0, r1, r2 = m[ROWS + j], m[ROWS + 12 + j], m[ROWS + 24 + j]
         if corrected and j < 6:
