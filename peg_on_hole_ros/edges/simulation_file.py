@@ -17,7 +17,8 @@ def read_plan(path: str | Path) -> Plan:
     Raises
     ------
     PegOnHoleError
-        No such file, no YAML, no such part, unknown name, value out of range.
+        No such file, no YAML, no such part, unknown name, value out of range, a list by which
+        ROS 2 refuses the whole file, the estimator's part too.
 
     """
     path = Path(path)
@@ -29,6 +30,19 @@ def read_plan(path: str | Path) -> Plan:
             "to simulate; config/working_cycle.yaml is an example"
         )
     try:
+        _check_lists(part[_BODY], f"{PART}.")
         return plan_from_tree(from_parameters(parameters), part[_BODY])
     except PegOnHoleError as error:
         raise PegOnHoleError(f"{path}: {error}") from None
+
+
+def _check_lists(tree, prefix):
+    for key, value in tree.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            _check_lists(value, f"{name}.")
+        elif isinstance(value, list) and len({type(item) for item in value}) > 1:
+            raise PegOnHoleError(
+                f"{name} = {value} has values of several types, for which ROS 2 does not read the "
+                "file; a double needs its point (0.0, not 0)"
+            )

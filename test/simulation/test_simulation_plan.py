@@ -164,6 +164,18 @@ def test_a_mistake_in_a_file_names_the_file(tmp_path):
         read_plan(path)
 
 
+def test_a_list_by_which_ros_refuses_the_file_is_refused_here_too(tmp_path):
+    text = (ROOT / "config" / "closing_with_slip.yaml").read_text()
+    path = tmp_path / "wrong.yaml"
+    path.write_text(text.replace("angles: [0.186, 0.0, 0.0]", "angles: [0.186, 0, 0.0]"))
+    with pytest.raises(PegOnHoleError) as caught:
+        read_plan(path)
+    assert str(caught.value) == (
+        f"{path}: simulation.start.angles = [0.186, 0, 0.0] has values of several types, for "
+        "which ROS 2 does not read the file; a double needs its point (0.0, not 0)"
+    )
+
+
 @pytest.mark.parametrize("name", SAMPLES)
 def test_sample_files_state_the_papers_scene(name):
     scene = plan(name).configuration.scene
