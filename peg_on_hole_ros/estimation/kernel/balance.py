@@ -33,7 +33,11 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     times_covariance,
 )
 from peg_on_hole_ros.estimation.kernel.offsets import offsets_are_small
-from peg_on_hole_ros.estimation.kernel.parameters import learnt_variance, move_parameters
+from peg_on_hole_ros.estimation.kernel.parameters import (
+    learns_bias,
+    learnt_variance,
+    move_parameters,
+)
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
 from peg_on_hole_ros.estimation.kernel.slip import slip_all_ways, turned_scales
 from peg_on_hole_ros.estimation.kernel.symmetric import factors, solve
@@ -111,7 +115,6 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     if not m[STOPPED] > SELECTED:
         return False
     learns = m[LEARNT] * m[SPREAD] > 0.0 and offsets_are_small(m)
-    biased = m[OFFSETS + 2] > 0.0
     p = scene_of(m)
     wide = m[SPREAD + 3] > (WIDE_CLEARANCE * (p.D - p.d)) ** 2
     if wide and m[SPREAD] < (ROUGHLY * p.f) ** 2:
@@ -123,7 +126,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     m[X] += q0
     m[X + 1] += q1
     m[X + 2] += q2
-    learnt = _learn(p, m, dy, dt, acceleration_stddev, learns, biased)
+    learnt = _learn(p, m, dy, dt, acceleration_stddev, learns)
     m[X] -= q0
     m[X + 1] -= q1
     m[X + 2] -= q2
@@ -131,7 +134,7 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
 
 
 @compiled
-def _learn(p, m, dy, dt, acceleration_stddev, learns, biased):
+def _learn(p, m, dy, dt, acceleration_stddev, learns):
     """Do so with the angles where the interval ends, and their covariance where it begins."""
     slip_all_ways(p, m, m[X])
     for i in range(3):
@@ -144,7 +147,7 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns, biased):
     for i in range(3):
         turned = max(turned, m[ACROSS + i] / (m[SPEEDS + 2 * i] * m[SPEEDS + 2 * i]))
     learns = learns and m[SPREAD] >= (turned * p.f) ** 2
-    directed = turned < DIRECTED
+    directed, biased = turned < DIRECTED, learns_bias(m)
     if not (learns or directed or biased):
         return False
     determinant = accelerate_with_derivatives(
@@ -182,8 +185,8 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns, biased):
     t00 = c00 + again * _turning_variance(m, 0, acceleration_stddev, least_directed)
     t11 = c11 + again * _turning_variance(m, 1, acceleration_stddev, least_directed)
     t22 = c22 + again * _turning_variance(m, 2, acceleration_stddev, least_directed)
-    of_state = factors(t00, s10, t11, s20, s21, t22)
-    _note_unbalance(m, of_state, a0, a1, a2)
+    lower = factors(t00, s10, t11, s20, s21, t22)
+    _note_unbalance(m, lower, a0, a1, a2)
     directed = directed and m[SLOW] > 0.0
     if not (learns or directed or biased):
         return False
@@ -214,10 +217,11 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns, biased):
     else:
         g0 = g1 = g2 = 0.0
     if directed:
-        _correct_state(m, of_state, a0, a1, a2)
+        _correct_state(m, lower, a0, a1, a2)
     if biased:
-        own, shared = (s00, s10, s11, s20, s21, s22), (t00, s10, t11, s20, s21, t22)
-        learn_bias(m, (a0, a1, a2), own, shared, (g0, g1, g2), directed)
+        of_constants = s00, s10, s11, s20, s21, s22
+        of_state = t00, s10, t11, s20, s21, t22
+        learn_bias(m, (a0, a1, a2), of_constants, of_state, (g0, g1, g2), directed)
     return learns or directed or biased
 
 

@@ -19,7 +19,7 @@ _END = BIAS.stop
 
 
 @compiled
-def learn_bias(m, off, own, directed, friction, corrected):
+def learn_bias(m, off, of_constants, of_state, friction, corrected):
     """
     Correct the bias by how far the forces are out of balance, and what it shares with all else.
 
@@ -35,7 +35,7 @@ def learn_bias(m, off, own, directed, friction, corrected):
         friction that which the gain of the state has left.
     off : tuple of 3 float
         The accelerations, less those that are expected [rad/s^2].
-    own, directed : tuple of 6 float
+    of_constants, of_state : tuple of 6 float
         Covariance of that for what is one number all along, and for angles and rates; as for
         `symmetric.factors`.
     friction : tuple of 3 float
@@ -45,8 +45,8 @@ def learn_bias(m, off, own, directed, friction, corrected):
 
     """
     end = int(m[OFFSETS + 1])
-    s00, s10, s11, s20, s21, s22 = own
-    t00, _, t11, _, _, t22 = directed
+    s00, s10, s11, s20, s21, s22 = of_constants
+    t00, _, t11, _, _, t22 = of_state
     a0, a1, a2 = off
     g0, g1, g2 = friction
     # Friction has more than the error that all share.
@@ -62,7 +62,7 @@ def learn_bias(m, off, own, directed, friction, corrected):
     for j in range(12):
         r0, r1, r2 = m[ROWS + j], m[ROWS + 12 + j], m[ROWS + 24 + j]
         if corrected and j < 6:
-            h0, h1, h2 = times(directed, m[GAIN + j], m[GAIN + 12 + j], m[GAIN + 24 + j])
+            h0, h1, h2 = times(of_state, m[GAIN + j], m[GAIN + 12 + j], m[GAIN + 24 + j])
             r0, r1, r2 = r0 - h0, r1 - h1, r2 - h2
         for k in range(_END):
             g = GAINS + 3 * k
@@ -71,7 +71,7 @@ def learn_bias(m, off, own, directed, friction, corrected):
         g, at = GAINS + 3 * k, OFFSET_SPREAD + 10 * k
         m[at] -= m[g] * f0 + m[g + 1] * f1 + m[g + 2] * f2
         m[at + 1] -= m[g] * m[WITH + 1] + m[g + 1] * m[WITH + 3] + m[g + 2] * m[WITH + 5]
-        o0, o1, o2 = times(own, m[g], m[g + 1], m[g + 2])
+        o0, o1, o2 = times(of_constants, m[g], m[g + 1], m[g + 2])
         w = SEEN + 3 * k
         o0, o1, o2 = m[w] - o0, m[w + 1] - o1, m[w + 2] - o2
         for l in range(end):

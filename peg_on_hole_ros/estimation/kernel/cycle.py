@@ -15,8 +15,9 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLOW,
     WITHOUT_STEP,
 )
+from peg_on_hole_ros.estimation.kernel.parameters import learns_geometry_or_bias
 from peg_on_hole_ros.estimation.kernel.prediction import RUNS_AWAY, SLOW_SLIP, predict_contact
-from peg_on_hole_ros.estimation.kernel.tangent import follow_rates, takes_mean_rates
+from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -87,6 +88,6 @@ def correct_and_follow(m, nis, dt):
 @compiled
 def follow_motion(m, dt):
     """Follow a correction, dt [s] after the last one: how the peg moves, and how that changes."""
-    if takes_mean_rates(m):
+    if learns_geometry_or_bias(m):
         follow_rates(m, dt)
     follow_acceleration(m, dt)

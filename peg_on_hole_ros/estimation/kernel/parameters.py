@@ -48,9 +48,15 @@ def learns_clearance(m):
 
 
 @inlined
-def learns_offsets(m):
-    """Return whether a bias of the sensor or a tilt of the hole is corrected."""
-    return m[OFFSETS + 2] + m[OFFSETS + 3] > 0.0
+def learns_bias(m):
+    """Return whether a bias of the sensor is corrected, and not known."""
+    return m[OFFSETS + 2] > 0.0
+
+
+@inlined
+def learns_geometry_or_bias(m):
+    """Return whether clearance, bias or tilt is learnt: constants that steps alone tell well."""
+    return learns_clearance(m) or learns_bias(m) or m[OFFSETS + 3] > 0.0
 
 
 @inlined

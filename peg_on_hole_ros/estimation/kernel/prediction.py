@@ -31,7 +31,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     Z,
     process_of,
 )
-from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance, learns_offsets
+from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance, learns_geometry_or_bias
 from peg_on_hole_ros.estimation.kernel.runaway import runs_away
 from peg_on_hole_ros.estimation.kernel.slip import (
     creep_variance,
@@ -40,11 +40,7 @@ from peg_on_hole_ros.estimation.kernel.slip import (
     slow_slip,
     surely_sliding,
 )
-from peg_on_hole_ros.estimation.kernel.tangent import (
-    mean_rates_known,
-    takes_mean_rates,
-    tangent_at,
-)
+from peg_on_hole_ros.estimation.kernel.tangent import mean_rates_known, tangent_at
 from peg_on_hole_ros.estimation.steps.choice import (
     IMPLICIT_EULER,
     INACCURATE,
@@ -136,8 +132,9 @@ def predict_contact(m, dy, slopes, dt):
     smallest = process.slip_velocity_scale
     friction_scales(p, m, smallest, process.slip_widening)
     within = process.slow_slip
+    constants = learns_geometry_or_bias(m)
     if m[SLOW] > 0.0:
-        within *= RESUME_SOON if learns_clearance(m) or learns_offsets(m) else RESUME
+        within *= RESUME_SOON if constants else RESUME
     lately = min(dt / SELECTED_OVER, 1.0)
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
@@ -148,7 +145,7 @@ def predict_contact(m, dy, slopes, dt):
     m[SLIDING] = surely_sliding(m)
     # Steps that noise has selected make a clearance seem smaller; their own tangents, larger. With
     # these at the mean there as well, N_K on a peg of 10 mm was covered in 71 for 91 %.
-    at_mean = integrator == IMPLICIT_EULER and takes_mean_rates(m) and m[STOPPED] <= SELECTED
+    at_mean = integrator == IMPLICIT_EULER and constants and m[STOPPED] <= SELECTED
     at_mean = at_mean and mean_rates_known(m)
     m[AT_MEAN] = 1.0 if at_mean else 0.0
     limit = CONTACT_ACCELERATION * max(dt, SHORTEST_INTERVAL)

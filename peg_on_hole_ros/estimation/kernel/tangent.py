@@ -2,7 +2,6 @@
 
 from peg_on_hole_ros.estimation.kernel.acceleration import SHORTEST_TIME
 from peg_on_hole_ros.estimation.kernel.memory import MEAN_RATES, RATES, RATES_WEIGHT, X
-from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance, learns_offsets
 from peg_on_hole_ros.estimation.steps.implicit_euler import fill_slopes, inverse_of
 from peg_on_hole_ros.mechanics.kernel import accelerate_with_derivatives, compiled, inlined
 
@@ -14,12 +13,6 @@ AVERAGED = 0.05
 KNOWN = 0.5
 # Further from the mean than so many of their own standard deviations the rates have changed.
 CHANGED = 3.0
-
-
-@inlined
-def takes_mean_rates(m):
-    """Return whether a clearance, a bias or a tilt is learnt, which noise in tangents moves."""
-    return learns_clearance(m) or learns_offsets(m)
 
 
 @inlined

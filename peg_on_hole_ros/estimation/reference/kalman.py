@@ -101,8 +101,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
 
     @property
-    def takes_mean_rates(self):
-        """Whether something is learnt that noise in tangents would move."""
+    def learns_geometry_or_bias(self):
+        """Whether clearance, bias or tilt is learnt: constants that steps alone tell well."""
         return self.P[DIAMETER, DIAMETER] > 0
 
     # Bias and tilt, of which there are none here.
@@ -132,7 +132,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         smallest = self.process.slip_velocity_scale
         speed, variance = self.slip()
         self.sliding = bool((speed**2 >= variance).all())
-        at_mean = self.takes_mean_rates and not self.ramp.any()
+        at_mean = self.learns_geometry_or_bias and not self.ramp.any()
         at_mean &= self.stopped <= SELECTED
         at_mean &= self.mean_rates.known(self.x[RATES], np.diagonal(self.P)[RATES])
         self.scales = self.friction_scales()

@@ -47,10 +47,10 @@ class OffsetReference(ReferenceFilter):
         self.slid = False
 
     @property
-    def takes_mean_rates(self):
+    def learns_geometry_or_bias(self):
         """Whether clearance, bias or tilt is learnt."""
         tilt = self.offsets.tilt_learnt and self.offsets.variance[6:].any()
-        return super().takes_mean_rates or self.learns_bias or tilt
+        return super().learns_geometry_or_bias or self.learns_bias or tilt
 
     @property
     def learns_bias(self):
