@@ -12,10 +12,7 @@ leans by 0.2 degrees. Motions of the grid at 0.16 rad/s, nominal noise. A run th
 on.
 """
 
-import argparse
-import os
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,14 +22,13 @@ from grid_cells import Motion, truth_of, with_noise
 from grid_score import INTERVAL, SETTLE_NS
 from peg_on_hole_ros.estimation.measurement import tilt_axes
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.measure import START_NS, measure, measured_angles, sensor_wrench
-from resumable import keep, kept, sources_key, work_through
+from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from resumable import ESTIMATE, figures_of, keep, parsed, sources_key
+from wrong_settings import tilted
 
 # None that a setting of the filter was chosen on.
 FIRST_SEED = 5300
-PARTS = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
-SOURCES = ("offsets_learnt.py", "grid_cells.py", "grid_score.py")
+SOURCES = ("offsets_learnt.py", "wrong_settings.py", "grid_cells.py", "grid_score.py")
 MOTIONS = [
     *(Motion(c, 0.2, 0.16, "slip") for c in (1e-4, 5e-4)),
     Motion(1e-4, 0.5, 0.16, "slip"),
@@ -100,35 +96,21 @@ def pipeline_of(configuration, tilt=(0.0, 0.0)):
 
 def played(pipeline, truth, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0), exact=None):
     """Yield the outputs for a truth, measured by a sensor and in a cell that are off."""
-    R = tilt_axes(tilt)
     exact = sensor_wrench(truth) if exact is None else exact
     for sample in measure(truth, seed, exact=exact + bias):
-        if isinstance(sample, JointSample):
-            q = measured_angles(np.array([sample.position]), np.zeros((1, 3)), R)[0]
-            pipeline.on_joints(sample._replace(position=tuple(q.tolist())))
-        else:
-            outputs = pipeline.on_wrench(sample)
-            if outputs is not None:
-                yield outputs
+        outputs = pipeline.on_sample(tilted(sample, tilt))
+        if outputs is not None:
+            yield outputs
 
 
-def error(kalman, true):
-    """Return errors of the offsets that are not known, and their covariance."""
-    variance = np.diagonal(kalman.offset_spread[:, 2:])
-    carried = np.flatnonzero(variance > 0)
-    P = kalman.offset_spread[:, 2:][np.ix_(carried, carried)]
-    return (kalman.offset - true)[carried], P
-
-
-def _normalised(kalman, true, friction):
-    """Return the normalised error squared of friction (if not known) and offsets."""
-    off, P = error(kalman, true)
-    variance = kalman.friction[1] ** 2
-    if variance > 0.0:
-        shared = kalman.offset_spread[np.diagonal(kalman.offset_spread[:, 2:]) > 0, 0]
-        P = np.block([[np.array([[variance]]), shared[None]], [shared[:, None], P]])
-        off = np.r_[kalman.friction[0] - friction, off]
-    return float(off @ np.linalg.solve(P, off))
+def _normalised(kalman, bias, tilt, friction):
+    """Return the normalised error squared of friction and offsets, of what is not known."""
+    off = np.r_[
+        kalman.friction[0] - friction, 0.0, (kalman.offset - [*bias, *tilt])[kalman.active]
+    ]
+    P = kalman.joint_covariance()[12:, 12:]
+    unknown = np.diagonal(P) > 0.0
+    return float(off[unknown] @ np.linalg.solve(P[np.ix_(unknown, unknown)], off[unknown]))
 
 
 def run(truth, configuration, seed, bias, tilt, exact):
@@ -143,8 +125,7 @@ def run(truth, configuration, seed, bias, tilt, exact):
             errors.append(off)
     stddev = outputs.monitor["friction_stddev"]
     deviations = (outputs.monitor["friction"] - friction) / stddev if stddev else 0.0
-    offsets = np.r_[bias, tilt]
-    normalised = _normalised(pipeline.filter, offsets, friction)
+    normalised = _normalised(pipeline.filter, bias, tilt, friction)
     shares = np.mean(inside, axis=0) if inside else np.full(3, np.nan)
     root = np.sqrt(np.mean(np.square(errors))) if errors else np.nan
     return normalised, deviations, *shares.tolist(), float(root)
@@ -196,25 +177,17 @@ def cell(rows):
 
 def main(arguments=None):
     """Compute the parts asked for, print them as tables, keep the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parts = ("drawn", "one")
-    parser.add_argument("--part", nargs="+", choices=parts, default=list(parts))
-    parser.add_argument("--seeds", type=int, default=24, help="noise seeds (24)")
-    parser.add_argument("--folder", type=Path, default=Path("out/offsets_learnt"))
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    options = parser.parse_args(arguments)
-    options.folder.mkdir(parents=True, exist_ok=True)
-    key = sources_key(PARTS, [Path(__file__).with_name(name) for name in SOURCES])
+    options = parsed(__doc__, ("drawn", "one"), 24, Path("out/offsets_learnt"), arguments)
+    key = sources_key(ESTIMATE, [Path(__file__).with_name(name) for name in SOURCES])
     asked = {"key": key, "seeds": options.seeds}
     tasks = [
         (part, motion, options.seeds, options.folder / f"{part}_{motion}.json", asked)
         for part in options.part
         for motion in MOTIONS
     ]
-    missing = [task for task in tasks if kept(*task[3:]) is None]
-    work_through(compute, missing, options.workers, partial(print, flush=True))
+    rows = figures_of(compute, tasks, options.workers)
     for part in options.part:
-        found = {task[1]: kept(*task[3:])["figures"] for task in tasks if task[0] == part}
+        found = {t[1]: row for t, row in zip(tasks, rows, strict=True) if t[0] == part}
         heads = list(next(iter(found.values())))
         print(f"\n| {part} | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|", sep="\n")
         for motion, figures in found.items():

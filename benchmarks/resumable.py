@@ -1,5 +1,6 @@
 """Long work that goes on where it was stopped: figures kept in files, keyed by their sources."""
 
+import argparse
 import hashlib
 import json
 import multiprocessing
@@ -7,9 +8,38 @@ import os
 import random
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 from peg_on_hole_ros.numba_cache import PACKAGE
+
+# Of the package, what figures of the whole estimate come from.
+ESTIMATE = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
+
+
+def parsed(text: str, parts: Iterable[str], seeds: int, folder: Path, arguments=None):
+    """
+    Return the options of a script of several parts; its folder is there then.
+
+    Parameters
+    ----------
+    text : str
+        The script's docstring.
+    parts : iterable of str
+    seeds, folder
+        Defaults.
+    arguments : list of str, optional
+        None: the command line's.
+
+    """
+    parser = argparse.ArgumentParser(description=text.splitlines()[1])
+    parser.add_argument("--part", nargs="+", choices=list(parts), default=list(parts))
+    parser.add_argument("--seeds", type=int, default=seeds, help=f"noise seeds ({seeds})")
+    parser.add_argument("--folder", type=Path, default=folder)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    options = parser.parse_args(arguments)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    return options
 
 
 def sources_key(parts: Iterable[str], files: Iterable[Path]) -> str:
@@ -71,6 +101,24 @@ def work_through(function: Callable, tasks: list, workers: int, report: Callable
             _watch(pool.imap_unordered(function, tasks), len(tasks), begin, report)
     else:
         _watch(map(function, tasks), len(tasks), begin, report)
+
+
+def figures_of(function: Callable, tasks: list[tuple], workers: int) -> list:
+    """
+    Return the figures of all tasks, of which those are worked through that are not kept.
+
+    Parameters
+    ----------
+    function : callable
+        As for `work_through`; keeps the "figures" of its task.
+    tasks : list of tuple
+        Each ends with the path of its file and with what is asked of that, as for `kept`.
+    workers : int
+
+    """
+    missing = [task for task in tasks if kept(*task[-2:]) is None]
+    work_through(function, missing, workers, partial(print, flush=True))
+    return [kept(*task[-2:])["figures"] for task in tasks]
 
 
 def _watch(done, count, begin, report):

@@ -15,8 +15,6 @@ deviations, at most, 0.3 s after the start and at the end, in as many seeds. A r
 goes on.
 """
 
-import argparse
-import os
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,16 +23,14 @@ import numpy as np
 
 from grid_cells import Motion, truth_of, with_noise
 from grid_score import INTERVAL, REACTIONS, SETTLE_NS, run_seeds
+from peg_on_hole_ros.estimation.measurement import tilt_axes
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from peg_on_hole_ros.simulation.dynamics import rotation
-from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.simulation.measure import START_NS, measure, measured_angles, sensor_wrench
 from pegs import closing
-from resumable import keep, kept, sources_key, work_through
+from resumable import ESTIMATE, figures_of, keep, parsed, sources_key
 
 FIRST_SEED = 700
-# What figures come from.
-PARTS = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
 SOURCES = ("wrong_settings.py", "grid_cells.py", "grid_score.py", "pegs.py")
 TOLD = [
     Motion(2e-5, 0.2, 0.16, "slip"),
@@ -100,18 +96,12 @@ def with_tare(sample, off):
     return sample._replace(force=tuple((np.array(sample.force) + off).tolist()))
 
 
-def tilted(sample, angle):
-    """Return a joint state in axes turned about y by an angle [rad]; others as they are."""
+def tilted(sample, tilt):
+    """Return a joint state in axes turned about x and y by a tilt [rad]; others as they are."""
     if not isinstance(sample, JointSample):
         return sample
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ rotation(np.array(sample.position))
-    position = (
-        np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]),
-        np.arctan2(-R[1, 2], -R[0, 2]),
-        np.arctan2(-R[2, 1], R[2, 0]),
-    )
-    return sample._replace(position=tuple(float(angle) for angle in position))
+    q = measured_angles(np.array([sample.position]), np.zeros((1, 3)), tilt_axes(tilt))[0]
+    return sample._replace(position=tuple(q.tolist()))
 
 
 def settings(right):
@@ -123,7 +113,7 @@ def settings(right):
         "tare, along it": (right, partial(with_tare, off=np.array([0.0, 0.0, force]))),
         "lever arm, across": (with_lever(right, 0), lambda sample: sample),
         "lever arm, along": (with_lever(right, 2), lambda sample: sample),
-        "hole leans": (right, partial(tilted, angle=np.radians(0.2))),
+        "hole leans": (right, partial(tilted, tilt=(0.0, np.radians(0.2)))),
     }
 
 
@@ -259,15 +249,9 @@ def table(part, rows):
 
 def main(arguments=None):
     """Compute the parts asked for, print them as tables, keep the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     cases = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER, "friction": FRICTION}
-    parser.add_argument("--part", nargs="+", choices=cases, default=list(cases))
-    parser.add_argument("--seeds", type=int, default=4, help="noise seeds (4)")
-    parser.add_argument("--folder", type=Path, default=Path("out/wrong_settings"))
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    options = parser.parse_args(arguments)
-    options.folder.mkdir(parents=True, exist_ok=True)
-    key = sources_key(PARTS, [Path(__file__).with_name(name) for name in SOURCES])
+    options = parsed(__doc__, cases, 4, Path("out/wrong_settings"), arguments)
+    key = sources_key(ESTIMATE, [Path(__file__).with_name(name) for name in SOURCES])
     tasks = []
     for part in options.part:
         seeds = options.seeds * (1 if part in ("told", "slow") else 4)
@@ -275,10 +259,9 @@ def main(arguments=None):
             name = f"{part}_{named(case)}".replace(" ", "_").replace("/", "_")
             asked = {"key": key, "seeds": seeds}
             tasks.append((part, case, seeds, options.folder / f"{name}.json", asked))
-    missing = [task for task in tasks if kept(*task[3:]) is None]
-    work_through(compute, missing, options.workers, partial(print, flush=True))
+    found = figures_of(compute, tasks, options.workers)
     for part in options.part:
-        rows = {named(t[1]): kept(*t[3:])["figures"] for t in tasks if t[0] == part}
+        rows = {named(t[1]): row for t, row in zip(tasks, found, strict=True) if t[0] == part}
         print("\n".join(["", *table(part, rows)]))
 
 

@@ -169,7 +169,7 @@ def test_what_is_wrong_is_seen_within_half_a_second(kind, wrong, friction_stddev
     pipeline, first_ns = Pipeline(configuration), None
     for sample in measure(truth, 7, exact=exact):
         if wrong == "hole":
-            sample = tilted(sample, np.radians(0.2))
+            sample = tilted(sample, (0.0, np.radians(0.2)))
         pipeline.on_sample(sample)
         if first_ns is None and pipeline.counts["innovations_too_large"]:
             first_ns = sample.t_ns - START_NS

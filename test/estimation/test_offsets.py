@@ -9,6 +9,7 @@ from scipy.stats import chi2
 import offsets_learnt
 from grid_cells import SMALLEST, Motion, truth_of, with_noise
 from grid_score import INTERVAL, SETTLE_NS
+from offsets_learnt import Stated
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -27,12 +28,9 @@ from simulated import ROOT
 
 
 def uncertain(configuration, force=0.0, torque=0.0, tilt=0.0, **options):
-    return replace(
-        configuration,
-        wrench=replace(configuration.wrench, bias_force_stddev=force, bias_torque_stddev=torque),
-        joints=replace(configuration.joints, hole_tilt_stddev=tilt),
-        filter=replace(configuration.filter, **options),
-    )
+    stated = Stated(force, torque, tilt, configuration.scene.friction_stddev)
+    told = offsets_learnt.uncertain(configuration, stated)
+    return replace(told, filter=replace(told.filter, **options))
 
 
 @pytest.mark.xdist_group("filterpy")
@@ -177,11 +175,19 @@ def played(truth, configuration, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0)):
     return pipeline, outputs
 
 
+def error(kalman, true):
+    """Return errors of the offsets that are not known, and their covariance."""
+    variance = np.diagonal(kalman.offset_spread[:, 2:])
+    carried = np.flatnonzero(variance > 0)
+    P = kalman.offset_spread[:, 2:][np.ix_(carried, carried)]
+    return (kalman.offset - true)[carried], P
+
+
 def test_an_untared_sensor_is_learnt_with_friction(truth):
     bias = np.array([2.0, 0, 0, 0, 0, 0])
     configuration = uncertain(truth.plan.configuration, force=3.0)
     pipeline, outputs = played(truth, configuration, 7, bias)
-    off, P = offsets_learnt.error(pipeline.filter, np.r_[bias, 0, 0])
+    off, P = error(pipeline.filter, np.r_[bias, 0, 0])
     # Three of 1e-3 of chance.
     assert off @ np.linalg.solve(P, off) < chi2(3).isf(1e-3)
     # Along the peg friction takes the bias's part, and is not told from it: known to 0.7 N.
@@ -219,7 +225,7 @@ def test_friction_does_not_take_the_part_of_a_bias():
 def test_a_missing_step_says_nothing_of_friction_beside_a_bias(seed):
     """Sought two deviations below, it left the reactions of these runs within 3 and 80 %."""
     truth = with_noise(truth_of(Motion(1e-4, 0.5, 0.16, "slip"))[0], "nominal", 0.05)
-    stated = offsets_learnt.Stated(2.0, 0.02, 0.0, 0.05)
+    stated = Stated(2.0, 0.02, 0.0, 0.05)
     ((normalised, deviations, *shares, _, _),) = offsets_learnt.drawn(truth, stated, [seed])
     assert abs(deviations) < 2.0
     assert min(shares) > 0.95
@@ -230,7 +236,7 @@ def test_a_tilted_hole_is_learnt_with_friction(truth):
     tilt = np.radians([0.0, 0.2])
     configuration = uncertain(truth.plan.configuration, tilt=0.005)
     pipeline, outputs = played(truth, configuration, 7, tilt=tilt)
-    off, P = offsets_learnt.error(pipeline.filter, np.r_[np.zeros(6), tilt])
+    off, P = error(pipeline.filter, np.r_[np.zeros(6), tilt])
     assert off @ np.linalg.solve(P, off) < chi2(2).isf(1e-3)
     assert np.sqrt(np.diagonal(P)).max() < 0.002
     assert outputs.monitor["hole_tilt_y"] == pytest.approx(tilt[1], abs=0.004)
@@ -244,7 +250,7 @@ def test_bounds_hold_over_seeds(truth):
     for seed in range(5):
         bias = np.random.default_rng(seed).normal(0, [2.0] * 3 + [0.02] * 3)
         pipeline, _ = played(truth, replace(configuration, scene=scene), seed, bias)
-        off, P = offsets_learnt.error(pipeline.filter, np.r_[bias, 0, 0])
+        off, P = error(pipeline.filter, np.r_[bias, 0, 0])
         found.append(off @ np.linalg.solve(P, off))
     assert chi2(30).ppf(1e-3) < sum(found) < chi2(30).isf(1e-3), found
 
@@ -281,7 +287,7 @@ def test_the_default_carries_none_and_others_refuse():
 def test_a_pull_does_not_make_friction_sought_beside_a_bias():
     """An N_K that is 5 N of bias made it sought two deviations below, in this run."""
     truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.16, "align"))[0], "nominal", 0.05)
-    stated = offsets_learnt.Stated(2.0, 0.02, 0.0, 0.05)
+    stated = Stated(2.0, 0.02, 0.0, 0.05)
     bias = np.array([-0.7, 1.1, -5.1, -0.017, -0.028, 0.027])
     told = offsets_learnt.uncertain(truth.plan.configuration, stated, friction=0.24)
     pipeline, outputs = played(truth, told, 2301, bias)
