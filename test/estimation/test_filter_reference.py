@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
 from peg_on_hole_ros.estimation.kernel.parameters import ALONG_RIDGE
 from peg_on_hole_ros.estimation.reference import kalman
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
+from peg_on_hole_ros.estimation.reference.steps import DIAMETER, FRICTION
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
 from pegs import closing
@@ -149,4 +150,23 @@ def test_along_a_ridge_of_friction_and_clearance(monkeypatch):
     monkeypatch.setattr(ReferenceFilter, "learning_shares", noted)
     found, _ = differences("closing_without_slip", 120, clearance_stddev=1e-5)
     assert {(1, 0), (1, 1), (ALONG_RIDGE, 0), (ALONG_RIDGE, ALONG_RIDGE)} <= set(shares)
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
+def test_where_balance_tells_a_diameter_and_not_friction(monkeypatch):
+    """Slow slip with a clearance of 0.1 mm that is known to a fifth of itself."""
+    moved, used = [], kalman.correct_by_balance
+
+    def noted(filter_, *arguments):
+        before = filter_.x[FRICTION : DIAMETER + 1].copy()
+        used(filter_, *arguments)
+        moved.append(tuple((filter_.x[FRICTION : DIAMETER + 1] != before).tolist()))
+
+    monkeypatch.setattr(kalman, "correct_by_balance", noted)
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.01, "slip"))[0], "low", 0.05)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, clearance_stddev=2e-5)
+    found = list(compared(replace(configuration, scene=scene), steps_of(truth, 200)))
+    assert moved.count((False, True)) > 100 and (True, False) in moved
     assert all(value < LIMIT for value in largest(found).values()), largest(found)

@@ -11,8 +11,8 @@ from grid_score import score_cell
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
-from peg_on_hole_ros.estimation.kernel.acceleration import FOLLOWED
-from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
+from peg_on_hole_ros.estimation.kernel.acceleration import FOLLOWED, LEAST_AVERAGED
+from peg_on_hole_ros.estimation.kernel.balance import LEAST_DIRECTED, learn_from_balance
 from peg_on_hole_ros.estimation.kernel.bridging import (
     ADAPTATION,
     GROWS,
@@ -422,13 +422,10 @@ def dense(m):
     return lower + np.tril(P, -1).T
 
 
-@pytest.mark.parametrize("biased", [1.0, 0.0])
-@pytest.mark.parametrize("learnt", [1.0, 0.0])
-@pytest.mark.parametrize("followed", [(0.0, 0.0, 0.0), (8.0, -30.0, 40.0)])
-def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followed, biased):
-    """As a dense filter does that only considers wrench, diameter and tilt."""
+def joint_spread(memory, diameter=1e-6):
+    """Fill a memory with a covariance of all; return it, and what each is measured in."""
     rng = np.random.default_rng(2)
-    scale = np.concatenate([[1e-5] * 3, [1e-3] * 3, [0.2] * 3, [5e-3] * 3, [0.05, 1e-6]])
+    scale = np.concatenate([[1e-5] * 3, [1e-3] * 3, [0.2] * 3, [5e-3] * 3, [0.05, diameter]])
     scale = np.concatenate([scale, [0.5] * 3, [0.01] * 3, [1e-3] * 2])
     A = np.eye(22) + 0.2 * rng.normal(size=(22, 22))
     P = A @ A.T / 2 * np.outer(scale, scale)
@@ -437,6 +434,15 @@ def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followe
     part(memory, "SPREAD", (2, 2))[:] = P[12:14, 12:14]
     part(memory, "OFFSET_CROSS", (8, 12))[:] = P[14:, :12]
     part(memory, "OFFSET_SPREAD", (8, 10))[:] = P[14:, 12:]
+    return P, scale
+
+
+@pytest.mark.parametrize("biased", [1.0, 0.0])
+@pytest.mark.parametrize("learnt", [1.0, 0.0])
+@pytest.mark.parametrize("followed", [(0.0, 0.0, 0.0), (8.0, -30.0, 40.0)])
+def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followed, biased):
+    """As a dense filter does that only considers wrench, diameter and tilt."""
+    P, scale = joint_spread(memory)
     part(memory, "OFFSETS")[:] = 0.0, 8.0, biased, 1.0
     part(memory, "LEARNT")[:] = learnt, 0.0
     part(memory, "SLOW")[0] = 1.0
@@ -473,6 +479,54 @@ def test_balance_tells_angles_and_rates_of_a_bridged_peg(memory, learnt, followe
     assert np.abs(off).max() < 1e-12
     assert np.linalg.eigvalsh(expected / np.outer(scale, scale)).min() > 0.0
     assert (np.diagonal(P - expected)[:6] > 0.0).all()
+
+
+@pytest.mark.parametrize("slow", [1.0, 0.0])
+@pytest.mark.parametrize(
+    ("diameter", "of_friction", "biased", "resized"),
+    [
+        (1e-4, 1.0, 0.0, True),
+        (1e-6, 1.0, 0.0, False),
+        (1e-4, 0.0, 0.0, False),
+        (1e-4, 1.0, 1.0, False),
+    ],
+)
+def test_balance_teaches_a_diameter_that_is_hardly_known_in_place_of_friction(
+    memory, diameter, of_friction, biased, resized, slow
+):
+    """As a dense filter does that considers friction, wrench, bias and tilt."""
+    P, scale = joint_spread(memory, diameter)
+    part(memory, "OFFSETS")[:] = 0.0, 8.0, biased, 0.0
+    part(memory, "LEARNT")[:] = of_friction, 1.0
+    part(memory, "SLOW")[0], part(memory, "CHANGES_SEEN")[0] = slow, 1.0
+    part(memory, "U")[:] = balanced(part(memory, "X"))
+    m, dy = memory.copy(), scratch()
+    assert learn_from_balance(m, dy, 1e-3, 20.0) or not (resized or of_friction or slow or biased)
+    assert (part(m, "SCENE")[0] != part(memory, "SCENE")[0]) == resized
+    assert (part(m, "SCENE")[7] != part(memory, "SCENE")[7]) == (of_friction and not resized)
+    if not resized:
+        return
+    G = np.zeros((3, 22))
+    G[:, :14] = dy[:3]
+    shared = G @ P
+    # A steady peg, twenty samples in the time after which accelerations are new ones.
+    T = shared @ G.T + 20.0 * np.diag([(LEAST_DIRECTED * 20.0) ** 2] * 3)
+    S = shared @ G.T + 20.0 * np.diag([(LEAST_AVERAGED * 20.0) ** 2] * 3)
+    K = np.zeros((22, 3))
+    if slow:
+        K[:6] = np.linalg.solve(T, shared[:, :6]).T
+    K[13] = CAREFUL * np.linalg.solve(S, shared[:, 13])
+    moved = -K @ part(m, "Y")[:3]
+    assert part(m, "X") == pytest.approx(part(memory, "X") + moved[:6], rel=1e-12)
+    assert part(m, "SCENE")[0] == pytest.approx(part(memory, "SCENE")[0] + moved[13], rel=1e-14)
+    assert abs(moved[13]) > 1e-8
+    # gamma0 goes with it.
+    told = replace(SCENE, peg_diameter=part(m, "SCENE")[0].item())
+    assert part(m, "SCENE")[3] == pytest.approx(told.gamma0, rel=1e-9)
+    expected = P - K @ shared - shared.T @ K.T + K @ T @ K.T
+    expected[13, 13] += K[13] @ (S - T) @ K[13]
+    off = (dense(m) - expected) / np.outer(scale, scale)
+    assert np.abs(off).max() < 1e-12
 
 
 def test_where_a_step_was_taken_balance_tells_nothing_of_the_slip(memory):

@@ -1,9 +1,13 @@
-"""Friction, angles, rates and a bias by the balance of forces, where noise would select steps."""
+"""What the balance of forces tells, where noise would select steps: friction, state and others."""
 
 from math import fabs, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST_AVERAGED, acceleration_variance
 from peg_on_hole_ros.estimation.kernel.bias_by_balance import learn_bias
+from peg_on_hole_ros.estimation.kernel.diameter_by_balance import (
+    diameter_outweighs,
+    learn_diameter,
+)
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
     ACROSS,
@@ -91,7 +95,8 @@ def learn_from_balance(m, dy, dt, acceleration_stddev):
     Friction points against the slip, so that the wrench tells how the peg slides, and through the
     lever arms how it is tilted. Steps hold that; where a slip was not told, nothing
     does, and it is learnt here. The wrench is only considered; of a bias that is not small beside
-    its noise, see `bias_by_balance`, and friction is only considered as well.
+    its noise, see `bias_by_balance`, and of a clearance that is hardly known
+    `diameter_by_balance`; beside them friction is only considered as well.
 
     Parameters
     ----------
@@ -188,7 +193,11 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     lower = factors(t00, s10, t11, s20, s21, t22)
     _note_unbalance(m, lower, a0, a1, a2)
     directed = directed and m[SLOW] > 0.0
-    if not (learns or directed or biased):
+    of_constants = s00, s10, s11, s20, s21, s22
+    of_state = t00, s10, t11, s20, s21, t22
+    resized = learns and diameter_outweighs(m, dy, of_constants)
+    learns = learns and not resized
+    if not (learns or directed or biased or resized):
         return False
     g0 = g1 = g2 = told = 0.0
     if learns:
@@ -219,10 +228,10 @@ def _learn(p, m, dy, dt, acceleration_stddev, learns):
     if directed:
         _correct_state(m, lower, a0, a1, a2)
     if biased:
-        of_constants = s00, s10, s11, s20, s21, s22
-        of_state = t00, s10, t11, s20, s21, t22
         learn_bias(m, (a0, a1, a2), of_constants, of_state, (g0, g1, g2), directed)
-    return learns or directed or biased
+    if resized:
+        learn_diameter(m, (a0, a1, a2), of_constants, of_state, directed)
+    return learns or directed or biased or resized
 
 
 @inlined

@@ -195,6 +195,12 @@ def move_parameters(m, by_friction, by_diameter):
     """Add to friction [-] and peg diameter [m], which stay a peg's on a hole."""
     m[SCENE + 7] = min(max(m[SCENE + 7] + by_friction, LEAST_FRICTION), MOST_FRICTION)
     if m[LEARNT + 1] * m[SLIDING] > 0.0:
-        hole = m[SCENE + 1]
-        m[SCENE] = min(m[SCENE] + by_diameter, hole - LEAST_CLEARANCE)
-        m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))
+        move_diameter(m, by_diameter)
+
+
+@inlined
+def move_diameter(m, by_diameter):
+    """Add to the peg diameter [m], which stays below the hole's."""
+    hole = m[SCENE + 1]
+    m[SCENE] = min(m[SCENE] + by_diameter, hole - LEAST_CLEARANCE)
+    m[SCENE + 3] = 2.0 * asin(sqrt((hole - m[SCENE]) / (2.0 * hole)))

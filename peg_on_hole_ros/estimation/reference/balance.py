@@ -14,6 +14,7 @@ from peg_on_hole_ros.estimation.kernel.balance import (
     SURE,
     WIDE_CLEARANCE,
 )
+from peg_on_hole_ros.estimation.kernel.diameter_by_balance import OUTWEIGHS
 from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, MOST_FRICTION
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
@@ -90,7 +91,11 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
     off = y[:3] - kalman.acceleration.mean
     kalman.unbalance = np.linalg.solve(np.linalg.cholesky(T), off)
     directed = directed and kalman.slow
-    if not (learns or directed or kalman.learns_bias):
+    by_diameter = dy[:3, DIAMETER] @ np.linalg.solve(S, dy[:3, DIAMETER])
+    outweighs = kalman.P[DIAMETER, DIAMETER] * by_diameter > OUTWEIGHS
+    resized = learns and outweighs and not kalman.learns_bias
+    learns = learns and not resized
+    if not (learns or directed or kalman.learns_bias or resized):
         return
     gain = np.zeros((kalman.dim_x, 3))
     if directed:
@@ -99,6 +104,8 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
         gain[FRICTION] = _gain_of_friction(kalman, S, shared[:, FRICTION], known)
     if kalman.learns_bias:
         gain[BIAS] = CAREFUL * np.linalg.solve(S, shared[:, BIAS]).T
+    if resized:
+        gain[DIAMETER] = CAREFUL * np.linalg.solve(S, shared[:, DIAMETER])
     told = 2 * gain[FRICTION] @ shared[:, FRICTION] - gain[FRICTION] @ S @ gain[FRICTION]
     if not told > 0:
         gain[FRICTION] = 0.0
