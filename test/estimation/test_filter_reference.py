@@ -154,6 +154,18 @@ def test_along_a_ridge_of_friction_and_clearance(monkeypatch):
 
 
 @pytest.mark.xdist_group("filterpy")
+def test_where_a_step_tells_a_diameter_and_the_next_has_no_direction():
+    """Two wrenches to an orientation, high noise, a clearance known to a half of itself."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.16, "slip"))[0], "high", 0.05)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, clearance_stddev=5e-5)
+    found = list(compared(replace(configuration, scene=scene), steps_of(truth, 100)))
+    kinds = [item.prediction for item in found]
+    assert (Prediction.CONTACT, Prediction.SLOW) in zip(kinds, kinds[1:])
+    assert all(value < LIMIT for value in largest(found).values()), largest(found)
+
+
+@pytest.mark.xdist_group("filterpy")
 def test_where_balance_tells_a_diameter_and_not_friction(monkeypatch):
     """Slow slip with a clearance of 0.1 mm that is known to a fifth of itself."""
     moved, used = [], kalman.correct_by_balance

@@ -93,7 +93,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.mean_rates = MeanRates()
         self.scales = np.full(3, process.slip_velocity_scale)
         self.across = np.zeros(3)
-        self.sliding = self.slow = self.bridged = False
+        # slid: all contacts did in a step since the last correction.
+        self.sliding = self.slid = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
         self.rate_noise, self.lean = process.slow_rate_noise, np.zeros(3)
         self.balance = self.unbalance = None
@@ -103,6 +104,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
     @property
     def learns_geometry_or_bias(self):
         """Whether clearance, bias or tilt is learnt: constants that steps alone tell well."""
+        return self.P[DIAMETER, DIAMETER] > 0
+
+    @property
+    def keeps_sliding(self):
+        """Whether what a step told is not lost where the next has no direction."""
         return self.P[DIAMETER, DIAMETER] > 0
 
     # Bias and tilt, of which there are none here.
@@ -158,7 +164,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         surely = (kept & (end > 0.5 * speed)).any()
         self.stopped *= 0.0 if surely else 1 - min(dt / SELECTED_OVER, 1.0)
         selected = self.stopped > (HIDDEN if self.P[DIAMETER, DIAMETER] > 0 else SELECTED)
-        self.sliding = self.sliding and not selected
+        self.sliding = self.slid = self.sliding and not selected
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
         stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
@@ -196,6 +202,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Predict as if free: the motion would run away, and is held."""
         self._bridge(dt, self.rate_noise)
         self.scales = self.bridged_scales()
+        if self.keeps_sliding:
+            self.sliding = self.slid
 
     def predict_limited(self, dt, rate_noise):
         """Predict as if free: no step was found within the evaluations that are allowed."""
@@ -212,12 +220,12 @@ class ReferenceFilter(ExtendedKalmanFilter):
         if lasted > ONE_WRENCH:
             self.rate_noise = noise
         self._bridge(dt, noise)
-        self.without_step = lasted
+        self.without_step, self.slid = lasted, False
 
     def _bridge(self, dt, rate_noise):
-        walk = rate_noise * np.array([TILT_WALK, 1.0, 1.0])
+        walk, slid = rate_noise * np.array([TILT_WALK, 1.0, 1.0]), self.slid
         self.predict_free(dt, np.sqrt(walk**2 + FOLLOWED * self.acceleration.mean**2))
-        self.bridged = True
+        self.bridged, self.slid = True, slid
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """
@@ -233,7 +241,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
-        self.slow = self.bridged = self.sliding = False
+        self.slow = self.bridged = self.sliding = self.slid = False
         self.without_step = 0.0
         self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)
@@ -268,6 +276,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
             else:
                 self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
         self.follow_acceleration()
+        self.slid = False
 
     def follow_acceleration(self):
         """Let the acceleration, and the mean of the rates, follow a correction."""

@@ -43,8 +43,8 @@ class OffsetReference(ReferenceFilter):
         super().__init__(scene, process, wrench_noise, ALL)
         self.offsets, self._gravity = offsets, np.array(scene.gravity)
         self._given = np.zeros(6)
-        # In a step under contact since the last correction.
-        self.slid = False
+
+    keeps_sliding = True
 
     @property
     def learns_geometry_or_bias(self):
@@ -85,16 +85,6 @@ class OffsetReference(ReferenceFilter):
         super().hold(u + bias)
         self.P = T @ self.P @ T.T
         self.P[WRENCH, WRENCH] += self.wrench_noise
-
-    def predict_contact(self, dt, pieces=1):
-        """Predict, and remember whether all contacts slid."""
-        super().predict_contact(dt, pieces)
-        self.slid = self.sliding
-
-    def predict_runaway(self, dt):
-        """Predict as if free; what a step before it tells of the offsets is not lost."""
-        super().predict_runaway(dt)
-        self.sliding = self.slid
 
     def in_hole_axes(self, q, R):
         """Return an orientation and its covariance in the axes of the hole as it now lies."""
