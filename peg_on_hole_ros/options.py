@@ -103,7 +103,7 @@ class MonitorOptions:
     alarm_dwell: float = 0.01
     alarm_hold: float = 0.2
     max_normal: tuple[float, float, float] = (500.0, 500.0, 500.0)
-    singular_band: float = 0.05
+    singular_band: float = 0.12
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,12 @@ def scene_of(values):
     return SceneScalars(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10])
 
 
+@inlined
+def with_friction(p, f):
+    """Return a scene with another coefficient of friction."""
+    return SceneScalars(p.d, p.D, p.H_c, p.gamma0, p.m, p.Ie, p.Iz, f, p.g_x, p.g_y, p.g_z)
+
+
 def workspace() -> np.ndarray:
     """Return the scratch memory that every call of the kernel needs."""
     return np.zeros(_COLUMNS + 6 * WIDTH)
@@ -288,6 +294,43 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
         factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
     )
     y[0], y[1], y[2], y[3], y[4], y[5] = answer
+    _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work, dy)
+    return determinant
+
+
+@compiled
+def slopes_of_answer(p, scales, x, u, work, answer, dy):
+    """
+    Fill in how the six equations' solution would move with their quantities if it were `answer`.
+
+    They are A y = r with A and r of the state and the rest; that is inv(A) (dr - dA answer). At
+    the solution itself these are its derivatives. Where that is far from what accelerations and
+    reactions can be, the balance of forces is straightened where they are.
+
+    Parameters
+    ----------
+    p, scales, x, u
+        As for `accelerate`.
+    work : ndarray
+        As `accelerate_with_derivatives` left it at the same state.
+    answer : ndarray, shape (6,)
+        gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N].
+    dy : ndarray, shape (6, 14)
+        Filled as by `accelerate_with_derivatives`.
+
+    """
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
+    applied, g_h, g_e, _ = _wrench_in_hez(p, geo, x, u, work)
+    given = (answer[0], answer[1], answer[2], answer[3], answer[4], answer[5])
+    factors, rates = _factors(p, geo, work), (x[3], x[4], x[5])
+    _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, given, work, dy)
+
+
+@inlined
+def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work, dy):
+    """Fill in the derivatives of `slopes_of_answer`."""
+    F_h, F_e, F_z, M_h, M_e, M_z = applied
+    wrench = (F_h + g_h, F_e + g_e, F_z + p.m * p.g_z, M_h, M_e, M_z)
     slopes = work[_SLOPES : _SLOPES + 36]
     derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, answer, slopes)
 
@@ -324,7 +367,6 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
     for i in range(6):
         for j in range(WIDTH):
             dy[i, j] = work[_COLUMNS + WIDTH * i + j]
-    return determinant
 
 
 @compiled

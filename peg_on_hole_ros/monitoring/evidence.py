@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.kernel.forces import rim_load
 from peg_on_hole_ros.estimation.kernel.memory import LASTING, REACTIONS, SCENE, SPREAD, X, Y, Z
-from peg_on_hole_ros.estimation.kernel.reactions import rim_load
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.carried import carried_load

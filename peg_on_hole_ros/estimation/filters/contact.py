@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
 )
 from peg_on_hole_ros.estimation.kernel.cycle import bridge_unless_stepped, follow_motion
 from peg_on_hole_ros.estimation.kernel.description import Description, description
+from peg_on_hole_ros.estimation.kernel.forces import rim_load
 from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     HARDLY_LEARNT,
     doubt_without_step,
@@ -25,7 +26,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
-from peg_on_hole_ros.estimation.kernel.reactions import react, rim_load
+from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.rungs import DYNAMIC

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.kernel.forces import contact_forces, tilt_on_contacts
 from peg_on_hole_ros.estimation.kernel.memory import REACTIONS, SPEEDS, X, Z
 from peg_on_hole_ros.estimation.kernel.pose import fill_pose
 from peg_on_hole_ros.estimation.kernel.pushing import fill_pushing
-from peg_on_hole_ros.estimation.kernel.reactions import contact_forces, tilt_on_contacts
 from peg_on_hole_ros.estimation.kernel.slip import slip
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 

@@ -1,12 +1,8 @@
 """Normal reactions and slip speeds at an estimate, with their covariance."""
 
-from math import cos, exp, isfinite, nan, sin, sqrt
+from math import exp, isfinite, nan, sqrt
 
-from peg_on_hole_ros.estimation.kernel.acceleration import LEAST, acceleration_variance
 from peg_on_hole_ros.estimation.kernel.memory import (
-    ACCELERATION,
-    FRICTION,
-    LASTING,
     POINTS,
     RATES,
     REACTIONS,
@@ -21,19 +17,16 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     fill_lasting,
     times_covariance,
 )
-from peg_on_hole_ros.estimation.kernel.slow_friction import WAYS, add_friction, unknown_friction
+from peg_on_hole_ros.estimation.kernel.slow_reactions import balance_reactions
+from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT, weigh_accelerations
 from peg_on_hole_ros.mechanics.kernel import (
+    accelerate,
     accelerate_at,
     accelerate_with_derivatives,
-    closed_forms,
     compiled,
-    equations,
     pose_of,
     scene_of,
 )
-
-# Three squared normal variables stay below it in 97 of 100 cases.
-SURPRISE_LIMIT = 9.0
 
 
 @compiled
@@ -47,8 +40,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
 
     Where the answer at the estimate has accelerations that a held peg cannot have, the slip's
     direction is wrong, and with it all that follows. The answers around it are then weighed by how
-    well theirs fit; what still does not fit widens the covariance (Birge's ratio). While a slip is
-    not told from none, friction of unknown direction widens it further.
+    well theirs fit; what still does not fit widens the covariance (Birge's ratio).
 
     Parameters
     ----------
@@ -68,33 +60,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
     fill_lasting(m, uncertain)
-    slow = m[SLOW] > 0.0
-    for n in range(7):
-        m[SURPRISE + n] = 0.0
-    # One acceleration at a time: three scalar updates need no matrix inverse.
-    for a in range(3):
-        at = REACTIONS + 6 * a
-        column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
-        over = 1.0 / (column[a] + acceleration_variance(m, a, acceleration_stddev, LEAST))
-        for n in range(7):
-            acceleration = m[POINTS + 6 * n + a] - m[ACCELERATION + a]
-            m[SURPRISE + n] += acceleration * acceleration * over
-            for i in range(6):
-                m[POINTS + 6 * n + i] -= column[i] * over * acceleration
-        for n in range(2 if uncertain else 0):
-            shared = m[LASTING + 6 * n + a] * over
-            for i in range(6):
-                m[LASTING + 6 * n + i] -= column[i] * shared
-        for n in range(WAYS if slow else 0):
-            shared = m[FRICTION + 6 * n + a] * over
-            for i in range(6):
-                m[FRICTION + 6 * n + i] -= column[i] * shared
-        for i in range(6):
-            weight = column[i] * over
-            for j in range(i + 1):
-                value = m[REACTIONS + 6 * i + j] - weight * column[j]
-                m[REACTIONS + 6 * i + j] = value
-                m[REACTIONS + 6 * j + i] = value
+    weigh_accelerations(m, 7, uncertain, acceleration_stddev)
     least = m[SURPRISE]
     for i in range(6):
         m[Y + i] = m[POINTS + i]
@@ -110,8 +76,6 @@ def fuse_reactions(m, dy, acceleration_stddev):
             for j in range(6):
                 bend_j = 0.5 * (m[ahead + j] + m[behind + j]) - m[POINTS + j]
                 m[REACTIONS + 6 * i + j] += bend_i * bend_j
-    if slow:
-        add_friction(m)
 
 
 @compiled
@@ -195,11 +159,13 @@ def react(m, dy, acceleration_stddev):
     x, u, y = m[X : X + 6], m[U : U + 6], m[Y : Y + 6]
     scales, work = m[SCALES : SCALES + 3], m[WORK:]
     p = scene_of(m)
-    determinant = accelerate_with_derivatives(p, scales, x, u, work, y, dy)
     if m[SLOW] > 0.0:
-        unknown_friction(p, m)
-    solve_around(p, m)
-    fuse_reactions(m, dy, acceleration_stddev)
+        determinant = accelerate(p, scales, x, u, work, y)
+        balance_reactions(p, m, dy, acceleration_stddev)
+    else:
+        determinant = accelerate_with_derivatives(p, scales, x, u, work, y, dy)
+        solve_around(p, m)
+        fuse_reactions(m, dy, acceleration_stddev)
     # A sum is finite only if all of its terms are.
     total = determinant
     for i in range(6):
@@ -207,65 +173,3 @@ def react(m, dy, acceleration_stddev):
         for j in range(6):
             total += m[REACTIONS + 6 * i + j]
     return determinant if isfinite(total) else nan
-
-
-@compiled
-def tilt_on_contacts(p, gamma):
-    """Return the tilt, kept where the closed forms of the geometry exist [rad]."""
-    return min(max(gamma, p.gamma0 * (1.0 + 1e-9)), 1.5)
-
-
-@compiled
-def contact_forces(p, m, gamma, out, normal, force, point):
-    """
-    Fill in force on the peg (normal and friction) and place of each contact, hole axes.
-
-    Parameters
-    ----------
-    p : SceneScalars
-    m : ndarray
-        Memory, of which psi and the rates are used.
-    gamma : float
-        Tilt at which the contacts are taken [rad].
-    out : ndarray
-        Read and filled at three places.
-    normal, force, point : int
-        Places of N_K, N_B1, N_B2 (3) [N], which are given; of the forces (3, 3) [N] and of the
-        points (3, 3) [m], rows K, B1, B2.
-
-    """
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
-    wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    rates = (m[X + 3], m[X + 4], m[X + 5])
-    scales, work = m[SCALES : SCALES + 3], m[WORK:]
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
-    s, c = sin(m[X + 1]), cos(m[X + 1])
-    for i in range(3):
-        # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
-        f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
-        N, at = out[normal + i], force + 3 * i
-        out[at], out[at + 1], out[at + 2] = (
-            N * (c * f_h - s * f_e),
-            N * (s * f_h + c * f_e),
-            N * f_z,
-        )
-        r_h = -0.5 * p.D if i == 0 else geo[4]
-        r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
-        at = point + 3 * i
-        out[at], out[at + 1], out[at + 2] = c * r_h - s * r_e, s * r_h + c * r_e, 0.0
-
-
-@compiled
-def rim_load(m):
-    """Return the sizes of the force [N] and of the couple [N m] that a rim has to carry."""
-    p = scene_of(m)
-    s, c = sin(m[X]), cos(m[X])
-    spsi, cpsi, sphi, cphi = sin(m[X + 1]), cos(m[X + 1]), sin(m[X + 2]), cos(m[X + 2])
-    g_h, g_e = cpsi * p.g_x + spsi * p.g_y, cpsi * p.g_y - spsi * p.g_x
-    # Gravity in peg axes: across the tilt, along eps, along the axis.
-    across = c * g_h + s * p.g_z
-    F_x = m[U] + p.m * (cphi * across + sphi * g_e)
-    F_y = m[U + 1] + p.m * (cphi * g_e - sphi * across)
-    F_z = m[U + 2] + p.m * (c * p.g_z - s * g_h)
-    couple = m[U + 3] * m[U + 3] + m[U + 4] * m[U + 4] + m[U + 5] * m[U + 5]
-    return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)

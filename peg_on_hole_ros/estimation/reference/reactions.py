@@ -1,27 +1,36 @@
-"""Reactions of the reference filter, as `reactions` and `slow_friction` have them."""
+"""Reactions of the reference filter, as `reactions` and `slow_reactions` have them."""
 
 from math import erf
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST
-from peg_on_hole_ros.estimation.kernel.reactions import SURPRISE_LIMIT
-from peg_on_hole_ros.estimation.kernel.slow_friction import UNSURE
+from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
+from peg_on_hole_ros.estimation.kernel.slow_friction import TURNING, UNSURE
+from peg_on_hole_ros.estimation.kernel.slow_reactions import (
+    HARDLY_KNOWN,
+    LEAST_LOAD,
+    LOWER,
+    PASSES,
+    UPPER,
+)
+from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT
 from peg_on_hole_ros.estimation.reference.steps import (
     DIAMETER,
     FRICTION,
     RATES,
     SIZE,
     WRENCH,
+    slopes_of_answer,
     solve,
     solve_with_slopes,
     with_parameters,
 )
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
-from peg_on_hole_ros.mechanics.reference import six_equations
+from peg_on_hole_ros.mechanics.reference import peg_axes, six_equations
 
 
-def unknown_friction(kalman, normal):
+def unknown_friction(kalman, normal, friction):
     """
     Return what friction of unknown direction makes of the answers, shape (6, 12).
 
@@ -29,10 +38,12 @@ def unknown_friction(kalman, normal):
     ----------
     kalman : ReferenceFilter
     normal : ndarray, shape (3,)
-        Normal reactions at the estimate [N].
+        Normal reactions at which friction is taken [N].
+    friction : float
+        Coefficient at which it is taken.
 
     """
-    here = with_parameters(kalman.scene, kalman.x[FRICTION], kalman.x[DIAMETER])
+    here = with_parameters(kalman.scene, friction, kalman.x[DIAMETER])
     g = contact_geometry(here, kalman.x[0])
     J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
     A, _ = six_equations(here, kalman.x[:3], kalman.x[RATES], kalman.x[WRENCH], kalman.scales)
@@ -41,9 +52,8 @@ def unknown_friction(kalman, normal):
     turned = np.minimum(UNSURE * kalman.across / (speed**2 + 1e-300), 1)
     for J_i, n, N, v, s2, t in zip(J, normals(g), normal, speed, variance, turned):
         mean = erf(v / np.sqrt(2 * s2 + 1e-300))
-        friction = np.hypot(kalman.x[FRICTION], np.sqrt(kalman.P[FRICTION, FRICTION]))
-        force = friction * max(N, 0.0)
-        free = force * np.sqrt(1 - mean**2) * (np.eye(3) - np.outer(n, n))
+        force = np.hypot(friction, np.sqrt(kalman.P[FRICTION, FRICTION])) * max(N, 0.0)
+        free = force * np.sqrt(TURNING * (1 - mean**2)) * (np.eye(3) - np.outer(n, n))
         T = np.column_stack([free, force * mean * t * J_i @ kalman.x[RATES] / (v + 1e-300)])
         columns.append(np.linalg.solve(A, np.vstack([J_i.T @ T, T])))
     return np.hstack(columns)
@@ -60,6 +70,8 @@ def reactions(kalman, acceleration_stddev):
         How a held peg may accelerate [rad/s^2].
 
     """
+    if kalman.slow:
+        return balanced_reactions(kalman, acceleration_stddev)
     y, dy = solve_with_slopes(kalman.scene, kalman.x[:SIZE], kalman.scales)
     C = dy @ kalman.P[:SIZE, :SIZE] @ dy.T
     held = kalman.acceleration.covariance(acceleration_stddev, LEAST, kalman.since_correction)
@@ -87,8 +99,47 @@ def reactions(kalman, acceleration_stddev):
     for n in (1, 3, 5):
         bend = points[n : n + 2].mean(axis=0) - points[0]
         C = C + np.outer(bend, bend)
-    if kalman.slow:
-        columns = unknown_friction(kalman, y[3:])
-        columns = columns - gain @ columns[:3]
-        C = C + columns @ columns.T
     return mean[3:], C[3:, 3:]
+
+
+def balanced_reactions(kalman, acceleration_stddev):
+    """
+    Return what `reactions` does where no slip has a direction: a balance of forces with noise.
+
+    The unknowns y of A y = r are weighed by least squares: against how a held peg accelerates, and
+    against what state, wrench and friction leave unknown of A y - r where the last pass has y.
+    What a friction that is hardly known makes of them is taken over two standard deviations.
+    """
+    friction, stddev = kalman.x[FRICTION], np.sqrt(kalman.P[FRICTION, FRICTION])
+    mean, C, by_friction, surprise = _balanced(kalman, friction, acceleration_stddev)
+    if stddev > HARDLY_KNOWN * friction:
+        lower = max(friction - LOWER * stddev, LEAST_FRICTION)
+        secant = (_balanced(kalman, lower, acceleration_stddev)[0] - mean) / LOWER
+        if np.sum(secant[3:] ** 2) > np.sum(by_friction[3:] ** 2):
+            C = C + np.outer(secant, secant) - np.outer(by_friction, by_friction)
+    return mean[3:], C[3:, 3:] * max(1.0, surprise / SURPRISE_LIMIT)
+
+
+def _balanced(kalman, friction, acceleration_stddev):
+    """Return y, its covariance, what one deviation of friction makes of it, and the surprise."""
+    full, P = kalman.x[:SIZE].copy(), kalman.P[:SIZE, :SIZE]
+    full[FRICTION] = friction
+    scene = kalman.scene
+    answer, expected = solve(scene, full, kalman.scales), kalman.acceleration.mean
+    held = kalman.acceleration.covariance(acceleration_stddev, LEAST, kalman.since_correction)
+    force = full[WRENCH][:3] + peg_axes(full[:3]).T @ (scene.peg_mass * np.array(scene.gravity))
+    load = np.linalg.norm(force) + 2 * np.linalg.norm(full[WRENCH][3:]) / full[DIAMETER]
+    y = np.concatenate([expected, np.full(3, load)])
+    for _ in range(PASSES):
+        dy = slopes_of_answer(scene, full, kalman.scales, y)
+        columns = unknown_friction(kalman, y[3:], friction)
+        noise = dy @ P @ dy.T + columns @ columns.T
+        S = noise[:3, :3] + held
+        gain = noise[:, :3] @ np.linalg.inv(S)
+        off = answer[:3] - expected
+        mean, left = answer - gain @ off, np.eye(6) - gain @ np.eye(3, 6)
+        C = left @ noise @ left.T + gain @ held @ gain.T
+        upper = mean[3:] + UPPER * np.sqrt(np.diag(C)[3:])
+        y = np.concatenate([mean[:3], np.maximum(upper, LEAST_LOAD * load)])
+    by_friction = left @ dy @ P[:, FRICTION] / np.sqrt(P[FRICTION, FRICTION] + 1e-300)
+    return mean, C, by_friction, off @ np.linalg.solve(S, off)

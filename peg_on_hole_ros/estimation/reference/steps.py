@@ -56,10 +56,33 @@ def solve_with_slopes(scene: Scene, full, slip_velocity_scale):
     return solve(scene, full, slip_velocity_scale), dy
 
 
+def slopes_of_answer(scene: Scene, full, slip_velocity_scale, answer):
+    """
+    Return how the solution of A y = r would move if it were `answer`: inv(A) (dr - dA answer).
+
+    Returns
+    -------
+    ndarray, shape (6, 14)
+
+    """
+    left = np.empty((6, SIZE))
+    for i in range(SIZE):
+        moved = full.astype(complex)
+        moved[i] += 1j * _COMPLEX_STEP
+        A, r = _equations(scene, moved, slip_velocity_scale)
+        left[:, i] = (r - A @ answer).imag / _COMPLEX_STEP
+    A, _ = _equations(scene, full, slip_velocity_scale)
+    return np.linalg.solve(A, left)
+
+
+def _equations(scene, full, slip_velocity_scale):
+    here = with_parameters(scene, full[FRICTION], full[DIAMETER])
+    return six_equations(here, full[:3], full[RATES], full[WRENCH], slip_velocity_scale)
+
+
 def solve(scene: Scene, full, slip_velocity_scale):
     """Return accelerations and reactions, shape (6,); arguments as of `solve_with_slopes`."""
-    here = with_parameters(scene, full[FRICTION], full[DIAMETER])
-    A, r = six_equations(here, full[:3], full[RATES], full[WRENCH], slip_velocity_scale)
+    A, r = _equations(scene, full, slip_velocity_scale)
     return np.linalg.solve(A, r)
 
 
