@@ -60,7 +60,7 @@ def fuse_reactions(m, dy, acceleration_stddev):
             m[REACTIONS + 6 * i + j] = total
             m[REACTIONS + 6 * j + i] = total
     fill_lasting(m, uncertain)
-    weigh_accelerations(m, 7, uncertain, acceleration_stddev)
+    weigh_accelerations(m, 7, 0, uncertain, acceleration_stddev)
     least = m[SURPRISE]
     for i in range(6):
         m[Y + i] = m[POINTS + i]

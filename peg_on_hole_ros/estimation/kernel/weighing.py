@@ -3,6 +3,7 @@
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST, acceleration_variance
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
+    FRICTION,
     LASTING,
     POINTS,
     REACTIONS,
@@ -15,7 +16,7 @@ SURPRISE_LIMIT = 9.0
 
 
 @inlined
-def weigh_accelerations(m, points, uncertain, acceleration_stddev):
+def weigh_accelerations(m, points, ways, uncertain, acceleration_stddev):
     """
     Correct answers and their covariance by what a held peg can accelerate; fill SURPRISE.
 
@@ -26,6 +27,8 @@ def weigh_accelerations(m, points, uncertain, acceleration_stddev):
         make of them at LASTING.
     points : int
         How many answers there are.
+    ways : int
+        How many of FRICTION there are: what else moves the answer, a standard deviation each.
     uncertain : bool
         Whether friction or peg diameter take part.
     acceleration_stddev : float
@@ -48,6 +51,10 @@ def weigh_accelerations(m, points, uncertain, acceleration_stddev):
             shared = m[LASTING + 6 * n + a] * over
             for i in range(6):
                 m[LASTING + 6 * n + i] -= column[i] * shared
+        for n in range(ways):
+            shared = m[FRICTION + 6 * n + a] * over
+            for i in range(6):
+                m[FRICTION + 6 * n + i] -= column[i] * shared
         for i in range(6):
             weight = column[i] * over
             for j in range(i + 1):

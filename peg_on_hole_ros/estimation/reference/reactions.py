@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimation.kernel.slow_reactions import (
     LOWER,
     PASSES,
     UPPER,
+    WEIGHED,
 )
 from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT
 from peg_on_hole_ros.estimation.reference.steps import (
@@ -133,9 +134,10 @@ def _balanced(kalman, friction, acceleration_stddev):
     for _ in range(PASSES):
         dy = slopes_of_answer(scene, full, kalman.scales, y)
         columns = unknown_friction(kalman, y[3:], friction)
-        noise = dy @ P @ dy.T + columns @ columns.T
-        S = noise[:3, :3] + held
-        gain = noise[:, :3] @ np.linalg.inv(S)
+        by_slope, by_direction = dy @ P @ dy.T, columns @ columns.T
+        weighed, noise = by_slope + WEIGHED * by_direction, by_slope + by_direction
+        S = weighed[:3, :3] + held
+        gain = weighed[:, :3] @ np.linalg.inv(S)
         off = answer[:3] - expected
         mean, left = answer - gain @ off, np.eye(6) - gain @ np.eye(3, 6)
         C = left @ noise @ left.T + gain @ held @ gain.T
