@@ -312,7 +312,7 @@ def slopes_of_answer(p, scales, x, u, work, answer, dy):
     p, scales, x, u
         As for `accelerate`.
     work : ndarray
-        As `accelerate_with_derivatives` left it at the same state.
+        As `accelerate` or `accelerate_with_derivatives` left it at the same state.
     answer : ndarray, shape (6,)
         gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N].
     dy : ndarray, shape (6, 14)

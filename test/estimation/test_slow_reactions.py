@@ -12,6 +12,9 @@ from peg_on_hole_ros.estimation.reference.steps import with_parameters
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import six_equations
 
+# The runs that several tests look at are on one worker.
+pytestmark = pytest.mark.xdist_group("slow_closing")
+
 
 @pytest.mark.parametrize("seed", range(3))
 def test_slopes_of_an_answer_are_derivatives_once_it_is_the_solution(seed):

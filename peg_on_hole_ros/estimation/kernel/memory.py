@@ -84,7 +84,9 @@ _SIZES = {
     "R": 9,  # covariance of the measured angles, (3, 3)
     "REACTIONS": 36,  # covariance of Y, (6, 6)
     "LASTING": 12,  # what friction and peg diameter make of Y, a standard deviation, (2, 6)
-    "POINTS": 42,  # answers at the estimate, then ahead of and behind it in each rate, (7, 6)
+    # Answers at the estimate, then ahead of and behind it in each rate, (7, 6); in a slow slip
+    # what is found, what it is found from, and what a lower friction makes of it, (3, 6).
+    "POINTS": 42,
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
     "FRICTION": 72,  # what unknown friction makes of Y, see `slow_friction`, (12, 6)
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
