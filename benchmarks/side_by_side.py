@@ -163,7 +163,7 @@ def compared(configuration: Configuration, steps: list[Step]) -> Iterator[Differ
         if prediction is Prediction.CONTACT:
             reference.ramp_shares = part(kalman._memory, "RAMP")[6:]
             reference.predict_contact(step.dt, kalman.pieces)
-        elif prediction is Prediction.SLOW:
+        elif prediction in (Prediction.SLOW, Prediction.DOUBTED):
             reference.predict_slow(step.dt)
         elif prediction is Prediction.RUNAWAY:
             reference.predict_runaway(step.dt)

@@ -5,8 +5,8 @@ Settings that are wrong: how soon that is told, and what is made of a wrong diam
 
 `told`: motions of the grid at 1 kHz and nominal noise, friction learnt and known. `slow`: pegs of
 4 to 150 mm that close and turn, at 100 Hz to 1 kHz. Of each the first time at which
-`innovations_too_large` (i) or `forces_out_of_balance` (b) counts, over noise seeds; the settings
-are off by 1 mm or 2 % of the diameter, ten standard deviations of the force's noise (2 N) and 0.2
+`innovations_too_large` (i), `forces_out_of_balance` (b) or `step_doubted` (d) counts, over noise
+seeds; the settings are off by 1 mm or 2 % of the diameter, ten standard deviations of the force's noise (2 N) and 0.2
 degrees. `diameter`: the peg's is off by 2 and 10 um, `scene.clearance_stddev` says by how much;
 which share of the reactions that are determined lies within 95 % bounds after 50 ms, of K, B1 and
 B2 the least, in four times as many seeds. `friction`: stated a half and one and a half of what it
@@ -71,7 +71,7 @@ SOON = 0.3  # [s]
 # Told diameter less the true one [m].
 OFF = (2e-6, -2e-6, 1e-5, -1e-5)
 LEARNT = 0.05
-COUNTS = {"innovations_too_large": "i", "forces_out_of_balance": "b"}
+COUNTS = {"innovations_too_large": "i", "forces_out_of_balance": "b", "step_doubted": "d"}
 
 
 def with_scene(truth, **values):

@@ -22,6 +22,7 @@ _COUNTED = {
     Prediction.FAILED: "step_without_solution",
     Prediction.LIMITED: "step_limited",
     Prediction.SLOW: "step_without_direction",
+    Prediction.DOUBTED: "step_doubted",
     Prediction.RUNAWAY: "step_runs_away",
 }
 

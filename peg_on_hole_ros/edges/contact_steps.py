@@ -12,7 +12,7 @@ _UNSOLVED = ("step_without_solution", "step_runs_away")
 _LIMITED = "step_limited"
 # No usual sensor sends more [Hz].
 _MOST_RATE = 10_000.0
-_BRIDGED = (*NO_STEP, Prediction.SLOW, Prediction.RUNAWAY)
+_BRIDGED = (*NO_STEP, Prediction.SLOW, Prediction.DOUBTED, Prediction.RUNAWAY)
 
 
 class ContactSteps:

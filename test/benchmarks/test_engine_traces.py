@@ -32,8 +32,17 @@ def test_reactions_of_a_held_peg_and_their_bounds(name, noise):
 
 def test_reactions_of_a_driven_peg_and_their_bounds():
     # It carries little: 0.2 N of noise is 3 % of its reactions, so that the bounds are looked at
-    # with noise and the errors without; those of the engine are some 2 % of the least.
+    # with noise and the errors without; those of the engine are some 2 % of the least. Where
+    # steps are doubted, since its contacts give, some reactions are not determined.
     noisy, plain = (score("driven_slide", SEEDS if noise else [0], noise) for noise in (1, 0))
-    assert (noisy["coverage"] > COVERAGE).all() and noisy["determined"] > 0.98, noisy
+    assert (noisy["coverage"] > COVERAGE).all() and noisy["determined"] > 0.95, noisy
     assert (plain["relative"] < [0.02, 0.025, 0.02]).all(), plain
     assert (plain["coverage"] > COVERAGE).all() and (plain["stated"] < 0.05).all(), plain
+
+
+def test_reactions_of_a_peg_that_comes_to_slip_slowly_are_stated_wide_enough():
+    """Without a doubt about steps that do not fit they were covered in 65 %, 12 to 14 % off."""
+    noisy, plain = (score("driven_slip", SEEDS if noise else [0], noise) for noise in (1, 0))
+    assert (noisy["coverage"] > COVERAGE).all() and noisy["determined"] > 0.85, noisy
+    # Four times what is promised of a slip that is told; with noise up to 10 %.
+    assert (plain["relative"] < 0.08).all() and (plain["coverage"] > COVERAGE).all(), plain

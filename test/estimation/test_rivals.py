@@ -164,7 +164,7 @@ class Foretelling:
     def __init__(self, friction=(0.2, 0.01)):
         self.friction, self.stated_friction = friction, (0.2, 0.05)
         self.friction_is_open, self.learns_clearance = True, False
-        self.nis, self.root, self.found = 3.0, 1.0, None
+        self.nis, self.root, self.found, self.trusted = 3.0, 1.0, None, 0
         self.result, self.steps = Correction.USED, Prediction.CONTACT
 
     def estimate(self):
@@ -184,6 +184,9 @@ class Foretelling:
 
     def reactions(self):
         return self.found
+
+    def trust_steps(self):
+        self.trusted += 1
 
     def last_innovation(self):
         return [0.0] * 3, [self.root, 0, 0, 0, self.root, 0, 0, 0, self.root]
@@ -238,6 +241,20 @@ def test_what_leaves_no_step_may_lose_and_not_win(result):
     # Nor has it gained by that once there is a step again.
     low.steps, own.nis = Prediction.CONTACT, 3.0
     assert not corrected(found, own)
+
+
+def test_while_friction_may_be_another_no_step_is_doubted():
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    corrected(found, own)
+    assert own.trusted == low.trusted == high.trusted == 1
+    for _ in range(10):
+        own.nis, low.nis, high.nis = 3.0, 20.0, 20.0
+        corrected(found, own)
+    asked = own.trusted
+    assert found.count == 0
+    corrected(found, own)
+    assert own.trusted == asked
 
 
 def test_an_estimate_that_is_bridged_gains_and_loses_nothing():

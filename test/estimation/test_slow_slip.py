@@ -17,7 +17,6 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
     ADAPTATION,
     GROWS,
     LEANING,
-    LEANT_OVER,
     MOST_RATE_NOISE,
     MOST_SURPRISE,
     TILT_WALK,
@@ -26,6 +25,7 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
 )
 from peg_on_hole_ros.estimation.kernel.direction import slip_without_kink
 from peg_on_hole_ros.estimation.kernel.friction_doubt import FORGET_FRICTION, LEARNT_WRONG
+from peg_on_hole_ros.estimation.kernel.lean import LEANT_OVER
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, WORK, part
 from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED

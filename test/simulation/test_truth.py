@@ -201,3 +201,17 @@ def test_picture_has_every_part():
     data = png(fig)
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", data[16:24]) == (1210, 1320)
+
+
+def test_reactions_that_are_not_determined_have_bounds_and_no_line():
+    series = Series()
+    rows = [(1.0, 2.0), (0.0, 2.0), (0.0, 0.0), (1.0, 0.0)]
+    for k, (determined, spread) in enumerate(rows):
+        series.row(
+            k * S, np.full(6, 5.0), np.full(6, spread), {"reactions_determined": determined}
+        )
+    # At the second, forces say little; at the third, no contact carries anything.
+    shown = figure(series, "a title", SCENE.gamma0).axes[2]
+    for line in shown.lines:
+        assert np.isnan(line.get_ydata()).tolist() == [False, True, False, False]
+    assert len(shown.collections) == 3

@@ -42,7 +42,7 @@ def figure(series: Series, title: str, gamma0: float, truth: Truth | None = None
     fig.suptitle(title)
     _gamma(axes[0], t, values, stddev, gamma0)
     _turns(axes[1], t, values, stddev)
-    _reactions(axes[2], t, values, stddev)
+    _reactions(axes[2], t, values, stddev, monitor)
     if truth is not None:
         _draw_truth(axes, truth, start)
     _modes(axes[3], series, start, truth)
@@ -59,11 +59,11 @@ def png(fig: Figure) -> bytes:
     return stream.getvalue()
 
 
-def _band(axis, t, values, stddev, i, color):
+def _band(axis, t, values, stddev, i, color, sure=True):
     label = COLUMNS[i] if i < 3 else f"N_{COLUMNS[i]}"
     value, bound = values[:, i], BOUND * stddev[:, i]
     axis.fill_between(t, value - bound, value + bound, color=color, alpha=0.25, linewidth=0)
-    axis.plot(t, value, color=color, linewidth=1.0, label=label)
+    axis.plot(t, np.where(sure, value, np.nan), color=color, linewidth=1.0, label=label)
 
 
 def _gamma(axis, t, values, stddev, gamma0):
@@ -82,13 +82,16 @@ def _turns(axis, t, values, stddev):
     axis.legend(loc="upper left", ncols=3)
 
 
-def _reactions(axis, t, values, stddev):
+def _reactions(axis, t, values, stddev, monitor):
+    # Where forces do not determine them the bounds are all that is said of them.
+    undetermined = monitor[:, MONITORED.index("reactions_determined")] == 0.0
+    sure = ~(undetermined & (stddev[:, 3:] > 0.0).any(axis=1))
     for i in (3, 4, 5):
-        _band(axis, t, values, stddev, i, COLORS[i - 3])
+        _band(axis, t, values, stddev, i, COLORS[i - 3], sure)
     # Near wedging bounds have no limit; the picture is for what is known.
     top = 1.3 * max(float(np.percentile(values[:, 3:], 99.5)), 1.0)
     axis.set_ylim(-0.1 * top, top)
-    axis.set_ylabel("normal reactions [N]\nwith 95 % bounds")
+    axis.set_ylabel("normal reactions [N]\nwith 95 % bounds;\nno line: not determined")
     axis.legend(loc="upper left", ncols=4)
 
 

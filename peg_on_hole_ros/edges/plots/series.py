@@ -6,7 +6,12 @@ from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 MOST_ROWS = 40_000  # more than a plot has pixels
-MONITORED = ("transition_probability", "jamming_risk", "three_point_validity")
+MONITORED = (
+    "transition_probability",
+    "jamming_risk",
+    "three_point_validity",
+    "reactions_determined",
+)
 COLUMNS = (*ANGLES, *CONTACTS)
 
 
@@ -65,7 +70,7 @@ class Series:
         t_ns : ndarray of int64, shape (n,)
         values, stddev : ndarray, shape (n, 6)
             In the order of COLUMNS.
-        monitor : ndarray, shape (n, 3)
+        monitor : ndarray, shape (n, 4)
             In the order of MONITORED; NaN where a value does not exist, which a plot leaves out.
 
         """

@@ -25,6 +25,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     regained_by_surprise,
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
+from peg_on_hole_ros.estimation.kernel.lean import follow_steps
 from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
 from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
@@ -38,6 +39,7 @@ NEARLY_ALL = 0.9
 # Steps that are not to be relied on, though there may be one.
 _BRIDGED = {
     prediction.SLOW_SLIP: Prediction.SLOW,
+    prediction.DOUBTED: Prediction.DOUBTED,
     prediction.RUNS_AWAY: Prediction.RUNAWAY,
 }
 
@@ -250,6 +252,7 @@ class ContactFilter(Estimate):
         nis = self.innovation(q)
         if self._bridged.item():
             adapt_rate_noise(self._memory, nis)
+        follow_steps(self._memory, nis, self._since_correction.item())
         result = self._gate.judge(self, q, nis)
         if result is Correction.RESET:
             self.start(q, R)
@@ -277,6 +280,10 @@ class ContactFilter(Estimate):
     def innovation(self, q) -> float:
         """Fill the memory with the innovation of an orientation; return it squared, normalised."""
         return correction.innovation(self._memory, q)
+
+    def trust_steps(self):
+        """Forget how the innovations of steps leaned."""
+        self._steps_lean[:] = self._doubt[:] = 0.0
 
     def widen(self, factor: float):
         """Let the rates' covariance grow by a factor of it, as after a motion not predicted."""

@@ -74,6 +74,8 @@ class Estimate:
         self._held_back = part(self._memory, "HELD_BACK")
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
+        self._steps_lean = part(self._memory, "STEPS_LEAN")
+        self._doubt = part(self._memory, "DOUBT")
         self._without_step = part(self._memory, "WITHOUT_STEP")
         self._unbalance = part(self._memory, "UNBALANCE")
         self._ramp = part(self._memory, "RAMP")

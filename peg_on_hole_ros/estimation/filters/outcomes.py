@@ -18,6 +18,7 @@ class Prediction(Enum):
 
     CONTACT = "three-point contact dynamics"
     SLOW = "constant rates: no slip is told from none, and friction has no direction"
+    DOUBTED = "constant rates: innovations of steps lean one way, and some contact slips slowly"
     RUNAWAY = "constant rates: in a rigid world the motion would run away, and the peg is held"
     HELD = "constant rates: the model that is in use leaves inertia out"
     FREE = "constant rates: no contact model is in force"

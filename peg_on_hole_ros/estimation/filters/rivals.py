@@ -143,6 +143,9 @@ class Rivals:
                 continue
             gain = _likelihood(rival.filter, its) - _likelihood(kalman, nis)
             rival.ahead += gain if rival.stepped else min(gain, 0.0)
+        for one in (kalman, *(rival.filter for rival in self._all)):
+            # As long as friction may be another one, it is friction that makes innovations lean.
+            one.trust_steps()
         replaced = self._replace(kalman)
         value, spread = kalman.friction
         known = _learnt(kalman)

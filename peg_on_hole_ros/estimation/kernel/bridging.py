@@ -1,10 +1,10 @@
 """Prediction where no step is to be relied on: constant rates, which follow innovations."""
 
-from math import exp, isfinite, log, sqrt
+from math import exp, log
 
 from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel.carry import add_walk
-from peg_on_hole_ros.estimation.kernel.correction import white_innovation
+from peg_on_hole_ros.estimation.kernel.lean import MOST_SURPRISE, follow_lean, lean
 from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
     LEAN,
@@ -26,10 +26,6 @@ ADAPTATION = 0.1
 # How fast it follows their mean, squared: rates that change make innovations lean one way long
 # before any one of them surprises.
 LEANING = 0.05
-# That mean is over so many of them.
-LEANT_OVER = 10.0
-# One innovation squared counts as this much at most, over its expectation.
-MOST_SURPRISE = 5.0
 # Rates of up to so much [rad/s] walk by what is configured at least; faster ones change by more
 # within a time. A walk that lets a steady change of the rates lag by no more than what is stated
 # of them grows with the 4/5 power of that change.
@@ -123,16 +119,9 @@ def adapt_rate_noise(m, nis):
     """
     # One that is no number surprises most, and the random walk stays one.
     surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
-    if isfinite(nis):
-        w0, w1, w2 = white_innovation(m)
-        # One far off counts as one that surprises most.
-        limit = sqrt(min(1.0, 3.0 * MOST_SURPRISE / max(nis, 1e-300)))
-        m[LEAN] += (limit * w0 - m[LEAN]) / LEANT_OVER
-        m[LEAN + 1] += (limit * w1 - m[LEAN + 1]) / LEANT_OVER
-        m[LEAN + 2] += (limit * w2 - m[LEAN + 2]) / LEANT_OVER
-    square = m[LEAN] * m[LEAN] + m[LEAN + 1] * m[LEAN + 1] + m[LEAN + 2] * m[LEAN + 2]
-    lean = min(square * (2.0 * LEANT_OVER - 1.0) / 3.0, MOST_SURPRISE)
-    grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (lean - 1.0))
+    follow_lean(m, LEAN, nis)
+    leant = min(lean(m, LEAN), MOST_SURPRISE)
+    grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (leant - 1.0))
     faster = 0.0
     for i in range(3):
         # Less what noise makes of it in the mean.

@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
     bridge_without_step,
 )
 from peg_on_hole_ros.estimation.kernel.correction import correct
+from peg_on_hole_ros.estimation.kernel.lean import follow_steps
 from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
     INTERVAL,
@@ -16,7 +17,12 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     WITHOUT_STEP,
 )
 from peg_on_hole_ros.estimation.kernel.parameters import learns_geometry_or_bias
-from peg_on_hole_ros.estimation.kernel.prediction import RUNS_AWAY, SLOW_SLIP, predict_contact
+from peg_on_hole_ros.estimation.kernel.prediction import (
+    DOUBTED,
+    RUNS_AWAY,
+    SLOW_SLIP,
+    predict_contact,
+)
 from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -38,9 +44,10 @@ def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
 
     """
     # A slip that is not told from none is harder to tell the next time.
-    m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
+    unsure = status in (SLOW_SLIP, DOUBTED)
+    m[SLOW] = 1.0 if unsure else 0.0
     m[BRIDGED] = 0.0
-    if status != CONVERGED and status != SLOW_SLIP and status != RUNS_AWAY:
+    if status != CONVERGED and not unsure and status != RUNS_AWAY:
         bridge_without_step(m, slopes, dt, free_rate_noise)
         return
     m[WITHOUT_STEP] = 0.0
@@ -80,6 +87,7 @@ def correct_and_follow(m, nis, dt):
     """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
     if m[BRIDGED] > 0.0:
         adapt_rate_noise(m, nis)
+    follow_steps(m, nis, dt)
     m[INTERVAL] = dt
     correct(m)
     follow_motion(m, dt)

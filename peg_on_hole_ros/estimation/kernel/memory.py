@@ -56,7 +56,9 @@ _SIZES = {
     # Random walk of the rates where they are bridged [rad/s^1.5] (adapt_rate_noise,
     # bridge_without_step).
     "RATE_NOISE": 1,
-    "LEAN": 3,  # mean of the white innovations of late (adapt_rate_noise)
+    "LEAN": 3,  # mean of the white innovations of late, bridged (adapt_rate_noise)
+    "STEPS_LEAN": 3,  # and of steps (follow_steps)
+    "DOUBT": 1,  # 1: they lean too far (follow_steps)
     # By which balance told of friction in the interval before (learn_from_balance).
     "TOLD_GAIN": 3,
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
@@ -128,8 +130,8 @@ CLEARED = Cleared(
     start=(
         "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "SLOW", "BRIDGED", "WITHOUT_STEP",
         "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES",
-        "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "TOLD_GAIN",
-        "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT",
+        "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "STEPS_LEAN",
+        "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT",
     ),
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
     forget=("SCENE", "SPREAD", "CROSS", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS"),
@@ -167,6 +169,8 @@ OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
 ACROSS, BEGIN = _AT["ACROSS"], _AT["BEGIN"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
+STEPS_LEAN = _AT["STEPS_LEAN"]
+DOUBT = _AT["DOUBT"]
 MEAN_RATES, RATES_WEIGHT, AT_MEAN = (
     _AT[name] for name in ("MEAN_RATES", "RATES_WEIGHT", "AT_MEAN")
 )

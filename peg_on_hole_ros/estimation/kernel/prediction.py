@@ -7,6 +7,7 @@ from peg_on_hole_ros.estimation.kernel.held_wrench import (
     ramps,
     wrench_of_piece,
 )
+from peg_on_hole_ros.estimation.kernel.lean import doubted
 from peg_on_hole_ros.estimation.kernel.memory import (
     AT_MEAN,
     CREEP,
@@ -78,6 +79,7 @@ HIDDEN = 0.3
 SLOW_SLIP = INACCURATE + 1
 LIMITED = SLOW_SLIP + 1
 RUNS_AWAY = LIMITED + 1
+DOUBTED = RUNS_AWAY + 1
 
 
 # The joint covariance Z is that of the state (6) and of the noise of the wrench that is held (6):
@@ -106,8 +108,8 @@ def predict_contact(m, dy, slopes, dt):
     -------
     status : int
         CONVERGED; or with state and covariance untouched FAILED, SLOW_SLIP where a slip is not
-        told from none, RUNS_AWAY where no prediction is to be relied on, LIMITED where the
-        evaluations that are allowed were spent before.
+        told from none, DOUBTED where innovations of steps lean, RUNS_AWAY where no prediction is
+        to be relied on, LIMITED where the evaluations that are allowed were spent before.
     evaluations : int
         Of the six equations.
     pieces : int
@@ -136,6 +138,9 @@ def predict_contact(m, dy, slopes, dt):
     if m[SLOW] > 0.0:
         within *= RESUME_SOON if constants else RESUME
     lately = min(dt / SELECTED_OVER, 1.0)
+    if doubted(m):
+        _note_step(m, 1.0, lately)
+        return DOUBTED, 0, 0
     if slow_slip(m, within):
         _note_step(m, 1.0, lately)
         return SLOW_SLIP, 0, 0

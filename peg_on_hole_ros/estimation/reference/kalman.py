@@ -10,14 +10,13 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
     ADAPTATION,
     GROWS,
     LEANING,
-    LEANT_OVER,
     MOST_RATE_NOISE,
-    MOST_SURPRISE,
     ONE_WRENCH,
     SLOW_RATES,
     TILT_WALK,
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import AT_ANY_TIME, JUMP_LIMIT
+from peg_on_hole_ros.estimation.kernel.lean import LEANT_OVER, MOST_SURPRISE
 from peg_on_hole_ros.estimation.kernel.parameters import (
     learning_share,
     learnt_variance,
