@@ -44,10 +44,11 @@ def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
 
     """
     # A slip that is not told from none is harder to tell the next time.
-    unsure = status in (SLOW_SLIP, DOUBTED)
-    m[SLOW] = 1.0 if unsure else 0.0
+    m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
+    if status == DOUBTED:
+        m[SLOW] = 1.0
     m[BRIDGED] = 0.0
-    if status != CONVERGED and not unsure and status != RUNS_AWAY:
+    if status != CONVERGED and m[SLOW] == 0.0 and status != RUNS_AWAY:
         bridge_without_step(m, slopes, dt, free_rate_noise)
         return
     m[WITHOUT_STEP] = 0.0
