@@ -149,7 +149,7 @@ def test_sigterm_leaves_no_half_written_file(tmp_path):
     )
     try:
         part = tmp_path / "out.mcap.part"
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not part.exists() and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.01)
         assert part.exists()
