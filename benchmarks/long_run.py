@@ -22,11 +22,13 @@ import numpy as np
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.kernel import correction
-from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
-from peg_on_hole_ros.estimation.kernel.bridging import adapt_rate_noise
-from peg_on_hole_ros.estimation.kernel.cycle import predict_or_bridge
+from peg_on_hole_ros.estimation.kernel.cycle import (
+    follow_innovation,
+    follow_motion,
+    predict_or_bridge,
+)
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.kernel.memory import BRIDGED, CROSS, INTERVAL, SPREAD, R, X, Z
+from peg_on_hole_ros.estimation.kernel.memory import CROSS, INTERVAL, SPREAD, R, X, Z
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
 from side_by_side import bag_steps, filters
@@ -98,8 +100,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
         for i in range(9):
             m[R + i] = covariances[k, i]
         nis = correction.innovation(m, angles[k])
-        if m[BRIDGED] > 0.0:
-            adapt_rate_noise(m, nis)
+        follow_innovation(m, nis, dt)
         if not nis < inf:
             not_finite += 1
             nis = inf
@@ -109,7 +110,7 @@ def _run(m, dy, slopes, dt, wrenches, angles, covariances, noises, thresholds, s
         if nis <= thresholds[1]:
             m[INTERVAL] = dt
             correction.correct(m)
-            follow_acceleration(m, dt)
+            follow_motion(m, dt)
         else:
             restarts += 1
             for i in range(3):

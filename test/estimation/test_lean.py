@@ -6,15 +6,15 @@ import pytest
 from engine_traces import trace
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.kernel.lean import (
-    DOUBTED,
+    DOUBTED_ABOVE,
     FORGOTTEN_OVER,
-    FRICTION_KNOWN,
     LEANT_OVER,
     MOST_SURPRISE,
-    TRUSTED,
+    TRUSTED_BELOW,
     follow_steps,
 )
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, STEPS_LEAN, part
+from peg_on_hole_ros.estimation.kernel.parameters import HARDLY_KNOWN
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
@@ -61,7 +61,7 @@ def test_white_innovations_lean_nowhere(memory):
         sizes.append(size(memory))
     # One in 20 of them is independent: 2000, of a mean of 1 and a variance of 2/3.
     assert np.mean(sizes[100:]) == pytest.approx(1.0, abs=4 * np.sqrt(2 / 3 / 2000))
-    assert np.mean(np.array(sizes) > DOUBTED) < 0.002
+    assert np.mean(np.array(sizes) > DOUBTED_ABOVE) < 0.002
 
 
 def test_what_leans_by_a_deviation_is_doubted_and_tried_again_later(memory):
@@ -73,7 +73,7 @@ def test_what_leans_by_a_deviation_is_doubted_and_tried_again_later(memory):
     assert size(memory) == pytest.approx(2.0 * 19 / 3, rel=0.02)
     # While nothing slides in a step innovations tell of no step, and the lean is forgotten.
     part(memory, "SLIDING")[0] = 0.0
-    lasts = FORGOTTEN_OVER * 0.5 * np.log(size(memory) / TRUSTED)
+    lasts = FORGOTTEN_OVER * 0.5 * np.log(size(memory) / TRUSTED_BELOW)
     follow(memory, white[:1], 0.98 * lasts)
     assert part(memory, "DOUBT")[0] == 1.0
     follow(memory, white[:1], 0.04 * lasts)
@@ -83,14 +83,14 @@ def test_what_leans_by_a_deviation_is_doubted_and_tried_again_later(memory):
 def test_one_outlier_is_no_lean_and_one_that_is_no_number_is_none(memory):
     follow(memory, [np.array([1e6, 0.0, 0.0])])
     most = 3.0 * MOST_SURPRISE / LEANT_OVER**2
-    assert size(memory) == pytest.approx(most * 19 / 3) and size(memory) < TRUSTED
+    assert size(memory) == pytest.approx(most * 19 / 3) and size(memory) < TRUSTED_BELOW
     before = memory[STEPS_LEAN : STEPS_LEAN + 3].copy()
     follow(memory, [np.full(3, np.nan)])
     assert (memory[STEPS_LEAN : STEPS_LEAN + 3] == before).all()
 
 
 def test_a_doubt_is_about_slow_slips_where_friction_is_known():
-    known = 0.9 * FRICTION_KNOWN * SCENE.friction
+    known = 0.9 * HARDLY_KNOWN * SCENE.friction
     assert doubting(UNSURE).predict(1e-3, True) is Prediction.DOUBTED
     assert doubting(UNSURE, known).predict(1e-3, True) is Prediction.DOUBTED
     assert doubting(SURE).predict(1e-3, True) is Prediction.CONTACT

@@ -11,11 +11,12 @@ from peg_on_hole_ros.estimation.filters.model import Model, predict_at_constant_
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.kernel import correction, prediction
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
-from peg_on_hole_ros.estimation.kernel.bridging import (
-    adapt_rate_noise,
-    walk_density,
+from peg_on_hole_ros.estimation.kernel.bridging import walk_density
+from peg_on_hole_ros.estimation.kernel.cycle import (
+    bridge_unless_stepped,
+    follow_innovation,
+    follow_motion,
 )
-from peg_on_hole_ros.estimation.kernel.cycle import bridge_unless_stepped, follow_motion
 from peg_on_hole_ros.estimation.kernel.description import Description, description
 from peg_on_hole_ros.estimation.kernel.forces import rim_load
 from peg_on_hole_ros.estimation.kernel.friction_doubt import (
@@ -25,7 +26,6 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     regained_by_surprise,
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.kernel.lean import follow_steps
 from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
 from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
@@ -250,9 +250,7 @@ class ContactFilter(Estimate):
         """
         self._R[:] = R
         nis = self.innovation(q)
-        if self._bridged.item():
-            adapt_rate_noise(self._memory, nis)
-        follow_steps(self._memory, nis, self._since_correction.item())
+        follow_innovation(self._memory, nis, self._since_correction.item())
         result = self._gate.judge(self, q, nis)
         if result is Correction.RESET:
             self.start(q, R)

@@ -84,11 +84,17 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
 
 
 @compiled
-def correct_and_follow(m, nis, dt):
-    """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
+def follow_innovation(m, nis, dt):
+    """Follow what the innovation in the memory, nis its square, tells of predictions; dt [s]."""
     if m[BRIDGED] > 0.0:
         adapt_rate_noise(m, nis)
     follow_steps(m, nis, dt)
+
+
+@compiled
+def correct_and_follow(m, nis, dt):
+    """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
+    follow_innovation(m, nis, dt)
     m[INTERVAL] = dt
     correct(m)
     follow_motion(m, dt)

@@ -7,11 +7,13 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     DOUBT,
     SLIDING,
     SPEEDS,
-    SPREAD,
     STEPS_LEAN,
     process_of,
 )
-from peg_on_hole_ros.estimation.kernel.parameters import learns_geometry_or_bias
+from peg_on_hole_ros.estimation.kernel.parameters import (
+    friction_hardly_known,
+    learns_geometry_or_bias,
+)
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
 
 # A mean is over so many innovations.
@@ -20,13 +22,11 @@ LEANT_OVER = 10.0
 MOST_SURPRISE = 5.0
 # Steps whose innovations lean by so much more than white ones do are doubted, and white ones come
 # to that once in a thousand means; until no more is left of it than white ones have.
-DOUBTED, TRUSTED = 5.5, 1.0
+DOUBTED_ABOVE, TRUSTED_BELOW = 5.5, 1.0
 # While no step is believed it is forgotten over this time [s]: then steps are tried again.
 FORGOTTEN_OVER = 0.2
-# A doubt is about slips so many times as far from none as those that are not told; what is known
-# of friction has to be better than this share of it, since until then friction makes them lean.
+# A doubt is about slips so many times as far from none as those that are not told.
 FARTHER = 3.0
-FRICTION_KNOWN = 0.05
 
 
 @inlined
@@ -75,9 +75,9 @@ def follow_steps(m, nis, dt):
         for i in range(3):
             m[STEPS_LEAN + i] *= left
     size = lean(m, STEPS_LEAN)
-    if size > DOUBTED:
+    if size > DOUBTED_ABOVE:
         m[DOUBT] = 1.0
-    elif size < TRUSTED:
+    elif size < TRUSTED_BELOW:
         m[DOUBT] = 0.0
 
 
@@ -86,8 +86,8 @@ def doubted(m):
     """Return whether a step is doubted: its kind leans, and some contact slips slowly."""
     if m[DOUBT] == 0.0 or learns_geometry_or_bias(m):
         return False
-    known = FRICTION_KNOWN * scene_of(m).f
-    if m[SPREAD] > known * known:
+    # Until it is known, friction itself makes innovations lean.
+    if friction_hardly_known(m, scene_of(m).f):
         return False
     within = FARTHER * process_of(m).slow_slip
     for i in range(3):

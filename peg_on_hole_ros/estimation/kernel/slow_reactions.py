@@ -20,7 +20,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     fill_lasting,
     times_covariance,
 )
-from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
+from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, friction_hardly_known
 from peg_on_hole_ros.estimation.kernel.slow_friction import WAYS, unknown_friction
 from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT, weigh_accelerations
 from peg_on_hole_ros.mechanics.kernel import (
@@ -41,9 +41,8 @@ LEAST_LOAD = 0.2
 # the covariance alone. The three directions are mostly turned together, as the slopes by the rates
 # have it: with all of it in the gain a peg at rest is told worse, with none a slow closing.
 WEIGHED = 0.2
-# What friction makes of reactions is taken over so many standard deviations of it, where one is
-# more than this share of it.
-LOWER, HARDLY_KNOWN = 2.0, 0.05
+# What a friction that is hardly known makes of reactions is taken over so many deviations of it.
+LOWER = 2.0
 
 
 @compiled
@@ -72,10 +71,9 @@ def balance_reactions(p, m, dy, acceleration_stddev):
         As for `reactions.react`; dy is changed.
 
     """
-    stddev, low = sqrt(max(m[SPREAD], 0.0)), POINTS + 12
-    hardly = stddev > HARDLY_KNOWN * p.f
+    low, hardly = POINTS + 12, friction_hardly_known(m, p.f)
     if hardly:
-        lower = max(p.f - LOWER * stddev, LEAST_FRICTION)
+        lower = max(p.f - LOWER * sqrt(m[SPREAD]), LEAST_FRICTION)
         _balance(with_friction(p, lower), m, dy, acceleration_stddev)
         for i in range(6):
             m[low + i] = m[POINTS + i]
