@@ -38,7 +38,7 @@ from peg_on_hole_ros.estimation.kernel.slip import (
     slip_all_ways,
     turned_scales,
 )
-from peg_on_hole_ros.estimation.kernel.slow_friction import UNSURE, unknown_friction
+from peg_on_hole_ros.estimation.kernel.slow_friction import UNSURE, answers_to_friction
 from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
@@ -302,11 +302,11 @@ def test_what_a_turned_slip_leaves_unknown_of_friction_is_in_the_reactions(memor
     work, dy = memory[WORK:], np.zeros((6, WIDTH))
     x, u, y = (part(memory, name)[:6] for name in ("X", "U", "Y"))
     accelerate_with_derivatives(p, part(memory, "SCALES"), x, u, work, y, dy)
-    columns = part(memory, "FRICTION", (3, 4, 6))[:, 3]
-    unknown_friction(p, memory)
+    columns = part(memory, "PER_NEWTON", (3, 4, 6))[:, 3]
+    answers_to_friction(p, memory)
     turned = np.linalg.norm(columns, axis=1)
     part(memory, "ACROSS")[:] = 1e3
-    unknown_friction(p, memory)
+    answers_to_friction(p, memory)
     share = turned / np.linalg.norm(columns, axis=1)
     g = contact_geometry(Scene(), x[0])
     rng = np.random.default_rng(4)

@@ -90,7 +90,10 @@ _SIZES = {
     # what is found, what it is found from, and what a lower friction makes of it, (3, 6).
     "POINTS": 42,
     "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
-    "FRICTION": 72,  # what unknown friction makes of Y, see `slow_friction`, (12, 6)
+    # What unknown friction makes of Y, see `slow_friction`, (12, 6), and for each newton of the
+    # reaction that it is with.
+    "FRICTION": 72,
+    "PER_NEWTON": 72,
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
     "STAGE": 192,  # of a step of two stages or of second derivatives, see steps.choice
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
@@ -166,7 +169,7 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
-ACROSS, BEGIN = _AT["ACROSS"], _AT["BEGIN"]
+ACROSS, BEGIN, PER_NEWTON = _AT["ACROSS"], _AT["BEGIN"], _AT["PER_NEWTON"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 STEPS_LEAN = _AT["STEPS_LEAN"]

@@ -5,6 +5,7 @@ from math import erf, sqrt
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACROSS,
     FRICTION,
+    PER_NEWTON,
     SPEEDS,
     SPREAD,
     WORK,
@@ -31,15 +32,15 @@ WAYS = 12
 
 
 @compiled
-def unknown_friction(p, m):
+def answers_to_friction(p, m):
     """
-    Fill FRICTION with what friction of unknown direction makes of accelerations and reactions.
+    Fill PER_NEWTON with what friction of unknown direction makes of accelerations and reactions.
 
     Each contact's friction is taken as free in the plane of the contact, about its mean and apart
     from the others'. The direction of a slip v that is normal with standard deviation sigma has
     the mean erf(v / (sqrt(2) sigma)), and its variance is what this leaves of a unit vector.
-    TURNING of that is taken along each axis, times the reaction and the friction coefficient (its
-    root mean square where it is not known).
+    TURNING of that is taken along each axis, times the friction coefficient (its root mean square
+    where it is not known), for one newton of the reaction.
 
     A slip that may be off by sideways, by a normal angle of standard deviation s, leaves
     UNSURE s^2 of friction along it unknown as well. What it makes of friction's mean is in the
@@ -49,8 +50,7 @@ def unknown_friction(p, m):
     ----------
     p : SceneScalars
     m : ndarray
-        Memory, with reactions at Y, the factored equations at WORK and the variance across the
-        slips at ACROSS.
+        Memory, with the factored equations at WORK and the variance across the slips at ACROSS.
 
     """
     slip(p, m, m[X])
@@ -63,8 +63,7 @@ def unknown_friction(p, m):
         speed = m[SPEEDS + 2 * n]
         # At rest no direction has a variance: nothing is known of friction then.
         mean = erf(speed / sqrt(2.0 * m[SPEEDS + 2 * n + 1] + 1e-300))
-        force = friction * max(m[Y + 3 + n], 0.0)
-        size = force * sqrt(TURNING * (1.0 - mean * mean))
+        size = friction * sqrt(TURNING * (1.0 - mean * mean))
         side = 0.0 if n == 0 else (b if n == 1 else -b)
         n_h = c if n == 0 else -S1 * over
         n_e = side * over
@@ -77,7 +76,7 @@ def unknown_friction(p, m):
             f_z = size * ((1.0 if axis == 2 else 0.0) - along * n_z)
             _answer(p, geo, m, work, n, 4 * n + axis, f_h, f_e, f_z)
         turned = min(UNSURE * m[ACROSS + n] / (speed * speed + 1e-300), 1.0)
-        size = force * mean * turned / (speed + 1e-300)
+        size = friction * mean * turned / (speed + 1e-300)
         v_h, v_e, v_z = velocity(jacobian(p, geo, n), m[X + 3], m[X + 4], m[X + 5])
         _answer(p, geo, m, work, n, 4 * n + 3, size * v_h, size * v_e, size * v_z)
 
@@ -85,6 +84,15 @@ def unknown_friction(p, m):
 @inlined
 def _answer(p, geo, m, work, n, way, f_h, f_e, f_z):
     y = answer_to_contact_force(p, geo, work, n, f_h, f_e, f_z)
-    at = FRICTION + 6 * way
+    at = PER_NEWTON + 6 * way
     for i in range(6):
         m[at + i] = y[i]
+
+
+@inlined
+def unknown_friction(m):
+    """Fill FRICTION with what unknown friction makes of Y at the reactions there."""
+    for way in range(WAYS):
+        normal = max(m[Y + 3 + way // 4], 0.0)
+        for i in range(6):
+            m[FRICTION + 6 * way + i] = normal * m[PER_NEWTON + 6 * way + i]

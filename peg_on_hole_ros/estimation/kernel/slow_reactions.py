@@ -21,8 +21,16 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     times_covariance,
 )
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, friction_hardly_known
-from peg_on_hole_ros.estimation.kernel.slow_friction import WAYS, unknown_friction
-from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT, weigh_accelerations
+from peg_on_hole_ros.estimation.kernel.slow_friction import (
+    WAYS,
+    answers_to_friction,
+    unknown_friction,
+)
+from peg_on_hole_ros.estimation.kernel.weighing import (
+    SURPRISE_LIMIT,
+    weigh_accelerations,
+    weigh_loads,
+)
 from peg_on_hole_ros.mechanics.kernel import (
     accelerate,
     compiled,
@@ -37,6 +45,9 @@ from peg_on_hole_ros.mechanics.kernel import (
 PASSES = 3
 UPPER = 0.5
 LEAST_LOAD = 0.2
+# Before any balance reactions are this share of those that carry the load and hold it by friction,
+# within all of them.
+CARRIED = 0.2
 # Share of what is not known of friction's direction by which the gain is weighed; the rest is in
 # the covariance alone. The three directions are mostly turned together, as the slopes by the rates
 # have it: with all of it in the gain a peg at rest is told worse, with none a slow closing.
@@ -95,11 +106,13 @@ def _balance(p, m, dy, acceleration_stddev):
     accelerate(p, scales, x, u, work, answer)
     force, couple = rim_load(m)
     load = force + 2.0 * couple / p.d
+    holding = load * (1.0 + 1.0 / p.f)
     for i in range(3):
         y[i], y[3 + i] = m[ACCELERATION + i], load
+    answers_to_friction(p, m)
     for _ in range(PASSES):
         slopes_of_answer(p, scales, x, u, work, y, dy)
-        unknown_friction(p, m)
+        unknown_friction(m)
         uncertain = times_covariance(m, dy, 6)
         for i in range(6):
             for j in range(i + 1):
@@ -113,6 +126,7 @@ def _balance(p, m, dy, acceleration_stddev):
             m[POINTS + i] = answer[i]
         weigh_accelerations(m, 1, WAYS, uncertain, acceleration_stddev)
         _add_unweighed(m)
+        weigh_loads(m, CARRIED * holding, holding, uncertain)
         for i in range(3):
             upper = UPPER * sqrt(max(m[REACTIONS + 7 * (3 + i)], 0.0))
             y[i] = m[POINTS + i]

@@ -39,25 +39,52 @@ def weigh_accelerations(m, points, ways, uncertain, acceleration_stddev):
         m[SURPRISE + n] = 0.0
     # One acceleration at a time: three scalar updates need no matrix inverse.
     for a in range(3):
-        at = REACTIONS + 6 * a
-        column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
-        over = 1.0 / (column[a] + acceleration_variance(m, a, acceleration_stddev, LEAST))
+        expected = m[ACCELERATION + a]
+        variance = acceleration_variance(m, a, acceleration_stddev, LEAST)
         for n in range(points):
-            acceleration = m[POINTS + 6 * n + a] - m[ACCELERATION + a]
-            m[SURPRISE + n] += acceleration * acceleration * over
-            for i in range(6):
-                m[POINTS + 6 * n + i] -= column[i] * over * acceleration
-        for n in range(2 if uncertain else 0):
-            shared = m[LASTING + 6 * n + a] * over
-            for i in range(6):
-                m[LASTING + 6 * n + i] -= column[i] * shared
-        for n in range(ways):
-            shared = m[FRICTION + 6 * n + a] * over
-            for i in range(6):
-                m[FRICTION + 6 * n + i] -= column[i] * shared
+            off = m[POINTS + 6 * n + a] - expected
+            m[SURPRISE + n] += off * off / (m[REACTIONS + 7 * a] + variance)
+        _weigh(m, a, expected, variance, points, ways, uncertain)
+
+
+@inlined
+def weigh_loads(m, expected, stddev, uncertain):
+    """
+    Correct one answer and its covariance by what the reactions may be.
+
+    Parameters
+    ----------
+    m, uncertain
+        As for `weigh_accelerations`.
+    expected, stddev : float
+        Of each reaction, apart from the others [N].
+
+    """
+    for i in range(3):
+        _weigh(m, 3 + i, expected, stddev * stddev, 1, 0, uncertain)
+
+
+@inlined
+def _weigh(m, k, expected, variance, points, ways, uncertain):
+    """Correct all by what one of Y is expected to be, within a variance."""
+    at = REACTIONS + 6 * k
+    column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
+    over = 1.0 / (m[at + k] + variance)
+    for n in range(points):
+        off = m[POINTS + 6 * n + k] - expected
         for i in range(6):
-            weight = column[i] * over
-            for j in range(i + 1):
-                value = m[REACTIONS + 6 * i + j] - weight * column[j]
-                m[REACTIONS + 6 * i + j] = value
-                m[REACTIONS + 6 * j + i] = value
+            m[POINTS + 6 * n + i] -= column[i] * over * off
+    for n in range(2 if uncertain else 0):
+        shared = m[LASTING + 6 * n + k] * over
+        for i in range(6):
+            m[LASTING + 6 * n + i] -= column[i] * shared
+    for n in range(ways):
+        shared = m[FRICTION + 6 * n + k] * over
+        for i in range(6):
+            m[FRICTION + 6 * n + i] -= column[i] * shared
+    for i in range(6):
+        weight = column[i] * over
+        for j in range(i + 1):
+            value = m[REACTIONS + 6 * i + j] - weight * column[j]
+            m[REACTIONS + 6 * i + j] = value
+            m[REACTIONS + 6 * j + i] = value

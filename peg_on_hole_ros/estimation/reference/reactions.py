@@ -8,6 +8,7 @@ from peg_on_hole_ros.estimation.kernel.acceleration import LEAST
 from peg_on_hole_ros.estimation.kernel.parameters import HARDLY_KNOWN, LEAST_FRICTION
 from peg_on_hole_ros.estimation.kernel.slow_friction import TURNING, UNSURE
 from peg_on_hole_ros.estimation.kernel.slow_reactions import (
+    CARRIED,
     LEAST_LOAD,
     LOWER,
     PASSES,
@@ -130,6 +131,7 @@ def _balanced(kalman, friction, acceleration_stddev):
     force = full[WRENCH][:3] + peg_axes(full[:3]).T @ (scene.peg_mass * np.array(scene.gravity))
     load = np.linalg.norm(force) + 2 * np.linalg.norm(full[WRENCH][3:]) / full[DIAMETER]
     y = np.concatenate([expected, np.full(3, load)])
+    holding = load * (1 + 1 / friction)
     for _ in range(PASSES):
         dy = slopes_of_answer(scene, full, kalman.scales, y)
         columns = unknown_friction(kalman, y[3:], friction)
@@ -140,6 +142,10 @@ def _balanced(kalman, friction, acceleration_stddev):
         off = answer[:3] - expected
         mean, left = answer - gain @ off, np.eye(6) - gain @ np.eye(3, 6)
         C = left @ noise @ left.T + gain @ held @ gain.T
+        by_load = C[:, 3:] @ np.linalg.inv(C[3:, 3:] + holding**2 * np.eye(3))
+        mean = mean + by_load @ (CARRIED * holding - mean[3:])
+        kept = np.eye(6) - by_load @ np.eye(6)[3:]
+        C, left = kept @ C, kept @ left
         upper = mean[3:] + UPPER * np.sqrt(np.diag(C)[3:])
         y = np.concatenate([mean[:3], np.maximum(upper, LEAST_LOAD * load)])
     by_friction = left @ dy @ P[:, FRICTION] / np.sqrt(P[FRICTION, FRICTION] + 1e-300)
