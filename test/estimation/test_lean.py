@@ -6,15 +6,16 @@ import pytest
 from engine_traces import trace
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.kernel.lean import (
+    AS_STATED,
     DOUBTED_ABOVE,
     FORGOTTEN_OVER,
+    FRICTION_KNOWN,
     LEANT_OVER,
     MOST_SURPRISE,
     TRUSTED_BELOW,
     follow_steps,
 )
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, STEPS_LEAN, part
-from peg_on_hole_ros.estimation.kernel.parameters import HARDLY_KNOWN
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
@@ -90,12 +91,18 @@ def test_one_outlier_is_no_lean_and_one_that_is_no_number_is_none(memory):
 
 
 def test_a_doubt_is_about_slow_slips_where_friction_is_known():
-    known = 0.9 * HARDLY_KNOWN * SCENE.friction
+    known = 0.9 * FRICTION_KNOWN * SCENE.friction
     assert doubting(UNSURE).predict(1e-3, True) is Prediction.DOUBTED
     assert doubting(UNSURE, known).predict(1e-3, True) is Prediction.DOUBTED
     assert doubting(SURE).predict(1e-3, True) is Prediction.CONTACT
-    # Until it is known, friction makes innovations lean.
+    # Until it is known, friction makes innovations lean,
     assert doubting(UNSURE, known / 0.8).predict(1e-3, True) is Prediction.CONTACT
+    # and where it is not as stated it may be farther yet.
+    for deviations, expected in ((0.9, Prediction.DOUBTED), (1.1, Prediction.CONTACT)):
+        learnt = doubting(UNSURE, known)
+        off = deviations * AS_STATED * 0.04
+        part(learnt.memory, "STATED")[:] = SCENE.friction - off, 0.04**2
+        assert learnt.predict(1e-3, True) is expected
     # So it is where every step is to be believed, and where nothing but steps tells of what is
     # learnt.
     assert doubting(UNSURE, slow_slip=0.0).predict(1e-3, True) is Prediction.CONTACT

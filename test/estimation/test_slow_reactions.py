@@ -56,9 +56,9 @@ def slow_closing(clearance, friction, noise):
 
 
 CLOSINGS = [
-    # Root mean square error of N_K that is allowed; of the six equations' answer: 197, 42, 65, 28 N
-    # in the first, second, third and last. Without what a load leads to expect the third and
-    # fourth are 18 and 46.
+    # Root mean square error of N_K that is allowed; of the six equations' answer: 197, 42, 65 N in
+    # the first three, 28 in the last. Without what a load leads to expect the third and fourth are
+    # 18 and 46.
     (2e-5, 0.2, "low", 80),
     (2e-5, 0.5, "low", 20),
     (2e-5, 0.5, "nominal", 16),

@@ -99,6 +99,7 @@ class Estimate:
         self.scene_values = part(self._memory, "SCENE")
         self.scene_values[:] = self.scalars
         self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
+        part(self._memory, "STATED")[:] = scene.friction, self._known[0]
         part(self._memory, "LEARNT")[:] = (
             options.friction == "estimated",
             options.clearance == "estimated",

@@ -7,11 +7,12 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     DOUBT,
     SLIDING,
     SPEEDS,
+    STATED,
     STEPS_LEAN,
     process_of,
 )
 from peg_on_hole_ros.estimation.kernel.parameters import (
-    friction_hardly_known,
+    friction_known_to,
     learns_geometry_or_bias,
 )
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined, scene_of
@@ -27,6 +28,9 @@ DOUBTED_ABOVE, TRUSTED_BELOW = 5.5, 1.0
 FORGOTTEN_OVER = 0.2
 # A doubt is about slips so many times as far from none as those that are not told.
 FARTHER = 3.0
+# Friction makes them lean as well, until it is known to this share of it, and where it has turned
+# out to be so many stated deviations from what was stated: it may be farther yet.
+FRICTION_KNOWN, AS_STATED = 0.03, 2.0
 
 
 @inlined
@@ -86,8 +90,9 @@ def doubted(m):
     """Return whether a step is doubted: its kind leans, and some contact slips slowly."""
     if m[DOUBT] == 0.0 or learns_geometry_or_bias(m):
         return False
-    # Until it is known, friction itself makes innovations lean.
-    if friction_hardly_known(m, scene_of(m).f):
+    off = scene_of(m).f - m[STATED]
+    as_stated = off * off <= AS_STATED * AS_STATED * m[STATED + 1]
+    if not as_stated or not friction_known_to(m, FRICTION_KNOWN):
         return False
     within = FARTHER * process_of(m).slow_slip
     for i in range(3):

@@ -59,6 +59,7 @@ _SIZES = {
     "LEAN": 3,  # mean of the white innovations of late, bridged (adapt_rate_noise)
     "STEPS_LEAN": 3,  # and of steps (follow_steps)
     "DOUBT": 1,  # 1: they lean too far (follow_steps)
+    "STATED": 2,  # friction as it was stated, and its variance
     # By which balance told of friction in the interval before (learn_from_balance).
     "TOLD_GAIN": 3,
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
@@ -173,7 +174,7 @@ ACROSS, BEGIN, PER_NEWTON = _AT["ACROSS"], _AT["BEGIN"], _AT["PER_NEWTON"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 STEPS_LEAN = _AT["STEPS_LEAN"]
-DOUBT = _AT["DOUBT"]
+DOUBT, STATED = _AT["DOUBT"], _AT["STATED"]
 MEAN_RATES, RATES_WEIGHT, AT_MEAN = (
     _AT[name] for name in ("MEAN_RATES", "RATES_WEIGHT", "AT_MEAN")
 )

@@ -23,8 +23,6 @@ from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 # What is learnt stays a peg on a hole with friction [-], [m].
 LEAST_FRICTION, MOST_FRICTION = 1e-3, 2.0
 LEAST_CLEARANCE = 1e-7
-# Friction is hardly known where a standard deviation is more than this share of it.
-HARDLY_KNOWN = 0.05
 # Friction and peg diameter lie on a ridge where either, were the other known, would be known to
 # less than this share of its variance; they are then learnt with a share of the optimal gain.
 # Chosen on pure align: with 0.5 friction at 0.5 is learnt too slowly, with 0.15 bounds fail.
@@ -44,10 +42,10 @@ TOLD_AT = 30.0
 
 
 @inlined
-def friction_hardly_known(m, friction):
-    """Return whether friction, at a coefficient, is uncertain by more than a small share of it."""
-    least = HARDLY_KNOWN * friction
-    return m[SPREAD] > least * least
+def friction_known_to(m, share):
+    """Return whether a standard deviation of friction is no more than a share of it."""
+    most = share * m[SCENE + 7]
+    return m[SPREAD] <= most * most
 
 
 @inlined

@@ -20,7 +20,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     fill_lasting,
     times_covariance,
 )
-from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, friction_hardly_known
+from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, friction_known_to
 from peg_on_hole_ros.estimation.kernel.slow_friction import (
     WAYS,
     answers_to_friction,
@@ -52,8 +52,9 @@ CARRIED = 0.2
 # the covariance alone. The three directions are mostly turned together, as the slopes by the rates
 # have it: with all of it in the gain a peg at rest is told worse, with none a slow closing.
 WEIGHED = 0.2
-# What a friction that is hardly known makes of reactions is taken over so many deviations of it.
-LOWER = 2.0
+# What friction makes of reactions is taken over so many deviations of it, where one is more than
+# this share of it.
+LOWER, HARDLY_KNOWN = 2.0, 0.05
 
 
 @compiled
@@ -82,7 +83,7 @@ def balance_reactions(p, m, dy, acceleration_stddev):
         As for `reactions.react`; dy is changed.
 
     """
-    low, hardly = POINTS + 12, friction_hardly_known(m, p.f)
+    low, hardly = POINTS + 12, not friction_known_to(m, HARDLY_KNOWN)
     if hardly:
         lower = max(p.f - LOWER * sqrt(m[SPREAD]), LEAST_FRICTION)
         _balance(with_friction(p, lower), m, dy, acceleration_stddev)

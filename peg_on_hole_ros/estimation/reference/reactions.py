@@ -5,10 +5,11 @@ from math import erf
 import numpy as np
 
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST
-from peg_on_hole_ros.estimation.kernel.parameters import HARDLY_KNOWN, LEAST_FRICTION
+from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
 from peg_on_hole_ros.estimation.kernel.slow_friction import TURNING, UNSURE
 from peg_on_hole_ros.estimation.kernel.slow_reactions import (
     CARRIED,
+    HARDLY_KNOWN,
     LEAST_LOAD,
     LOWER,
     PASSES,
