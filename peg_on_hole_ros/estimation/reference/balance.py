@@ -18,7 +18,7 @@ from peg_on_hole_ros.estimation.kernel.diameter_by_balance import OUTWEIGHS
 from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION, MOST_FRICTION
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
-from peg_on_hole_ros.estimation.kernel.slip import SHARPEST, TURNED
+from peg_on_hole_ros.estimation.reference.slip import slip_all_ways, turned_scales
 from peg_on_hole_ros.estimation.reference.steps import (
     BIAS,
     DIAMETER,
@@ -32,11 +32,6 @@ from peg_on_hole_ros.estimation.reference.steps import (
 )
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.mechanics.reference import six_equations
-
-
-def turned_scales(across):
-    """Return the velocity scales that leave friction its mean over a slip turned sideways."""
-    return np.sqrt(TURNED * across + SHARPEST**2)
 
 
 def correct_by_balance(kalman, dt, acceleration_stddev):
@@ -53,7 +48,7 @@ def correct_by_balance(kalman, dt, acceleration_stddev):
         How a held peg may accelerate [rad/s^2].
 
     """
-    speed, variance, across = kalman.slip_all_ways()
+    speed, variance, across = slip_all_ways(kalman)
     known = kalman.P[FRICTION, FRICTION]
     kalman.unbalance = None
     if not kalman.stopped > SELECTED:

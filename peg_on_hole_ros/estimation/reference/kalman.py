@@ -29,8 +29,9 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
     SURELY,
 )
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration, MeanRates
-from peg_on_hole_ros.estimation.reference.balance import correct_by_balance, turned_scales
+from peg_on_hole_ros.estimation.reference.balance import correct_by_balance
 from peg_on_hole_ros.estimation.reference.reactions import reactions
+from peg_on_hole_ros.estimation.reference.slip import bridged_scales, friction_scales, slip
 from peg_on_hole_ros.estimation.reference.steps import (
     DIAMETER,
     FRICTION,
@@ -41,11 +42,9 @@ from peg_on_hole_ros.estimation.reference.steps import (
     implicit_euler,
     implicit_euler_tangent,
     second_order,
-    with_parameters,
 )
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.second_order import SHARE
-from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 
 
 def _random_walk_exact(density, h, size):
@@ -135,12 +134,12 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.slow, self.bridged, self.without_step = False, False, 0.0
         self.since_correction += dt
         smallest = self.process.slip_velocity_scale
-        speed, variance = self.slip()
+        speed, variance = slip(self)
         self.sliding = bool((speed**2 >= variance).all())
         at_mean = self.learns_geometry_or_bias and not self.ramp.any()
         at_mean &= self.stopped <= SELECTED
         at_mean &= self.mean_rates.known(self.x[RATES], np.diagonal(self.P)[RATES])
-        self.scales = self.friction_scales()
+        self.scales = friction_scales(self)
         h = dt / pieces
         for piece in range(pieces):
             if self.ramp.any():
@@ -158,7 +157,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
             self.F = np.eye(self.dim_x)
             self.F[STATE, :SIZE] = F
             self.predict()
-        end, end_variance = self.slip()
+        end, end_variance = slip(self)
         kept = (speed**2 > SURELY**2 * variance) & (end**2 > SURELY**2 * end_variance)
         surely = (kept & (end > 0.5 * speed)).any()
         self.stopped *= 0.0 if surely else 1 - min(dt / SELECTED_OVER, 1.0)
@@ -176,21 +175,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         begin, end = self.ramp_shares
         return self.x[WRENCH] - (1 - begin - (end - begin) * step / steps) * self.ramp
 
-    def friction_scales(self):
-        """Return the velocity scales of friction, wide where the slip may be zero [m/s]."""
-        smallest, widening = self.process.slip_velocity_scale, self.process.slip_widening
-        speed, variance = self.slip()
-        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
-        return np.sqrt(smallest**2 + widening**2 * variance * near)
-
-    def bridged_scales(self):
-        """Return them where no step is taken: as small as a slip turned sideways lets them be."""
-        speed, variance, self.across = self.slip_all_ways()
-        near = np.exp(-(speed**2) / (2 * np.maximum(variance, 1e-30)))
-        return np.sqrt(
-            turned_scales(self.across) ** 2 + self.process.slip_widening**2 * variance * near
-        )
-
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
         self.predict_runaway(dt)
@@ -200,7 +184,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_runaway(self, dt):
         """Predict as if free: the motion would run away, and is held."""
         self._bridge(dt, self.rate_noise)
-        self.scales = self.bridged_scales()
+        self.scales = bridged_scales(self)
         if self.keeps_sliding:
             self.sliding = self.slid
 
@@ -322,41 +306,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
             faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES if known else 1.0
             least = self.process.slow_rate_noise * faster**GROWS
             self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
-
-    def _velocities(self):
-        here = with_parameters(self.scene, self.x[FRICTION], self.x[DIAMETER])
-        g = contact_geometry(here, self.x[0])
-        J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
-        return J, J @ self.x[RATES]
-
-    @staticmethod
-    def _along(J, v, speed):
-        # At rest no direction is along the slip: no variance then.
-        slopes = np.array([J_i.T @ v_i for J_i, v_i in zip(J, v)])
-        return slopes / np.maximum(speed, 1e-300)[:, None]
-
-    def slip_all_ways(self):
-        """
-        Return speed, and its variance along and across the slip, friction left out.
-
-        And the part across by itself.
-        """
-        J, v = self._velocities()
-        P = self.P[RATES, RATES]
-        if self.P[FRICTION, FRICTION] > 0:
-            shared = self.P[RATES, FRICTION]
-            P = P - np.outer(shared, shared) / self.P[FRICTION, FRICTION]
-        speed, variance = np.linalg.norm(v, axis=1), np.array([np.trace(A @ P @ A.T) for A in J])
-        along = self._along(J, v, speed)
-        across = np.maximum(variance - np.einsum("ij,jk,ik->i", along, P, along), 0.0)
-        return speed, variance, across
-
-    def slip(self):
-        """Return speed [m/s] at K, B1, B2 and its variance from that of the rates."""
-        J, v = self._velocities()
-        speed = np.linalg.norm(v, axis=1)
-        along = self._along(J, v, speed)
-        return speed, np.einsum("ij,jk,ik->i", along, self.P[RATES, RATES], along)
 
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""

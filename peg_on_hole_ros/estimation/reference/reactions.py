@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimation.kernel.slow_reactions import (
     WEIGHED,
 )
 from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT
+from peg_on_hole_ros.estimation.reference.slip import slip
 from peg_on_hole_ros.estimation.reference.steps import (
     DIAMETER,
     FRICTION,
@@ -49,7 +50,7 @@ def unknown_friction(kalman, normal, friction):
     g = contact_geometry(here, kalman.x[0])
     J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
     A, _ = six_equations(here, kalman.x[:3], kalman.x[RATES], kalman.x[WRENCH], kalman.scales)
-    speed, variance = kalman.slip()
+    speed, variance = slip(kalman)
     columns = []
     turned = np.minimum(UNSURE * kalman.across / (speed**2 + 1e-300), 1)
     for J_i, n, N, v, s2, t in zip(J, normals(g), normal, speed, variance, turned):
