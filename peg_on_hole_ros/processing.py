@@ -173,7 +173,7 @@ class Processor:
         if in_contact and not self._offset:
             self._rivals.begin(self.filter)
         result = self.filter.predict(dt, in_contact)
-        self._rivals.predict(dt, in_contact, result)
+        self._rivals.predict(dt, in_contact, self.filter, result)
         unbalance = self.filter.unbalance
         if unbalance is not None:
             self.counts["forces_out_of_balance"] += self._innovations.weigh(t_ns, unbalance)

@@ -19,6 +19,10 @@ HOPELESS = 12.0
 # One that has steps gets so far ahead in this time [s] without any at the estimate's friction; but
 # not at long intervals, where the noise of one wrench leaves no step just as well.
 NO_STEP_FOR = 0.04
+# Bridged, they are compared by their forces: how far these are out of balance, squared and white,
+# may be more than a rival's by as much as it is in the mean. That is what one counts as that has
+# steps; and more than UNBALANCED counts as that, so that one wrench decides nothing.
+BALANCED, UNBALANCED = 3.0, 12.0
 # Of a normalised innovation so much counts at most: an outlier decides nothing.
 MOST = 25.0
 # Two that have come together within this share of the smaller spread are one, once friction is
@@ -28,10 +32,23 @@ LEARNT = 0.8
 
 
 class _Rival:
-    __slots__ = ("filter", "ahead", "stepped")
+    __slots__ = ("filter", "ahead", "stepped", "balanced")
 
-    def __init__(self, kalman: ContactFilter, ahead: float, stepped: bool = False):
-        self.filter, self.ahead, self.stepped = kalman, ahead, stepped
+    def __init__(self, kalman: ContactFilter, ahead: float):
+        self.filter, self.ahead, self.stepped = kalman, ahead, False
+        # How much better than the estimate's its forces are in balance.
+        self.balanced = 0.0
+
+    @property
+    def lead(self):
+        return self.ahead + self.balanced
+
+    def snapshot(self):
+        return self.filter.snapshot(), (self.ahead, self.stepped, self.balanced)
+
+    def restore(self, snapshot):
+        kalman, (self.ahead, self.stepped, self.balanced) = snapshot
+        self.filter.restore(kalman)
 
 
 class Rivals:
@@ -102,13 +119,31 @@ class Rivals:
         for rival in self._all:
             rival.filter.hold(u)
 
-    def predict(self, dt: float, in_contact: bool, own: Prediction):
-        """Predict over dt [s]; own: what became of the estimate's prediction."""
+    def predict(self, dt: float, in_contact: bool, kalman: ContactFilter, own: Prediction):
+        """
+        Predict over dt [s].
+
+        Parameters
+        ----------
+        dt : float
+            [s].
+        in_contact : bool
+            Whether under the contact equations.
+        kalman : ContactFilter
+            The estimate, right after its own prediction.
+        own : Prediction
+            What became of that.
+
+        """
         self._stepped = own is Prediction.CONTACT
+        off = _unbalance(kalman, self._stepped)
         for rival in self._all:
             rival.stepped = rival.filter.predict(dt, in_contact) is Prediction.CONTACT
             if own in NO_STEP and rival.stepped and dt <= LONG_STEP:
                 rival.ahead += (CONVINCING + 2.0) * dt / NO_STEP_FOR
+            its = _unbalance(rival.filter, rival.stepped)
+            if off is not None and its is not None:
+                rival.balanced = max(rival.balanced + 0.5 * (off - its - BALANCED), 0.0)
 
     def correct(self, q, R, kalman: ContactFilter, correction: Correction, nis: float) -> bool:
         """
@@ -183,7 +218,7 @@ class Rivals:
         total, forces = 1.0, 1.0
         friction, squares = spread**2, stddev**2
         for rival in self._all:
-            weight = exp(min(rival.ahead, CONVINCING))
+            weight = exp(min(rival.lead, CONVINCING))
             its, its_spread = rival.filter.friction
             total += weight
             friction += weight * (its_spread**2 + (its - value) ** 2)
@@ -198,28 +233,30 @@ class Rivals:
         )
 
     def _replace(self, kalman):
-        best = max(self._all, key=lambda rival: rival.ahead)
-        if best.ahead <= CONVINCING or not best.stepped:
+        best = max(self._all, key=lambda rival: rival.lead)
+        lead = best.lead
+        if lead <= CONVINCING or not (best.stepped or best.balanced > 0.0):
             return False
-        own, lead = kalman.estimate(), best.ahead
+        own = kalman.estimate()
         kalman.go_on_from(best.filter.estimate())
         best.filter.go_on_from(own)
         for rival in self._all:
             rival.ahead -= lead
+            rival.balanced = 0.0
         best.ahead = -lead
         return True
 
     def snapshot(self):
         """Return what `restore` takes back."""
-        rivals = [(rival, rival.filter.snapshot(), rival.ahead) for rival in self._all]
-        return self._asked, self._stepped, [(*rest, rest[0].stepped) for rest in rivals]
+        rivals = [(rival, rival.snapshot()) for rival in self._all]
+        return self._asked, self._stepped, rivals
 
     def restore(self, snapshot):
         """Go back to a snapshot; it can be gone back to again."""
         self._asked, self._stepped, rivals = snapshot
         self._all = []
-        for rival, kalman, rival.ahead, rival.stepped in rivals:
-            rival.filter.restore(kalman)
+        for rival, its in rivals:
+            rival.restore(its)
             self._all.append(rival)
 
 
@@ -231,6 +268,14 @@ def _likelihood(kalman, nis):
     """Return the logarithm of an innovation's density, but for a constant."""
     _, root = kalman.last_innovation()
     return -0.5 * min(nis, MOST) - log(root[0] * root[4] * root[8])
+
+
+def _unbalance(kalman, stepped):
+    """Return how far its forces are out of balance, squared and white; None: nothing says."""
+    white = kalman.unbalance
+    if white is None:
+        return BALANCED if stepped else None
+    return min(sum(one * one for one in white), UNBALANCED)
 
 
 def _alike(rival, value, spread):

@@ -21,6 +21,9 @@ FORGET_FRICTION = 0.02
 # In the same time, a coefficient that leaves no step is sought by this many of its standard
 # deviations below the stated one; so is, at once, one with which a contact would pull.
 SEEK_FRICTION = 2.0
+# Without a step for longer than this [s] it was not there, and is sought farther below, as fast;
+# down to none, and again from the stated one.
+SEEK_FARTHER = 0.06
 # Share of its stated variance that friction gets back with each surprise.
 SURPRISED = 0.5
 # Friction that is known to no less than this share of its stated variance has not been learnt,
@@ -61,11 +64,14 @@ def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bo
     if not patient or m.item(WITHOUT_STEP) + dt > LEARNT_WRONG:
         m[SPREAD] = min(m.item(SPREAD) + variance * dt / FORGET_FRICTION, variance)
     if m.item(SLIDING) > 0.0 and m.item(SPREAD) > NOT_LEARNT * variance > 0.0:
-        lowest = low_friction(stated, variance)
+        farther = m.item(WITHOUT_STEP) + dt > SEEK_FARTHER
+        lowest = LEAST_FRICTION if farther else low_friction(stated, variance)
         now = m.item(SCENE + 7)
         if now > lowest:
             lower = now - sqrt(variance) * SEEK_FRICTION * dt / FORGET_FRICTION
             take_friction(m, max(lower, lowest), m.item(SPREAD))
+        elif farther:
+            take_friction(m, stated, m.item(SPREAD))
 
 
 def low_friction(stated: float, variance: float) -> float:
