@@ -58,7 +58,8 @@ class Rivals:
     A filter follows one tangent. Where a motion fits two coefficients it finds the one that lies
     downhill from where it began, and states it surely. The likelihood of the innovations tells
     them apart: sums of filters (Alspach and Sorenson, IEEE Trans. Automatic Control 17, 1972), of
-    which here the likeliest alone is given out.
+    which here the likeliest alone is given out. While the estimate is bridged its innovations tell
+    nothing of friction, and the balance of forces does.
 
     Parameters
     ----------
