@@ -1,5 +1,6 @@
 """Reactions where no slip has a sure direction: a balance of forces with friction as its noise."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,8 @@ from grid_score import NEAR_SINGULAR, SETTLE_NS, bound_of, run_seeds
 from peg_on_hole_ros.estimation.reference.steps import with_parameters
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import six_equations
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.simulation.measure import measure
 
 # The runs that several tests look at are on one worker.
 pytestmark = pytest.mark.xdist_group("slow_closing")
@@ -81,6 +84,19 @@ def test_none_that_is_called_determined_is_far_off(clearance, friction, noise, l
     error, stddev, determined, _ = slow_closing(clearance, friction, noise)
     off = (np.abs(error) / stddev).max(axis=2)
     assert np.quantile(off[determined], 0.99) < 4.0
+
+
+@pytest.mark.parametrize("friction", [0.0, 1e-6])
+def test_without_friction_a_slow_closing_has_the_reactions_of_its_load(friction):
+    truth = with_noise(truth_of(Motion(5e-4, 0.05, 0.01, "align"))[0], "high", 0.0)
+    configuration = truth.plan.configuration
+    scene = replace(configuration.scene, friction=friction)
+    pipeline, found = Pipeline(replace(configuration, scene=scene)), []
+    for outputs in pipeline.play(measure(truth, 1)):
+        found.append((outputs.monitor["reactions_determined"], *outputs.normal))
+    assert pipeline.counts["step_without_direction"] > 900
+    determined, *normal = np.array(found[100:]).T
+    assert determined.mean() > 0.95 and np.median(normal, axis=1).min() > 50.0
 
 
 def test_what_is_called_determined_is_no_rare_thing():

@@ -107,7 +107,7 @@ def _balance(p, m, dy, acceleration_stddev):
     accelerate(p, scales, x, u, work, answer)
     force, couple = rim_load(m)
     load = force + 2.0 * couple / p.d
-    holding = load * (1.0 + 1.0 / p.f)
+    holding = load * (1.0 + 1.0 / max(p.f, LEAST_FRICTION))
     for i in range(3):
         y[i], y[3 + i] = m[ACCELERATION + i], load
     answers_to_friction(p, m)

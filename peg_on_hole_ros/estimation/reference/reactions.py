@@ -133,7 +133,7 @@ def _balanced(kalman, friction, acceleration_stddev):
     force = full[WRENCH][:3] + peg_axes(full[:3]).T @ (scene.peg_mass * np.array(scene.gravity))
     load = np.linalg.norm(force) + 2 * np.linalg.norm(full[WRENCH][3:]) / full[DIAMETER]
     y = np.concatenate([expected, np.full(3, load)])
-    holding = load * (1 + 1 / friction)
+    holding = load * (1 + 1 / max(friction, LEAST_FRICTION))
     for _ in range(PASSES):
         dy = slopes_of_answer(scene, full, kalman.scales, y)
         columns = unknown_friction(kalman, y[3:], friction)
