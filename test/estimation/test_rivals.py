@@ -361,21 +361,11 @@ def test_what_rivals_say_is_in_the_spreads_by_their_probability():
 # At a half of its friction the slide has no step at all, and friction would be sought lower still.
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_friction_that_leaves_no_step_gives_way_to_one_that_has_steps(seed, monkeypatch):
-    truth = with_noise(truth_of(Motion(1e-4, FRICTION, 0.16, "slip"))[0], "nominal", 0.05)
-    configuration = truth.plan.configuration
-    scene = replace(configuration.scene, friction=STATED)
-
-    def learnt():
-        pipeline = Pipeline(replace(configuration, scene=scene))
-        for outputs in pipeline.play(measure(truth, seed)):
-            if outputs.t_ns - START_NS >= 200 * MS:
-                return pipeline.filter.friction
-        return None
-
-    friction, stddev = learnt()
+    told = Motion(1e-4, FRICTION, 0.16, "slip"), STATED, 0.05, seed, 200
+    friction, stddev = friction_after(*told)
     assert abs(friction - FRICTION) < 3 * stddev < 0.01
     monkeypatch.setattr(Rivals, "begin", lambda *arguments: None)
-    friction, stddev = learnt()
+    friction, stddev = friction_after(*told)
     assert stddev == pytest.approx(0.05) and friction <= STATED
 
 

@@ -160,7 +160,7 @@ class ContactFilter(Estimate):
         if max(self._held, self._held_before) <= LONG_STEP:
             # What friction was learnt to be beside a clearance hardly known rests on a wrong one.
             patient = not self._clearance_is_wide
-            doubt_without_step(self._memory, self.scalars.f, self._known[0], dt, patient)
+            doubt_without_step(self._memory, dt, patient)
 
     def _walk_at_constant_rates(self, result: Prediction) -> np.ndarray:
         """Return the random walk of each rate in the last prediction [rad/s^1.5], shape (3,)."""
@@ -226,8 +226,7 @@ class ContactFilter(Estimate):
         relieves the contacts: one motion fits two coefficients. From above the estimate may run
         to the greater, with which in the end a contact would pull; from below it finds the lower.
         """
-        friction = low_friction(self.scalars.f, self._known[0])
-        self.take_friction(friction, self._known[0])
+        self.take_friction(low_friction(self._memory), self._known[0])
         self.start(q, R)
 
     def correct(self, q, R) -> tuple[Correction, float]:
@@ -288,7 +287,7 @@ class ContactFilter(Estimate):
         self._widen_rates(factor)
         if self.learns_clearance:
             # Friction that has changed is not to be taken for another clearance.
-            self._widen_parameters(regained_by_surprise(self._memory, self._known[0]), 0.0)
+            self._widen_parameters(regained_by_surprise(self._memory), 0.0)
 
     def _widen_rates(self, factor):
         correction.widen_rates(self._memory, self._since_correction.item(), factor)

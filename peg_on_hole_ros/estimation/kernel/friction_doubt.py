@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SCENE,
     SLIDING,
     SPREAD,
+    STATED,
     WITHOUT_STEP,
 )
 from peg_on_hole_ros.estimation.kernel.parameters import LEAST_FRICTION
@@ -41,7 +42,7 @@ def take_friction(m, value: float, variance: float):
         m[OFFSET_SPREAD + 10 * k] = 0.0
 
 
-def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bool):
+def doubt_without_step(m, dt: float, patient: bool):
     """
     Give friction its spread back: no step at its value, and a wrong one leaves none either.
 
@@ -53,19 +54,18 @@ def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bo
     ----------
     m : ndarray
         Memory, after a prediction that found no step.
-    stated, variance : float
-        Friction as it was stated.
     dt : float
         Time of that prediction [s].
     patient : bool
         Whether noise in the wrench is to blame at first; what is not learnt is sought at once.
 
     """
+    stated, variance = m.item(STATED), m.item(STATED + 1)
     if not patient or m.item(WITHOUT_STEP) + dt > LEARNT_WRONG:
         m[SPREAD] = min(m.item(SPREAD) + variance * dt / FORGET_FRICTION, variance)
     if m.item(SLIDING) > 0.0 and m.item(SPREAD) > NOT_LEARNT * variance > 0.0:
         farther = m.item(WITHOUT_STEP) + dt > SEEK_FARTHER
-        lowest = LEAST_FRICTION if farther else low_friction(stated, variance)
+        lowest = LEAST_FRICTION if farther else low_friction(m)
         now = m.item(SCENE + 7)
         if now > lowest:
             lower = now - sqrt(variance) * SEEK_FRICTION * dt / FORGET_FRICTION
@@ -74,11 +74,12 @@ def doubt_without_step(m, stated: float, variance: float, dt: float, patient: bo
             take_friction(m, stated, m.item(SPREAD))
 
 
-def low_friction(stated: float, variance: float) -> float:
+def low_friction(m) -> float:
     """Return the coefficient from which one that is sought below the stated one is learnt."""
-    return max(stated - SEEK_FRICTION * sqrt(variance), LEAST_FRICTION)
+    return max(m.item(STATED) - SEEK_FRICTION * sqrt(m.item(STATED + 1)), LEAST_FRICTION)
 
 
-def regained_by_surprise(m, variance: float) -> float:
+def regained_by_surprise(m) -> float:
     """Return how much variance a surprise gives back to friction, of that which was stated."""
+    variance = m.item(STATED + 1)
     return max(min(SURPRISED * variance, variance - m.item(SPREAD)), 0.0)
