@@ -193,8 +193,9 @@ class Foretelling:
     def trust_steps(self):
         self.trusted += 1
 
-    def last_innovation(self):
-        return [0.0] * 3, [self.root, 0, 0, 0, self.root, 0, 0, 0, self.root]
+    @property
+    def foretold(self):
+        return self.root**3
 
 
 def beside(own):
@@ -303,6 +304,55 @@ def test_forces_that_balance_again_take_back_what_was_said_for_a_rival():
     own.unbalance = 100.0, 0.0, 0.0
     assert not corrected(found, own, Prediction.SLOW)
     assert found._all[0].balanced == 0.5 * (UNBALANCED - 2.0 * BALANCED)
+
+
+def test_one_whose_forces_balance_is_not_given_up_for_its_innovations_alone():
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    own.unbalance, low.unbalance, low.steps = (2.9, 0.0, 0.0), (0.0, 0.0, 0.0), Prediction.SLOW
+    high.steps = Prediction.SLOW
+    for _ in range(2):
+        assert not corrected(found, own, Prediction.SLOW)
+    gained = found._all[0].balanced
+    assert gained > 4.0
+    # Ten behind and more by its steps, as the other is, whose forces were not weighed.
+    own.unbalance = low.unbalance = None
+    low.steps = high.steps = own.steps
+    low.nis = high.nis = 3.0 + 2.0 * (HOPELESS - 1.5)
+    assert not corrected(found, own)
+    assert [rival.filter for rival in found._all] == [low]
+    assert found._all[0].ahead < -HOPELESS < found._all[0].lead
+
+
+def test_one_that_was_as_near_keeps_what_its_forces_told():
+    own = Foretelling()
+    found, (low, high) = beside(own)
+    own.unbalance = 3.0, 0.0, 0.0
+    low.unbalance, high.unbalance = (0.5, 0.0, 0.0), (0.0, 0.0, 0.0)
+    low.steps = high.steps = Prediction.SLOW
+    while not corrected(found, own, Prediction.SLOW):
+        near = found._all[0].lead - found._all[1].lead
+    assert own.friction[0] == pytest.approx(0.3)
+    # The one beside the likeliest is as far behind as it was, and no farther.
+    assert near - 0.5 < found._all[0].lead < 0.0
+    assert found._all[1].lead < -CONVINCING
+
+
+def test_an_outlier_is_as_unlikely_as_it_was_foretold():
+    """The gate widens the estimate for it, after which it is less of an outlier."""
+    pipeline = Pipeline(told())
+    played(pipeline, 1, 60)
+    kalman = pipeline.filter
+    for _ in range(15):
+        kalman.predict(2e-3, True)
+    kalman.innovation(kalman.x[:3])
+    root = np.reshape(kalman.last_innovation()[1], (3, 3))
+    white = np.array([3.0, -3.0, 3.0])
+    result, nis = kalman.correct(kalman.x[:3] + root @ white, kalman._R.copy())
+    assert result is Correction.INFLATED and nis == pytest.approx(white @ white, rel=1e-6)
+    assert kalman.foretold == pytest.approx(np.linalg.det(root), rel=1e-9)
+    widened = np.reshape(kalman.last_innovation()[1], (3, 3))
+    assert np.linalg.det(widened) > 1.1 * kalman.foretold
 
 
 def friction_after(motion, stated, stddev, seed, ms):

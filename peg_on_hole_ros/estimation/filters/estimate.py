@@ -100,6 +100,8 @@ class Estimate:
         self.scene_values[:] = self.scalars
         self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
         part(self._memory, "STATED")[:] = scene.friction, self._known[0]
+        self._friction_of_late = part(self._memory, "FRICTION_OF_LATE")
+        self._friction_of_late[:] = self.stated_friction
         part(self._memory, "LEARNT")[:] = (
             options.friction == "estimated",
             options.clearance == "estimated",
@@ -203,6 +205,7 @@ class Estimate:
         if not isfinite(friction + diameter + self.spread.sum()):
             # Lost with the covariance, and not to stay so.
             self.scene_values[:] = self.scalars
+            self._friction_of_late[:] = self.stated_friction
             self.spread[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
@@ -215,4 +218,5 @@ class Estimate:
         """Take friction and peg diameter as stated again, whatever has been learnt of them."""
         clear(self._memory, CLEARED.forget)
         self.scene_values[:] = self.scalars
+        self._friction_of_late[:] = self.stated_friction
         self.spread[[0, 1], [0, 1]] = self._known

@@ -15,6 +15,7 @@ from peg_on_hole_ros.estimation.filters.flow import (
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.kernel import correction
+from peg_on_hole_ros.estimation.kernel.moving_friction import widen_moving_friction
 
 
 class IteratedFilter(ContactFilter):
@@ -50,6 +51,7 @@ class IteratedFilter(ContactFilter):
         result, nis = super().correct(q, R)
         if result is Correction.USED and last is not None:
             self._iterate(*last, q)
+            widen_moving_friction(self._memory)
             self._keep_least_clearance()
         return result, nis
 

@@ -188,7 +188,7 @@ class Rivals:
         self._all = [
             rival
             for rival in self._all
-            if rival.ahead > -HOPELESS and not (known and _alike(rival, value, spread))
+            if rival.lead > -HOPELESS and not (known and _alike(rival, value, spread))
         ]
         return replaced
 
@@ -242,8 +242,7 @@ class Rivals:
         kalman.go_on_from(best.filter.estimate())
         best.filter.go_on_from(own)
         for rival in self._all:
-            rival.ahead -= lead
-            rival.balanced = 0.0
+            rival.ahead, rival.balanced = rival.lead - lead, 0.0
         best.ahead = -lead
         return True
 
@@ -267,8 +266,7 @@ def _learnt(kalman):
 
 def _likelihood(kalman, nis):
     """Return the logarithm of an innovation's density, but for a constant."""
-    _, root = kalman.last_innovation()
-    return -0.5 * min(nis, MOST) - log(root[0] * root[4] * root[8])
+    return -0.5 * min(nis, MOST) - log(kalman.foretold)
 
 
 def _unbalance(kalman, stepped):

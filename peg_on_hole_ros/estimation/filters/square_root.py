@@ -132,6 +132,12 @@ class SquareRootFilter(ContactFilter):
         added[FRICTION] = np.sqrt(learnt_variance(told, before, moves[FRICTION]) - told)
         self._set(joint_mean(self) + moves, np.hstack([root, added]))
 
+    def _take(self):
+        super()._take()
+        # What is on its way has been widened in the memory.
+        added = self.spread.item(0) - np.sum(self._root[FRICTION] ** 2)
+        self._widen_parameters(added, 0.0)
+
     def snapshot(self):
         """Return what `restore` takes back."""
         return super().snapshot(), self._root.copy()

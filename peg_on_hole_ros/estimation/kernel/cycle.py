@@ -16,6 +16,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLOW,
     WITHOUT_STEP,
 )
+from peg_on_hole_ros.estimation.kernel.moving_friction import follow_friction
 from peg_on_hole_ros.estimation.kernel.parameters import learns_geometry_or_bias
 from peg_on_hole_ros.estimation.kernel.prediction import (
     DOUBTED,
@@ -102,7 +103,8 @@ def correct_and_follow(m, nis, dt):
 
 @compiled
 def follow_motion(m, dt):
-    """Follow a correction, dt [s] after the last one: how the peg moves, and how that changes."""
+    """Follow a correction, dt [s] after the last one: how the peg moves, and how friction does."""
     if learns_geometry_or_bias(m):
         follow_rates(m, dt)
     follow_acceleration(m, dt)
+    follow_friction(m, dt)

@@ -4,6 +4,7 @@ from math import sqrt
 
 from peg_on_hole_ros.estimation.kernel.memory import (
     CROSS,
+    FRICTION_OF_LATE,
     OFFSET_SPREAD,
     OFFSETS,
     SCENE,
@@ -35,7 +36,8 @@ HARDLY_LEARNT = 0.5
 
 def take_friction(m, value: float, variance: float):
     """Take friction for a value that has nothing to do with what else is in the memory m."""
-    m[SCENE + 7] = value
+    m[SCENE + 7] = m[FRICTION_OF_LATE] = value
+    m[FRICTION_OF_LATE + 1] = sqrt(variance)
     m[CROSS : CROSS + 12] = 0.0
     m[SPREAD], m[SPREAD + 1], m[SPREAD + 2] = variance, 0.0, 0.0
     for k in range(int(m[OFFSETS]), int(m[OFFSETS + 1])):

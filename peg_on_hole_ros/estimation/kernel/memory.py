@@ -60,6 +60,8 @@ _SIZES = {
     "STEPS_LEAN": 3,  # and of steps (follow_steps)
     "DOUBT": 1,  # 1: they lean too far (follow_steps)
     "STATED": 2,  # friction as it was stated, and its variance
+    # Friction and its standard deviation as they were of late (follow_friction, take_friction).
+    "FRICTION_OF_LATE": 2,
     # By which balance told of friction in the interval before (learn_from_balance).
     "TOLD_GAIN": 3,
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
@@ -175,6 +177,7 @@ LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 STEPS_LEAN = _AT["STEPS_LEAN"]
 DOUBT, STATED = _AT["DOUBT"], _AT["STATED"]
+FRICTION_OF_LATE = _AT["FRICTION_OF_LATE"]
 MEAN_RATES, RATES_WEIGHT, AT_MEAN = (
     _AT[name] for name in ("MEAN_RATES", "RATES_WEIGHT", "AT_MEAN")
 )

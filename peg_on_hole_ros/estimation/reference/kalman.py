@@ -30,6 +30,7 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
 )
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration, MeanRates
 from peg_on_hole_ros.estimation.reference.balance import correct_by_balance
+from peg_on_hole_ros.estimation.reference.friction import FrictionOfLate
 from peg_on_hole_ros.estimation.reference.reactions import reactions
 from peg_on_hole_ros.estimation.reference.slip import bridged_scales, friction_scales, slip
 from peg_on_hole_ros.estimation.reference.steps import (
@@ -89,6 +90,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
         self.mean_rates = MeanRates()
+        self.friction_of_late = FrictionOfLate(scene.friction, scene.friction_stddev)
         self.scales = np.full(3, process.slip_velocity_scale)
         self.across = np.zeros(3)
         # slid: all contacts did in a step since the last correction.
@@ -258,13 +260,17 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 self.update(q, lambda x: H, lambda x: x[:3], R=R)
             else:
                 self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
-        self.follow_acceleration()
+        self.follow_motion()
         self.slid = False
 
-    def follow_acceleration(self):
-        """Let the acceleration, and the mean of the rates, follow a correction."""
+    def follow_motion(self):
+        """Let acceleration, mean rates and how friction moved follow a correction."""
         self.mean_rates.follow(self.x[RATES], np.diagonal(self.P)[RATES], self.since_correction)
         self.acceleration.follow(self.x[RATES], self.since_correction)
+        value, variance = self.x[FRICTION], max(self.P[FRICTION, FRICTION], 0.0)
+        if not self.learns_geometry_or_bias:
+            variance = self.P[FRICTION, FRICTION] = self.friction_of_late.widened(value, variance)
+        self.friction_of_late.follow(value, variance, self.since_correction)
         self.since_correction = 0.0
 
     @contextmanager

@@ -110,5 +110,5 @@ class OffsetReference(ReferenceFilter):
             share[FRICTION:] = 0.0
         self.adapt(q - self.x[:3], H @ self.P @ H.T + R)
         self.update_in_part(q, H, R, share)
-        self.follow_acceleration()
+        self.follow_motion()
         self.slid = False
