@@ -235,11 +235,8 @@ def determinant(p, q, rates, scale):
     1 without friction; at 0 rigid sliding has no solution any more, beyond it wedges.
     """
     zero = np.zeros(3)
-    value = 1.0
-    for friction in (p[6], 0.0):
-        scene = p.copy()
-        scene[6] = friction
-        A, _ = six_equations(scene, q, rates, zero, zero, scale)
-        det = np.linalg.det(A)
-        value = det if friction == p[6] else value / det
-    return value
+    frictionless = p.copy()
+    frictionless[6] = 0.0
+    A, _ = six_equations(p, q, rates, zero, zero, scale)
+    A0, _ = six_equations(frictionless, q, rates, zero, zero, scale)
+    return np.linalg.det(A) / np.linalg.det(A0)

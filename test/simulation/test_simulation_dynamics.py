@@ -1,5 +1,7 @@
 """The simulator's compiled functions against the numpy model, differences and plain geometry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,18 @@ def test_six_equations_are_those_of_the_numpy_model():
         assert np.abs(A_ref @ y - r_ref).max() < 1e-9 * np.abs(A_ref * y).max()
         value = np.polyval(reference.friction_cubic(SCENE, q, rates, 1e-5)[::-1], SCENE.friction)
         assert dynamics.determinant(P, q, rates, 1e-5) == pytest.approx(value, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("friction", [0.0, 1e-9, 0.02, 0.5])
+def test_determinant_is_one_without_friction_and_near_one_with_little(friction):
+    p = dynamics.scene_numbers(replace(SCENE, friction=friction))
+    for q, rates, _, _ in random_states(50):
+        cubic = reference.friction_cubic(SCENE, q, rates, 1e-5)
+        value = dynamics.determinant(p, q, rates, 1e-5)
+        # Rounding of the cubic's coefficients, which are differences of determinants.
+        assert value == pytest.approx(np.polyval(cubic[::-1], friction), rel=1e-6, abs=1e-6)
+        if not friction:
+            assert value == 1.0
 
 
 @pytest.mark.parametrize("gamma", [0.005, 0.02, 0.06, SCENE.gamma0 - 1e-6])

@@ -8,6 +8,8 @@ from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import reference
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.simulation import contact_run
 from peg_on_hole_ros.simulation.dynamics import rotation, scene_numbers
 from peg_on_hole_ros.simulation.holder import holder_numbers, state_rate
@@ -304,3 +306,30 @@ def test_friction_of_a_phase_that_lets_go_is_refused():
     phases = {"leave": {"kind": "lift_off", "duration": 0.1, "friction": 0.3}}
     with pytest.raises(PegOnHoleError, match="phases.leave.friction is for contact and two_point"):
         contact_plan([0.2, 0, 0], [0, 0, 1.0], [0, 0, -1e-3], phases=phases)
+
+
+def test_without_friction_the_peg_slides_and_contacts_push_along_their_normals():
+    smooth = replace(Configuration(), scene=Scene(friction=0.0))
+    turning = contact_plan(
+        [0.2, 0.5, 0.3], [-0.16, 0.4, 1.5], [-2e-4, 1e-4, -1e-3], configuration=smooth
+    )
+    result = integrate(replace(turning, wrench_rate=10000))
+    assert result.ended_by == "end"
+    assert set(result.mode) == {"three_point"}
+    # As with friction, see above.
+    force, moment = momentum_residuals(result, range(10, len(result.t_ns) - 10, 7))
+    assert force < 1e-4
+    assert moment < 1e-6
+    assert result.normal.min() > 1
+    size = np.linalg.norm(result.contact_force, axis=2)
+    np.testing.assert_allclose(size, result.normal, rtol=1e-12)
+
+
+def test_friction_that_a_phase_takes_away_does_not_wedge():
+    rates = [-0.16, 0, 2.0]
+    phases = {
+        "before": {"kind": "contact", "duration": 0.05, "rates": rates},
+        "after": {"kind": "contact", "duration": 0.05, "rates": rates, "friction": 0.0},
+    }
+    result = integrate(contact_plan([0.2, 0, 0], rates, [0, 0, -1e-3], phases=phases))
+    assert result.ended_by == "end" and len(result.t_ns) == 81
