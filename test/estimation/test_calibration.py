@@ -44,6 +44,7 @@ from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import ROOT, contact_plan
+from simulated import plan as simulated_plan
 from simulated import truth as simulated_truth
 
 pytestmark = pytest.mark.xdist_group("simulation")
@@ -189,6 +190,37 @@ def test_one_that_is_wrong_is_found_and_the_others_stay():
         found = calibrate(as_recording(measured(**{name: value}), start), start)
         changed_ones = {one.name: one.value for one in found.estimates if one.changed}
         assert changed_ones == {name: pytest.approx(value, abs=within)}
+
+
+@cache
+def frictionless():
+    plan = simulated_plan("closing_with_slip")
+    configuration = plan.configuration
+    scene = replace(configuration.scene, friction=0.0)
+    return integrate(replace(plan, configuration=replace(configuration, scene=scene)))
+
+
+def test_a_peg_without_friction_is_left_as_it_is_and_found_from_some():
+    truth = frictionless()
+    start = truth.plan.configuration
+    record = as_recording(truth, start)
+    found = calibrate(record, start)
+    assert [one.name for one in found.estimates if one.changed] == []
+    friction = found.estimates[NAMES.index("friction")]
+    assert friction.seen and friction.low <= 0.0 <= friction.high
+    found = calibrate(record, changed(start, friction=0.05))
+    friction = found.estimates[NAMES.index("friction")]
+    # What one recording of 0.6 s tells of it, three times over.
+    assert 0.0 <= friction.value <= 1e-3
+    assert [one.name for one in found.estimates if one.changed] == ["friction"]
+
+
+def test_a_start_beyond_what_is_searched_stays_where_it_is():
+    truth = simulated_truth("closing_with_slip")
+    start = changed(truth.plan.configuration, delay=0.2)
+    truth = replace(truth, plan=replace(truth.plan, configuration=start))
+    found = calibrate(as_recording(truth, start), start)
+    assert [one.name for one in found.estimates if one.changed] == []
 
 
 def small_peg(rates):

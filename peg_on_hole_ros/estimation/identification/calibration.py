@@ -152,7 +152,7 @@ def calibrate(
         )
     moved, rows = motion(record), np.concatenate([np.arange(p.start, p.stop) for p in parts])
     x0 = coordinates(start)
-    limits = _limits(start, moved.q[rows, 0].min())
+    limits = _limits(start, x0, moved.q[rows, 0].min())
     force = float(np.median(load(record, moved, start.scene, start.wrench)[rows]))
     scale = measures(start.scene.hole_diameter, force)
     runs = Runs(record, parts, start, limits, scale, progress)
@@ -208,11 +208,11 @@ def _unexplained(before):
     )
 
 
-def _limits(start, least_tilt):
-    """Return the least and the greatest coordinates."""
+def _limits(start, x0, least_tilt):
+    """Return the least and the greatest coordinates; the start's are within them."""
     low, high = np.full((2, len(QUANTITIES)), np.inf)
     low = -low
-    low[FRICTION], high[FRICTION] = 1e-4, 2.0
+    low[FRICTION], high[FRICTION] = 0.0, 2.0
     low[DELAY], high[DELAY] = -0.1, 0.1
     # The least that a configuration may hold.
     low[NOISE] = np.log([1e-6, 1e-7, 1e-9])
@@ -222,7 +222,8 @@ def _limits(start, least_tilt):
     most = scene.hole_diameter * (1 - np.cos(0.99 * least_tilt))
     low[CLEARANCE] = log(0.05 * clearance)
     high[CLEARANCE] = log(max(most, 1.001 * clearance))
-    return low, high
+    # What stays as it was is never moved to a limit.
+    return np.minimum(low, x0), np.maximum(high, x0)
 
 
 def _thinned(parts):

@@ -96,7 +96,8 @@ def fit(
     def coordinates_at(z):
         x = start.copy()
         x[free] += z * ranges[free]
-        return x
+        # Rounding leads beyond a limit to which z is scaled.
+        return np.clip(x, *limits)
 
     def misfit(z, chosen, scale):
         try:

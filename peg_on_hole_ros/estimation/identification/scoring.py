@@ -74,7 +74,7 @@ class Likelihood(NamedTuple):
         Of the prior, of spread `measures.range`.
     measures : Measures
     limits : tuple of ndarray, shape (14,)
-        Least and greatest coordinates.
+        Least and greatest coordinates; nothing is run beyond them.
 
     """
 
@@ -101,7 +101,7 @@ class Likelihood(NamedTuple):
     def slopes(self, found, x, chosen):
         """Return the scores of all innovations, shape (n, k), and Fisher's information."""
         run, spread = self.quiet or self.run, self.quiet is None
-        return _slopes(found, run, x, chosen, self.measures.step, spread)
+        return _slopes(found, run, x, chosen, self.measures.step, self.limits, spread)
 
 
 def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | None:
@@ -119,6 +119,7 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
     """
     chosen = np.flatnonzero(free)
     weight = likelihood.weight(chosen)
+    x = np.clip(x, *likelihood.limits)
     found = likelihood.at(x)
     if found is None:
         return None
@@ -126,7 +127,12 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
         root = found.root if likelihood.quiet else None
         scores, information = likelihood.slopes(found, x, chosen)
         slope = scores.sum(axis=0) - weight @ (x - likelihood.centre)[chosen]
-        move = np.linalg.solve(information + weight, slope)
+        # What would go on beyond its limit stays there, and the others move as if it were known.
+        low, high = (limit[chosen] == x[chosen] for limit in likelihood.limits)
+        moving = ~(low & (slope < 0) | high & (slope > 0))
+        move = np.zeros(len(chosen))
+        among = np.ix_(moving, moving)
+        move[moving] = np.linalg.solve((information + weight)[among], slope[moving])
         promised = float(0.5 * slope @ move)
         if promised < ENOUGH:
             break
@@ -176,20 +182,12 @@ def tangent(likelihood: Likelihood, x, chosen) -> Tangent | None:
     return Tangent(step, inverse * wider, stddev, found)
 
 
-def _slopes(found, run, x, chosen, steps, spread):
+def _slopes(found, run, x, chosen, steps, limits, spread):
     over = np.linalg.inv(found.root)
     white = np.einsum("nij,nj->ni", over, found.residual)
     scores, means, spreads = [], [], []
     for i in chosen:
-        sides = []
-        for step in (-steps[i], steps[i]):
-            beside = x.copy()
-            beside[i] += step
-            # Where it has no finite innovations, the difference is one-sided.
-            there = run(beside)
-            sides.append((0.0, found) if there is None else (step, there))
-        (low_step, low), (high_step, high) = sides
-        width = high_step - low_step or np.inf
+        width, low, high = _beside(run, x, i, steps[i], limits) or (np.inf, found, found)
         means.append(np.einsum("nij,nj->ni", over, (high.residual - low.residual) / width))
         wider = (_square(high.root) - _square(low.root)) / width * spread
         spreads.append(over @ wider @ np.swapaxes(over, 1, 2))
@@ -200,6 +198,27 @@ def _slopes(found, run, x, chosen, steps, spread):
         )
     flat, wide = (np.array(part).reshape(len(chosen), -1) for part in (means, spreads))
     return np.array(scores).T, flat @ flat.T + 0.5 * wide @ wide.T
+
+
+def _beside(run, x, i, step, limits):
+    """
+    Return how far apart two points along a coordinate are, and the innovations there, or None.
+
+    A step to either side, but not beyond limits, where a configuration may not exist, nor to where
+    no innovation is finite: on that side the difference ends at x. None where it has no two ends.
+    """
+    ends = []
+    for offset in (max(-step, limits[0][i] - x[i]), min(step, limits[1][i] - x[i])):
+        beside = x.copy()
+        beside[i] += offset
+        there = run(beside)
+        if there is None:
+            offset, there = 0.0, run(x)
+        ends.append((offset, there))
+    (low_offset, low), (high_offset, high) = ends
+    if low is None or high is None or high_offset <= low_offset:
+        return None
+    return high_offset - low_offset, low, high
 
 
 def _square(root):

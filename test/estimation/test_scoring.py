@@ -1,0 +1,117 @@
+"""Slopes and peaks of a likelihood whose innovations are known, within limits and at them."""
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.estimation.identification.likelihood import (
+    QUANTITIES,
+    Innovations,
+    measures,
+)
+from peg_on_hole_ros.estimation.identification.scoring import Likelihood, greatest, tangent
+
+SIZE = len(QUANTITIES)
+SCALE = measures(0.05, 25.0)
+COUNT = 200
+# Friction and the delay, which have limits.
+FIRST, SECOND = 0, 9
+DIRECTIONS = np.random.default_rng(3).normal(size=(2, COUNT, 3))
+
+
+def innovations_of(x, top, bend=0.0):
+    """Residuals that go with two coordinates, least at a top, of covariance one."""
+    off = [(x[i] - top[i]) / SCALE.useful[i] for i in (FIRST, SECOND)]
+    residual = sum((d + bend * d**2) * direction for d, direction in zip(off, DIRECTIONS))
+    return Innovations(residual, np.broadcast_to(np.eye(3), (COUNT, 3, 3)), 0.0)
+
+
+def limits(**of):
+    low, high = np.full(SIZE, -np.inf), np.full(SIZE, np.inf)
+    for name, (least, most) in of.items():
+        i = [one.name for one in QUANTITIES].index(name)
+        low[i], high[i] = least, most
+    return low, high
+
+
+def within(bounds, run):
+    """Refuse what a configuration would refuse."""
+
+    def checked(x):
+        assert (x >= bounds[0]).all() and (x <= bounds[1]).all()
+        return run(x)
+
+    return checked
+
+
+def likelihood(run, bounds, quiet=None):
+    return Likelihood(run, quiet, np.zeros(SIZE), SCALE, bounds)
+
+
+@pytest.mark.parametrize("at", [0.0, 3e-5, 2.0 - 3e-5, 2.0, 0.7])
+def test_slopes_at_a_limit_are_taken_within_it_and_are_those_of_the_function(at):
+    x, top, bend = np.zeros(SIZE), np.zeros(SIZE), 0.05
+    x[FIRST], top[FIRST] = at, at - 0.02
+    bounds = limits(friction=(0.0, 2.0))
+    run = within(bounds, lambda x: innovations_of(x, top, bend))
+    scores, information = likelihood(run, bounds).slopes(run(x), x, np.array([FIRST]))
+    off = 0.02 / SCALE.useful[FIRST]
+    slope = DIRECTIONS[0] * (1 + 2 * bend * off) / SCALE.useful[FIRST]
+    # To one side it is off by half a step of the curvature: 1e-4 of the slope.
+    assert information[0, 0] == pytest.approx((slope**2).sum(), rel=5e-4)
+    expected = -(slope * run(x).residual).sum(axis=1)
+    assert scores[:, 0] == pytest.approx(expected, rel=5e-4)
+
+
+@pytest.mark.parametrize("finite_from", [0.0, 5e-5])
+def test_a_difference_to_one_side_ends_on_the_quiet_motion_as_well(finite_from):
+    x, top = np.zeros(SIZE), np.zeros(SIZE)
+    x[FIRST] = finite_from
+    noise = np.random.default_rng(4).normal(size=(COUNT, 3))
+
+    def quiet(x):
+        return innovations_of(x, top) if x[FIRST] >= finite_from else None
+
+    def loud(x):
+        clean = quiet(x)
+        return clean._replace(residual=clean.residual + noise)
+
+    # Noise over a step of 1e-4 would be slopes of 1e4.
+    one = likelihood(loud, limits(), quiet)
+    _, information = one.slopes(loud(x), x, np.array([FIRST]))
+    assert information[0, 0] == pytest.approx(
+        ((DIRECTIONS[0] / SCALE.useful[FIRST]) ** 2).sum(), rel=1e-6
+    )
+
+
+def test_where_neither_side_is_finite_nothing_is_told():
+    x, top = np.zeros(SIZE), np.zeros(SIZE)
+    found = innovations_of(x, top)
+    one = likelihood(lambda x: None, limits())
+    scores, information = one.slopes(found, x, np.array([FIRST]))
+    assert not scores.any() and not information.any()
+
+
+@pytest.mark.parametrize("begin", [-0.3, 0.0, 0.2])
+def test_a_top_beyond_a_limit_leaves_it_there_and_the_others_at_their_best(begin):
+    x, top = np.zeros(SIZE), np.zeros(SIZE)
+    x[FIRST], top[FIRST], top[SECOND] = begin, -0.05, 4e-3
+    bounds = limits(friction=(0.0, 2.0))
+    run = within(bounds, lambda x: innovations_of(x, top))
+    free = np.isin(np.arange(SIZE), (FIRST, SECOND))
+    peak = greatest(likelihood(run, bounds), x, free)
+    assert peak.converged
+    assert peak.x[FIRST] == 0.0
+    # By hand: the least squares of the second where the first is held, with the prior.
+    a, b = (d.ravel() / SCALE.useful[i] for d, i in zip(DIRECTIONS, (FIRST, SECOND)))
+    best = (b @ (b * top[SECOND] + a * top[FIRST])) / (b @ b + SCALE.range[SECOND] ** -2.0)
+    # The search ends where less than 0.05 of the logarithm is promised.
+    assert peak.x[SECOND] == pytest.approx(best, abs=0.4 / np.linalg.norm(b))
+
+
+def test_a_tangent_at_a_limit_points_beyond_it_if_the_recording_does():
+    x, top = np.zeros(SIZE), np.zeros(SIZE)
+    top[FIRST] = -0.05
+    bounds = limits(friction=(0.0, 2.0))
+    run = within(bounds, lambda x: innovations_of(x, top))
+    found = tangent(likelihood(run, bounds), x, np.array([FIRST]))
+    assert found.step[0] == pytest.approx(-0.05, rel=0.01)
