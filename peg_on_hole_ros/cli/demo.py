@@ -15,19 +15,19 @@ from pathlib import Path
 
 from peg_on_hole_ros.cli.places import check_places, out_folder
 from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.recording import open_bag, truth_in
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.bags.estimates import estimates
 from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import configuration_metadata
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.plots.series import Series
-from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.edges.replay import absolute, check_bag, stored_configuration
+from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
 BAG = "bags/working_cycle.mcap"
@@ -37,14 +37,14 @@ ANGLES_AND_REACTIONS = [0, 1, 2, 6, 7, 8]
 def main(arguments: list[str] | None = None) -> int:
     """Play, compare, write; return the exit code."""
     parser = argparse.ArgumentParser(prog="make run", description=__doc__)
-    parser.add_argument("bag", nargs="?", default=BAG, type=Path, help=f"default {BAG}")
+    parser.add_argument("bag", nargs="?", default=BAG, help=f"default {BAG}")
     parser.add_argument("--rate", type=float, default=1.0, help="pace; default 1, as recorded")
-    parser.add_argument("--out", type=Path, default=Path("out"), help="folder; default out")
+    parser.add_argument("--out", default="out", help="folder; default out")
     parsed = parser.parse_args(arguments)
     try:
         if not 0.01 <= parsed.rate <= 10:
             raise PegOnHoleError(f"--rate = {parsed.rate:g} is not within 0.01 to 10")
-        run(Path(parsed.bag), parsed.rate, parsed.out)
+        run(parsed.bag, parsed.rate, parsed.out)
     except PegOnHoleError as error:
         print(f"make run: error: {error}", file=sys.stderr)
         return error.exit_code
@@ -53,29 +53,36 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def run(path: Path, rate: float, out: Path) -> None:
+def run(path: str, rate: float, out: str) -> None:
     """
     Play the bag into a node that this starts; write MCAP, PNG and the node's log; print a table.
 
     Raises
     ------
     PegOnHoleError
-        A bag that cannot be used, a node that does not start.
+        A bag that cannot be used, an empty path, a node that does not start.
+    BagDamaged
+        The bag is cut off or damaged; what lies before has been played.
 
     """
-    bag = Bag(path)
+    bag = open_bag(path)
     configuration = stored_configuration(bag) or Configuration()
-    topics = configuration.topics
-    bag.require({topics.wrench: WRENCH_TYPE, topics.joint_states: JOINTS_TYPE})
-    out_folder(str(out))
-    recorded, picture = out / f"{path.stem}.mcap", out / f"{path.stem}.png"
-    check_places(bag_files(path).read(), [str(recorded)], [str(picture), str(out / "node.log")])
-    wrenches, seconds = _play(path, rate, out, recorded, configuration)
+    check_bag(bag, configuration)
+    folder, name = out_folder(out), bag.path.stem
+    recorded, picture = folder / f"{name}.mcap", folder / f"{name}.png"
+    places = [str(picture), str(folder / "node.log")]
+    check_places(bag_files(path).read(), [str(recorded)], places)
+    wrenches, seconds = _play(bag, rate, folder, recorded, configuration)
     print(f"played {wrenches} wrenches in {seconds:.1f} s into the node over DDS")
+    unfit = ", ".join(f"{count} on {topic}" for topic, count in bag.undecodable.items())
+    if unfit:
+        print(f"not played, as they do not fit their definition: {unfit}")
     _compare(bag, recorded, picture, configuration, wrenches)
+    if bag.damage:
+        raise BagDamaged(bag.damage)
 
 
-def _play(path, rate, out, recorded, configuration):
+def _play(bag, rate, out, recorded, configuration):
     # Before rclpy is loaded: it reads these when it starts.
     os.environ.update(environment(free_domain()))
     from peg_on_hole_ros.edges.live.player import Player
@@ -86,14 +93,17 @@ def _play(path, rate, out, recorded, configuration):
         command = [sys.executable, "-m", "peg_on_hole_ros.edges.node"]
         command += ["--ros-args", "--params-file", str(parameters)]
         node = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT)
-        player = Player(configuration.topics.wrench, configuration.topics.joint_states, node)
+        topics = configuration.topics
+        player = Player(absolute(topics.wrench), absolute(topics.joint_states), node)
         try:
             print("starting the node (its first start compiles the kernel)", flush=True)
             player.wait_for_node()
-            print(f"playing {path} at {rate:g} times its pace", flush=True)
+            print(f"playing {bag.path} at {rate:g} times its pace", flush=True)
             with Progress("playing") as progress:
-                played = player.play(path, rate, progress)
+                played = player.play(bag, rate, progress)
             player.write(recorded, configuration_metadata(configuration))
+        except BagError:
+            raise
         except PegOnHoleError as error:
             raise PegOnHoleError(f"{error}; its log is {log.name}") from None
         finally:
@@ -116,7 +126,7 @@ def _compare(bag, recorded, picture, configuration, wrenches):
     from peg_on_hole_ros.edges.plots.replay import figure, png  # matplotlib loads slowly
 
     series, count = Series(), 0
-    truth = read_truth(bag)
+    truth = truth_in(bag)
     score = Score(truth) if truth is not None else None
     for estimate in estimates(Bag(recorded)):
         count += 1

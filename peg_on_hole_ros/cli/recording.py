@@ -10,7 +10,9 @@ from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.truth import Truth, read_truth
 from peg_on_hole_ros.edges.replay import stored_configuration, stored_options
+from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 
@@ -92,6 +94,16 @@ def configuration_in(bag: Bag) -> Configuration | None:
     if stored is not None:
         print(f"configuration: that in {bag.path}", file=sys.stderr)
     return stored
+
+
+def truth_in(bag: Bag) -> Truth | None:
+    """Return the truth that a bag carries, or None; say so where it has one of no use."""
+    try:
+        return read_truth(bag)
+    except BagError as error:
+        # Truth that cannot be used is no reason to refuse the estimate.
+        print(f"no comparison with the truth: {error}", file=sys.stderr)
+        return None
 
 
 def _described_by(configuration):

@@ -1,18 +1,17 @@
 """`peg-on-hole replay`: the estimator over a bag, as the node would have run."""
 
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import open_recording
+from peg_on_hole_ros.cli.recording import open_recording, truth_in
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.advice import lines as doubts_of
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
@@ -21,7 +20,7 @@ from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.plots.series import Series
 from peg_on_hole_ros.edges.replay import absolute, check_bag, replay_bag
 from peg_on_hole_ros.edges.summary import VERSION, Summary
-from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
+from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
@@ -79,7 +78,7 @@ def replay(
     """
     check_bag(bag, configuration)
     figures = _plotting() if report_path else None
-    truth = _truth(bag)
+    truth = truth_in(bag)
     summary, series = Summary(), Series() if report_path else None
     score, cycles = Score(truth) if truth else None, Cycles()
     sinks = [sink for sink in (summary, score, series, cycles) if sink is not None]
@@ -120,15 +119,6 @@ def replay(
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
     return content, score, [*([mixed] if mixed else []), *doubts]
-
-
-def _truth(bag):
-    try:
-        return read_truth(bag)
-    except BagError as error:
-        # Truth that cannot be used is no reason to refuse the estimate.
-        print(f"no comparison with the truth: {error}", file=sys.stderr)
-        return None
 
 
 def _plotting():

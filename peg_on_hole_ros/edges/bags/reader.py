@@ -150,6 +150,11 @@ class Bag:
 
     def messages(self, topics: Iterable[str]) -> Iterator[BagMessage]:
         """Yield decoded messages in order of log time, those of one time in the file's order."""
+        for message, _ in self.with_payloads(topics):
+            yield message
+
+    def with_payloads(self, topics: Iterable[str]) -> Iterator[tuple[BagMessage, bytes]]:
+        """Yield what `messages` does, each with the bytes in which it was recorded."""
         wanted = set(topics)
         decoders = [_decoders(scan, wanted) for scan in self._scans]
         for log_ns, file, channel_id, payload in self._payloads(decoders):
@@ -159,7 +164,7 @@ class Bag:
             except _UNDECODABLE:
                 self.undecodable[topic] += 1
                 continue
-            yield BagMessage(topic, log_ns, message)
+            yield BagMessage(topic, log_ns, message), payload
 
     def _payloads(self, channels):
         """Merge the blocks: a message waits until no block still to come can precede it."""

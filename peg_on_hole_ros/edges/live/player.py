@@ -6,11 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
-from mcap.reader import make_reader
 from mcap.writer import Writer
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import LATCHED_QOS
 from peg_on_hole_ros.edges.live.arrivals import stamp_ns
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -42,6 +42,7 @@ class Player:
     Parameters
     ----------
     wrench_topic, joints_topic : str
+        As the bag has them: from the root.
     process : subprocess.Popen
         The node; if it ends, waiting for it ends with an error.
 
@@ -111,7 +112,7 @@ class Player:
             self._executor.spin_once(timeout_sec=0.05)
 
     def play(
-        self, path: Path, rate: float, progress: Callable[[float], None] | None = None
+        self, bag: Bag, rate: float, progress: Callable[[float], None] | None = None
     ) -> tuple[int, float]:
         """
         Publish the bag's input at its own pace times `rate`, as it was serialised.
@@ -121,8 +122,8 @@ class Player:
 
         Parameters
         ----------
-        path : Path
-            An .mcap file.
+        bag : Bag
+            What of it can be decoded is played.
         rate : float
             1: as fast as it was recorded.
         progress : callable, optional
@@ -143,7 +144,7 @@ class Player:
         """
         wrenches, last_ns = 0, 0
         begun = started = time.monotonic()
-        for share, offset_ns, topic, payload in _recorded(path, list(self._inputs)):
+        for share, offset_ns, topic, payload in _recorded(bag, list(self._inputs)):
             begun += self._wait_for_estimates(last_ns - AHEAD_NS)
             self._spin_to(begun + offset_ns * 1e-9 / rate)
             self._inputs[topic].publish(payload)
@@ -213,12 +214,11 @@ class Player:
             )
 
 
-def _recorded(path, topics):
-    with path.open("rb") as stream:
-        reader = make_reader(stream)
-        statistics = reader.get_summary().statistics
-        first = statistics.message_start_time
-        whole = max(1, statistics.message_end_time - first)
-        for _, channel, message in reader.iter_messages(topics):
-            offset_ns = message.log_time - first
-            yield offset_ns / whole, offset_ns, channel.topic, message.data
+def _recorded(bag, topics):
+    """Yield the share of the bag's time, what has passed of it [ns], topic and bytes."""
+    held = [info for info in bag.topics.values() if info.count]
+    first = min(info.first_ns for info in held)
+    whole = max(1, max(info.last_ns for info in held) - first)
+    for message, payload in bag.with_payloads(topics):
+        offset_ns = message.log_ns - first
+        yield offset_ns / whole, offset_ns, message.topic, payload
