@@ -155,6 +155,8 @@ def _unknown(name):
     below = [row for row in BY_NAME if row.startswith(f"{name}.")]
     if below:
         return f"{name} is a group of parameters, not one of them; write it as in '{below[0]}'"
+    if ":" in name:
+        return f"unknown parameter {name!r}; {spaced(name)}"
     if name.rsplit(".", 1)[-1].isdigit():
         return f"unknown parameter {name!r}; a number has a point, not a comma: 0.2"
     # Words misspelt, or the right words in the wrong group.
@@ -170,6 +172,12 @@ def _unknown(name):
         groups = sorted({row.split(".")[0] for row in BY_NAME})
         return f"unknown parameter {name!r}; there are: {', '.join(groups)}"
     return f"unknown parameter {name!r}; the nearest are: {', '.join(near)}"
+
+
+def spaced(text: str) -> str:
+    """Return the remedy for a name that has its value in it, since YAML asks for a space."""
+    name, _, value = text.partition(":")
+    return f"a colon needs a space behind it: '{name.rsplit('.', 1)[-1]}: {value}'"
 
 
 def uncertain_offsets(configuration: Configuration) -> list[tuple[str, float]]:

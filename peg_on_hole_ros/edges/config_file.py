@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from peg_on_hole_ros.configuration import BY_NAME, PARAMETERS, check
+from peg_on_hole_ros.configuration import BY_NAME, PARAMETERS, check, spaced
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.parameter_table import Parameter
 
@@ -175,7 +175,10 @@ def _flatten(tree, prefix, parameters, path):
         )
     if not isinstance(tree, dict):
         name = prefix.rstrip(".") or _BODY
-        raise PegOnHoleError(f"{path}: {name} = {tree!r} is a value, but it is a group of names")
+        remedy = f"; {spaced(tree)}" if isinstance(tree, str) and ":" in tree else ""
+        raise PegOnHoleError(
+            f"{path}: {name} = {tree!r} is a value, but it is a group of names{remedy}"
+        )
     for key, value in tree.items():
         name = f"{prefix}{key}"
         group = isinstance(value, dict) or any(row.startswith(f"{name}.") for row in BY_NAME)

@@ -135,6 +135,20 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
             "{path}: unknown parameter 'scene.frction'; the nearest are: scene.friction, "
             "scene.friction_stddev, filter.friction",
         ),
+        (
+            body("scene: {peg_mass: 0.5, friction:0.2}"),
+            "{path}: unknown parameter 'scene.friction:0.2'; a colon needs a space behind it: "
+            "'friction: 0.2'",
+        ),
+        (
+            body("scene: {friction: 0,2}"),
+            "{path}: unknown parameter 'scene.2'; a number has a point, not a comma: 0.2",
+        ),
+        (
+            body("scene:", "  friction:0.2"),
+            "{path}: scene = 'friction:0.2' is a value, but it is a group of names; a colon needs "
+            "a space behind it: 'friction: 0.2'",
+        ),
         (body("scene: 5"), "{path}: scene = 5 is a value, but it is a group of names"),
         (
             body("scene: {friction: 1}"),

@@ -120,6 +120,15 @@ def said(*arguments):
         ("scene: {gravity: [0.0, 0.0, null]}", "{file}: scene.gravity[2] = null is empty; it is "),
         ("scene: {friction: }", "{file}: scene.friction has no value (null); it is a double "),
         ("scene: {friction: 0,2}", "{file}: unknown parameter 'scene.2'; a number has a point, "),
+        (
+            "scene: {friction:0.2}",
+            "{file}: unknown parameter 'scene.friction:0.2'; a colon needs a space behind it: "
+            "'friction: 0.2'",
+        ),
+        (
+            "scene: {peg_mass: 0.5, friction:0,2}",
+            "{file}: unknown parameter 'scene.friction:0'; a colon needs a space behind it: ",
+        ),
         ("scene:", "{file}: nothing stands below scene, which ROS 2 does not read; take the line"),
         (
             "scene: {}\n    autostart: true",
@@ -148,7 +157,7 @@ def test_what_ros_cannot_read_or_misreads_is_told_by_name(text, message, tmp_pat
     path = file(tmp_path, f"peg_on_hole:\n  ros__parameters:\n    {text}\n")
     message = message.replace("{file}", str(path)).replace("{group}", GROUP)
     assert said("--params-file", str(path)).startswith(message)
-    with pytest.raises(PegOnHoleError, match="is|has|stands"):
+    with pytest.raises(PegOnHoleError, match="is|has|stands|needs"):
         read_parameters(path)
 
 
