@@ -36,6 +36,8 @@ PARAMETERS = (
     "joints.delay",
     "joints.hole_rpy",
 )
+# Turns both ways tell the clearance below so many times gamma0 (docs/command_line.md).
+NEAR = 2.0
 # Of a wrench's noise: a bias that is known better than this needs no states.
 WORTH = 0.1
 SHOWN = {"rad": ("mrad", 1e3), "s": ("ms", 1e3), "m": ("um", 1e6)}
@@ -102,10 +104,7 @@ def _reason(estimate, found):
     if name.endswith("_stddev"):
         reason = "other noise scatters the motion as much; take it from the sensor at rest"
     elif name == "clearance":
-        reason = (
-            f"the tilt came no nearer to gamma0 than {found.least_tilt:.2g} times; record a peg "
-            "that is closed to 1.1 times gamma0 or less"
-        )
+        reason = _clearance(found)
     elif name == "delay":
         reason = "the motion was too even; record quick changes of speed and of force"
     elif name == "bias_torque_z":
@@ -127,6 +126,25 @@ def _reason(estimate, found):
     if estimate.changed:
         reason += "; changed nevertheless: at the start the recording is not explained"
     return reason
+
+
+def _clearance(found):
+    # As it is shown, so that nothing is asked for that seems to be there.
+    tilt = round(found.least_tilt, 2)
+    if not found.both_ways:
+        return (
+            "told from friction, tilt and biases best while the peg turns both ways about its "
+            f"axis, which it did not: record turns both ways below {NEAR:g} times gamma0"
+        )
+    if tilt > NEAR:
+        return (
+            f"the peg turned both ways, but while it slid steadily the tilt came no nearer to "
+            f"gamma0 than {tilt:.2f} times; record such turns below {NEAR:g} times gamma0"
+        )
+    return (
+        f"the peg turned both ways, and while it slid steadily the tilt came to {tilt:.2f} times "
+        "gamma0; record such turns for longer"
+    )
 
 
 def verdict(found: Calibration) -> str:

@@ -11,6 +11,7 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag
+from peg_on_hole_ros.edges.calibration_text import not_seen
 from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.replay import stored_configuration
 from peg_on_hole_ros.errors import BagError
@@ -221,6 +222,24 @@ def test_a_start_beyond_what_is_searched_stays_where_it_is():
     truth = replace(truth, plan=replace(truth.plan, configuration=start))
     found = calibrate(as_recording(truth, start), start)
     assert [one.name for one in found.estimates if one.changed] == []
+
+
+@pytest.mark.parametrize(("back", "seen"), [(-2.0, True), (2.0, False)])
+def test_turns_both_ways_tell_the_clearance_as_is_advised(back, seen):
+    legs = [(0.5, 2.0), (0.3, back), (0.5, back)]
+    phases = {
+        f"leg{i}": {"kind": "contact", "duration": duration, "rates": [-0.01, 0.0, rate]}
+        for i, (duration, rate) in enumerate(legs)
+    }
+    gamma = 1.5 * Configuration().scene.gamma0
+    rates, offset = [-0.01, 0.0, 2.0], [0.0, 0.0, -0.001]
+    truth = integrate(contact_plan([gamma, 0.0, 0.0], rates, offset, phases=phases, lead_in=0.1))
+    start = truth.plan.configuration
+    found = calibrate(as_recording(truth, start), start)
+    assert found.both_ways == seen
+    assert found.estimates[NAMES.index("clearance")].seen == seen
+    advised = "clearance (D - d): told from friction, tilt and biases best while the peg turns"
+    assert any(line.startswith(advised) for line in not_seen(found)) != seen
 
 
 def small_peg(rates):

@@ -99,7 +99,7 @@ class Calibration(NamedTuple):
     seconds : float
         Of steady sliding that was used [s].
     least_tilt : float
-        The nearest that the tilt came, over gamma0.
+        The nearest that the tilt came in what was used, over gamma0.
     turn : float
         How far the peg turned about its own axis [rad].
     both_ways : bool
