@@ -4,8 +4,6 @@ from argparse import Namespace
 from dataclasses import asdict
 from time import thread_time
 
-import numpy as np
-
 from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import Progress
@@ -44,7 +42,7 @@ def run(arguments: Namespace) -> int:
             progress(0.15 * len(motions) / len(cases))
         plain = [motions[name] for name in scenes.NAMES]
         truths = [truth for truth, _ in plain]
-        bound = float(np.median([scenes.rotation_bound(*motion) for motion in plain]))
+        bound = scenes.typical_bound(plain)
         costs, note = _costs(
             configuration, truths[0], scenes.recorded(truths[0], FIRST_SEED), quick
         )

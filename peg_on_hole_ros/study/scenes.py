@@ -183,9 +183,22 @@ def bound_along(truth: Truth) -> Bound:
     )  # fmt: skip
 
 
-def rotation_bound(truth: Truth, bound: Bound) -> float:
-    """Return the bound on the size of the rotation error [rad]: median over sound samples."""
+def rotation_bound(truth: Truth, bound: Bound) -> float | None:
+    """Return the bound on the rotation error's size [rad]: median over sound samples, if any."""
     sound = bound.meaning == Meaning.SOUND
+    if not sound.any():
+        return None
     P, c = bound.state[sound], np.cos(truth.q[sound, 0])
     square = P[:, 0, 0] + P[:, 1, 1] + P[:, 2, 2] + 2 * c * P[:, 1, 2]
     return float(np.median(np.sqrt(square)))
+
+
+def typical_bound(motions: list[tuple[Truth, Bound]]) -> float | None:
+    """
+    Return the median of the motions' rotation bounds [rad]; None where none has any.
+
+    A slow slip may leave a motion without a sound bound, as closing without friction or slip does.
+    """
+    bounds = [rotation_bound(*motion) for motion in motions]
+    bounds = [bound for bound in bounds if bound is not None]
+    return float(np.median(bounds)) if bounds else None

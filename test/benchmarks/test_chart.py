@@ -10,6 +10,7 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.partial_table import PartialTable
 from peg_on_hole_ros.edges.plots import chart as chart_plots
 from peg_on_hole_ros.edges.plots.labels import place_labels
+from peg_on_hole_ros.estimation.bound import Meaning
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import filtering, front, implementations, integration, scenes
 from peg_on_hole_ros.study import stability as study
@@ -249,6 +250,7 @@ def test_pictures_of_the_chart_are_drawn(tmp_path, motion):
         ("a", chart_plots.filters(front.overall(scores), None)),
         ("d", chart_plots.fronts(scores, standings)),
         ("b", chart_plots.integrators(predictions, 1e-4, None)),
+        ("e", chart_plots.integrators(predictions, None, None)),
         ("c", chart_plots.costs(costs, "\nno compiler")),
     ):
         paths = chart.save(fig, tmp_path / name)
@@ -256,6 +258,16 @@ def test_pictures_of_the_chart_are_drawn(tmp_path, motion):
         assert all(path.stat().st_size > 5000 for path in paths)
     text = chart.summary(front.overall(scores), standings, standings, costs, "no compiler")
     assert "on the front in 1 of 1" in text
+
+
+def test_a_motion_whose_bound_is_nowhere_sound_is_left_out_of_the_median(motion):
+    truth, bound, _ = motion
+    slow = bound._replace(meaning=np.full_like(bound.meaning, Meaning.SLOW))
+    known = scenes.rotation_bound(truth, bound)
+    # Of an orientation that is measured to 1e-4 rad about each axis.
+    assert 1e-5 < known < 1e-3
+    assert scenes.typical_bound([(truth, slow), (truth, bound)]) == known
+    assert scenes.typical_bound([(truth, slow)]) is None
 
 
 @pytest.mark.parametrize("command", ["chart", "stability"])

@@ -33,15 +33,15 @@ def _figure(size):
     return fig
 
 
-def integrators(predictions, bound: float, c_microseconds: float | None) -> Figure:
+def integrators(predictions, bound: float | None, c_microseconds: float | None) -> Figure:
     """
     Draw error against cost of predictions of 20 ms.
 
     Parameters
     ----------
     predictions : list of study.integration.Prediction
-    bound : float
-        On the size of the rotation error of any estimator [rad].
+    bound : float or None
+        On the size of the rotation error of any estimator [rad]; None: not known.
     c_microseconds : float or None
         A whole filter step as C.
 
@@ -54,7 +54,7 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
     sure = [k for k, p in enumerate(shown) if p.lost == 0]
     on_front = [sure[k] for k in front(cost[sure], error[sure])]
     axis.set(xscale="log", yscale="log", xlim=(cost.min() / 1.6, cost.max() * 2.2))
-    axis.set_ylim(min(error.min() / 2, bound / 3), error.max() * 3)
+    axis.set_ylim(min(error.min() / 2, bound / 3 if bound else np.inf), error.max() * 3)
     for name, (color, marker) in STYLES.items():
         own = [k for k, p in enumerate(shown) if p.method == name]
         if not own:
@@ -76,7 +76,10 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
         cost[on_front], error[on_front], where="post", color="black", linewidth=2.2, alpha=0.35,
         label="Pareto front, nothing lost",
     )  # fmt: skip
-    _line(axis, "h", bound, "Cramér–Rao bound on the orientation of any estimator")
+    if bound:
+        _line(axis, "h", bound, "Cramér–Rao bound on the orientation of any estimator")
+        right = axis.secondary_yaxis("right", functions=(lambda e: e / bound, lambda r: r * bound))
+        right.set_ylabel("over the bound")
     if c_microseconds:
         _line(axis, "v", c_microseconds, "a whole filter step as C, at 1 kHz")
     axis.set_xlabel("computing time for a millisecond of motion [µs] (at steps of 1 ms: per step)")
@@ -84,8 +87,6 @@ def integrators(predictions, bound: float, c_microseconds: float | None) -> Figu
     axis.set_title(
         "Integrators; numbers are steps in ms, or relative tolerances of the yardsticks"
     )
-    right = axis.secondary_yaxis("right", functions=(lambda e: e / bound, lambda r: r * bound))
-    right.set_ylabel("over the bound")
     axis.grid(alpha=0.25)
     axis.legend(loc="lower left", ncols=2, fontsize=9, framealpha=1)
     texts, weights = [], []
