@@ -168,7 +168,7 @@ def _figures(content):
     yield "times real time", f"{content['realtime_factor']:.1f}"
     yield "transition [s]", "none" if transition is None else f"{transition:.3f}"
     for name, normal in content["max_normal"].items():
-        yield f"largest N_{name} [N]", f"{normal:.4g}"
+        yield f"largest N_{name} [N]", "none determined" if normal is None else f"{normal:.4g}"
 
 
 def _cycle_rows(cycles, begun):
@@ -178,11 +178,22 @@ def _cycle_rows(cycles, begun):
             cycle["outcome"],
             f"{cycle['duration']:.3f}",
             "-" if cycle["transition_time"] is None else f"{cycle['transition_time']:.3f}",
-            f"{max(cycle['peak_normal'].values()):.4g}",
+            _peak(cycle["peak_normal"]),
             str(cycle["alarm_count"]),
         )
         for cycle in cycles
     ]
+
+
+def _peak(normal):
+    return "-" if None in normal.values() else f"{max(normal.values()):.4g}"
+
+
+def _largest(normal):
+    if None in normal.values():
+        return "largest reaction: none, as they were determined nowhere (reactions_determined)"
+    row = "largest reaction [N]", *(f"{n:.4g}" for n in normal.values())
+    return table(("", *normal), [row])
 
 
 def _alarm_rows(alarms):
@@ -217,10 +228,7 @@ def _text(result, score, doubts):
         f"contact mode: {shares}",
         f"transition: {'none' if transition is None else f'after {transition:.3f} s'}",
         "",
-        table(
-            ("", *result["max_normal"]),
-            [("largest reaction [N]", *(f"{n:.4g}" for n in result["max_normal"].values()))],
-        ),
+        _largest(result["max_normal"]),
     ]
     if result["cycles"]:
         begun, head = result["start_time"], CYCLE_HEAD

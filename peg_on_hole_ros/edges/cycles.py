@@ -2,6 +2,7 @@
 
 import json
 
+from peg_on_hole_ros.edges.determined import determined_reactions
 from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import CONTACTS
 
@@ -99,9 +100,10 @@ class Cycles:
             self._latency = values.get("contact_latency", 0.0)
 
     def _add_loads(self, fields):
-        if "contacts" not in fields or self._mode != "three_point":
+        loads = determined_reactions(fields)
+        if loads is None or self._mode != "three_point":
             return
-        for i, normal in enumerate(fields["contacts"]["effort"]):
+        for i, normal in enumerate(loads):
             self._peak[i] = max(self._peak[i], normal)
             self._sum[i] += normal
         self._count += 1
@@ -131,15 +133,17 @@ class Cycles:
             outcome = "jammed"
         else:
             outcome = otherwise
-        count = max(self._count, 1)
+        known = self._count > 0
+        peak = self._peak if known else [None] * 3
+        mean = [total / self._count for total in self._sum] if known else peak
         record = {
             "start_time": self._start_ns * 1e-9,
             "contact_latency": self._latency,
             "duration": (self._last_ns - self._start_ns) * 1e-9,
             "outcome": outcome,
             "transition_time": None if since is None else (since - self._start_ns) * 1e-9,
-            "peak_normal": dict(zip(CONTACTS, self._peak)),
-            "mean_normal": {n: total / count for n, total in zip(CONTACTS, self._sum)},
+            "peak_normal": dict(zip(CONTACTS, peak)),
+            "mean_normal": dict(zip(CONTACTS, mean)),
             "alarms": self._alarms,
             "alarm_count": self._alarm_count,
         }

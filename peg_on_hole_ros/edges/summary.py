@@ -1,5 +1,6 @@
 """The figures of a replay, taken from the messages that the node would have published."""
 
+from peg_on_hole_ros.edges.determined import determined_reactions
 from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import CONTACTS
 
@@ -29,7 +30,7 @@ class Summary:
         self.last_ns: int | None = None
         self._passed_ns = 0
         self._transition: float | None = None
-        self._max_normal = dict.fromkeys(CONTACTS, 0.0)
+        self._max_normal: list[float] | None = None
         self._levels: dict[str, int] = {}
         self._alarms: list[dict] = []
         self._alarm_changes = 0
@@ -43,17 +44,16 @@ class Summary:
             self.first_ns = self.last_ns = t_ns
         self._passed_ns += max(t_ns - self.last_ns, 0)
         self.last_ns = t_ns
-        for topic, _, message in messages:
-            if topic == "contacts":
-                for name, normal in zip(message["name"], message["effort"]):
-                    self._max_normal[name] = max(self._max_normal[name], normal)
-            elif topic == "transition":
-                if message["data"] and self._transition is None:
-                    self._transition = self._passed_ns * 1e-9
-            elif topic == "contact_mode":
-                self._mode = message["data"]
-            elif topic == "alarms":
-                self._add_alarms(message["status"])
+        fields = {topic: message for topic, _, message in messages}
+        normal = determined_reactions(fields)
+        if normal is not None:
+            self._max_normal = list(map(max, self._max_normal or normal, normal))
+        if fields.get("transition", {"data": False})["data"] and self._transition is None:
+            self._transition = self._passed_ns * 1e-9
+        if "contact_mode" in fields:
+            self._mode = fields["contact_mode"]["data"]
+        if "alarms" in fields:
+            self._add_alarms(fields["alarms"]["status"])
         self._modes[self._mode] = self._modes.get(self._mode, 0) + 1
 
     def _add_alarms(self, statuses):
@@ -80,7 +80,7 @@ class Summary:
             "start_time": self.first_ns * 1e-9,
             "duration": self._passed_ns * 1e-9,
             "transition_time": self._transition,
-            "max_normal": self._max_normal,
+            "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
             "contact_mode": {
                 mode: count / self.outputs for mode, count in sorted(self._modes.items())
             },

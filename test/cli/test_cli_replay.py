@@ -96,6 +96,21 @@ def test_summary_fits_its_schema_and_counts_every_message(replayed):
     assert summary["start_time"] == pytest.approx(1.001, abs=1e-9)
 
 
+def test_reactions_that_were_determined_nowhere_have_no_largest(bag, tmp_path, capsys):
+    """A peg that rests: friction may point anywhere within its cones."""
+    report, summary = tmp_path / "r.html", tmp_path / "s.json"
+    arguments = ["replay", str(bag), "--report", str(report), "--summary", str(summary)]
+    assert main(arguments) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert "largest reaction: none, as they were determined nowhere (reactions_determined)" in told
+    row = next(line.split() for line in told if "unfinished" in line)
+    assert row[4] == "-"
+    content = json.loads(summary.read_text())
+    check(content, SCHEMA)
+    assert content["max_normal"] == dict.fromkeys(("K", "B1", "B2"))
+    assert "none determined" in report.read_text()
+
+
 @pytest.mark.parametrize("rate", [100, 1000])
 def test_a_slow_wrench_whose_steps_are_not_believed_is_told(tmp_path, capsys, rate):
     rates = {"wrench_rate": rate, "joint_rate": min(rate, 500)}

@@ -20,6 +20,10 @@ def contacts(t_ns, normal):
     return "contacts", JOINT_STATE, joint_state(t_ns, ["K", "B1", "B2"], effort=normal)
 
 
+def determined(value):
+    return "monitor", JOINT_STATE, joint_state(0, ["reactions_determined"], [value])
+
+
 def alarms(**levels):
     status = [
         {"name": n, "level": level, "message": f"{n} {level}"} for n, level in levels.items()
@@ -33,13 +37,15 @@ def test_figures_are_those_of_the_messages():
     rows = [
         [
             contacts(0, [1.0, 20.0, 3.0]),
+            determined(1.0),
             ("transition", BOOL, {"data": False}),
             ("contact_mode", STRING, {"data": "three_point"}),
             alarms(jamming=0, overload=1),
         ],
-        [contacts(0, [4.0, 2.0, -3.0]), alarms(jamming=2, overload=1)],
+        [contacts(0, [4.0, 2.0, -3.0]), determined(1.0), alarms(jamming=2, overload=1)],
         [
-            contacts(0, [0.0, 0.0, 0.0]),
+            contacts(0, [900.0, 0.0, 500.0]),
+            determined(0.0),
             ("transition", BOOL, {"data": True}),
             ("contact_mode", STRING, {"data": "two_point"}),
         ],

@@ -12,6 +12,7 @@ from late_samples import ordered, shuffled
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.edges.messages.output import OutputStream
+from peg_on_hole_ros.edges.summary import Summary
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import integrate
@@ -98,7 +99,19 @@ def test_a_replay_says_so_and_writes_no_alarms(bag, tmp_path, capsys):
     check(found, SCHEMA)
     assert found["contact_mode"] == {"unknown": 1.0}
     assert found["alarms"] == found["cycles"] == []
-    assert max(found["max_normal"].values()) > 0
+    # The peg in this bag rests, and the wrench determines no reactions.
+    assert found["max_normal"] == dict.fromkeys(("K", "B1", "B2"))
+
+
+def test_a_summary_has_the_reactions_of_a_peg_that_slides():
+    scene = truth(SCENE).plan.configuration.scene
+    summary, stream = Summary(), OutputStream(scene, markers_rate=0.0)
+    found = list(pipeline().play(ordered(200)))
+    for row in found:
+        summary.add(row.t_ns, stream.messages(row))
+    known = [row.normal for row in found if row.monitor["reactions_determined"]]
+    assert len(known) > 100
+    assert list(summary.content()["max_normal"].values()) == np.max(known, axis=0).tolist()
 
 
 def test_late_messages_end_where_an_ordered_stream_does():

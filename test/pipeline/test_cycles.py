@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from cli_helpers import ROOT, SCHEMA
+from json_schema import check
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag
@@ -22,8 +24,9 @@ MS = 1_000_000
 START = 7_000_000_000
 
 
-def said(mode=None, flag=None, normal=None, **levels):
-    messages = []
+def said(mode=None, flag=None, normal=None, determined=1.0, contact=None, **levels):
+    monitor = {"reactions_determined": determined, **(contact or {})}
+    messages = [("monitor", JOINT_STATE, joint_state(0, monitor, list(monitor.values())))]
     if normal is not None:
         contacts = joint_state(0, ["K", "B1", "B2"], effort=normal)
         messages.append(("contacts", JOINT_STATE, contacts))
@@ -49,11 +52,12 @@ PAUSE_MS = PAUSE_NS // MS
 
 
 def test_a_try_that_goes_in():
-    monitor = joint_state(0, ["contact_age", "contact_latency"], [0.02, 0.02])
-    came = [*said("three_point", normal=[1.0, 2.0, 3.0]), ("monitor", JOINT_STATE, monitor)]
+    came = {"contact_age": 0.02, "contact_latency": 0.02}
     rows = [
         (0, said("open", flag=False)),
-        (50, came),
+        (50, said("three_point", normal=[1.0, 2.0, 3.0], contact=came)),
+        # As beside the tilt at which it wedges: a number, and one that says nothing.
+        (55, said(normal=[800.0, 600.0, 400.0], determined=0.0)),
         (60, said(normal=[5.0, 2.0, 1.0], overload=1)),
         (70, said(normal=[3.0, 8.0, 2.0], overload=2)),
         (80, said(flag=True, overload=0)),
@@ -108,7 +112,7 @@ def test_a_clock_that_goes_back_ends_a_try():
     ]
     outcomes = [record["outcome"] for record in cycles.records]
     assert outcomes == ["unfinished", "inserted", "unfinished"]
-    assert [record["peak_normal"]["K"] for record in cycles.records] == [1.0, 2.0, 0.0]
+    assert [record["peak_normal"]["K"] for record in cycles.records] == [1.0, 2.0, None]
     # The one that ends is handed out where the fall is seen.
     cycles = Cycles()
     assert cycles.add(START, said("three_point")) is None
@@ -125,6 +129,30 @@ def test_outcomes_of_tries_that_do_not_go_in():
     assert record["transition_time"] == pytest.approx(0.01, abs=1e-9)
     # What touches from the start on in no known way is no try yet.
     assert told([(0, said("unknown"))]).finish() is None
+
+
+def test_a_try_whose_reactions_were_never_determined_has_none():
+    rows = [(0, said("three_point", normal=[9.0] * 3, determined=0.0)), (10, said())]
+    record = told(rows).finish()
+    nothing = dict.fromkeys(("K", "B1", "B2"))
+    assert record["peak_normal"] == record["mean_normal"] == nothing
+    assert json.loads(json_line(record)) == record
+    check(record, SCHEMA["properties"]["cycles"]["items"], SCHEMA)
+
+
+def test_a_jammed_peg_has_no_peak_beyond_what_it_can_have_been():
+    """Beside the singular set a reaction of 868 N was said, with a deviation of 695 N."""
+    scene = truth("closing_without_slip")
+    content, *_ = replay(
+        Bag(ROOT / "bags/closing_without_slip.mcap"), scene.plan.configuration, NodeOptions()
+    )
+    three = scene.mode == "three_point"
+    peak = scene.normal[three].max()
+    (record,) = content["cycles"]
+    assert record["outcome"] == "jammed"
+    for figures in (record["peak_normal"], content["max_normal"]):
+        assert 0.8 * peak < max(figures.values()) < 1.05 * peak
+    assert 0.0 < max(record["mean_normal"].values()) < peak
 
 
 def test_the_working_cycle_has_two_tries(tmp_path):
