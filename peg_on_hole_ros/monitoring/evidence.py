@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimation.kernel.forces import rim_load
 from peg_on_hole_ros.estimation.kernel.memory import LASTING, REACTIONS, SCENE, SPREAD, X, Y, Z
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitoring.carried import carried_load
+from peg_on_hole_ros.monitoring.carried import carried_load, unknown_load
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
     FREE,
@@ -219,8 +219,10 @@ def show(
         lost_B1 = moves * new_share(f, 1) * opening_evidence(f[Y + 4], f[REACTIONS + 28])
         lost_B2 = moves * new_share(f, 2) * opening_evidence(f[Y + 5], f[REACTIONS + 35])
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
-    # A rim that touches is told from noise, and from a holder that moves the peg in the air.
+    # A rim that touches is told from noise, from a zero of the sensor that is not known, and from
+    # a holder that moves the peg in the air.
     load, variance = carried_load(f, means, dt, o[2])
+    variance += unknown_load(f)
     moved = f[SCENE + 4] * o[7]
     load = load_evidence(load, sqrt(o[0] * o[0] + moved * moved + NOISE_ROOM * variance))
     p = hypotheses
