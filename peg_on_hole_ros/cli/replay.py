@@ -45,7 +45,8 @@ def run(arguments) -> int:
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         write_text(arguments.cycles, "".join(lines))
-    print(_text(result, score, doubts))
+    bridged = told(result["contact_steps"], result["messages"]["events"], configuration)
+    print(_text(result, score, [*doubts, *([bridged] if bridged else [])]))
     if not configuration.monitor.modes:
         print(Unjudged.line)
     if bag.damage:
@@ -221,8 +222,7 @@ def _text(result, score, doubts):
     ]
     lines += [f"  {reason}: {count}" for reason, count in messages["dropped"].items()]
     lines += [f"  {event}: {count}" for event, count in messages["events"].items()]
-    bridged = told(result["contact_steps"], messages["events"])
-    lines += [*doubts, *([bridged] if bridged else [])]
+    lines += doubts
     shares = ", ".join(f"{mode} {share:.1%}" for mode, share in result["contact_mode"].items())
     lines += [
         f"contact mode: {shares}",

@@ -4,14 +4,20 @@ from collections import Counter
 from collections.abc import Callable
 from math import ceil, log10
 
+from peg_on_hole_ros.configuration import uncertain_offsets
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP, Prediction
 from peg_on_hole_ros.estimation.identification.slip_noise import BELIEVED, SlipNoise
+from peg_on_hole_ros.options import Configuration
 
 # Not for noise.
 _UNSOLVED = ("step_without_solution", "step_runs_away")
 _LIMITED = "step_limited"
 # No usual sensor sends more [Hz].
 _MOST_RATE = 10_000.0
+_INSTEAD = (
+    "friction, angles and rates come from the balance of forces, and wrong settings show less "
+    "(docs/steps.md, docs/integration.md)"
+)
 _BRIDGED = (*NO_STEP, Prediction.SLOW, Prediction.DOUBTED, Prediction.RUNAWAY)
 
 
@@ -53,7 +59,7 @@ class ContactSteps:
         return {"count": self.count, "not_believed": self.bridged}
 
 
-def told(content: dict[str, int], events: dict[str, int]) -> str:
+def told(content: dict[str, int], events: dict[str, int], configuration: Configuration) -> str:
     """
     Return what to know where more than half of the steps were not believed, or nothing.
 
@@ -63,6 +69,8 @@ def told(content: dict[str, int], events: dict[str, int]) -> str:
         As `ContactSteps.content` gives it.
     events : dict of str to int
         What a replay has counted.
+    configuration : Configuration
+        That it had.
 
     """
     bridged, count = content["not_believed"], content["count"]
@@ -81,11 +89,26 @@ def told(content: dict[str, int], events: dict[str, int]) -> str:
             "wrench at 100 Hz and less; else units (N, N m), wrench.acts_on, sensor_xyz, torques "
             "or scene are wrong (docs/steps.md, docs/integration.md)"
         )
+    stated = _stated(configuration)
+    if stated:
+        return (
+            f"{begun}likely as what is stated to be uncertain hides how contacts slip "
+            f"({', '.join(stated)}): state less, after a tare, a measurement or `peg-on-hole "
+            "calibrate`; else as noise or rest does (usual for a slow wrench, a small peg, a peg "
+            f"at rest), or a setting is wrong: {_INSTEAD}"
+        )
     return (
         f"{begun}as noise or rest leaves slip no direction (usual for a slow wrench, a small peg, "
-        "a peg at rest; else a setting is wrong): friction, angles and rates come from the "
-        "balance of forces, and wrong settings show less (docs/steps.md, docs/integration.md)"
+        f"a peg at rest; else a setting is wrong): {_INSTEAD}"
     )
+
+
+def _stated(configuration):
+    """Return what the configuration says is uncertain, and that moves the slip of a step."""
+    spreads = uncertain_offsets(configuration)
+    if configuration.scene.clearance_stddev:
+        spreads.append(("scene.clearance_stddev", configuration.scene.clearance_stddev))
+    return [f"{name} = {value:g}" for name, value in spreads]
 
 
 def foreseen_content(found: SlipNoise, period: float) -> dict:
