@@ -7,13 +7,13 @@ topics; 4 ended early on a cut-off or damaged bag, with what was read kept.
 
 import argparse
 import importlib
-import os
 import signal
 import sys
 import threading
 from contextlib import contextmanager, nullcontext
 
 from peg_on_hole_ros import __version__
+from peg_on_hole_ros.cli.streams import readers_may_go
 from peg_on_hole_ros.errors import PegOnHoleError
 
 # Values that may begin with a minus sign, which argparse would take for an option.
@@ -32,8 +32,11 @@ topics; 4 ended early on a cut-off or damaged bag, with what was read kept"""
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code; an error is one line on stderr."""
-    arguments = sys.argv[1:] if arguments is None else arguments
-    parsed = _parsed(arguments)
+    with readers_may_go():
+        return _run(_parsed(sys.argv[1:] if arguments is None else arguments))
+
+
+def _run(parsed):
     try:
         # A node has its own way to end.
         with nullcontext() if parsed.command == "node" else _ended_by_sigterm():
@@ -44,17 +47,9 @@ def main(arguments: list[str] | None = None) -> int:
     except PegOnHoleError as error:
         print(f"peg-on-hole: error: {error}", file=sys.stderr)
         return error.exit_code
-    except BrokenPipeError:
-        # Whoever read the output has gone.
-        _forget_stdout()
-        return 0
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         print(f"peg-on-hole: error: {place}{error.strerror or error}", file=sys.stderr)
-        try:
-            sys.stdout.flush()
-        except OSError:
-            _forget_stdout()
         return PegOnHoleError.exit_code
     except KeyboardInterrupt:
         return 130
@@ -73,11 +68,6 @@ def _ended_by_sigterm():
     finally:
         if ours:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-def _forget_stdout():
-    """Let what is left to print go nowhere: Python would complain again at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def parser() -> argparse.ArgumentParser:

@@ -100,6 +100,38 @@ def test_output_that_cannot_be_printed_is_one_line():
     assert done.returncode == 2
 
 
+def unread(*arguments, errors_too=False):
+    """Run with an output that nobody reads, as `| true` leaves it."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-m", "peg_on_hole_ros.cli.main", *map(str, arguments)],
+        stdout=writing,
+        stderr=subprocess.STDOUT if errors_too else subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=False,
+    )
+    os.close(writing)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("buffered", ["", "1"])
+def test_a_reader_that_goes_changes_no_exit_code(tmp_path, monkeypatch, buffered):
+    monkeypatch.setenv("PYTHONUNBUFFERED", buffered)
+    whole = write_bag(tmp_path / "whole.mcap", count=400, chunk_bytes=4000)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    assert unread("inspect", whole) == (0, "")
+    assert unread("--help") == (0, "")
+    for command in ("inspect", "replay"):
+        code, told = unread(command, cut)
+        assert code == 4
+        assert told.startswith(f"peg-on-hole: error: {cut} is cut off at byte ")
+        assert len(told.splitlines()) == 1
+    assert unread("inspect", cut, errors_too=True)[0] == 4
+
+
 class Broken:
     """A file whose disk fails after some bytes."""
 
