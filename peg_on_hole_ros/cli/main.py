@@ -24,10 +24,11 @@ Contact state of a cylindrical peg being set on a hole: angles, reactions at the
 points, transition to two-point contact and risk of jamming, from wrench and joint states."""
 
 _EPILOG = """\
-BAG is an .mcap file or a rosbag2 folder. CONFIG is a ROS 2 parameters file; without one the
-defaults of config/peg_on_hole.yaml hold.
+BAG is an .mcap file or a rosbag2 folder. CONFIG is a ROS 2 parameters file; without one replay,
+inspect and calibrate use the configuration in the bag, if it has one, and else, as all others,
+the defaults of config/peg_on_hole.yaml.
 exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
-topics; 4 ended early on a cut-off or damaged bag, with what was read kept"""
+topics (inspect needs none); 4 ended early on a cut-off or damaged bag, with what was read kept"""
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -63,7 +63,21 @@ def test_wrong_arguments_are_exit_code_2(arguments, message, capsys):
     with pytest.raises(SystemExit) as end:
         main(arguments)
     assert end.value.code == 2
-    assert f"error: {message}" in capsys.readouterr().err
+    # As docs/command_line.md has it: the usage, then a line that names the command, if it is one.
+    usage, *_, line = capsys.readouterr().err.splitlines()
+    assert usage.startswith("usage: peg-on-hole")
+    begun = "peg-on-hole", *(f"peg-on-hole {name}" for name in COMMANDS)
+    assert line.startswith(tuple(f"{name}: error: {message}" for name in begun))
+
+
+def test_the_help_says_whose_configuration_holds(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert (
+        "without one replay, inspect and calibrate use the configuration in the bag, if it has "
+        "one, and else, as all others, the defaults of config/peg_on_hole.yaml"
+    ) in told
 
 
 def test_errors_are_one_line_and_never_a_traceback(tmp_path):
