@@ -76,3 +76,11 @@ def test_ros2_run_refuses_them_too():
     )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == f"peg_on_hole: error: unknown arguments: --config x.yaml; {ADVICE}\n"
+
+
+def test_a_file_that_is_not_there_is_told_after_what_ros_logs():
+    done = command("node", "--ros-args", "--params-file", "none.yaml")
+    logged, line = done.stderr.splitlines()
+    assert "[rcl]" in logged
+    assert line == "peg_on_hole: error: there is no configuration file none.yaml"
+    assert done.returncode == 2
