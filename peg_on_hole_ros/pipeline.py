@@ -10,13 +10,15 @@ from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.processing import Processor
-from peg_on_hole_ros.records import AngleMeasurement, JointSample, Outputs, WrenchSample
+from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outputs, WrenchSample
 
 # Joint states that wait for the wrench of their time; at 8 kHz these are 60 ms.
 MAX_WAITING = 512
 # A stamp this far behind is a clock that was set back or a bag played again, not a late message.
 CLOCK_JUMP_NS = 1_000_000_000
 TARE_SAMPLES = 100
+# Behind a pause that long the sensor may carry something else: a tare takes none from before it.
+TARE_PAUSE_NS = 1_000_000_000
 
 
 class Pipeline:
@@ -96,32 +98,35 @@ class Pipeline:
         self._joint_stamps.clear()
         self._recent.clear()
 
-    def reset(self) -> str:
-        """Restart filter and monitor, forget what was learnt; the tare stays. Returns as text."""
+    def reset(self) -> Answer:
+        """Restart filter and monitor, forget what was learnt; the tare stays."""
         last = self._last_wrench_ns
         self._restart()
         # No stamp is told of twice.
         self._last_wrench_ns = last
         self.processor.forget()
         self._arrival_counts["reset"] += 1
-        return (
+        return Answer(
+            True,
             "filter and monitor restarted, with friction and clearance as stated; they wait for a "
-            "joint state"
+            "joint state",
         )
 
-    def tare(self) -> str:
-        """Take the mean of the last wrenches as that of a free-hanging peg; return it as text."""
+    def tare(self) -> Answer:
+        """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
         if not self._recent or self.processor.t_ns is None:
-            return "nothing taken: no wrench and orientation have arrived yet"
+            self._arrival_counts["tare_refused"] += 1
+            return Answer(False, "nothing taken: no wrench and orientation have arrived yet")
         # Wrenches before a tare cannot be processed again after it.
         self._catch_up()
         self._history.clear()
         taken = self.processor.tare(self._recent)
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
-        return (
+        return Answer(
+            True,
             f"tare over {len(self._recent)} samples, sensor axes "
-            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}"
+            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}",
         )
 
     def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
@@ -206,6 +211,8 @@ class Pipeline:
         if sample.t_ns < now_ns:
             self._take_late_wrench(sample, now_ns)
             return None
+        if self._recent and sample.t_ns - self._recent[-1].t_ns > TARE_PAUSE_NS:
+            self._recent.clear()
         self._recent.append(sample)
         self._last_wrench_ns = sample.t_ns
         self._catch_up()

@@ -8,6 +8,23 @@ ANGLES = ("gamma", "psi", "phi")
 CONTACTS = ("K", "B1", "B2")
 
 
+class Answer(NamedTuple):
+    """
+    What came of something that was asked for.
+
+    Attributes
+    ----------
+    success : bool
+        Whether it was done.
+    message : str
+        What was done, or why not.
+
+    """
+
+    success: bool
+    message: str
+
+
 class WrenchSample(NamedTuple):
     """
     One wrench message as it was received.

@@ -230,7 +230,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
                 return response
             self._keep(lambda record, now_ns: record.event(name, now_ns))
             try:
-                response.success, response.message = True, self._stream.on_event(name)
+                response.success, response.message = self._stream.on_event(name)
             except Exception as error:
                 self._failed(name, error)
                 response.success = False

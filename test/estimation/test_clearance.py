@@ -66,7 +66,7 @@ def test_it_is_learnt_in_sliding_and_kept_until_a_reset(off):
     again = run(pipeline, motion, 2, START_NS + 5_000_000_000, seconds=0.01)
     assert again[0]["clearance"] == pytest.approx(learnt, rel=1e-3)
     assert again[0]["clearance_stddev"] < 2 * spread
-    assert "as stated" in pipeline.reset()
+    assert "as stated" in pipeline.reset().message
     anew = run(pipeline, motion, 3, START_NS + 9_000_000_000, seconds=0.005)
     assert anew[0]["clearance"] == pytest.approx(told)
     assert anew[0]["clearance_stddev"] == pytest.approx(OFF * told)

@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import Answer
 
 
 class MessageStream:
@@ -72,9 +73,9 @@ class MessageStream:
         """Count an error of the program at `wrench`, `joints`, `reset` or `tare`."""
         self._unusable[f"{what}_dropped_internal_error"] += 1
 
-    def on_event(self, name: str) -> str:
+    def on_event(self, name: str) -> Answer:
         """
-        Carry out `reset` or `tare`; return in words what happened.
+        Carry out `reset` or `tare`; return whether it was done, and in words what happened.
 
         Raises
         ------

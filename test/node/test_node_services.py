@@ -1,0 +1,36 @@
+"""Answers of `~/tare` and `~/reset` over real DDS: success says that it was done."""
+
+import pytest
+from std_srvs.srv import Trigger
+
+from dds_peer import Peer, node_process, stop
+from inputs import joints, wrench
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.ros_messages import to_ros
+
+pytestmark = pytest.mark.xdist_group("dds")
+
+MS = 1_000_000
+
+
+def test_a_tare_is_a_success_only_when_something_was_taken():
+    peer = Peer()
+    with node_process() as process:
+        peer.wait_for_matching()
+        refused = peer.call("tare", Trigger.Request())
+        peer.joints.publish(to_ros(JOINTS_TYPE, joints(0)))
+        stamps = iter(range(MS, 10_000 * MS, MS))
+
+        def answered():
+            peer.wrench.publish(to_ros(WRENCH_TYPE, wrench(next(stamps))))
+            return peer.received["state"]
+
+        peer.spin_until(answered, "an estimate")
+        taken = peer.call("tare", Trigger.Request())
+        reset = peer.call("reset", Trigger.Request())
+        stop(process)
+    peer.close()
+    assert not refused.success
+    assert refused.message == "nothing taken: no wrench and orientation have arrived yet"
+    assert taken.success and taken.message.startswith("tare over")
+    assert reset.success and reset.message.startswith("filter and monitor restarted")

@@ -1,0 +1,55 @@
+"""What a tare takes, and what it refuses, in the pipeline and through a record of arrivals."""
+
+import pytest
+
+from inputs import joints, wrench
+from late_samples import MS, ordered, pipeline, play
+from peg_on_hole_ros.edges.bags.arrival_record import ArrivalRecord
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.replay import replay_bag
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import WrenchSample
+
+REFUSED = (False, "nothing taken: no wrench and orientation have arrived yet")
+
+
+def test_a_tare_without_an_estimate_takes_nothing_and_says_so():
+    line, samples = pipeline(), ordered(50)
+    tare = line.processor.reduction.tare.tolist()
+    assert line.tare() == REFUSED
+    play(line, samples)
+    line.reset()
+    assert line.tare() == REFUSED
+    assert line.counts["tare_refused"] == 2 and line.counts["tare"] == 0
+    assert line.processor.reduction.tare.tolist() == tare
+
+
+def test_a_refused_tare_is_refused_in_the_replay_too(tmp_path):
+    record = ArrivalRecord(tmp_path / "arrivals.mcap", Configuration(), 10.0)
+    record.event("tare", 1)
+    record.joints(Encoder(JOINTS_TYPE)(joints(MS)), 2)
+    for k in range(5):
+        record.wrench(Encoder(WRENCH_TYPE)(wrench(k * MS + MS)), 3 + k)
+    record.event("tare", 10)
+    record.close()
+    replayed = replay_bag(Bag(record.path), Configuration(), 10.0, [])
+    assert {name: replayed.events.get(name) for name in ("tare", "tare_refused")} == {
+        "tare": 1,
+        "tare_refused": 1,
+    }
+
+
+@pytest.mark.parametrize(("pause_ms", "taken"), [(1000, 100), (1001, 50)])
+def test_a_tare_takes_no_wrench_from_before_a_long_pause(pause_ms, taken):
+    line, samples = pipeline(), ordered(60)
+    start = samples[-1].t_ns
+    play(line, samples)
+    for first_ns, force, count in (
+        (start + MS, 7.0, 100),
+        (start + (100 + pause_ms) * MS, 9.0, 50),
+    ):
+        stamps = range(first_ns, first_ns + count * MS, MS)
+        play(line, [WrenchSample(t_ns, (0.0, 0.0, force), (0.0, 0.0, 0.0)) for t_ns in stamps])
+    assert line.tare().message.startswith(f"tare over {taken} samples")
