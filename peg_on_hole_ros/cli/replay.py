@@ -14,7 +14,7 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.contact_steps import told
-from peg_on_hole_ros.edges.cycles import Cycles, json_line
+from peg_on_hole_ros.edges.cycles import CycleList, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.plots.series import Series
@@ -81,7 +81,7 @@ def replay(
     figures = _plotting() if report_path else None
     truth = truth_in(bag)
     summary, series = Summary(), Series() if report_path else None
-    score, cycles = Score(truth) if truth else None, Cycles()
+    score, cycles = Score(truth) if truth else None, CycleList()
     sinks = [sink for sink in (summary, score, series, cycles) if sink is not None]
     with ExitStack() as stack:
         writer = None

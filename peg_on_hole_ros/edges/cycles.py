@@ -27,19 +27,13 @@ def json_line(record: dict) -> str:
 
 class Cycles:
     """
-    Collects a record of each try, the same for node and replay.
+    Makes a record of each try, ready for JSON, the same for node and replay; keeps none.
 
     A try begins where contact came and ends where it has gone for a while, or where stamps fall.
-
-    Attributes
-    ----------
-    records : list of dict
-        All that have ended, ready for JSON; see docs/command_line.md.
-
+    What a record holds: docs/command_line.md.
     """
 
     def __init__(self):
-        self.records: list[dict] = []
         self._levels: dict[str, int] = {}
         self._flag = False
         self._mode = ""
@@ -136,7 +130,7 @@ class Cycles:
         known = self._count > 0
         peak = self._peak if known else [None] * 3
         mean = [total / self._count for total in self._sum] if known else peak
-        record = {
+        ended = {
             "start_time": self._start_ns * 1e-9,
             "contact_latency": self._latency,
             "duration": (self._last_ns - self._start_ns) * 1e-9,
@@ -147,6 +141,33 @@ class Cycles:
             "alarms": self._alarms,
             "alarm_count": self._alarm_count,
         }
-        self.records.append(record)
         self._begin()
-        return record
+        return ended
+
+
+class CycleList:
+    """
+    All tries of a replay; the node, which runs for weeks, has no such list.
+
+    Attributes
+    ----------
+    records : list of dict
+        Of the tries that have ended, see `Cycles`.
+
+    """
+
+    def __init__(self):
+        self.records: list[dict] = []
+        self._cycles = Cycles()
+
+    def add(self, t_ns: int, messages: list[Message]) -> None:
+        """Take the messages of one stamp [ns]."""
+        self._keep(self._cycles.add(t_ns, messages))
+
+    def finish(self) -> None:
+        """End a try that was under way."""
+        self._keep(self._cycles.finish())
+
+    def _keep(self, record):
+        if record is not None:
+            self.records.append(record)

@@ -1,6 +1,7 @@
 """Records of tries: known messages in, known records out."""
 
 import json
+import pickle
 
 import pytest
 
@@ -9,7 +10,7 @@ from json_schema import check
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag
-from peg_on_hole_ros.edges.cycles import PAUSE_NS, Cycles, json_line
+from peg_on_hole_ros.edges.cycles import PAUSE_NS, CycleList, Cycles, json_line
 from peg_on_hole_ros.edges.messages.output import (
     BOOL,
     DIAGNOSTICS,
@@ -41,8 +42,8 @@ def said(mode=None, flag=None, normal=None, determined=1.0, contact=None, **leve
 
 
 def told(rows):
-    """Return the records of messages by stamp [ms]."""
-    cycles = Cycles()
+    """Return the tries of messages by stamp [ms]."""
+    cycles = CycleList()
     for t_ms, messages in rows:
         cycles.add(START + t_ms * MS, messages)
     return cycles
@@ -67,7 +68,8 @@ def test_a_try_that_goes_in():
     ]
     cycles = told(rows)
     (record,) = cycles.records
-    assert cycles.finish() is None
+    cycles.finish()
+    assert len(cycles.records) == 1
     alarms = record.pop("alarms")
     assert [(alarm["name"], alarm["level"]) for alarm in alarms] == [
         ("overload", "WARN"),
@@ -93,8 +95,8 @@ def test_short_losses_of_contact_do_not_end_a_try_and_long_ones_do():
     rows += [(2 * PAUSE_MS + 10, said()), (2 * PAUSE_MS + 20, said("three_point"))]
     cycles = told(rows)
     assert [record["outcome"] for record in cycles.records] == ["aborted"]
-    assert cycles.finish()["outcome"] == "unfinished"
-    assert len(cycles.records) == 2
+    cycles.finish()
+    assert [record["outcome"] for record in cycles.records] == ["aborted", "unfinished"]
 
 
 def test_a_clock_that_goes_back_ends_a_try():
@@ -121,14 +123,31 @@ def test_a_clock_that_goes_back_ends_a_try():
 
 def test_outcomes_of_tries_that_do_not_go_in():
     jammed = told([(0, said("three_point", flag=False)), (10, said("unknown", jamming=2))])
-    assert jammed.finish()["outcome"] == "jammed"
+    jammed.finish()
+    assert jammed.records[0]["outcome"] == "jammed"
     # In and out again: the flag has fallen.
     back = told([(0, said("three_point")), (10, said(flag=True)), (20, said(flag=False))])
-    record = back.finish()
+    back.finish()
+    (record,) = back.records
     assert record["outcome"] == "unfinished"
     assert record["transition_time"] == pytest.approx(0.01, abs=1e-9)
     # What touches from the start on in no known way is no try yet.
-    assert told([(0, said("unknown"))]).finish() is None
+    no_try = told([(0, said("unknown"))])
+    no_try.finish()
+    assert no_try.records == []
+
+
+def test_the_node_keeps_nothing_of_a_try_that_has_ended():
+    cycles, sizes, ended = Cycles(), [], 0
+    for k in range(3):
+        start = START + k * 4 * PAUSE_NS
+        cycles.add(start, said("three_point", flag=False, normal=[1.0, 2.0, 3.0], overload=2))
+        cycles.add(start + MS, said("open", overload=0))
+        ended += cycles.add(start + 2 * PAUSE_NS, said()) is not None
+        # Whatever it is kept in: a pickle holds all that the object does.
+        sizes.append(len(pickle.dumps(cycles)))
+    assert ended == 3
+    assert sizes[0] == sizes[1] == sizes[2]
 
 
 def test_a_try_whose_reactions_were_never_determined_has_none():
