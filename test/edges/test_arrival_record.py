@@ -1,14 +1,24 @@
 """Over real DDS: what the node published is, bit for bit, what its record of arrivals replays."""
 
+import gc
+
 import pytest
+from mcap.reader import make_reader
+from mcap.records import ChunkIndex
 from rclpy.serialization import deserialize_message, serialize_message
 from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
 from inputs import closing, joints, wrench
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC, ArrivalRecord, replay_arrivals
+from peg_on_hole_ros.edges.bags.arrival_record import (
+    CHUNK_BYTES,
+    EVENT_TOPIC,
+    ArrivalRecord,
+    replay_arrivals,
+)
 from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, TOPICS
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_plain, to_ros
@@ -182,6 +192,36 @@ def test_existing_record_is_kept(tmp_path):
     assert record.path.name == "record_1.mcap"
     events = Bag(record.path).messages([EVENT_TOPIC])
     assert [(event.log_ns, event.message.data) for event in events] == [(5, "tare"), (6, "reset")]
+
+
+def test_a_record_of_days_keeps_no_place_of_every_chunk_in_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr("peg_on_hole_ros.edges.bags.arrival_record.MOST_INDEXED", 4)
+    record = ArrivalRecord(tmp_path / "record.mcap", Configuration(), 10.0)
+    before = places_kept()
+    payload = Encoder(WRENCH_TYPE)(wrench(5))
+    count = 40 * CHUNK_BYTES // len(payload)
+    for t_ns in range(count):
+        record.wrench(payload, t_ns)
+    record.event("reset", count)
+    # Four and what the writer's own part of each message adds, for forty.
+    assert places_kept() - before < 10
+    record.close()
+    bag = Bag(record.path)
+    assert not bag.damage
+    assert bag.metadata["peg_on_hole_configuration"]["scene.friction"] == "0.2"
+    topics = ("/wrench", "/joint_states", EVENT_TOPIC)
+    found = [(arrival.topic, arrival.log_ns) for arrival in bag.messages(topics)]
+    assert found == [
+        *(("/wrench", t_ns) for t_ns in range(1, count + 1)),
+        (EVENT_TOPIC, count + 1),
+    ]
+    with record.path.open("rb") as stream:
+        # What other programs do.
+        assert sum(1 for _ in make_reader(stream).iter_messages()) == count + 1
+
+
+def places_kept():
+    return sum(isinstance(item, ChunkIndex) for item in gc.get_objects())
 
 
 @pytest.mark.parametrize(

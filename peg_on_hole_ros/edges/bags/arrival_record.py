@@ -6,7 +6,7 @@ from errno import EISDIR
 from os import strerror
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType, IndexType, Writer
 
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, configuration_metadata
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -20,6 +20,10 @@ from peg_on_hole_ros.options import Configuration
 EVENT_TOPIC = "/peg_on_hole/events"
 # A killed node loses what is not in a complete chunk: small ones, about 0.1 s at 1.5 kHz.
 CHUNK_BYTES = 16 * 1024
+# The writer keeps the place of each chunk for an index at the end, some 0.6 kB: 40 MB in two hours
+# at 1 kHz, where a node records for days. A longer record has no index, as that of a killed node:
+# programs read it from its beginning, as this one does all.
+MOST_INDEXED = 1 << 16
 
 
 class ArrivalRecord:
@@ -27,7 +31,8 @@ class ArrivalRecord:
     A bag written message by message, in the order of the calls.
 
     Log times are the wall clock made strictly increasing, so that a reader's order is the order
-    of arrival; the bytes are those that arrived.
+    of arrival; the bytes are those that arrived. One of more than some MOST_INDEXED chunks
+    has no index.
 
     Parameters
     ----------
@@ -66,10 +71,14 @@ class ArrivalRecord:
         self._writer.add_metadata(
             CONFIGURATION_METADATA, configuration_metadata(configuration, markers_rate)
         )
-        self._wrench = self._channel(configuration.topics.wrench, WRENCH_TYPE)
-        self._joints = self._channel(configuration.topics.joint_states, JOINTS_TYPE)
-        self._event = self._channel(EVENT_TOPIC, STRING)
-        self._last_ns = 0
+        topics = configuration.topics
+        self._channels = (
+            (topics.wrench, WRENCH_TYPE),
+            (topics.joint_states, JOINTS_TYPE),
+            (EVENT_TOPIC, STRING),
+        )
+        self._wrench, self._joints, self._event = self._register()
+        self._last_ns = self._bytes = 0
 
     def wrench(self, payload: bytes, now_ns: int) -> None:
         """Append a serialised WrenchStamped that came in at a wall-clock time [ns]."""
@@ -91,11 +100,39 @@ class ArrivalRecord:
             self._writer.finish()
             self._stream.close()
 
-    def _channel(self, topic, ros_type):
-        schema = self._writer.register_schema(ros_type, "ros2msg", definition(ros_type).encode())
-        return self._writer.register_channel(topic, "cdr", schema)
+    def _register(self):
+        """Return the numbers of the channels, the same ones for every writer."""
+        schemas = [
+            self._writer.register_schema(ros_type, "ros2msg", definition(ros_type).encode())
+            for _, ros_type in self._channels
+        ]
+        return [
+            self._writer.register_channel(topic, "cdr", schema)
+            for (topic, _), schema in zip(self._channels, schemas)
+        ]
+
+    def _drop_index(self):
+        """Go on with a writer that knows nothing of the chunks so far, and says nothing of any."""
+        self._writer.flush()
+        self._writer = Writer(
+            self._stream,
+            chunk_size=CHUNK_BYTES,
+            compression=CompressionType.ZSTD,
+            # Half a summary would hide the other half of the chunks: a file without any is read
+            # from its beginning.
+            index_types=IndexType.MESSAGE,
+            repeat_channels=False,
+            repeat_schemas=False,
+            use_statistics=False,
+            use_summary_offsets=False,
+        )
+        self._register()
+        self._bytes = 0
 
     def _append(self, channel, payload, now_ns):
+        self._bytes += len(payload)
+        if self._bytes > MOST_INDEXED * CHUNK_BYTES:
+            self._drop_index()
         self._last_ns = max(now_ns, self._last_ns + 1)
         self._writer.add_message(
             channel, log_time=self._last_ns, publish_time=self._last_ns, data=payload
