@@ -28,6 +28,10 @@ from peg_on_hole_ros.options import Topics
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
+NO_CLOCK = (
+    "use_sim_time is set, but no /clock has come: estimates go on by the stamps of the messages, "
+    "their latency is unknown"
+)
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -89,7 +93,9 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         """Begin to listen."""
         topics = self.configuration.topics
         wrench = self.resolve_topic_name(topics.wrench)
-        self._diagnostics = Diagnostics(lambda: self.count_publishers(wrench))
+        # A second activation goes on with the counts of the first.
+        counts = self._stream.counts
+        self._diagnostics = Diagnostics(lambda: self.count_publishers(wrench), counts)
         self._reported_ns = time.monotonic_ns()
         # Best effort matches publishers of both kinds.
         qos = QoSProfile(depth=self.options.qos_depth, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -152,6 +158,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             self.destroy_subscription(subscription)
         if self._while_active:
             self.destroy_timer(self._timer)
+            self._warn(self._diagnostics.rest(self._stream.counts))
         self._while_active = []
 
     def _release(self):
@@ -252,14 +259,14 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             pipeline.health,
             pipeline.model,
         )
+        self._warn(lines)
+        if not stamp_ns:
+            self._warn([NO_CLOCK])
+        self._outputs.diagnostics(fields)
+
+    def _warn(self, lines):
         for line in lines:
             self.get_logger().warning(line)
-        if not stamp_ns:
-            self.get_logger().warning(
-                "use_sim_time is set, but no /clock has come: estimates go on by the stamps of "
-                "the messages, their latency is unknown"
-            )
-        self._outputs.diagnostics(fields)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -28,9 +28,11 @@ def test_a_tare_is_a_success_only_when_something_was_taken():
         peer.spin_until(answered, "an estimate")
         taken = peer.call("tare", Trigger.Request())
         reset = peer.call("reset", Trigger.Request())
-        stop(process)
+        text = stop(process)
     peer.close()
     assert not refused.success
     assert refused.message == "nothing taken: no wrench and orientation have arrived yet"
     assert taken.success and taken.message.startswith("tare over")
+    # Told at the end at the latest.
+    assert text.count("tare refused: 1 times") == 1
     assert reset.success and reset.message.startswith("filter and monitor restarted")

@@ -31,17 +31,23 @@ class Diagnostics:
     ----------
     wrench_publishers : callable, optional
         Returns how many publish on the topic of the wrench.
+    counts : dict of str to int, optional
+        Every message by fate up to now: what no report is to call new.
 
     """
 
-    def __init__(self, wrench_publishers: Callable[[], int] = lambda: 1):
+    def __init__(
+        self,
+        wrench_publishers: Callable[[], int] = lambda: 1,
+        counts: dict[str, int] | None = None,
+    ):
         self._wrench_publishers = wrench_publishers
         self._received: Counter[str] = Counter()
         self._busy_ns = 0
         self._longest_ns = 0
         self._outputs = 0
         self._age_ns: int | None = None
-        self._counts: dict[str, int] = {}
+        self._counts = dict(counts or {})
 
     def received(self, source: str, busy_ns: int, outputs: bool = False) -> None:
         """Note one message from `wrench` or `joints`, and how long its callback took [ns]."""
@@ -79,11 +85,8 @@ class Diagnostics:
             Which model of the contact is in use, and why.
 
         """
-        new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
-        # What a late message changed may also have undone something.
-        new = {name: count for name, count in new.items() if count > 0 and not _USUAL.search(name)}
+        new = self._new(counts)
         lost = {name: count for name, count in new.items() if _LOST.search(name)}
-        self._counts = dict(counts)
         status = [
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns),
@@ -92,8 +95,18 @@ class Diagnostics:
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
-        lines = [f"{name.replace('_', ' ')}: {count} times" for name, count in new.items()]
-        return {"header": header(t_ns), "status": status}, lines
+        return {"header": header(t_ns), "status": status}, _lines(new)
+
+    def rest(self, counts: dict[str, int]) -> list[str]:
+        """Return lines to log of what came after the last report, where no other will follow."""
+        return _lines(self._new(counts))
+
+    def _new(self, counts):
+        """Return what is new and worth telling since the last call."""
+        new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
+        self._counts = dict(counts)
+        # What a late message changed may also have undone something.
+        return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
 
     def _input(self, elapsed_ns, counts, lost):
         seconds = elapsed_ns * 1e-9
@@ -137,6 +150,10 @@ class Diagnostics:
         busy = load > 0.9
         text = "too slow for this input rate: messages will be lost" if busy else "keeping up"
         return _status("timing", WARN if busy else OK, text, values)
+
+
+def _lines(new):
+    return [f"{name.replace('_', ' ')}: {count} times" for name, count in new.items()]
 
 
 def _status(name, level, message, values):
