@@ -2,7 +2,6 @@
 
 import sys
 import time
-from dataclasses import asdict, replace
 from traceback import format_exception
 
 import rclpy
@@ -12,19 +11,19 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
-from peg_on_hole_ros.edges.bags.arrival_record import ArrivalRecord
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.live import parameters as node_parameters
 from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.arrivals import Arrivals
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.edges.live.publishers import Publishers
+from peg_on_hole_ros.edges.live.recording import Recording
+from peg_on_hole_ros.edges.live.transitions import aloud
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.options import Topics
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
@@ -32,7 +31,7 @@ NO_CLOCK = (
     "use_sim_time is set, but no /clock has come: estimates go on by the stamps of the messages, "
     "their latency is unknown"
 )
-SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
 class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
@@ -54,11 +53,12 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
     def __init__(self, arguments: list[str]):
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self._stream: MessageStream | None = None
-        self._record: ArrivalRecord | None = None
+        self._recording: Recording | None = None
         self._outputs: Publishers | None = None
         self.arrivals = Arrivals()
         self._cycles = Cycles()
         self._while_active: list = []
+        self._timer = None
         self._services_made: list = []
         node_parameters.check_files(self.get_fully_qualified_name(), arguments)
         node_parameters.declare(self)
@@ -67,28 +67,23 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             lambda changed: node_parameters.refusal(self, self._stream is not None, changed)
         )
 
+    @aloud
     def on_configure(self, state) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
-        try:
-            self.configuration, self.options = node_parameters.read(self)
-            begun = time.perf_counter()
-            warm(self.configuration, to_ros)
-            self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
-            self._stream = message_stream(self.configuration, self.options.markers_rate)
-            self._cycles = Cycles()
-            self._open_record()
-            self._outputs = Publishers(self, self.options.qos_depth)
-            self._services_made = [
-                self.create_service(Trigger, f"~/{name}", self._service(name))
-                for name in ("reset", "tare")
-            ]
-        except Exception as error:  # rclpy drops those of transitions without a word
-            known = isinstance(error, PegOnHoleError)
-            self.get_logger().error(str(error) if known else f"cannot configure: {error!r}")
-            self._release()
-            return FAILURE
+        self.configuration, self.options = node_parameters.read(self)
+        begun = time.perf_counter()
+        warm(self.configuration, to_ros)
+        self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
+        self._stream = message_stream(self.configuration, self.options.markers_rate)
+        self._cycles = Cycles()
+        self._recording = Recording(self, self.configuration, self.options)
+        self._outputs = Publishers(self, self.options.qos_depth)
+        for name in ("reset", "tare"):
+            service = self.create_service(Trigger, f"~/{name}", self._service(name))
+            self._services_made.append(service)
         return super().on_configure(state)
 
+    @aloud
     def on_activate(self, state) -> TransitionCallbackReturn:
         """Begin to listen."""
         topics = self.configuration.topics
@@ -103,71 +98,69 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             (WRENCH_TYPE, topics.wrench, self.arrivals.wrench),
             (JOINTS_TYPE, topics.joint_states, self.arrivals.joints),
         )
-        self._while_active = [
-            self.create_subscription(message_class(ros_type), topic, take, qos, raw=True)
-            for ros_type, topic, take in inputs
-        ]
         # The ROS clock may be a simulator's that stands still.
-        self._timer = self.create_timer(
-            1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(1.0, self._report, clock=clock)
+        for ros_type, topic, take in inputs:
+            kind = message_class(ros_type)
+            self._while_active.append(self.create_subscription(kind, topic, take, qos, raw=True))
         self.get_logger().info(
             f"active: listening to {wrench} and {self.resolve_topic_name(topics.joint_states)}"
         )
         return super().on_activate(state)
 
+    @aloud
     def on_deactivate(self, state) -> TransitionCallbackReturn:
         """Stop listening; the estimate is kept, a gap in the stamps is bridged."""
         self._stop_listening()
         return super().on_deactivate(state)
 
+    @aloud
     def on_cleanup(self, state) -> TransitionCallbackReturn:
         """Finish record and try, forget the estimate."""
         self._release()
         return SUCCESS
 
+    @aloud
     def on_shutdown(self, state) -> TransitionCallbackReturn:
         """Finish record and try."""
+        self._release()
+        return SUCCESS
+
+    @aloud
+    def on_error(self, state) -> TransitionCallbackReturn:
+        """Let go of what a transition that failed has left, so that the node can be configured."""
         self._release()
         return SUCCESS
 
     def close(self) -> None:
         """Work off what waits, finish the record and log a try under way, in whatever state."""
         self._stop_listening()
-        if self._record is not None:
-            self._record.close()
-            self._record = None
+        if self._recording is not None:
+            self._recording.close()
         self._log_cycle(self._cycles.finish())
 
-    def _open_record(self):
-        if not self.options.record_arrivals:
-            return
-        # As they are after remapping, in this namespace: a replay knows neither.
-        names = asdict(self.configuration.topics)
-        topics = Topics(**{name: self.resolve_topic_name(topic) for name, topic in names.items()})
-        self._record = ArrivalRecord(
-            self.options.record_arrivals,
-            replace(self.configuration, topics=topics),
-            self.options.markers_rate,
-        )
-        self.get_logger().info(f"recording arrivals to {self._record.path}")
-
     def _stop_listening(self):
-        self.process()
-        for subscription in self._while_active:
-            self.destroy_subscription(subscription)
-        if self._while_active:
-            self.destroy_timer(self._timer)
-            self._warn(self._diagnostics.rest(self._stream.counts))
-        self._while_active = []
+        try:
+            self.process()
+        finally:
+            for subscription in self._while_active:
+                self.destroy_subscription(subscription)
+            self._while_active = []
+            if self._timer is not None:
+                self.destroy_timer(self._timer)
+                self._timer = None
+                self._warn(self._diagnostics.rest(self._stream.counts))
 
     def _release(self):
-        self.close()
-        for service in self._services_made:
-            self.destroy_service(service)
-        if self._outputs is not None:
-            self._outputs.destroy()
-        self._services_made, self._outputs, self._stream = [], None, None
+        try:
+            self.close()
+        finally:
+            for service in self._services_made:
+                self.destroy_service(service)
+            if self._outputs is not None:
+                self._outputs.destroy()
+            self._services_made, self._outputs, self._stream = [], None, None
 
     def process(self) -> None:
         """Work off what has arrived, the sources merged by their stamps."""
@@ -180,7 +173,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
 
     def _on_wrench(self, payload):
         begun = time.monotonic_ns()
-        self._keep(lambda record, now_ns: record.wrench(payload, now_ns))
+        self._recording.wrench(payload)
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
         messages = [] if message is None else self._stream.on_wrench(message)
         self._outputs.publish(messages)
@@ -192,7 +185,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
 
     def _on_joints(self, payload):
         begun = time.monotonic_ns()
-        self._keep(lambda record, now_ns: record.joints(payload, now_ns))
+        self._recording.joints(payload)
         message = self._deserialised("joints", JOINTS_TYPE, payload)
         if message is not None:
             self._stream.on_joints(message)
@@ -207,7 +200,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             throttle_duration_sec=QUIET,
         )
         # Nobody knows where the error left the filter, or what it had learnt by then.
-        self._keep(lambda record, now_ns: record.event("reset", now_ns))
+        self._recording.event("reset")
         self._stream.on_event("reset")
 
     def _log_cycle(self, record):
@@ -221,21 +214,12 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             self._stream.unreadable(source)
             return None
 
-    def _keep(self, append):
-        if self._record is None:
-            return
-        try:
-            append(self._record, time.time_ns())
-        except OSError as error:
-            path, self._record = self._record.path, None
-            self.get_logger().error(f"recording to {path} ended: {error.strerror}")
-
     def _service(self, name):
         def respond(_, response):
             if not self._while_active:
                 response.success, response.message = False, "the node is not active"
                 return response
-            self._keep(lambda record, now_ns: record.event(name, now_ns))
+            self._recording.event(name)
             try:
                 response.success, response.message = self._stream.on_event(name)
             except Exception as error:
@@ -296,9 +280,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{NAME}: error: {error}", file=sys.stderr)
         return error.exit_code
     finally:
-        if node is not None:
-            node.close()
-        rclpy.try_shutdown()
+        try:
+            if node is not None:
+                node.close()
+        finally:
+            rclpy.try_shutdown()
     return 0
 
 

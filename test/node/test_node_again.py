@@ -1,11 +1,15 @@
-"""A node that is deactivated and activated again, and one whose transitions fail."""
+"""A node that is activated again, one whose transitions fail, and one whose disk is full."""
 
+import os
 from contextlib import contextmanager
 
 import pytest
 import rclpy
+from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.parameter import Parameter
 
-from inputs import joints, wrench
+from dds_peer import PATIENCE, node_process
+from inputs import closing, joints, wrench
 from peg_on_hole_ros.edges.live.process import init
 from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -15,6 +19,7 @@ pytestmark = pytest.mark.xdist_group("dds")
 
 MS = 1_000_000
 OK, ERROR = 0, 2
+ENCODE = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
 
 
 @contextmanager
@@ -35,8 +40,8 @@ def configured(*arguments):
 def feed(node, *stamps_ms):
     """Let the node work off a joint state and a wrench of each stamp."""
     for t_ms in stamps_ms:
-        node.arrivals.joints(Encoder(JOINTS_TYPE)(joints(t_ms * MS)))
-        node.arrivals.wrench(Encoder(WRENCH_TYPE)(wrench(t_ms * MS)))
+        node.arrivals.joints(ENCODE["joints"](joints(t_ms * MS)))
+        node.arrivals.wrench(ENCODE["wrench"](wrench(t_ms * MS)))
     node.process()
 
 
@@ -79,3 +84,78 @@ def test_what_was_lost_before_is_not_reported_again_and_what_no_report_told_is(c
     assert told.count("wrench dropped internal error: 1 times") == 1
     assert told.count("wrench dropped malformed unreadable: 1 times") == 1
     assert "times" not in again
+
+
+@pytest.mark.parametrize("topic", ["topics.wrench", "topics.joint_states"])
+def test_an_activation_that_fails_says_why_and_leaves_nothing(topic, capfd):
+    # ROS 2 has one type for a topic, and this one is an output's.
+    with configured("-p", f"{topic}:=/peg_on_hole/pose") as node:
+        assert node.trigger_activate() != TransitionCallbackReturn.SUCCESS
+        assert state(node) == "unconfigured"
+        assert "cannot activate: " in (told := capfd.readouterr().err)
+        assert "/peg_on_hole/pose" in told
+        made = [*node.subscriptions, *node.services, *node.timers]
+        assert not [one for one in made if named(one) in ("/wrench", "~/reset", "~/tare", None)]
+        # Nothing stands in the way of a remedy.
+        default = f"/{topic.removeprefix('topics.')}"
+        (answer,) = node.set_parameters([Parameter(topic, value=default)])
+        assert answer.successful, answer.reason
+        assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+        assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+
+
+def state(node):
+    return node._state_machine.current_state[1]
+
+
+def named(one):
+    return getattr(one, "topic", None) or getattr(one, "srv_name", None)
+
+
+def test_a_node_that_cannot_be_activated_ends_with_a_word():
+    with node_process("-p", "topics.wrench:=/peg_on_hole/pose") as process:
+        text, _ = process.communicate(timeout=PATIENCE)
+        assert process.returncode == 2
+    assert "cannot activate: " in text
+
+
+@pytest.mark.parametrize("end", ["trigger_deactivate", "trigger_cleanup", "trigger_shutdown"])
+def test_an_error_at_an_end_is_said_and_leaves_nothing(end, capfd):
+    with configured() as node:
+        if end != "trigger_cleanup":
+            node.trigger_activate()
+        failures = [RuntimeError("made up")]
+        node.arrivals.take = lambda: raised(failures)
+        getattr(node, end)()
+        assert not failures
+        assert state(node) == "unconfigured"
+        name = end.removeprefix("trigger_")
+        assert f"cannot {name}: RuntimeError('made up')" in capfd.readouterr().err
+        assert not [one for one in node.services if named(one) in ("~/reset", "~/tare")]
+
+
+def raised(errors):
+    """Raise each error once."""
+    if errors:
+        raise errors.pop()
+    return []
+
+
+@pytest.mark.parametrize("end", ["close", "trigger_cleanup", "trigger_shutdown"])
+def test_a_disk_that_is_full_at_the_end_of_a_record_costs_the_record_alone(end, tmp_path, capfd):
+    path = tmp_path / "arrivals.mcap"
+    with configured("-p", f"record_arrivals:={path}") as node:
+        node.trigger_activate()
+        for source, message in closing(80):
+            getattr(node.arrivals, source)(ENCODE[source](message))
+        node.process()
+        with open("/dev/full", "wb") as full:
+            os.dup2(full.fileno(), node._recording._record._stream.fileno())
+        if end == "trigger_cleanup":
+            node.trigger_deactivate()
+        answer = getattr(node, end)()
+        told = capfd.readouterr().err
+        assert answer in (None, TransitionCallbackReturn.SUCCESS)
+        assert (node._outputs is None) == (end != "close")
+    assert f"recording to {path} ended: No space left on device" in told
+    assert '"outcome": "unfinished"' in told

@@ -95,10 +95,18 @@ class ArrivalRecord:
         self._append(self._event, b"\0\1\0\0" + struct.pack("<I", len(text)) + text, now_ns)
 
     def close(self) -> None:
-        """Finish the file; nothing can be appended after it."""
+        """
+        Finish the file; nothing can be appended after it.
+
+        Raises
+        ------
+        OSError
+            What was left could not be written; the file is closed, and as that of a killed node.
+
+        """
         if not self._stream.closed:
-            self._writer.finish()
-            self._stream.close()
+            with self._stream:
+                self._writer.finish()
 
     def _register(self):
         """Return the numbers of the channels, the same ones for every writer."""

@@ -1,0 +1,35 @@
+"""Transitions of a lifecycle node that fail aloud: rclpy drops their errors without a word."""
+
+from collections.abc import Callable
+from functools import wraps
+
+from rclpy.lifecycle import TransitionCallbackReturn
+
+from peg_on_hole_ros.errors import PegOnHoleError
+
+Transition = Callable[..., TransitionCallbackReturn]
+
+
+def aloud(transition: Transition) -> Transition:
+    """
+    Have an error of a transition logged, and answered as one: `on_error` of the node is next.
+
+    Parameters
+    ----------
+    transition : callable
+        Method of a LifecycleNode, such as `on_configure`.
+
+    """
+
+    @wraps(transition)
+    def told(node, state):
+        try:
+            return transition(node, state)
+        except Exception as error:
+            known = isinstance(error, PegOnHoleError)
+            name = transition.__name__.removeprefix("on_")
+            what = "recover from that" if name == "error" else name
+            node.get_logger().error(str(error) if known else f"cannot {what}: {error!r}")
+            return TransitionCallbackReturn.ERROR
+
+    return told
