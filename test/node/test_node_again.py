@@ -149,8 +149,7 @@ def test_a_disk_that_is_full_at_the_end_of_a_record_costs_the_record_alone(end, 
         for source, message in closing(80):
             getattr(node.arrivals, source)(ENCODE[source](message))
         node.process()
-        with open("/dev/full", "wb") as full:
-            os.dup2(full.fileno(), node._recording._record._stream.fileno())
+        fill_disk(node)
         if end == "trigger_cleanup":
             node.trigger_deactivate()
         answer = getattr(node, end)()
@@ -159,3 +158,23 @@ def test_a_disk_that_is_full_at_the_end_of_a_record_costs_the_record_alone(end, 
         assert (node._outputs is None) == (end != "close")
     assert f"recording to {path} ended: No space left on device" in told
     assert '"outcome": "unfinished"' in told
+
+
+def test_a_disk_that_fills_up_ends_the_record_and_not_the_node(tmp_path, capfd):
+    path = tmp_path / "arrivals.mcap"
+    with configured("-p", f"record_arrivals:={path}") as node:
+        node.trigger_activate()
+        fill_disk(node)
+        for source, message in closing(400):
+            getattr(node.arrivals, source)(ENCODE[source](message))
+        node.process()
+        counts = node._stream.counts
+    assert counts["wrench_used"] == 400 and "reset" not in counts
+    told = capfd.readouterr().err
+    assert told.count(f"recording to {path} ended: No space left on device") == 1
+
+
+def fill_disk(node):
+    """Let nothing more be written to the record."""
+    with open("/dev/full", "wb") as full:
+        os.dup2(full.fileno(), node._recording._record._stream.fileno())
