@@ -19,7 +19,11 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     times_covariance,
 )
 from peg_on_hole_ros.estimation.kernel.prediction import SLOW_SLIP, predict_free
-from peg_on_hole_ros.estimation.kernel.slip import friction_scales, slow_slip
+from peg_on_hole_ros.estimation.kernel.slip import (
+    friction_scales,
+    scales_without_contacts,
+    slow_slip,
+)
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.choice import (
     AUTO,
@@ -128,8 +132,9 @@ def choose_at(m, choice, y):
 @compiled
 def predict_at_constant_rates(m, slopes, dt, rate_noise):
     """Predict as `kernel.predict_free`, with the friction scales that the reactions need."""
-    process = process_of(m)
-    friction_scales(scene_of(m), m, process.slip_velocity_scale, process.slip_widening)
+    p, process = scene_of(m), process_of(m)
+    friction_scales(p, m, process.slip_velocity_scale, process.slip_widening)
+    scales_without_contacts(p, m, process.slip_velocity_scale)
     if slow_slip(m, process.slow_slip):
         return SLOW_SLIP
     predict_free(m, slopes, dt, rate_noise)

@@ -56,7 +56,8 @@ def bridge(m, slopes, dt):
 
     """
     _bridge(m, slopes, dt, m[RATE_NOISE])
-    bridged_scales(scene_of(m), m, process_of(m).slip_widening)
+    process = process_of(m)
+    bridged_scales(scene_of(m), m, process.slip_velocity_scale, process.slip_widening)
 
 
 @compiled

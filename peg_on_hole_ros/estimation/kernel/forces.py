@@ -41,11 +41,15 @@ def contact_forces(p, m, gamma, out, normal, force, point):
         # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
         f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
         N, at = out[normal + i], force + 3 * i
-        out[at], out[at + 1], out[at + 2] = (
-            N * (c * f_h - s * f_e),
-            N * (s * f_h + c * f_e),
-            N * f_z,
-        )
+        if N == 0.0:
+            # No force has no direction, and is none also where friction's is no number.
+            out[at] = out[at + 1] = out[at + 2] = 0.0
+        else:
+            out[at], out[at + 1], out[at + 2] = (
+                N * (c * f_h - s * f_e),
+                N * (s * f_h + c * f_e),
+                N * f_z,
+            )
         r_h = -0.5 * p.D if i == 0 else geo[4]
         r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
         at = point + 3 * i

@@ -1,6 +1,6 @@
 """How fast the contacts slip, how surely, and what that makes of friction."""
 
-from math import exp, sqrt
+from math import exp, pi, sqrt
 
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACROSS,
@@ -130,8 +130,21 @@ def turned_scales(m):
         m[SCALES + i] = sqrt(TURNED * m[ACROSS + i] + SHARPEST * SHARPEST)
 
 
+@inlined
+def scales_without_contacts(p, m, slip_velocity_scale):
+    """
+    Put the smallest scale into SCALES at a tilt that has no three contacts.
+
+    There is no slip at them then that a scale could follow from. A motion at constant rates may
+    end there, and what is told of its contacts has to be numbers all the same.
+    """
+    if not (p.gamma0 < m[X] and m[X] < 0.5 * pi):
+        for i in range(3):
+            m[SCALES + i] = slip_velocity_scale
+
+
 @compiled
-def bridged_scales(p, m, widening):
+def bridged_scales(p, m, slip_velocity_scale, widening):
     """
     Fill SCALES where no step is taken: no smallest scale is needed, see `friction_scales`.
 
@@ -139,8 +152,8 @@ def bridged_scales(p, m, widening):
     ----------
     p, m
         As for `slip_all_ways`, which is taken here.
-    widening : float
-        As for `friction_scales`.
+    slip_velocity_scale, widening : float
+        As for `friction_scales`; the first counts where there are no three contacts alone.
 
     """
     slip_all_ways(p, m, m[X])
@@ -149,6 +162,7 @@ def bridged_scales(p, m, widening):
         speed, variance = m[SPEEDS + 2 * i], max(m[SPEEDS + 2 * i + 1], 1e-30)
         near = exp(-0.5 * speed * speed / variance)
         m[SCALES + i] = sqrt(m[SCALES + i] * m[SCALES + i] + widening * widening * variance * near)
+    scales_without_contacts(p, m, slip_velocity_scale)
 
 
 @compiled

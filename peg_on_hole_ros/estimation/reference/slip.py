@@ -45,7 +45,13 @@ def friction_scales(kalman):
 
 
 def bridged_scales(kalman):
-    """Return them where no step is taken: as small as a slip turned sideways lets them be."""
+    """
+    Return them where no step is taken: as small as a slip turned sideways lets them be.
+
+    Below gamma0 nothing slips at three contacts, and they are the smallest.
+    """
+    if not _scene(kalman).gamma0 < kalman.x[0] < np.pi / 2:
+        return np.full(3, kalman.process.slip_velocity_scale)
     speed, variance, kalman.across = slip_all_ways(kalman)
     widening = kalman.process.slip_widening
     return np.sqrt(turned_scales(kalman.across) ** 2 + widening**2 * _near_zero(speed, variance))
@@ -56,8 +62,12 @@ def turned_scales(across):
     return np.sqrt(TURNED * across + SHARPEST**2)
 
 
+def _scene(kalman):
+    return with_parameters(kalman.scene, kalman.x[FRICTION], kalman.x[DIAMETER])
+
+
 def _velocities(kalman):
-    here = with_parameters(kalman.scene, kalman.x[FRICTION], kalman.x[DIAMETER])
+    here = _scene(kalman)
     g = contact_geometry(here, kalman.x[0])
     J = velocity_jacobians(g, here.peg_diameter, here.hole_diameter)
     return J, J @ kalman.x[RATES]

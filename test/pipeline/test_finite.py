@@ -1,0 +1,86 @@
+"""No number that leaves is a NaN or infinite, wherever the peg goes and however slowly."""
+
+from collections import Counter
+from math import isfinite
+
+import numpy as np
+import pytest
+
+from inputs import joints, wrench
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.messages.output import TOPICS
+from peg_on_hole_ros.edges.messages.stream import message_stream
+
+MS = 1_000_000
+SETTINGS = {
+    "default": {},
+    "without modes": {"monitor.modes": False},
+    "clearance learnt": {"scene.clearance_stddev": 1e-5},
+    "clearance learnt, without modes": {"scene.clearance_stddev": 1e-5, "monitor.modes": False},
+    "bias learnt": {"wrench.bias_force_stddev": 1.0, "joints.hole_tilt_stddev": 0.002},
+    "quasi-static": {"filter.model": "quasi_static", "monitor.modes": False},
+    "model by its error": {"filter.model": "auto"},
+}
+
+
+def numbers(value):
+    """Yield every number in a message; those in key-values are text."""
+    if isinstance(value, dict):
+        value = value.values()
+    elif isinstance(value, (str, bytes)):
+        if value.strip("+-").lower() in ("nan", "inf"):
+            yield float(value)
+        return
+    elif not isinstance(value, (list, tuple, np.ndarray)):
+        yield value
+        return
+    for each in value:
+        yield from numbers(each)
+
+
+def closed(settings, rates, least, count=700, begin=0.1, seed=0, noise=1e-4, push=-4.0):
+    """
+    Return the topics that messages came on, and those with a number that is none, with counts.
+
+    The peg closes at a constant rate [rad/s] and is held at the least tilt [rad], or goes on.
+    """
+    random = np.random.default_rng(seed)
+    stream = message_stream(from_parameters(settings))
+    seen, wrong = set(), Counter()
+    for k in range(count):
+        t_ns = 10_000_000_000 + k * MS
+        gamma = max(begin + rates[0] * k * 1e-3, least)
+        if k % 2 == 0:
+            off = random.normal(0.0, noise, 3) / [1.0, np.sin(gamma), np.sin(gamma)]
+            angles = np.array([gamma, 0.0, rates[1] * k * 1e-3]) + off
+            stream.on_joints(joints(t_ns, *angles.tolist()))
+        force = np.array([0.0, 0.0, push]) + random.normal(0.0, 0.2, 3)
+        torque = np.array([0.0, 0.05, 0.0]) + random.normal(0.0, 0.005, 3)
+        for topic, _, message in stream.on_wrench(wrench(t_ns, force.tolist(), torque.tolist())):
+            seen.add(topic)
+            wrong[topic] += not all(isfinite(each) for each in numbers(message))
+    return seen, {topic: count for topic, count in wrong.items() if count}
+
+
+# gamma0 = 0.06326 rad: held just below, where noise goes through it both ways; closed through it.
+@pytest.mark.parametrize("least", [0.0632, 0.005])
+@pytest.mark.parametrize("name", SETTINGS)
+def test_a_slow_closing_through_gamma0_leaves_numbers_on_every_topic(name, least):
+    seen, wrong = closed(SETTINGS[name], (-0.1, 0.0), least)
+    assert wrong == {}
+    silent = {"alarms"} if SETTINGS[name].get("monitor.modes") is False else set()
+    assert seen == set(TOPICS) - silent
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_whatever_a_slow_motion_does_about_gamma0(seed):
+    random = np.random.default_rng(1000 + seed)
+    settings = SETTINGS[random.choice(list(SETTINGS))] | {"scene.friction_stddev": 0.1}
+    tilt_rate = -(10.0 ** random.uniform(-2.5, -0.3))
+    turn = random.choice([0.0, 0.0, 10.0 ** random.uniform(-2.0, 0.5)])
+    # Begun from above or below, so near that it gets there.
+    begin = 0.06326 - tilt_rate * random.uniform(-0.1, 0.3)
+    least = 0.06326 + random.choice([-1e-2, -1e-3, -1e-4, -1e-5, 1e-5])
+    noise, push = 10.0 ** random.uniform(-5.0, -3.0), random.uniform(-30.0, 5.0)
+    _, wrong = closed(settings, (tilt_rate, turn), least, 500, begin, seed, noise, push)
+    assert wrong == {}
