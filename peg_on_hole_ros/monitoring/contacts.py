@@ -89,9 +89,10 @@ def weigh(
     """
     change = 1.0 - exp(-rate * dt)
     retry = 1.0 - exp(-dt / RETRY)
-    again = retry * p[OTHER]
     for i in range(COUNT):
         p[i] += change * (_PRIOR[i] - p[i])
+    # Of what is left: after a silence both go by nearly all of it.
+    again = retry * p[OTHER]
     p[OTHER] -= again
     p[CLOSED] += again
     for i in range(LOST_K, LOST_B2 + 1):

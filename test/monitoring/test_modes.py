@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from grid_cells import Motion, truth_of, with_noise
 from late_samples import ordered
+from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.kernel import memory
@@ -37,6 +38,7 @@ from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import FilterOptions, MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
 from simulated import truth
 
@@ -72,10 +74,10 @@ def test_probabilities_are_those_of_the_sum_over_all_paths():
     ]
     prior = no_knowledge()
     change, again = 1 - exp(-rate * dt), 1 - exp(-dt / contacts.RETRY)
-    step = (1 - change) * np.eye(COUNT) + change * prior
-    step = change * np.tile(prior, (COUNT, 1)) + (1 - change) * np.eye(COUNT)
-    step[OTHER, OTHER] -= again
-    step[OTHER, CLOSED] += again
+    changed = change * np.tile(prior, (COUNT, 1)) + (1 - change) * np.eye(COUNT)
+    tried = np.eye(COUNT)
+    tried[OTHER, OTHER], tried[OTHER, CLOSED] = 1 - again, again
+    step = changed @ tried
     share = dt / correlation
     total = np.zeros(COUNT)
     for path in product(range(COUNT), repeat=5):
@@ -90,6 +92,36 @@ def test_probabilities_are_those_of_the_sum_over_all_paths():
     for row in evidence:
         weigh(p, dt, rate, correlation, *row)
     np.testing.assert_allclose(p, total / total.sum(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.05, 0.1, 0.15, 0.3, 10.0])
+@pytest.mark.parametrize("rest", [0.0, 1.0])
+def test_probabilities_stay_between_none_and_one_over_any_silence(dt, rest):
+    """Contacts that have changed meanwhile are not given up a second time."""
+    for likely in range(COUNT):
+        p = np.full(COUNT, 1e-3)
+        p[likely] = 1.0 - p.sum() + p[likely]
+        weigh(p, dt, OPTIONS.mode_change_rate, OPTIONS.evidence_time, 0, 0, 0, 0, 0, 0, rest)
+        assert (p >= 0.0).all() and (p <= 1.0).all(), p
+        assert p.sum() == pytest.approx(1.0, rel=1e-12)
+
+
+def test_after_a_wrench_gap_no_probability_is_negative():
+    """A peg that no mode fits well, and a wrench that is silent for a moment."""
+    random, line, told = np.random.default_rng(1), Pipeline(from_parameters({})), []
+    t_ns = 10_000_000_000
+    for k in range(40):
+        t_ns += 300_000_000 if k == 3 else 1_000_000
+        angles = np.array([0.15, 0.0, 0.0]) + random.normal(0, 1, 3) * [1e-4, 6e-4, 6e-4]
+        line.on_joints(JointSample(t_ns, ANGLES, tuple(angles)))
+        force = np.array([0.0, 0.0, -8.0]) + random.normal(0, 0.2, 3)
+        torque = np.array([0.0, 0.3, 0.0]) + random.normal(0, 0.005, 3)
+        told.append(line.on_wrench(WrenchSample(t_ns, tuple(force), tuple(torque))).monitor)
+    assert line.counts["gap"] == 1
+    for monitor in told:
+        names = [name for name in monitor if name.startswith("mode_probability")]
+        for name in [*names, "three_point_validity", "transition_probability"]:
+            assert 0.0 <= monitor[name] <= 1.0 + 1e-12, (name, monitor[name])
 
 
 def test_evidence_is_the_ratio_of_its_probabilities_and_bounded():
