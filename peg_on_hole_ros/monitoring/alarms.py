@@ -59,6 +59,8 @@ OVERLOAD = (
         for c in CONTACTS
     ),
 )
+# Before what an alarm said, while it is held without a value at its threshold.
+HELD = "no longer above its threshold, and held for a while; it was: "
 _RISK_NAMES = (
     "jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk", "determinant",
     "determinant_with_slip", "insertion_ratio", "whitney_margin",
@@ -108,6 +110,11 @@ class Level:
         self._errs: float | None = None
         self._below: float | None = None
 
+    @property
+    def has_cause(self) -> bool:
+        """Whether the last value was at a threshold: else a level is held."""
+        return self._warns is not None or self._errs is not None
+
     def update(self, t: float, value: float) -> int:
         """Take a value at a time [s] and return the level."""
         if self.level == OK and value < self._lowest:
@@ -137,8 +144,17 @@ def _since(begun, holds, t):
     return t if begun is None else begun
 
 
+def _said(level, text):
+    """Return what is said at a level, as past where it is held without a cause."""
+    return HELD + text if level.level and not level.has_cause else text
+
+
 class Alarms:
-    """The alarms `jamming`, `contact_loss` and `overload`."""
+    """
+    The alarms `jamming`, `contact_loss` and `overload`.
+
+    While a level is held without a cause, the alarm says what its cause was.
+    """
 
     def __init__(self, options: MonitorOptions):
         self.options = options
@@ -155,6 +171,9 @@ class Alarms:
         self._rested = False
         self._resting: float | None = None
         self._aloft: float | None = None
+        # Which contact was at fault, and the numbers, when a level last had a cause.
+        self._lost: tuple[int, tuple] = _ALL, ()
+        self._loaded: tuple[int, tuple] = 0, ()
 
     def update(self, t, mode, risk, shown, normal) -> tuple[Alarm, ...]:
         """
@@ -178,20 +197,21 @@ class Alarms:
         if risk.risk >= self.options.jamming_warn:
             # The cause is kept while the alarm is held.
             self._cause = jamming_cause(risk)
-        text = self._cause[level - 1] if level else NO_JAMMING
+        text = _said(self._jamming, self._cause[level - 1] if level else NO_JAMMING)
         jamming = Alarm("jamming", level, text, _RISK_NAMES, tuple(risk))
-        loss = self._contact_loss(t, mode, shown)
+        return jamming, self._contact_loss(t, mode, shown), self._over(t, mode, risk, normal)
 
-        if mode != "three_point":
-            level = self._overload.update(t, 0.0)
-            return jamming, loss, Alarm("overload", level, OVERLOAD[level][0], (), ())
-        level = self._overload.update(t, risk.load)
-        which = 0
-        if level:
+    def _over(self, t, mode, risk, normal):
+        """Return the alarm: the load of a contact passes its limit."""
+        there = mode == "three_point"
+        level = self._overload.update(t, risk.load if there else 0.0)
+        numbers = (risk.load, *normal, *self._limits) if there else ()
+        if self._overload.has_cause:
             load = [n / limit for n, limit in zip(normal, self._limits)]
-            which = load.index(max(load))
-        text, numbers = OVERLOAD[level][which], (risk.load, *normal, *self._limits)
-        return jamming, loss, Alarm("overload", level, text, _LOAD_NAMES, numbers)
+            self._loaded = load.index(max(load)), numbers
+        which, numbers = self._loaded if level else (0, numbers)
+        text = _said(self._overload, OVERLOAD[level][which])
+        return Alarm("overload", level, text, _LOAD_NAMES if numbers else (), numbers)
 
     def _contact_loss(self, t, mode, shown):
         """Return the alarm: three contacts that were there are no longer, other than by entry."""
@@ -214,11 +234,15 @@ class Alarms:
         opened = 0.0 if entering or jams else shown.opened
         lost = shown.lost_K, shown.lost_B1, shown.lost_B2
         level = self._loss.update(t, opened + shown.free if self._rested else 0.0)
-        which = _ALL
-        if level and opened > shown.free:
-            which = lost.index(max(lost)) if max(lost) > _CLEARLY * opened else _ANY
         numbers = (*lost, shown.opened, shown.free)
-        return Alarm("contact_loss", level, CONTACT_LOSS[level][which], _LOSS_NAMES, numbers)
+        if self._loss.has_cause:
+            which = _ALL
+            if opened > shown.free:
+                which = lost.index(max(lost)) if max(lost) > _CLEARLY * opened else _ANY
+            self._lost = which, numbers
+        which, numbers = self._lost if level else (_ALL, numbers)
+        text = _said(self._loss, CONTACT_LOSS[level][which])
+        return Alarm("contact_loss", level, text, _LOSS_NAMES, numbers)
 
     def _gone(self, t):
         return t - self._aloft >= self.options.alarm_hold

@@ -2,7 +2,7 @@
 
 import pytest
 
-from peg_on_hole_ros.monitoring.alarms import ERROR, OK, WARN, Alarms, Level
+from peg_on_hole_ros.monitoring.alarms import ERROR, HELD, OK, WARN, Alarms, Level
 from peg_on_hole_ros.monitoring.evidence import Shown
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.options import MonitorOptions
@@ -120,6 +120,53 @@ def test_air_is_a_state_and_no_event():
     free = {"mode": "open", "shown": CONTACT._replace(three_point=0.0, free=1.0)}
     assert updates(alarms, 0.1, 0.1, **free)["contact_loss"].level == ERROR
     assert updates(alarms, 0.8, 0.2, **free)["contact_loss"].level == OK
+
+
+def test_a_loss_that_is_held_says_which_contact_it_was():
+    """B1 opens and closes again; what little is left speaks of a peg that is clear of the rim."""
+    alarms = Alarms(OPTIONS)
+    updates(alarms, 0.1)
+    one = CONTACT._replace(three_point=0.0, opened=0.99, lost_B1=0.99)
+    assert updates(alarms, 0.1, 0.1, mode="unknown", shown=one)["contact_loss"].level == ERROR
+    again = CONTACT._replace(three_point=0.998, opened=1e-4, lost_B1=1e-4, free=2e-4)
+    held, levels = set(), []
+    for k in range(1200):
+        loss = updates(alarms, 1e-3, 0.2 + k * 1e-3, shown=again)["contact_loss"]
+        levels.append(loss.level)
+        if loss.level:
+            held.add((loss.message.startswith(HELD), "B1" in loss.message, loss.numbers[1]))
+    assert held == {(True, True, 0.99)}
+    assert levels[0] == ERROR and WARN in levels and levels[-1] == OK
+    # Nothing is held: the numbers are those of now.
+    assert loss.message == "no contact is being lost" and loss.numbers[-1] == 2e-4
+
+
+@pytest.mark.parametrize("mode", ["three_point", "unknown"])
+def test_an_overload_that_is_held_says_which_contact_it_was_with_its_numbers(mode):
+    """Then the reactions are no longer told: all of them are zero."""
+    alarms, limit = Alarms(OPTIONS), OPTIONS.max_normal[1]
+    over = {"risk": RISK._replace(load=0.99, risk=0.99), "normal": [20.0, limit, 30.0]}
+    now = updates(alarms, 0.1, **over)["overload"]
+    assert now.level == ERROR and "B1 is over" in now.message
+    for begin in (0.1, 0.11):
+        held = updates(alarms, 0.01, begin, mode=mode, normal=[0.0] * 3)["overload"]
+        assert held == now._replace(message=HELD + now.message)
+    later = updates(alarms, 1.5, 0.2, mode=mode, normal=[0.0] * 3)["overload"]
+    assert later.level == OK and later.message == "every contact is within its allowed load"
+    assert dict(later.values).get("normal_B1", 0.0) == 0.0
+    # A new cause is a new one.
+    again = {"risk": RISK._replace(load=0.99, risk=0.99), "normal": [1e6, limit, 30.0]}
+    assert "contact K is over" in updates(alarms, 0.1, 1.8, **again)["overload"].message
+
+
+def test_jamming_that_is_held_says_so():
+    alarms = Alarms(OPTIONS)
+    now = updates(alarms, 0.1, risk=RISK._replace(stall=0.99, risk=0.99))["jamming"]
+    held = updates(alarms, 0.1, 0.1)["jamming"]
+    assert held.level == ERROR and held.message == HELD + now.message
+    # By hysteresis too: it is no longer as likely as an alarm takes.
+    near = updates(alarms, 0.1, 0.2, risk=RISK._replace(stall=0.65, risk=0.65))["jamming"]
+    assert near.level == ERROR and near.message.startswith(HELD)
 
 
 @pytest.mark.parametrize(
