@@ -114,7 +114,7 @@ class Pipeline:
 
     def tare(self) -> Answer:
         """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
-        if not self._recent or self.processor.t_ns is None:
+        if not self._recent or not self.processor.oriented:
             self._arrival_counts["tare_refused"] += 1
             return Answer(False, "nothing taken: no wrench and orientation have arrived yet")
         # Wrenches before a tare cannot be processed again after it.

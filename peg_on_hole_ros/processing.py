@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from math import isfinite, nan
+from math import isfinite, nan, pi
 
 import numpy as np
 
@@ -25,6 +25,9 @@ _COUNTED = {
     Prediction.DOUBTED: "step_doubted",
     Prediction.RUNAWAY: "step_runs_away",
 }
+# Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
+LOST = 5.0
+_STATE = ("t_ns", "_oriented_ns", "_in_contact", "_touching", "_blind", "_lost", "_rung")
 
 
 class Processor:
@@ -63,6 +66,7 @@ class Processor:
         self._rivals = Rivals(lambda: make_filter(scene, kalman, self.reduction.covariance))
         self._delay_ns = max(round(joints.delay * 1e9), 0)
         self._delay_variance = joints.delay_stddev**2
+        self._lost_ns = round(max(LOST, kalman.max_joint_gap) * 1e9) + self._delay_ns
         self.assessment = self._new_assessment()
         self._innovations = Innovations(white=self._offset is None)
         self.counts: Counter[str] = Counter()
@@ -75,11 +79,10 @@ class Processor:
 
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
-        self.t_ns: int | None = None
-        self._oriented_ns: int | None = None
+        self.t_ns = self._oriented_ns = None
         self.filter.let_go()
         self._rivals.let_go()
-        self._in_contact = self._touching = self._blind = False
+        self._in_contact = self._touching = self._blind = self._lost = False
         self._rung = self.filter.model.rung
         self._innovations.restart()
         self.assessment.restart()
@@ -92,11 +95,19 @@ class Processor:
 
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
-        q, R = self._in_hole_axes(measurement)
+        self.t_ns = measurement.t_ns
+        self._begin(*self._in_hole_axes(measurement))
+
+    def _begin(self, q, R):
         self.filter.start(q, R)
         self._rivals.start(q, R)
-        self.t_ns = self._oriented_ns = measurement.t_ns
+        self._oriented_ns, self._lost = self.t_ns, False
         self.counts["joints_used"] += 1
+
+    @property
+    def oriented(self) -> bool:
+        """Whether there is an estimate: it has been started, and the motion is not lost."""
+        return self.t_ns is not None and not self._lost
 
     def tare(self, samples: Sequence[WrenchSample]) -> np.ndarray:
         """Take the mean of wrenches as that of a free-hanging peg; return the tare, shape (6,)."""
@@ -124,22 +135,25 @@ class Processor:
         """Which model of the contact is in use, and why, and what is left out, as one line."""
         return "; ".join(filter(None, (self.filter.model.line, self.assessment.line)))
 
-    def process(self, unit: Unit) -> Outputs:
-        """Take the next unit; return the outputs at the stamp of its wrench."""
+    def process(self, unit: Unit) -> Outputs | None:
+        """Take the next unit; return the outputs at the stamp of its wrench, None while lost."""
         wrench = unit.wrench
-        gravity = self._offset.gravity if self._offset else None
-        q = self.filter.x[:3]
-        u = self.reduction.on_peg(wrench.force, wrench.torque, q, gravity)
-        self.filter.hold(u)
-        self._rivals.hold(u)
+        self._hold(wrench)
         # The estimate stands where the wrench before, or the start, has left it.
         silent = (wrench.t_ns - self.t_ns) * 1e-9 > self.configuration.filter.max_gap
-        if silent:
-            self.counts["gap"] += 1
+        self.counts["gap"] += silent
         for measurement in unit.joints:
             self._advance(measurement.t_ns, silent)
+            found = self._lost
             self.correct(measurement)
+            if found:
+                self._hold(wrench)
         self._advance(wrench.t_ns, silent)
+        if self._lost:
+            self.counts["wrench_dropped_without_orientation"] += 1
+            for measurement in unit.after:
+                self.correct(measurement)
+            return None
         self.counts["wrench_used"] += 1
         self._notice_no_orientation()
         outputs = self.assessment.outputs(wrench.t_ns, self.filter, self._innovations.misfit)
@@ -154,19 +168,26 @@ class Processor:
         self.filter.mark(wrench.t_ns)
         return outputs
 
+    def _hold(self, wrench):
+        gravity = self._offset.gravity if self._offset else None
+        u = self.reduction.on_peg(wrench.force, wrench.torque, self.filter.x[:3], gravity)
+        self.filter.hold(u)
+        self._rivals.hold(u)
+
     def _with_rivals(self, outputs: Outputs) -> Outputs:
         friction, normal = self._rivals.widened(self.filter, outputs.normal, outputs.normal_stddev)
         outputs.monitor["friction_rivals"] = float(self._rivals.count)
         outputs.monitor["friction_stddev"] = friction
-        if not outputs.monitor["reactions_determined"]:
-            return outputs
-        return outputs._replace(normal_stddev=normal)
+        determined = outputs.monitor["reactions_determined"]
+        return outputs._replace(normal_stddev=normal) if determined else outputs
 
     def _advance(self, t_ns: int, silent: bool):
         """Predict up to a stamp [ns]; silent: no wrench was measured that could be held so far."""
         dt = (t_ns - self.t_ns) * 1e-9
         self.t_ns = t_ns
-        if dt <= 0:
+        if not self._lost and t_ns - self._oriented_ns > self._lost_ns:
+            self._lose()
+        if self._lost or dt <= 0:
             return
         in_contact = self.assessment.on_contacts and not silent
         # Where bias or tilt are learnt innovations are not white, and tell no likelihood.
@@ -186,11 +207,24 @@ class Processor:
             self.counts["step_divided_no_solution"] += 1
         elif self.filter.inaccurate:
             self.counts["step_divided_inaccurate"] += 1
+        # Beyond a quarter turn there is no tilt, and nothing that is told of it would be true.
+        if not -0.5 * pi < self.filter.x.item(0) < 0.5 * pi:
+            self._lose()
+
+    def _lose(self):
+        """Let go of a motion that nothing is known of; the next orientation begins another."""
+        t_ns = self.t_ns
+        self.restart()
+        self.t_ns, self._lost = t_ns, True
+        self.counts["motion_lost"] += 1
 
     def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
         """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
         x, P = self.filter.x, self.filter.P
         q, R = self._in_hole_axes(measurement)
+        if self._lost:
+            turned = lateness * self.configuration.filter.initial_rate_stddev
+            return self._begin(q, R + turned**2 * np.eye(3))
         if lateness:
             q = q + lateness * x[3:]
             R = R + lateness**2 * P[3:, 3:]
@@ -221,9 +255,8 @@ class Processor:
             if measurement.position is not None:
                 self.assessment.placed(measurement, self.filter)
         self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
-        if result is Correction.INFLATED:
-            self.counts["rates_widened"] += 1
-        elif result is Correction.RESET:
+        self.counts["rates_widened"] += result is Correction.INFLATED
+        if result is Correction.RESET:
             self.counts["filter_restarted"] += 1
             self.assessment.restart_mode()
 
@@ -243,8 +276,7 @@ class Processor:
         if self.configuration.filter.model == "dynamic":
             return
         model = self.filter.model
-        if model.rung != self._rung:
-            self.counts["model_changed"] += 1
+        self.counts["model_changed"] += model.rung != self._rung
         self._rung = model.rung
         outputs.monitor["model"] = float(model.rung)
         if model.error is not None:
@@ -252,8 +284,7 @@ class Processor:
 
     def snapshot(self):
         """Return everything that what follows depends on, for `restore`."""
-        times = self.t_ns, self._oriented_ns
-        state = *times, self._in_contact, self._touching, self._blind, self._rung
+        state = {name: getattr(self, name) for name in _STATE}
         filters = self.filter.snapshot(), self._rivals.snapshot()
         parts = *filters, self.assessment.snapshot(), self._innovations.snapshot()
         return state, parts, dict(self.counts)
@@ -261,8 +292,7 @@ class Processor:
     def restore(self, snapshot) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
         state, (kalman, rivals, assessment, innovations), counts = snapshot
-        self.t_ns, self._oriented_ns, *flags = state
-        self._in_contact, self._touching, self._blind, self._rung = flags
+        vars(self).update(state)
         self._innovations.restore(innovations)
         self.filter.restore(kalman)
         self._rivals.restore(rivals)

@@ -29,6 +29,7 @@ _REMEDIES = {
     "unreadable": "two types on one topic, or a definition in the bag that is another's",
     "not_finite": "the driver sends NaN or infinity",
     "after_last_wrench": f"the wrench ended before them; {_CLOCKS}",
+    "without_orientation": "the joint states stopped, or none of them could be used any more",
     "before_joints": "joint states begin late, or their stamps are of another clock",
 }
 # Where others share the topic or the robot is elsewhere these are usual; half of the messages tell

@@ -13,6 +13,7 @@ from peg_on_hole_ros.monitoring.judgement import (
     break_course,
     follow_orientation,
     forget,
+    forget_motion,
     judge,
     new_judgement,
 )
@@ -89,8 +90,9 @@ class Assessment:
         self.restart_mode()
 
     def restart(self):
-        """Forget mode, flag and alarms."""
+        """Forget mode, flag, alarms and the motion."""
         self.restart_mode()
+        forget_motion(self._memory)
         self._first.restart()
         self._flag.restart()
         self._alarms.restart()

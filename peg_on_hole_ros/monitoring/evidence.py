@@ -1,6 +1,6 @@
 """All that one wrench shows of mode and forecast, by one compiled call on the filter's memory."""
 
-from math import fabs, hypot, sin, sqrt
+from math import fabs, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -121,7 +121,7 @@ def wedged_load(f, force_stddev):
     force, couple = rim_load(f)
     # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
     carried = hypot(force, 2.0 * couple / f[SCENE])
-    return (carried + force_stddev) / sin(max(f[X], f[SCENE + 3]))
+    return (carried + force_stddev) / sin(min(max(f[X], f[SCENE + 3]), 0.5 * pi))
 
 
 @compiled

@@ -53,6 +53,11 @@ def forget(m: np.ndarray) -> None:
     m[JAMMING : _ENDS["JAMMING"]] = jamming.new_memory()
 
 
+def forget_motion(m: np.ndarray) -> None:
+    """Forget the motion too: what comes next has nothing to do with it."""
+    m[MOTION : _ENDS["MOTION"]] = 0.0
+
+
 @compiled
 def break_course(m):
     """Let the course of the reactions begin anew; see `jamming.break_course`."""
