@@ -32,7 +32,14 @@ from peg_on_hole_ros.monitoring.contacts import (
     opening_evidence,
     weigh,
 )
-from peg_on_hole_ros.monitoring.evidence import WIDTH, Shown, new_share, settings, show
+from peg_on_hole_ros.monitoring.evidence import (
+    WIDTH,
+    Shown,
+    new_share,
+    settings,
+    show,
+    wedged_load,
+)
 from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
@@ -467,3 +474,15 @@ def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave():
     assert new_share(m, 1) == 1.0
     part(m, "Y")[4] = 6.1
     assert new_share(m, 1) == pytest.approx(0.25)
+
+
+def test_what_a_rim_may_wedge_is_never_below_what_it_carries():
+    """A tilt beyond a right angle is none, and has no negative sine."""
+    kalman = ContactFilter(Scene(), FilterOptions(), np.diag([0.04] * 3 + [2.5e-5] * 3))
+    loads = []
+    for gamma in (0.0, 0.15, 0.5 * np.pi, 4.0, -4.0):
+        kalman.start(np.array([gamma, 0.0, 0.0]), 1e-8 * np.eye(3))
+        loads.append(wedged_load(kalman.memory, 0.2))
+    # Gravity alone is carried.
+    assert min(loads) == pytest.approx(0.5 * 9.80665 + 0.2, rel=1e-9)
+    assert loads[2] == loads[3] and loads[0] == loads[4] > loads[1]
