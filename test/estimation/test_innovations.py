@@ -218,8 +218,7 @@ def test_friction_that_no_longer_fits_is_learnt_anew(friction_stddev):
         if k == 300:
             # As if it had been learnt on another surface, and surely. Farther off it would soon
             # leave no step, and be forgotten for that.
-            pipeline.filter.scene_values[7] = 0.185
-            pipeline.filter.spread[0, 0] = min(friction_stddev**2, 1e-8)
+            pipeline.filter.take_friction(0.185, min(friction_stddev**2, 1e-8))
         if isinstance(sample, JointSample):
             pipeline.on_joints(sample)
         else:

@@ -152,7 +152,9 @@ def test_the_node_keeps_nothing_of_a_try_that_has_ended():
 
 def test_a_try_whose_reactions_were_never_determined_has_none():
     rows = [(0, said("three_point", normal=[9.0] * 3, determined=0.0)), (10, said())]
-    record = told(rows).finish()
+    cycles = told(rows)
+    cycles.finish()
+    (record,) = cycles.records
     nothing = dict.fromkeys(("K", "B1", "B2"))
     assert record["peak_normal"] == record["mean_normal"] == nothing
     assert json.loads(json_line(record)) == record

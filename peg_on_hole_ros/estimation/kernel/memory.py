@@ -140,7 +140,9 @@ CLEARED = Cleared(
         "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT",
     ),
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
-    forget=("SCENE", "SPREAD", "CROSS", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS"),
+    forget=(
+        "SCENE", "SPREAD", "CROSS", "FRICTION_OF_LATE", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS",
+    ),
 )  # fmt: skip
 
 

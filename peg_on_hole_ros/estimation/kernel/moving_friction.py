@@ -34,7 +34,8 @@ def widen_moving_friction(m):
         return
     stddev = _stddev(m)
     fell = max(m[FRICTION_OF_LATE + 1] - stddev, 0.0)
-    beyond = ON_ITS_WAY * (abs(m[SCENE + 7] - m[FRICTION_OF_LATE]) - fell)
+    moved = m[SCENE + 7] - m[FRICTION_OF_LATE]
+    beyond = ON_ITS_WAY * (max(moved, -moved) - fell)
     if beyond > stddev:
         m[SPREAD] = max(min(beyond * beyond, m[STATED + 1]), m[SPREAD])
 
