@@ -139,8 +139,48 @@ def _shown(value):
     return f"{value:.4g}"
 
 
+def medians(cells) -> list[str]:
+    """
+    Return rows in Markdown: medians over the cells that have something in common.
+
+    RMSE over the bound: the worst quantity's median over time; coverage: the worst quantity's.
+    """
+    common = {"name": str, "speed": "{:g} rad/s".format, "noise": "{} noise".format}
+    common["friction"] = "f {:g}".format
+    common["clearance"] = lambda value: f"{value * 1e3:g} mm"
+    of_all = {
+        (name, cell["motion"].get(name, cell["noise"]))
+        for cell in cells
+        for name in common
+        if "seeds" in cell
+    }
+    rows = [
+        "| cells | number | RMSE states | RMSE reactions | coverage states | reactions |"
+        " in windows: states | reactions | NIS | NEES |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, value in sorted(of_all, key=lambda each: (list(common).index(each[0]), each[1])):
+        some = [c for c in cells if c["motion"].get(name, c["noise"]) == value and "seeds" in c]
+        figures = [
+            *(_median(_of(some, "outside"), "ratio_median", p, max) for p in (STATES, REACTIONS)),
+            *(_median(_of(some, "outside"), "coverage", p, min) for p in (STATES, REACTIONS)),
+            *(_median(_of(some, "window"), "coverage", p, min) for p in (STATES, REACTIONS)),
+            _median([(c, c) for c in some], "nis", slice(None), max),
+            _median(_of(some, "outside"), "nees_median", slice(None), max),
+        ]
+        shown = " | ".join(f"{figure:.2f}" for figure in figures)
+        rows.append(f"| {common[name](value)} | {len(some)} | {shown} |")
+    return rows
+
+
+def _median(entries, name, part, worst):
+    values = [f[name] for _, f in entries if f.get(name) is not None]
+    found = [worst(np.atleast_1d(value)[part]) for value in values if np.size(value)]
+    return float(np.median(found)) if found else np.nan
+
+
 def summary(cells) -> str:
-    """Return the summary in Markdown: the promises, and the motions that were cut short."""
+    """Return the summary in Markdown: the promises, motions that were cut short, medians."""
     lines = ["| promise | cells | kept | surely not | worst |", "|---|---|---|---|---|"]
     for entry in verdicts(cells):
         lines.append("| {promise} | {cells} | {kept} | {broken} | {worst} |".format(**entry))
@@ -148,4 +188,5 @@ def summary(cells) -> str:
     if ended:
         lines += ["", "Cut short, or without three-point contact:", ""]
         lines += [f"- {name}: {end}" for name, end in ended.items()]
+    lines += ["", *medians(cells)]
     return "\n".join(lines)

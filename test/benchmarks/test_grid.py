@@ -11,7 +11,7 @@ import grid
 import grid_score
 from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth_of, with_noise
 from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
-from grid_summary import flat_rows, summary, verdicts
+from grid_summary import flat_rows, medians, summary, verdicts
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
 
@@ -92,6 +92,21 @@ def test_table_and_summary(ran):
     assert "- align 0.1 mm f 0.5 1 rad/s: contact K opened" in text
     for entry in verdicts(cells):
         assert 0 <= entry["kept"] <= entry["kept"] + entry["broken"] <= entry["cells"] <= 4
+
+
+def test_medians_are_over_the_cells_that_have_something_in_common(ran):
+    some = [cell for cell in ran[2] if "outside" in cell["classes"]]
+    for nis, cell in zip((2.0, 3.0, 7.0), (some * 3)[:3]):
+        copy = json.loads(json.dumps(cell))
+        copy["nis"], copy["noise"] = nis, "nominal"
+        figures = copy["classes"]["outside"]
+        figures["coverage"][:6] = [0.9, *[0.95] * 5]
+        figures["ratio_median"] = [1.0] * 6 + [nis, 0.1, 0.1]
+        some.append(copy)
+    rows = medians([*some[-3:], _without_contact()])
+    (row,) = [row for row in rows if row.startswith("| nominal noise |")]
+    assert row.startswith("| nominal noise | 3 | 1.00 | 3.00 | 0.90 |")
+    assert row.split(" | ")[8] == "3.00"
 
 
 def test_verdicts_tell_kept_from_broken(ran):
