@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from peg_on_hole_ros.estimation.kernel.moving_friction import OF_LATE, ON_ITS_WAY
+from peg_on_hole_ros.estimation.kernel.moving_friction import OF_LATE, ON_ITS_WAY, SURELY
 
 
 class FrictionOfLate:
@@ -26,7 +26,7 @@ class FrictionOfLate:
 
     def widened(self, value, variance):
         """Return the variance that friction is left with, for how far it is on its way."""
-        fell = max(self.stddev - sqrt(variance), 0.0)
+        fell = SURELY * max(self.stddev - sqrt(variance), 0.0)
         beyond = max(abs(value - self.value) - fell, 0.0)
         return max(variance, min((ON_ITS_WAY * beyond) ** 2, self._stated))
 
