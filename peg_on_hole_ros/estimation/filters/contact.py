@@ -65,8 +65,6 @@ class ContactFilter(Estimate):
         The rung of the ladder that is in use.
     refused, inaccurate : int
         Attempts at it that were refused, since no step was found or since its error was too large.
-    foretold : float
-        Root of the determinant of the last innovation's covariance, before any widening [rad^3].
 
     """
 
@@ -79,7 +77,6 @@ class ContactFilter(Estimate):
         super().__init__(scene, options, wrench_noise)
         self.model = Model(options.model, options.reaction_tolerance, self._memory)
         self.evaluations = self.pieces = self.refused = self.inaccurate = 0
-        self.foretold = 0.0
         self._gate = Gate()
         # How long the present wrench has been held, and the one before it was [s].
         self._held = self._held_before = 0.0
@@ -252,7 +249,6 @@ class ContactFilter(Estimate):
         """
         self._R[:] = R
         nis = self.innovation(q)
-        self.foretold = self._innovation_volume()
         follow_innovation(self._memory, nis, self._since_correction.item())
         result = self._gate.judge(self, q, nis)
         if result is Correction.RESET:
@@ -273,10 +269,6 @@ class ContactFilter(Estimate):
         l = part(self._memory, "S").tolist()
         root = [l[0], 0.0, 0.0, l[3], l[4], 0.0, l[6], l[7], l[8]]
         return part(self._memory, "RESIDUAL").tolist(), root
-
-    def _innovation_volume(self):
-        l = part(self._memory, "S").tolist()
-        return l[0] * l[4] * l[8]
 
     def white_innovation(self) -> tuple[float, float, float]:
         """Return the last innovation over the lower root of its covariance."""

@@ -266,7 +266,10 @@ def _learnt(kalman):
 
 def _likelihood(kalman, nis):
     """Return the logarithm of an innovation's density, but for a constant."""
-    return -0.5 * min(nis, MOST) - log(kalman.foretold)
+    # One that the gate has widened for it has foretold worse than MOST lets it count. As it was
+    # before, pure align at 1 rad/s that is told half as much again is 19 % off, for 2 %.
+    _, root = kalman.last_innovation()
+    return -0.5 * min(nis, MOST) - log(root[0] * root[4] * root[8])
 
 
 def _unbalance(kalman, stepped):
