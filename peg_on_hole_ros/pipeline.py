@@ -115,8 +115,7 @@ class Pipeline:
     def tare(self) -> Answer:
         """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
         if not self._recent or not self.processor.oriented:
-            self._arrival_counts["tare_refused"] += 1
-            return Answer(False, "nothing taken: no wrench and orientation have arrived yet")
+            return self.refuse_tare("no wrench and orientation have arrived yet")
         # Wrenches before a tare cannot be processed again after it.
         self._catch_up()
         self._history.clear()
@@ -128,6 +127,11 @@ class Pipeline:
             f"tare over {len(self._recent)} samples, sensor axes "
             f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}",
         )
+
+    def refuse_tare(self, reason: str) -> Answer:
+        """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
+        self._arrival_counts["tare_refused"] += 1
+        return Answer(False, f"nothing taken: {reason}")
 
     def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
         """Take a sample of either kind, see `on_wrench` and `on_joints`."""

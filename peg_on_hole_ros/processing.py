@@ -159,6 +159,7 @@ class Processor:
         outputs = self.assessment.outputs(wrench.t_ns, self.filter, self._innovations.misfit)
         self._note_model(outputs)
         outputs.monitor.update(self._innovations.told())
+        self.filter.in_the_air(outputs.contact_mode == "open" and not silent)
         if self._rivals.count:
             outputs = self._with_rivals(outputs)
         if self._offset:

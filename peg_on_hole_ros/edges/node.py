@@ -24,6 +24,7 @@ from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.pipeline import TARE_PAUSE_NS
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
@@ -31,6 +32,7 @@ NO_CLOCK = (
     "use_sim_time is set, but no /clock has come: estimates go on by the stamps of the messages, "
     "their latency is unknown"
 )
+SILENT = "no wrench has come for a second, the sensor may carry something else by now"
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
@@ -59,6 +61,8 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         self._cycles = Cycles()
         self._while_active: list = []
         self._timer = None
+        # When the last wrench came; none has.
+        self._heard_ns = sys.maxsize
         self._services_made: list = []
         node_parameters.check_files(self.get_fully_qualified_name(), arguments)
         node_parameters.declare(self)
@@ -173,6 +177,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
 
     def _on_wrench(self, payload):
         begun = time.monotonic_ns()
+        self._heard_ns = begun
         self._recording.wrench(payload)
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
         messages = [] if message is None else self._stream.on_wrench(message)
@@ -194,14 +199,17 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
     def _failed(self, what, error):
         """Count and tell an error of the program, and begin anew: a cell needs its monitor."""
         self._stream.failed(what)
-        self.get_logger().error(
-            f"an error of the program at {what}: {error!r}; the filter is restarted\n"
-            + "".join(format_exception(error)),
-            throttle_duration_sec=QUIET,
-        )
+        self._tell(what, error, "the filter is restarted")
         # Nobody knows where the error left the filter, or what it had learnt by then.
         self._recording.event("reset")
         self._stream.on_event("reset")
+
+    def _tell(self, what, error, then):
+        text = "".join(format_exception(error))
+        self.get_logger().error(
+            f"an error of the program at {what}: {error!r}; {then}\n{text}",
+            throttle_duration_sec=QUIET,
+        )
 
     def _log_cycle(self, record):
         if record is not None:
@@ -219,6 +227,11 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             if not self._while_active:
                 response.success, response.message = False, "the node is not active"
                 return response
+            if name == "tare" and time.monotonic_ns() - self._heard_ns > TARE_PAUSE_NS:
+                # No part of what has arrived: a replay, which has stamps only, would take it.
+                answer = self._stream.pipeline.refuse_tare(SILENT)
+                response.success, response.message = answer
+                return response
             self._recording.event(name)
             try:
                 response.success, response.message = self._stream.on_event(name)
@@ -232,6 +245,12 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         return respond
 
     def _report(self):
+        try:
+            self._publish_diagnostics()
+        except Exception as error:
+            self._tell("the diagnostics", error, "the next report is in a second")
+
+    def _publish_diagnostics(self):
         now_ns = time.monotonic_ns()
         elapsed_ns, self._reported_ns = max(1, now_ns - self._reported_ns), now_ns
         stamp_ns = self.get_clock().now().nanoseconds

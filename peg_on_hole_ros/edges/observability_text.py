@@ -17,14 +17,14 @@ from peg_on_hole_ros.estimation.identification.observability import (
 from peg_on_hole_ros.options import Configuration
 
 UNITS = {quantity.name: quantity.unit for quantity in QUANTITIES}
-_TARE = "tare while the peg hangs free"
+_HANG = "let it hang free for a second before it touches"
 # What a motion has to be like to tell of a parameter, by the begin of its name.
 REMEDIES = {
     "friction": "press the peg on three contacts and let it slide, turning about its axis",
     "clearance": "close to 1.1 times gamma0 or less, sliding",
-    "bias_force_z": f"press by changing forces while it slides, or {_TARE}",
-    "bias_torque_z": f"turn the peg about its axis both ways, or {_TARE}",
-    "bias": f"turn the peg about its axis by 90 degrees and more, and lean it anew, or {_TARE}",
+    "bias_force_z": f"press by changing forces while it slides, or {_HANG}",
+    "bias_torque_z": f"turn the peg about its axis both ways, or {_HANG}",
+    "bias": f"turn the peg about its axis by 90 degrees and more, and lean it anew, or {_HANG}",
     "tilt": "let the lean of the peg go round the hole by 90 degrees and more",
 }
 
@@ -67,6 +67,7 @@ def content(found: Observability) -> dict:
     """Return it for JSON; what does not exist is null."""
     return {
         "seconds": found.seconds,
+        "seconds_free": found.free,
         "turn": found.turn,
         "swing": found.swing,
         "rank": found.rank,
@@ -93,16 +94,20 @@ def _finite(value):
 def lines(found: Observability) -> list[str]:
     """Return what a cell engineer reads."""
     if not found.seconds:
-        return [
+        nothing = (
             "nothing: the contacts never surely slide on three points; the peg is not pressed on "
             "the rim above gamma0, or hardly moves"
-        ]
+        )
+        if not found.seen.any():
+            return [nothing]
+        told = [_line(found, i) for i in range(len(NAMES)) if found.seen[i]]
+        return [f"{nothing}; {found.free:.2f} s in the air", *told]
     condition = f"{found.condition:.0f}" if isfinite(found.condition) else "above 1e7"
     text = [
         f"{found.rank} of {len(NAMES)} combinations, over {found.seconds:.2f} s in which all "
-        f"contacts slide; the peg turned by {degrees(found.turn):.0f} degrees about its axis, and "
-        f"its lean went round by {degrees(found.swing):.0f} degrees; best told over worst: "
-        f"{condition}"
+        f"contacts slide and {found.free:.2f} s in the air; the peg turned by "
+        f"{degrees(found.turn):.0f} degrees about its axis, and its lean went "
+        f"round by {degrees(found.swing):.0f} degrees; best told over worst: {condition}"
     ]
     return text + [_line(found, i) for i in range(len(NAMES))]
 

@@ -99,7 +99,7 @@ class WrenchReduction:
         self._payload_mass = options.payload_mass
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         self._payload_arm = skew(payload_P - center_P)
-        self._peg_mass = scene.peg_mass
+        self._peg_mass, self._peg_distance = scene.peg_mass, float(np.linalg.norm(r_P))
         self._gravity_H = np.array(scene.gravity)
 
     def offsets(self, configuration: Configuration) -> Offsets:
@@ -110,10 +110,14 @@ class WrenchReduction:
         weight = np.vstack([np.eye(3) * self._peg_mass, np.zeros((3, 3))])
         weight[:3] += self._payload_mass * np.eye(3)
         weight[3:] += self._payload_mass * self._payload_arm
+        far = self._peg_mass * self._peg_distance
+        far += self._payload_mass * float(np.linalg.norm(wrench.payload_com))
         return Offsets(
             np.square(stddev),
             -self.sign * self.matrix,
             weight,
+            self.noise,
+            np.square([self._peg_mass + self._payload_mass, far]).repeat(3),
             options.wrench_bias == "estimated",
             options.hole_tilt == "estimated",
         )

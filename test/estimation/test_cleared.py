@@ -18,7 +18,7 @@ NAMES = tuple(memory._SIZES)
 # What is set once, by scene and options.
 SETTING = (
     *("PROCESS", "LEARNT", "OFFSETS", "METHOD", "NOISE", "WEIGHT"),
-    *("LOAD", "MASSES", "GRAVITY", "TURN"),
+    *("LOAD", "UNLOAD", "HANGING", "MASSES", "GRAVITY", "TURN"),
 )
 
 

@@ -144,3 +144,25 @@ def test_inspect_says_it(capsys):
     told = json.loads(capsys.readouterr().out)["observability"]
     assert told["of"] == 10 and 6 <= told["rank"] < 10
     assert told["parameters"]["bias_force_x"]["looks_like"] == "bias_torque_y"
+
+
+def test_a_peg_that_hangs_free_tells_a_bias():
+    """As well as the filter has it that learns it, and of nothing else."""
+    bag = ROOT / "bags" / "working_cycle.mcap"
+    plain = from_parameters(read_parameters(ROOT / "config" / "working_cycle.yaml"))
+    wrench = replace(plain.wrench, bias_force_stddev=100.0, bias_torque_stddev=10.0)
+    told = Pipeline(plain, make=ObservingFilter)
+    learnt = Pipeline(replace(plain, wrench=replace(wrench, bias_force_stddev=100.0)))
+    for sample, _ in zip(bag_samples(bag, plain), range(1700)):
+        told.on_sample(sample)
+        learnt.on_sample(sample)
+    found = told.filter.observability()
+    assert 1.0 < found.free < 1.2 and not found.seconds and found.rank == 6
+    stddev = np.sqrt(np.diagonal(learnt.filter.offset_spread[:6, 2:8]))
+    # It takes the last two blocks of 0.1 s as well, where the filter waits for the next.
+    np.testing.assert_allclose(found.together[2:8], stddev, rtol=0.3)
+    assert (found.together[2:8] < stddev).all()
+    assert not found.seen[[0, 1, 8, 9]].any() and found.seen[2:8].all()
+    text = observability_text.lines(found)
+    assert "never surely slide" in text[0] and "s in the air" in text[0] and len(text) == 7
+    assert text[1].startswith("force bias along x: seen, to 0.1")

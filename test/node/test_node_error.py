@@ -121,3 +121,23 @@ def test_what_is_to_end_the_program_does(stop):
         node.destroy_node()
     finally:
         rclpy.shutdown()
+
+
+def test_an_error_in_the_diagnostics_is_told_and_ends_nothing(capfd):
+    def report(*_):
+        raise ZeroDivisionError("made up as well")
+
+    init([])
+    try:
+        node = PegOnHoleNode([])
+        node.trigger_configure()
+        node.trigger_activate()
+        node._diagnostics.report = report
+        node._report()
+        node.close()
+        node.destroy_node()
+    finally:
+        rclpy.shutdown()
+    text = capfd.readouterr().err
+    assert "an error of the program at the diagnostics: ZeroDivisionError('made up" in text
+    assert text.count("Traceback") == 1

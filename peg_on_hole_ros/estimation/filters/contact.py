@@ -150,6 +150,9 @@ class ContactFilter(Estimate):
             self._sliding[0] = self._slid[0]
         return bridged
 
+    def in_the_air(self, hangs: bool):
+        """Take note of whether the peg hangs free under the wrench that is held; some learn."""
+
     def _predict_free(self, dt):
         self._slow[0] = self._bridged[0] = self._without_step[0] = self._slid[0] = 0.0
         self._scales[:] = self.options.slip_velocity_scale

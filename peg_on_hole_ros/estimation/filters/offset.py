@@ -5,6 +5,7 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.kernel.bias_in_air import hang, touched
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.kernel.offsets import (
     BIAS,
@@ -70,6 +71,13 @@ class OffsetFilter(ContactFilter):
         )
         part(self._memory, "LOAD", (6, COUNT))[:, BIAS] = offsets.load
         part(self._memory, "MASSES", (6, 3))[:] = offsets.weight
+        gravity2 = float(np.dot(scene.gravity, scene.gravity))
+        part(self._memory, "UNLOAD", (6, 6))[:] = np.linalg.inv(offsets.load)
+        part(self._memory, "HANGING", (3, 6))[:] = (
+            offsets.noise,
+            offsets.moved,
+            offsets.moved * gravity2 * offsets.variance[TILT].max(),
+        )
         self._given = part(self._memory, "GIVEN")
         part(self._memory, "GRAVITY")[:] = scene.gravity
         self._tilted = self.active.stop == COUNT
@@ -94,8 +102,16 @@ class OffsetFilter(ContactFilter):
             return None
         return tilt_axes(self.offset[TILT]).T @ part(self._memory, "GRAVITY")
 
+    def in_the_air(self, hangs: bool):
+        """Learn the bias by the wrench that is held, if the peg hangs free; else stop doing so."""
+        if hangs and self.offsets.bias_learnt and self.active.start < BIAS.stop:
+            hang(self._memory, self._held)
+        else:
+            touched(self._memory)
+
     def tared(self, variance):
         """Begin the bias anew: known to a variance from here on, shape (6,)."""
+        touched(self._memory)
         self.offset[BIAS] = 0.0
         self._offset_cross[BIAS] = 0.0
         self.offset_spread[BIAS] = 0.0

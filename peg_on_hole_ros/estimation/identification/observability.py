@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     TYPICAL_FORCE,
     measures,
 )
+from peg_on_hole_ros.estimation.kernel.bias_in_air import LONGEST, READINGS, squared_acceleration
 from peg_on_hole_ros.estimation.kernel.offsets import BIAS, COUNT, TILT
 from peg_on_hole_ros.estimation.measurement import skew
 from peg_on_hole_ros.estimation.orientation import angle_errors
@@ -25,7 +26,7 @@ NAMES = (
     "bias_torque_x", "bias_torque_y", "bias_torque_z",
     "tilt_x", "tilt_y",
 )  # fmt: skip
-OFFSETS = slice(2, 2 + COUNT)
+OFFSETS, BIASES = slice(2, 2 + COUNT), slice(2, 8)
 JOINT = slice(0, 12)
 # Correlated by more than this, two parameters look nearly the same.
 ALIKE = 0.7
@@ -53,7 +54,9 @@ class Observability(NamedTuple):
     condition : float
         Of the best told combination over the worst, in units of `useful`.
     seconds : float
-        How long all contacts surely slid [s]; nothing is learnt elsewhere.
+        How long all contacts surely slid [s]; nothing is learnt elsewhere, but a bias in the air.
+    free : float
+        How long the peg hung free [s].
     turn : float
         How far the peg turned about its own axis meanwhile [rad].
     swing : float
@@ -69,6 +72,7 @@ class Observability(NamedTuple):
     rank: int
     condition: float
     seconds: float
+    free: float
     turn: float
     swing: float
 
@@ -93,7 +97,9 @@ class ObservingFilter(ContactFilter):
         self._offsets, self._gravity = offsets, np.array(scene.gravity)
         self._V, self._K = np.zeros((12, len(NAMES))), np.zeros((12, 12))
         self.information = np.zeros((len(NAMES), len(NAMES)))
-        self.seconds = self._pressed = 0.0
+        self.seconds = self._pressed = self.free = 0.0
+        # Of the present time in the air: readings, time [s], turning [rad^2/s].
+        self._air = np.zeros(3)
         self._least, self._most = np.full(2, inf), np.full(2, -inf)
 
     def _turn(self):
@@ -141,6 +147,26 @@ class ObservingFilter(ContactFilter):
             self._pressed += dt * self.rim_load()[0]
         return result
 
+    def in_the_air(self, hangs):
+        """Take note of a reading of a peg that hangs free, or add what such a time has told."""
+        if not hangs:
+            self.information[BIASES, BIASES] += np.diag(self._told_by_air())
+            self._air[:] = 0.0
+            return
+        self.free += self._held
+        turning = np.linalg.solve(angle_errors(self.x[:3]), self.x[3:])
+        self._air += 1.0, self._held, self._held * turning @ turning
+
+    def _told_by_air(self):
+        number, time, turned = self._air.tolist()
+        if not time > 0.0:
+            return np.zeros(6)
+        share = min(1.0, LONGEST / time)
+        moved = squared_acceleration(share * time, share * turned)
+        offsets = self._offsets
+        variance = offsets.noise / number + offsets.moved * moved
+        return 1 / np.maximum(variance, offsets.noise / READINGS)
+
     def correct(self, q, R):
         """Correct, and add what the orientation tells."""
         result, nis = super().correct(q, R)
@@ -165,8 +191,10 @@ class ObservingFilter(ContactFilter):
         travel = np.maximum(self._most - self._least, 0.0)
         force = self._pressed / self.seconds if self.seconds else TYPICAL_FORCE
         diameter = self.scene_values.item(1)
+        information = self.information.copy()
+        information[BIASES, BIASES] += np.diag(self._told_by_air())
         return observability(
-            self.information, clearance, self.seconds, *travel[::-1], diameter, force
+            information, clearance, self.seconds, *travel[::-1], diameter, force, self.free
         )
 
 
@@ -178,6 +206,7 @@ def observability(
     swing=0.0,
     diameter=TYPICAL_DIAMETER,
     force=TYPICAL_FORCE,
+    free=0.0,
 ) -> Observability:
     """
     Return what an information matrix says of each of NAMES.
@@ -188,7 +217,7 @@ def observability(
         Inverse of the covariance that a best estimate would have, in the units of NAMES.
     clearance : float
         D - d; its useful share is that of the calibration [m].
-    seconds, turn, swing : float
+    seconds, turn, swing, free : float
         See `Observability`.
     diameter, force : float
         Of the hole [m], and that the rim carries [N]: what biases are of use beside.
@@ -215,5 +244,5 @@ def observability(
     condition = float(np.sqrt(told[-1] / told[0])) if told[0] > 1e-14 * told[-1] > 0 else inf
     rank = int((told > 1.0).sum())
     return Observability(
-        alone, together, useful, known, tuple(partner), rank, condition, seconds, turn, swing
+        alone, together, useful, known, tuple(partner), rank, condition, seconds, free, turn, swing
     )

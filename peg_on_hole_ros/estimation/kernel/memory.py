@@ -24,6 +24,10 @@ _SIZES = {
     "OFFSET_SPREAD": 80,  # of them with friction, peg diameter and one another, (8, 10)
     "GIVEN": 6,  # wrench that was held last, before any bias was taken off
     "OFFSET": 8,  # bias at the sensor (6) and tilt of the hole (2), see offsets
+    # Of the time in the air so far: readings in three blocks of 9; how much of each bias they have
+    # told and that times what they have told of it (hang, touched).
+    "AIR": 27,
+    "AIR_TOLD": 12,
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected
     "INTERVAL": 1,  # from the last correction to this one [s] (correct)
@@ -102,6 +106,10 @@ _SIZES = {
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "LOAD": 48,  # from the offsets to the wrench on the peg, (6, 8)
+    "UNLOAD": 36,  # back from that to a bias, (6, 6)
+    # Of a bias that is read from a peg in the air: variance of one reading, what it is off by for
+    # each (m/s^2)^2 that moves the peg, and what an uncertain tilt makes of it, (3, 6).
+    "HANGING": 18,
     "MASSES": 18,  # from gravity in peg axes to the wrench of peg and payload, (6, 3)
     "GRAVITY": 3,  # in the axes of the configured hole
     "TURN": 6,  # from a tilt of the hole to errors of the measured angles, (3, 2)
@@ -137,11 +145,12 @@ CLEARED = Cleared(
         "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "SLOW", "BRIDGED", "WITHOUT_STEP",
         "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES",
         "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "STEPS_LEAN",
-        "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT",
+        "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT", "AIR", "AIR_TOLD",
     ),
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
     forget=(
         "SCENE", "SPREAD", "CROSS", "FRICTION_OF_LATE", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS",
+        "AIR", "AIR_TOLD",
     ),
 )  # fmt: skip
 
@@ -174,10 +183,12 @@ REACTIONS, POINTS, SURPRISE, WITH, WORK = (
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
 )
+AIR, AIR_TOLD, UNLOAD, HANGING = (_AT[name] for name in ("AIR", "AIR_TOLD", "UNLOAD", "HANGING"))
 ACROSS, BEGIN, PER_NEWTON = _AT["ACROSS"], _AT["BEGIN"], _AT["PER_NEWTON"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
 STEPS_LEAN = _AT["STEPS_LEAN"]
+GIVEN = _AT["GIVEN"]
 DOUBT, STATED = _AT["DOUBT"], _AT["STATED"]
 FRICTION_OF_LATE = _AT["FRICTION_OF_LATE"]
 MEAN_RATES, RATES_WEIGHT, AT_MEAN = (

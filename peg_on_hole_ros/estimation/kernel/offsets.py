@@ -67,6 +67,11 @@ class Offsets(NamedTuple):
         From a bias to the wrench about the mass centre, peg axes.
     weight : ndarray, shape (6, 3)
         From gravity in peg axes to the wrench that it makes on peg and payload [kg], [kg m].
+    noise : ndarray, shape (6,)
+        Variance of one reading of the sensor [N^2], [N^2 m^2].
+    moved : ndarray, shape (6,)
+        Square of what an acceleration makes of a reading: the mass below the sensor [kg^2], and
+        that times its distance [kg^2 m^2].
     bias_learnt, tilt_learnt : bool
         Whether they are estimated, or only widen the bounds.
 
@@ -75,6 +80,8 @@ class Offsets(NamedTuple):
     variance: np.ndarray
     load: np.ndarray
     weight: np.ndarray
+    noise: np.ndarray
+    moved: np.ndarray
     bias_learnt: bool = True
     tilt_learnt: bool = True
 

@@ -259,7 +259,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
             if (shares == 1.0).all():
                 self.update(q, lambda x: H, lambda x: x[:3], R=R)
             else:
-                self.update_in_part(q, H, R, np.r_[np.ones(FRICTION), shares])
+                self.update_in_part(q - self.x[:3], H, R, np.r_[np.ones(FRICTION), shares])
         self.follow_motion()
         self.slid = False
 
@@ -290,11 +290,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         tells = dd == 0.0 or tells_diameter(dd, told, self.since_correction)
         return np.array([share, share if tells else 0.0])
 
-    def update_in_part(self, q, H, R, share):
+    def update_in_part(self, residual, H, R, share):
         """Update with a share of each gain, shape (14 or more,), in Joseph's form."""
         # filterpy has no gain but the optimal one.
         K = share[:, None] * (self.P @ H.T @ np.linalg.inv(H @ self.P @ H.T + R))
-        self.x = self.x + K @ (q - self.x[:3])
+        self.x = self.x + K @ residual
         left = np.eye(self.dim_x) - K @ H
         self.P = left @ self.P @ left.T + K @ R @ K.T
 

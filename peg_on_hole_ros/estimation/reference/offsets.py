@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import expm
 
+from peg_on_hole_ros.estimation.kernel.bias_in_air import BLOCK, LONGEST, READINGS, SPEED
 from peg_on_hole_ros.estimation.kernel.offsets import CAREFUL, SMALL, SPREADS, Offsets
 from peg_on_hole_ros.estimation.measurement import angles_of, skew
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.estimation.reference.steps import (
     BIAS,
     FRICTION,
+    RATES,
     SIZE,
     TILT,
     WRENCH,
@@ -43,6 +45,7 @@ class OffsetReference(ReferenceFilter):
         super().__init__(scene, process, wrench_noise, ALL)
         self.offsets, self._gravity = offsets, np.array(scene.gravity)
         self._given = np.zeros(6)
+        self.touched()
 
     keeps_sliding = True
 
@@ -109,6 +112,41 @@ class OffsetReference(ReferenceFilter):
         if not (self.sliding and self.x[0] - gamma0 > SPREADS * np.sqrt(self.P[0, 0])):
             share[FRICTION:] = 0.0
         self.adapt(q - self.x[:3], H @ self.P @ H.T + R)
-        self.update_in_part(q, H, R, share)
+        self.update_in_part(q - self.x[:3], H, R, share)
         self.follow_motion()
         self.slid = False
+
+    def touched(self):
+        """Forget the time in the air so far."""
+        # Blocks of (bias that is read, time, turning), one row a reading; and what they have told.
+        self._air = [[]]
+        self._told, self._told_mean = np.zeros(6), np.zeros(6)
+
+    def hang(self, dt):
+        """Learn from the wrench that is held over dt [s], of a peg that hangs free."""
+        hanging = np.concatenate(
+            [-self.scene.peg_mass * peg_axes(self.x[:3]).T @ self.scene.gravity, np.zeros(3)]
+        )
+        bias = np.linalg.solve(self.offsets.load, hanging - self._given)
+        turning = turning_axes(self.x[:3]) @ self.x[RATES]
+        self._air[-1].append([*bias, dt, dt * turning @ turning])
+        if sum(row[6] for row in self._air[-1]) < BLOCK:
+            return
+        self._air.append([])
+        taken = np.array([row for block in self._air[:-2] for row in block])
+        if not len(taken) or not taken[:, 6].sum() < LONGEST:
+            return
+        mean, time, turned = taken[:, :6].mean(axis=0), taken[:, 6].sum(), taken[:, 7].sum()
+        tilt = self.offsets.variance[6:].max() * self._gravity @ self._gravity
+        moved = SPEED**2 * (2 / time**2 + turned / time) + tilt
+        variance = self.offsets.noise / len(taken) + self.offsets.moved * moved
+        # What a mean over all of the time tells beyond the mean over less of it.
+        news = 1 / variance - self._told
+        open_yet = np.diagonal(self.P)[BIAS] > self.offsets.noise / READINGS
+        for k in np.flatnonzero((news > 0) & open_yet):
+            value = (mean[k] / variance[k] - self._told_mean[k]) / news[k]
+            H, share = np.zeros((1, ALL)), np.zeros(ALL)
+            H[0, BIAS.start + k] = share[BIAS] = 1.0
+            off = np.array([value - self.x[BIAS.start + k]])
+            self.update_in_part(off, H, np.array([[1 / news[k]]]), share)
+            self._told[k], self._told_mean[k] = 1 / variance[k], mean[k] / variance[k]
