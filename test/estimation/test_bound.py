@@ -52,12 +52,15 @@ def test_particles_that_make_no_tangents_spread_as_wide():
     track = particles(cut, 0, 2000, 81, pieces=1)
     bound = bound_of(cut)
     assert (bound.meaning[40:] == Meaning.SOUND).all()
-    stddev = np.sqrt(np.diagonal(bound.state, axis1=1, axis2=2))
-    ratio = np.sqrt(((track.stddev / stddev)[40:] ** 2).mean(axis=0))
+    parts = bound.state, bound.reactions
+    stddev = np.sqrt(np.hstack([np.diagonal(part, axis1=1, axis2=2) for part in parts]))
+    ratio = np.sqrt(((track.stddev[:, :9] / stddev)[40:] ** 2).mean(axis=0))
     # What particles say of their own spread depends on what they drew: by 2 % rms, over seeds.
     np.testing.assert_allclose(ratio, 1.0, atol=0.1)
     # One run errs as one may.
-    assert (np.abs(track.error / stddev)[40:].mean(axis=0) < 2.0).all()
+    assert (np.abs(track.error[:, :9] / stddev)[40:].mean(axis=0) < 2.0).all()
+    # Friction is known.
+    assert np.abs([track.error[40:, 9], track.stddev[40:, 9]]).max() < 1e-12
 
 
 @pytest.mark.parametrize("known, walk", [((0.0, 0.0), 0.0), ((0.05, 2e-6), 0.002)])
