@@ -83,6 +83,12 @@ class Flight:
         return Step(DT, u, q, angle_covariance(q[0], 1e-4))
 
 
+def pressed(steps, by):
+    """Yield steps under a force along the peg that grows by so much a second [N/s]."""
+    for n, step in enumerate(steps):
+        yield step._replace(u=step.u + [0.0, 0.0, by * n * DT, 0.0, 0.0, 0.0])
+
+
 def fly(kalman, steps):
     for n, step in enumerate(steps):
         if n == 0:
@@ -98,11 +104,11 @@ def error(kalman, bias):
 
 
 @pytest.mark.xdist_group("filterpy")
-@pytest.mark.parametrize("tilt", [0.0, 0.003])
-def test_equals_the_reference_filter(tilt):
+@pytest.mark.parametrize(("tilt", "press"), [(0.0, 0.0), (0.003, 0.0), (0.0, 40.0)])
+def test_equals_the_reference_filter(tilt, press):
     configuration = unguarded(configured(tilt=tilt))
     flight = Flight(SENSOR, 1)
-    first, *steps = flight.steps(0.55)
+    first, *steps = pressed(flight.steps(0.65), press)
     kalman, reference = filters(configuration, first)
     # As contact has left them: what is learnt in the air is shared with all that it goes with.
     rng = np.random.default_rng(2)
@@ -136,7 +142,8 @@ def test_equals_the_reference_filter(tilt):
 def test_all_of_the_time_tells_as_one_mean():
     """Piece by piece it is what the mean over all blocks but the last two makes of the prior."""
     kalman, _ = filter_of(configured())
-    flight = Flight(SENSOR, 3, turn=(0.0, 0.0, 0.0))
+    # Slow enough for its readings not to lean.
+    flight = Flight(SENSOR, 3, turn=(0.0, 0.0, 0.0), speed=0.05)
     steps = list(flight.steps(1.25))
     fly(kalman, steps)
     hanging = np.concatenate(
@@ -160,25 +167,50 @@ def test_all_of_the_time_tells_as_one_mean():
 
 def test_it_is_known_as_well_as_it_is_said_to_be():
     """Flights at speeds that differ by as much as is allowed for, turning all the time."""
-    squares = []
+    squares, stddev = [], []
     for seed in range(40):
         kalman, _ = filter_of(configured())
         flight = Flight(SENSOR, seed)
         fly(kalman, flight.steps(1.2))
         off, P = error(kalman, flight.bias)
-        assert np.sqrt(np.diagonal(P)[:3]).max() < 0.55
+        stddev.append(np.sqrt(np.diagonal(P)[:3]).max())
         squares.append(
             (
                 off[:3] @ np.linalg.solve(P[:3, :3], off[:3]),
                 (off[3:] ** 2 / np.diagonal(P)[3:]).mean(),
             )
         )
+    # In some the readings lean by chance, and tell less.
+    assert np.median(stddev) < 0.55
     forces, torques = np.array(squares).T
     # In a flight speeds are means of two that are drawn, and a turn seldom adds to what they make.
     low, high = 0.3 * 120, chi2(120).isf(0.001)
     assert low < forces.sum() < high, forces.sum()
     # A torque comes from the same accelerations, across the lever arm only.
     assert torques.mean() < 1.3, torques
+
+
+@pytest.mark.parametrize("press", [0.3, 1.0])
+@pytest.mark.parametrize("free", [1.0, 4.0])
+def test_a_peg_that_is_pressed_on_slowly_tells_less(free, press):
+    """Taken for bias as it came, a load was held for known 5 and 14 deviations off."""
+    kalman, _ = filter_of(configured())
+    flight = Flight(SENSOR, 11, turn=(0.0, 0.0, 0.0), speed=0.0)
+    q, R = flight.q0, angle_covariance(flight.q0[0], 1e-4)
+    kalman.start(q, R)
+    found = []
+    for n in range(round((free + 4.0) / DT)):
+        load = press * max(n * DT - free, 0.0)
+        kalman.hold(flight.step(q, np.zeros(3)).u + [0.0, 0.0, load, 0.0, 0.0, 0.0])
+        kalman.predict(DT, in_contact=False)
+        kalman.in_the_air(True)
+        off, P = error(kalman, flight.bias)
+        # A lean shows late.
+        assert off[:3] @ np.linalg.solve(P[:3, :3], off[:3]) < 3.5**2
+        found.append(kalman.offset[2])
+    # Nothing in the last second, in which a mean would have moved by as much again.
+    assert found[-1] == found[-1000]
+    assert found[-1] != found[round(free / DT)]
 
 
 def test_a_peg_at_rest_tells_no_more_than_a_tare():

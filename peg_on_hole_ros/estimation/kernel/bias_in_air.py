@@ -5,7 +5,8 @@ What a sensor reads of a peg that hangs free is its weight, its bias, and what m
 moved nobody measures, but a peg that goes at speeds v is accelerated by no more than their
 difference over the time, in the mean: over a time T the mean of its readings is off by the mass
 times sqrt(2) v / T, whatever it did meanwhile. So it is one mean that tells, over all of the time
-in the air so far, and not one reading after another.
+in the air so far, and not one reading after another. What goes one way for longer than speeds
+explain is a peg that is being pressed on: the mean tells nothing more then.
 """
 
 from math import cos, sin
@@ -36,9 +37,10 @@ LONGEST = 10.0
 # Nor is a bias known better than by the mean of so many readings, as a tare takes it.
 READINGS = 100.0
 _END = BIAS.stop
-# Places of a block at AIR + 9 n, of all readings that were taken (0), of those that wait for the
-# next block to end (1), and of that (2): number, time [s], its turning [rad^2/s], sum of biases.
-_TIME, _TURNED, _SUM, _WIDE = 1, 2, 3, 9
+# Places of a block at AIR + 15 n, of all readings that were taken (0), of those that wait for the
+# next block to end (1), and of that (2): number, time [s], its turning [rad^2/s], sum of biases,
+# and of their products with the time since the begin.
+_TIME, _TURNED, _SUM, _MOMENT, _WIDE = 1, 2, 3, 9, 15
 _TAKEN, _WAITING, _NEW = AIR, AIR + _WIDE, AIR + 2 * _WIDE
 
 
@@ -74,12 +76,15 @@ def hang(m, dt):
     l1 = -p.m * (cphi * e - sphi * across) - m[GIVEN + 1]
     l2 = -p.m * along - m[GIVEN + 2]
     l3, l4, l5 = -m[GIVEN + 3], -m[GIVEN + 4], -m[GIVEN + 5]
+    since = m[_TAKEN + _TIME] + m[_WAITING + _TIME] + m[_NEW + _TIME] + 0.5 * dt
     for i in range(_END):
         u = UNLOAD + 6 * i
-        m[_NEW + _SUM + i] += (
+        read = (
             m[u] * l0 + m[u + 1] * l1 + m[u + 2] * l2
             + m[u + 3] * l3 + m[u + 4] * l4 + m[u + 5] * l5
         )  # fmt: skip
+        m[_NEW + _SUM + i] += read
+        m[_NEW + _MOMENT + i] += since * read
     r0, r1, r2 = m[X + 3], m[X + 4], m[X + 5]
     m[_NEW] += 1.0
     m[_NEW + _TIME] += dt
@@ -90,7 +95,8 @@ def hang(m, dt):
         m[_TAKEN + i] += m[_WAITING + i]
         m[_WAITING + i] = m[_NEW + i]
         m[_NEW + i] = 0.0
-    if m[_TAKEN + _TIME] > 0.0 and m[_TAKEN + _TIME] < LONGEST:
+    time = m[_TAKEN + _TIME]
+    if time > 0.0 and time < LONGEST and not _leans(m):
         _learn(m)
 
 
@@ -112,6 +118,20 @@ def squared_acceleration(time, turned):
 
 
 @inlined
+def _leans(m):
+    """Return whether readings go one way by more than noise and speeds explain."""
+    number, time, turned = m[_TAKEN], m[_TAKEN + _TIME], m[_TAKEN + _TURNED]
+    # With the mean speed V (12 / T^2) ((v_0 + v_T) / 2 - V) is their slope: over half of the time.
+    moved = SPEED * SPEED * (36.0 / (time * time) + 3.0 * turned / time)
+    for k in range(_END):
+        mean = m[_TAKEN + _SUM + k] / number
+        lean = (m[_TAKEN + _MOMENT + k] / number - 0.5 * time * mean) * 6.0 / time
+        if lean * lean > 3.0 * m[HANGING + k] / number + m[HANGING + 6 + k] * moved:
+            return True
+    return False
+
+
+@inlined
 def _learn(m):
     """Correct the bias by what the mean tells beyond what it had told before."""
     number = m[_TAKEN]
@@ -119,8 +139,7 @@ def _learn(m):
     for k in range(_END):
         noise, mass2, tilted = m[HANGING + k], m[HANGING + 6 + k], m[HANGING + 12 + k]
         told = 1.0 / (noise / number + mass2 * moved + tilted)
-        total = told * m[_TAKEN + _SUM + k] / number
-        news = told - m[AIR_TOLD + k]
+        total, news = told * m[_TAKEN + _SUM + k] / number, told - m[AIR_TOLD + k]
         if news > 0.0 and m[OFFSET_SPREAD + 11 * k + 2] > noise / READINGS:
             _correct(m, k, (total - m[AIR_TOLD + 6 + k]) / news, 1.0 / news)
             m[AIR_TOLD + k], m[AIR_TOLD + 6 + k] = told, total

@@ -24,9 +24,9 @@ _SIZES = {
     "OFFSET_SPREAD": 80,  # of them with friction, peg diameter and one another, (8, 10)
     "GIVEN": 6,  # wrench that was held last, before any bias was taken off
     "OFFSET": 8,  # bias at the sensor (6) and tilt of the hole (2), see offsets
-    # Of the time in the air so far: readings in three blocks of 9; how much of each bias they have
-    # told and that times what they have told of it (hang, touched).
-    "AIR": 27,
+    # Of the time in the air so far: readings in three blocks of 15; how much of each bias they
+    # have told and that times what they have told of it (hang, touched).
+    "AIR": 45,
     "AIR_TOLD": 12,
     "LEARNT": 2,  # 1: friction, peg diameter are corrected; 0: only their spread counts
     "OFFSETS": 4,  # first and beyond last that is not known; 1: bias, tilt are corrected

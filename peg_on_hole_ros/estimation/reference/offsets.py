@@ -140,6 +140,12 @@ class OffsetReference(ReferenceFilter):
         tilt = self.offsets.variance[6:].max() * self._gravity @ self._gravity
         moved = SPEED**2 * (2 / time**2 + turned / time) + tilt
         variance = self.offsets.noise / len(taken) + self.offsets.moved * moved
+        # Readings that go one way for longer than speeds explain are pressed on.
+        since = np.cumsum(taken[:, 6]) - taken[:, 6] / 2
+        slope = 12 / time**2 * (since @ taken[:, :6] / len(taken) - time / 2 * mean)
+        allowed = SPEED**2 * (36 / time**2 + 3 * turned / time) * self.offsets.moved
+        if ((slope * time / 2) ** 2 > 3 * self.offsets.noise / len(taken) + allowed).any():
+            return
         # What a mean over all of the time tells beyond the mean over less of it.
         news = 1 / variance - self._told
         open_yet = np.diagonal(self.P)[BIAS] > self.offsets.noise / READINGS
