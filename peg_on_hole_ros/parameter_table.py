@@ -381,7 +381,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     _filter(
         "inflation_threshold",
         "NIS (3 angles) above which the covariance of the rates is widened, at most to three "
-        "times initial_rate_stddev",
+        "times initial_rate_stddev; below 3, which is expected, as 3",
         "",
         1.0,
         1e6,

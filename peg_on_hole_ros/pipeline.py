@@ -91,10 +91,11 @@ class Pipeline:
     def _restart(self):
         self.processor.restart()
         self._last_wrench_ns: int | None = None
+        # What was put in its place since the last wrench waits for the next one, as what is ahead.
+        self._arrival_counts["wrench_dropped_restart"] += self._history.wrenches
+        self._arrival_counts["joints_dropped_restart"] += self._history.joints + len(self._waiting)
         self._history.clear()
-        if self._waiting:
-            self._arrival_counts["joints_dropped_restart"] += len(self._waiting)
-            self._waiting.clear()
+        self._waiting.clear()
         self._joint_stamps.clear()
         self._recent.clear()
 

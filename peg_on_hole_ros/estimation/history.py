@@ -51,6 +51,11 @@ class History:
     window_ns : int
         How far back a message may be put [ns]; 0 keeps nothing.
 
+    Attributes
+    ----------
+    wrenches, joints : int
+        Messages that were put in and have not been processed.
+
     """
 
     def __init__(self, window_ns: int):
@@ -58,12 +63,14 @@ class History:
         self._units: deque[Unit] = deque()
         self._first: int | None = None
         self._appended = self._alert = self._bare = 0
+        self.wrenches = self.joints = 0
 
     def clear(self) -> None:
         """Forget everything: nothing that happened so far can be gone back to."""
         self._units.clear()
         self._first = None
         self._appended = self._alert = self._bare = 0
+        self.wrenches = self.joints = 0
 
     @property
     def changed(self) -> bool:
@@ -115,6 +122,7 @@ class History:
         """Keep an orientation of the newest wrench's stamp, that came after it."""
         if self._units and self._units[-1].wrench.t_ns == measurement.t_ns:
             self._units[-1].after.append(measurement)
+            self.joints += self.changed
 
     def put_joints(self, measurement: AngleMeasurement, now_ns: int) -> bool:
         """Put a late orientation in its place; False if that lies before what is kept."""
@@ -127,6 +135,7 @@ class History:
             at -= 1
         joints.insert(at, measurement)
         self._change(i)
+        self.joints += 1
         return True
 
     def has_wrench(self, t_ns: int) -> bool:
@@ -143,6 +152,7 @@ class History:
         later.joints = later.joints[len(joints) :]
         self._units.insert(i, Unit(sample, joints, later.before, later.begin_ns))
         self._change(i)
+        self.wrenches += 1
         return True
 
     def _change(self, i):
@@ -167,6 +177,7 @@ class History:
         if self._first is None:
             return []
         first, self._first = self._first, None
+        self.wrenches = self.joints = 0
         while self._units[first].before is None:
             first -= 1
         units = list(islice(self._units, first, None))

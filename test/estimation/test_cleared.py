@@ -17,7 +17,7 @@ from simulated import ROOT
 NAMES = tuple(memory._SIZES)
 # What is set once, by scene and options.
 SETTING = (
-    *("PROCESS", "LEARNT", "OFFSETS", "METHOD", "NOISE", "WEIGHT"),
+    *("LEARNT", "OFFSETS", "METHOD", "NOISE", "WEIGHT"),
     *("LOAD", "UNLOAD", "HANGING", "MASSES", "GRAVITY", "TURN"),
 )
 

@@ -127,6 +127,21 @@ def test_every_filter_widens_gates_and_restarts(method):
 
 
 @pytest.mark.parametrize("method", list(FILTERS))
+def test_no_innovation_below_what_is_expected_narrows_the_rates(method):
+    def rates(threshold):
+        pipeline, _ = run(method, samples=ordered(60))
+        kalman, x = pipeline.filter, pipeline.filter.x.copy()
+        kalman.options = replace(kalman.options, inflation_threshold=threshold)
+        kalman.predict(1e-3, False)
+        result, nis = kalman.correct(x[:3] + 1e-3 * x[3:] + [1.8e-4, 0, 0], 1e-8 * np.eye(3))
+        assert result is Correction.USED and 1.0 < nis < 3.0
+        return kalman.P.copy()
+
+    # It was used with variances of a third and more of what they were.
+    np.testing.assert_array_equal(rates(1.0), rates(14.0))
+
+
+@pytest.mark.parametrize("method", list(FILTERS))
 def test_a_covariance_that_is_lost_takes_nothing_of_what_follows(method):
     pipeline, _ = run(method)
     kalman = pipeline.filter

@@ -161,6 +161,12 @@ def test_a_tilt_turns_measured_angles_as_stated():
         tilt_axes((0.003, -0.002)) @ peg_axes(there), peg_axes(q), atol=1e-14
     )
     assert np.linalg.eigvalsh(R).min() > 0
+    # An estimate a little below zero leans to the other side: the same orientation, gamma the
+    # other way round.
+    kalman.start(np.array([-0.2, 0.9 - np.pi, -2.0 + np.pi]), np.eye(3) * 1e-8)
+    below = part(kalman.memory, "TURN", (3, 2))
+    kalman.offset[6:] = 0.0
+    np.testing.assert_allclose(below.T, turned * np.array([-1.0, 1.0, 1.0]), rtol=0, atol=1e-4)
 
 
 @pytest.fixture(scope="module")

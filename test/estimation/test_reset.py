@@ -31,20 +31,30 @@ def numbers(pipeline, samples):
 
 
 @pytest.mark.parametrize(
-    ("method", "offsets"), [("extended", False), ("extended", True), ("square_root", False)]
+    ("method", "offsets", "model"),
+    [
+        ("extended", False, "dynamic"),
+        ("extended", True, "dynamic"),
+        ("square_root", False, "dynamic"),
+        ("extended", False, "auto"),
+        ("extended", False, "quasi_static"),
+    ],
 )
-def test_after_a_reset_the_same_samples_give_the_same_numbers(method, offsets):
+def test_after_a_reset_the_same_samples_give_the_same_numbers(method, offsets, model):
     configuration, samples = sliding()
-    configuration = replace(configuration, filter=replace(configuration.filter, method=method))
+    options = replace(configuration.filter, method=method, model=model)
+    configuration = replace(configuration, filter=options)
     if offsets:
         wrench = replace(configuration.wrench, bias_force_stddev=0.5)
         configuration = replace(configuration, wrench=wrench)
     pipeline = Pipeline(configuration)
     expected = numbers(pipeline, samples)
+    changes = pipeline.counts["model_changed"]
     pipeline.reset()
     found = numbers(pipeline, samples)
     assert len(found) == len(expected) > 100
     np.testing.assert_array_equal(found, expected)
+    assert pipeline.counts["model_changed"] == 2 * changes
 
 
 def test_what_waits_at_a_reset_is_counted_and_no_stamp_is_told_of_twice():

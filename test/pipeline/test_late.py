@@ -171,6 +171,27 @@ def test_a_late_message_that_was_put_is_forgotten_by_a_reset():
     assert line.counts["went_back"] == 0
 
 
+@pytest.mark.parametrize("jump", [False, True])
+def test_what_was_put_and_not_yet_processed_at_a_restart_is_counted(jump):
+    samples = ordered(100)
+    wrench = next(s for s in samples[-40:] if type(s) is WrenchSample)
+    joints = [s for s in samples[-40:] if type(s) is JointSample]
+    # One that would have corrected at once, had no other been put before it.
+    after = joints[0]._replace(t_ns=samples[-1].t_ns)
+    late = [joints[0], wrench, after]
+    line = pipeline()
+    rest = [s for s in samples if s not in late]
+    assert type(rest[-1]) is WrenchSample
+    play(line, [*rest, *late])
+    if jump:
+        line.on_wrench(wrench._replace(t_ns=wrench.t_ns - 2000 * MS))
+    else:
+        line.reset()
+    assert line.counts["joints_dropped_restart"] == 2
+    assert line.counts["wrench_dropped_restart"] == 1
+    assert total(line.counts) == len(samples) + 1 + jump
+
+
 def test_the_same_arrivals_give_the_same_bits():
     late = shuffled(ordered(200), 20 * MS)
     runs = [play(pipeline(), late) for _ in range(2)]

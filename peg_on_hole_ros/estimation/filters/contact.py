@@ -111,6 +111,7 @@ class ContactFilter(Estimate):
         """Hold no wrench: what comes next has nothing to do with what was."""
         super().let_go()
         self._held = self._held_before = 0.0
+        self.model.restart()
 
     def hold(self, u):
         """Hold a new wrench, with its own noise, from here on."""

@@ -217,6 +217,8 @@ class Estimate:
     def forget(self):
         """Take friction and peg diameter as stated again, whatever has been learnt of them."""
         clear(self._memory, CLEARED.forget)
+        # When a slip counts as slow follows how well the clearance is known.
+        part(self._memory, "PROCESS")[:] = self.process
         self.scene_values[:] = self.scalars
         self._friction_of_late[:] = self.stated_friction
         self.spread[[0, 1], [0, 1]] = self._known

@@ -6,6 +6,8 @@ from peg_on_hole_ros.estimation.filters.outcomes import Correction
 
 # A surprise may leave the rates this many times as uncertain as they are at a start.
 SURPRISING = 3.0
+# A normalised innovation squared, of three angles: no smaller one asks for wider rates.
+EXPECTED = 3.0
 
 
 class Gate:
@@ -45,10 +47,10 @@ class Gate:
             # A covariance that has lost its meaning is not to be corrected, nor to leave.
             return Correction.RESET
         result, after, before = Correction.USED, nis, None
-        if not nis <= options.inflation_threshold:
+        if nis > max(options.inflation_threshold, EXPECTED):
             before = kalman.snapshot()
             most = most_widening(kalman.x.item(0), kalman.P, options.initial_rate_stddev)
-            kalman.widen(min(nis / 3.0 - 1.0, most))
+            kalman.widen(min(nis / EXPECTED - 1.0, most))
             after = kalman.innovation(q)
             result = Correction.INFLATED
         if after <= options.gate_threshold:

@@ -69,8 +69,14 @@ class Model:
     def __init__(self, name: str, tolerance: float, memory: np.ndarray):
         asked = MODELS[name]
         self._always_full = asked == DYNAMIC
-        self.choice = new_choice(tolerance, asked, DYNAMIC)
+        self._undecided = new_choice(tolerance, asked, DYNAMIC)
+        self.choice = self._undecided.copy()
         self._memory, self._y = memory, np.zeros(6)
+        self._fresh, self.rung = True, DYNAMIC
+
+    def restart(self):
+        """Forget all decisions: they are of a motion that has ended."""
+        self.choice[:] = self._undecided
         self._fresh, self.rung = True, DYNAMIC
 
     def held(self):

@@ -150,7 +150,7 @@ CLEARED = Cleared(
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
     forget=(
         "SCENE", "SPREAD", "CROSS", "FRICTION_OF_LATE", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS",
-        "AIR", "AIR_TOLD",
+        "AIR", "AIR_TOLD", "PROCESS",
     ),
 )  # fmt: skip
 

@@ -183,7 +183,8 @@ def fill_turn(m):
     """Fill TURN at the estimate; see `orientation.angle_errors`, of which it is two columns."""
     s, c = sin(m[X]), cos(m[X])
     spsi, cpsi = sin(m[X + 1]), cos(m[X + 1])
-    over = 1.0 / max(s, _SMALLEST_SINE)
+    # An estimate can be a little below zero, where the axis leans to the other side.
+    over = 1.0 / (max(s, _SMALLEST_SINE) if s >= 0.0 else min(s, -_SMALLEST_SINE))
     cotangent = c * over
     m[TURN], m[TURN + 1] = spsi, -cpsi
     m[TURN + 2], m[TURN + 3] = cpsi * cotangent, spsi * cotangent
