@@ -8,6 +8,7 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.edges.replay import check_bag, hand_over
+from peg_on_hole_ros.edges.stamp_order import in_order
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
 from peg_on_hole_ros.estimation.identification.observability import (
@@ -44,17 +45,18 @@ def observe(
     """
     needed = check_bag(bag, configuration)
     total = sum(bag.topics[topic].count for topic in needed)
-    wrench = configuration.wrench
+    given, wrench = configuration, configuration.wrench
     runs = 2 if wrench.bias_force_stddev or wrench.bias_torque_stddev else 1
 
     def run(configuration, make, begun):
         stream = message_stream(configuration, 0.0, make)
-        for count, item in enumerate(bag.messages(needed)):
+        for count, item in enumerate(in_order(bag.messages(needed), given)):
             hand_over(stream, item, needed)
             if count % 256 == 0:
                 progress((begun + count / total) / runs)
         return stream.pipeline.processor
 
+    # What was gathered cannot be taken back for a message that comes late.
     options = replace(
         configuration.filter, method="extended", late_window=0.0, wrench_bias="estimated"
     )

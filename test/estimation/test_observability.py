@@ -14,6 +14,7 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.edges.messages.output import STRING
+from peg_on_hole_ros.edges.replay import stored_configuration
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
@@ -23,7 +24,7 @@ from peg_on_hole_ros.estimation.identification.observability import (
 from peg_on_hole_ros.pipeline import Pipeline
 from side_by_side import bag_samples
 from simulated import ROOT
-from small_bags import JOINTS, MS, WRENCH, joints, wrench
+from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 
 BAG = ROOT / "bags" / "closing_with_slip.mcap"
 
@@ -191,3 +192,25 @@ def test_a_peg_in_the_air_is_there_whatever_its_untared_sensor_reads(tmp_path, h
     found = observability_text.observe(bag, given, shares.append)
     assert found.free > 1.0 and found.seen[2:8].all()
     assert shares == sorted(shares) and 0.8 < shares[-1] < 1.0
+
+
+def test_joint_states_that_come_late_are_put_in_their_place(tmp_path):
+    """As in a replay: recorded 10 ms behind the wrenches of their stamps, they tell the same."""
+    source = Bag(BAG)
+    given = stored_configuration(source)
+    rows = []
+    for topic, t_ns, message in source.messages(["/wrench", "/joint_states"]):
+        if topic == "/joint_states":
+            fields = {"header": header(t_ns, ""), "name": message.name}
+            rows.append((t_ns + 10 * MS, topic, JOINTS, fields | {"position": message.position}))
+        else:
+            sides = message.wrench.force, message.wrench.torque
+            fields = wrench(t_ns, *([side.x, side.y, side.z] for side in sides))
+            rows.append((t_ns, topic, WRENCH, fields))
+    with BagWriter(tmp_path / "late.mcap") as bag:
+        for t_ns, topic, ros_type, fields in sorted(rows, key=lambda row: row[0]):
+            bag.write(topic, ros_type, fields, t_ns)
+    found = observability_text.observe(Bag(tmp_path / "late.mcap"), given)
+    ordered = observability_text.observe(source, given)
+    assert found.seconds == ordered.seconds > 0.5
+    np.testing.assert_allclose(found.together, ordered.together, rtol=1e-9)
