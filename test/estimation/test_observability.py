@@ -194,6 +194,16 @@ def test_a_peg_in_the_air_is_there_whatever_its_untared_sensor_reads(tmp_path, h
     assert shares == sorted(shares) and 0.8 < shares[-1] < 1.0
 
 
+def test_a_moment_of_sliding_does_not_make_a_bias_that_the_air_tells_too_small(configuration):
+    """A few newtons of a touch-down are no load: 0.2 N would be of no use beside 4 % of them."""
+    made = []
+    run(configuration, lambda *given: made.append(ObservingFilter(*given)) or made[-1], 2)
+    (observing,) = made
+    observing.seconds, observing._pressed = 0.001, 0.003
+    observing.information[range(2, 8), range(2, 8)] = 1 / 0.2**2
+    assert observing.observability().seen[2:5].all()
+
+
 def test_joint_states_that_come_late_are_put_in_their_place(tmp_path):
     """As in a replay: recorded 10 ms behind the wrenches of their stamps, they tell the same."""
     source = Bag(BAG)
