@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.filters.rivals import Rivals
 from peg_on_hole_ros.estimation.history import Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
+from peg_on_hole_ros.estimation.kernel.offsets import BIAS
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -118,6 +119,12 @@ class Processor:
         if self._offset:
             self._offset.tared(self.reduction.noise / len(samples))
         return taken
+
+    @property
+    def bias(self) -> np.ndarray:
+        """What the unloaded sensor reads, as far as it is known, shape (6,) [N], [N m]."""
+        learnt = self._offset.offset[BIAS] if self._offset else 0.0
+        return self.reduction.taken_off + learnt
 
     @property
     def health(self) -> dict[str, float]:

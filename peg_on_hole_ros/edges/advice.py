@@ -16,12 +16,13 @@ _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 # By the end of a reason's name; docs/integration.md has the rest.
 _REMEDIES = {
     "missing_joint": "joints.names has to name joints of the joint states",
-    "joints_dropped_out_of_range": "angles are in radians: degrees? a peg that points up: "
-    "joints.hole_rpy",
+    "joints_dropped_out_of_range": "angles are in radians: degrees? the order of joints.names? a "
+    "peg that points up: joints.hole_rpy",
     "outside_joint_limits": "degrees, joints mixed up, or another robot's URDF",
     "pointing_away": "half a turn in joints.peg_rpy or hole_rpy, or the robot is elsewhere",
     "length_mismatch": "the driver sends names without positions",
-    "repeated_stamp": "the driver does not set stamps, or two publish on one topic",
+    "repeated_stamp": "the driver does not set stamps, or too coarsely (whole milliseconds), or "
+    "sends twice; or two publish on one topic",
     "dropped_late": _CLOCKS,
     "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
     "two publish on one topic",

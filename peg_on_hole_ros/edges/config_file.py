@@ -117,14 +117,62 @@ def _ours(content, path):
     parts = list(_parts(content, ""))
     # A namespace, written as a name with slashes or as a group, is for ROS to tell apart.
     own = [name for name, _ in parts if name.rsplit("/", 1)[-1] == NODE]
-    every = [name for name, _ in parts if name.strip("/") in _EVERY_NODE]
-    if len(own) > 1:
-        names = ", ".join(own)
-        raise PegOnHoleError(f"{path} has parameters for {names}: keep those of one node")
-    if not own and not every:
+    full = [_full_name(name) for name in own if "*" not in name]
+    if len(full) == 1:
+        ours = [part for part in parts if matches(part[0], full[0])]
+    else:
+        ours = [part for part in parts if part[0] in own or _may_be_ours(*part)]
+        names = [name for name, _ in ours if name.strip("/") not in _EVERY_NODE]
+        # In which namespace the node is only it knows: one has to do for all of them.
+        full = full or [_full_name(name) for name in names]
+        if names and not any(all(matches(name, one) for name in names) for one in full):
+            found = ", ".join(names)
+            raise PegOnHoleError(f"{path} has parameters for {found}: keep those of one node")
+    if not ours:
         found = ", ".join(str(key) for key in content)
         raise NoPart(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
-    return [part for part in parts if part[0] in own + every]
+    return ours
+
+
+def _full_name(name):
+    """Return the name of a node of ours that a part is for; with wildcards, of any."""
+    parts = [part for part in name.strip("/").split("/")[:-1] if part != "**"]
+    return "/" + "/".join([*(part.replace("*", "any") for part in parts), NODE])
+
+
+def _may_be_ours(name, body):
+    if name.strip("/") in _EVERY_NODE:
+        return True
+    # All nodes of a namespace: of ours, or of some other cell.
+    every = name.rsplit("/", 1)[-1] in _EVERY_NODE
+    return every and isinstance(body, dict) and is_ours(body.get(_BODY))
+
+
+def matches(name: str, full_name: str) -> bool:
+    """Return whether a part of a parameters file is for a node, as `/cell/peg_on_hole`."""
+    # As rcl: * is one part of a name, ** any number of parts.
+    parts = []
+    for part in name.strip("/").split("/"):
+        parts.append(
+            "(/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]+")
+        )
+    return re.fullmatch("".join(parts), full_name) is not None
+
+
+def is_ours(body: object) -> bool:
+    """Return whether parameters of a file look like this node's, under whatever name."""
+    # Other programs have `joints` or `filter` too, and a misspelt name makes a file no other's.
+    names = list(_names(body))
+    known = [name for name in names if name in BY_NAME]
+    return 2 * len(known) >= len(names) and any("." in name for name in known)
+
+
+def _names(tree, prefix=""):
+    for key, value in tree.items() if isinstance(tree, dict) else ():
+        if isinstance(value, dict):
+            yield from _names(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
 
 
 def _parts(tree, prefix):

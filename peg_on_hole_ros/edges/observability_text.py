@@ -7,7 +7,9 @@ from math import degrees, isfinite
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.edges.messages.stream import message_stream
-from peg_on_hole_ros.edges.replay import absolute, check_bag
+from peg_on_hole_ros.edges.replay import check_bag, hand_over
+from peg_on_hole_ros.edges.stamp_order import in_order
+from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
 from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
@@ -41,26 +43,38 @@ def observe(
         A needed topic is missing or of another type.
 
     """
-    check_bag(bag, configuration)
-    # The estimate only shows where to take the derivatives.
-    configuration = replace(
-        configuration,
-        wrench=replace(configuration.wrench, bias_force_stddev=0.0, bias_torque_stddev=0.0),
-        joints=replace(configuration.joints, hole_tilt_stddev=0.0),
-        filter=replace(configuration.filter, method="extended", late_window=0.0),
+    needed = check_bag(bag, configuration)
+    total = sum(bag.topics[topic].count for topic in needed)
+    given, wrench = configuration, configuration.wrench
+    runs = 2 if wrench.bias_force_stddev or wrench.bias_torque_stddev else 1
+
+    def run(configuration, make, begun):
+        stream = message_stream(configuration, 0.0, make)
+        for count, item in enumerate(in_order(bag.messages(needed), given)):
+            hand_over(stream, item, needed)
+            if count % 256 == 0:
+                progress((begun + count / total) / runs)
+        return stream.pipeline.processor
+
+    # What was gathered cannot be taken back for a message that comes late.
+    options = replace(
+        configuration.filter, method="extended", late_window=0.0, wrench_bias="estimated"
     )
-    stream = message_stream(configuration, 0.0, ObservingFilter)
-    topics = [
-        absolute(configuration.topics.wrench),
-        absolute(configuration.topics.joint_states),
-    ]
-    total = sum(bag.topics[topic].count for topic in topics)
-    for count, item in enumerate(bag.messages(topics)):
-        take = stream.on_wrench if item.topic == topics[0] else stream.on_joints
-        take(item.message)
-        if count % 256 == 0:
-            progress(count / total)
-    return stream.pipeline.filter.observability()
+    joints = replace(configuration.joints, hole_tilt_stddev=0.0)
+    configuration = replace(configuration, filter=options, joints=joints)
+    if runs == 2:
+        # Taken for none, a bias is a load on a peg that hangs free, and hides how contacts slip.
+        learnt = run(configuration, make_filter, 0).bias.tolist()
+        wrench = replace(
+            wrench,
+            bias_force=tuple(learnt[:3]),
+            bias_torque=tuple(learnt[3:]),
+            bias_force_stddev=0.0,
+            bias_torque_stddev=0.0,
+        )
+    # The estimate only shows where to take the derivatives.
+    configuration = replace(configuration, wrench=wrench)
+    return run(configuration, ObservingFilter, runs - 1).filter.observability()
 
 
 def content(found: Observability) -> dict:

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 from peg_on_hole_ros.configuration import from_parameters, node_options, uncertain_offsets
 from peg_on_hole_ros.edges.advice import Seen, remedy
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag, BagMessage
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.edges.contact_steps import ContactSteps
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -177,17 +177,13 @@ def replay_bag(
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
     for count, item in enumerate(bag.messages(needed)):
-        if item.topic == wrench_topic:
-            seen.add("wrench", item.message)
-            messages = stream.on_wrench(item.message)
-            if messages:
-                for sink in sinks:
-                    sink.add(stream.t_ns, messages)
-        elif item.topic == joints_topic:
-            seen.add("joints", item.message)
-            stream.on_joints(item.message)
-        else:
-            _event(stream, item.message.data)
+        source = {wrench_topic: "wrench", joints_topic: "joints"}.get(item.topic)
+        if source:
+            seen.add(source, item.message)
+        messages = hand_over(stream, item, needed)
+        if messages:
+            for sink in sinks:
+                sink.add(stream.t_ns, messages)
         if progress and count % 256 == 0:
             progress(count / total)
     if smoothed:
@@ -212,10 +208,21 @@ def replay_bag(
     return Replayed(total, used, dropped, events, seconds, steps, read, seen)
 
 
-def _event(stream: MessageStream, name: str):
+def hand_over(stream: MessageStream, item: BagMessage, needed: Iterable[str]) -> list[Message]:
+    """
+    Hand a message of a bag to a stream as the node has it; return what it makes known.
+
+    `needed` are the topics that `check_bag` returns, in their order.
+    """
+    wrench_topic, joints_topic = list(needed)[:2]
+    if item.topic == wrench_topic:
+        return stream.on_wrench(item.message)
+    if item.topic == joints_topic:
+        stream.on_joints(item.message)
     # A name that this version does not know changes nothing that it could repeat.
-    if name in ("reset", "tare"):
-        stream.on_event(name)
+    elif item.message.data in ("reset", "tare"):
+        stream.on_event(item.message.data)
+    return []
 
 
 def _fates(counts, read):

@@ -50,8 +50,8 @@ def stamped(make, offset_ns):
         (
             {"joints_of": lambda t_ns: joints(t_ns, (17.2, 0.0, 0.0))},
             "no wrench of 400 could be used: joints_dropped_out_of_range 200, "
-            "wrench_dropped_before_joints 400; angles are in radians: degrees? a peg that points "
-            "up: joints.hole_rpy",
+            "wrench_dropped_before_joints 400; angles are in radians: degrees? the order of "
+            "joints.names? a peg that points up: joints.hole_rpy",
         ),
         (
             {"joints_of": stamped(joints, 3600 * 10**9)},
@@ -88,8 +88,8 @@ def test_what_cannot_be_used_is_refused_with_its_remedy(tmp_path, capsys, change
         ),
         (
             {"wrench_of": lambda _: wrench(0), "joints_of": lambda _: joints(0)},
-            "399 of 400 messages of wrench were not used: the driver does not set stamps, or two "
-            "publish on one topic",
+            "399 of 400 messages of wrench were not used: the driver does not set stamps, or too "
+            "coarsely (whole milliseconds), or sends twice; or two publish on one topic",
         ),
     ],
 )

@@ -77,6 +77,40 @@ def test_namespaces_and_wildcards_are_found(tmp_path, text):
     assert read_parameters(written(tmp_path, text)) == {"scene.friction": 0.3}
 
 
+SCENE = "{}:\n  ros__parameters: {{scene: {{{}}}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("parts", "expected"),
+    [
+        # The node's own name says in which namespace it is; the rest is as ROS 2 matches it.
+        (["/cell/peg_on_hole", "/cell/*", "/**/peg_on_hole"], [0, 1, 2]),
+        (["/cell/peg_on_hole", "/left/*", "/*", "/*/peg_on_hole"], [0, 3]),
+        (["/peg_on_hole", "/cell/**", "/*"], [0, 2]),
+        # Else that of a part with wildcards, in which all others fit.
+        (["/**/peg_on_hole", "/cell/*"], [0, 1]),
+        (["/cell/*", "/**"], [0, 1]),
+        (["/cell/**"], [0]),
+    ],
+)
+def test_parts_for_all_nodes_of_a_namespace_count_as_for_ros(tmp_path, parts, expected):
+    rows = ["friction: 0.3", "peg_mass: 2.5", "peg_height: 0.08", "clearance_stddev: 1.0e-6"]
+    text = "".join(SCENE.format(name, row) for name, row in zip(parts, rows))
+    names = {f"scene.{rows[i].split(':')[0]}" for i in expected}
+    assert set(read_parameters(written(tmp_path, text))) == names
+
+
+def test_nodes_of_other_namespaces_have_their_own_parameters(tmp_path):
+    other = "/arm/*:\n  ros__parameters: {update_rate: 100}\n"
+    text = other + SCENE.format("/**", "friction: 0.3")
+    assert read_parameters(written(tmp_path, text)) == {"scene.friction": 0.3}
+    path = written(
+        tmp_path, SCENE.format("/a/*", "friction: 0.3") + SCENE.format("/b/*", "friction: 0.2")
+    )
+    with pytest.raises(PegOnHoleError, match=r"for /a/\*, /b/\*: keep those of one node"):
+        read_parameters(path)
+
+
 def test_two_nodes_of_this_kind_in_one_file_are_not_mixed(tmp_path):
     text = "/a/peg_on_hole:\n  ros__parameters: {}\nb:\n  peg_on_hole: {ros__parameters: {}}\n"
     path = written(tmp_path, text)

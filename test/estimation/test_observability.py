@@ -9,7 +9,12 @@ import pytest
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges import observability_text
+from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.edges.messages.output import STRING
+from peg_on_hole_ros.edges.replay import stored_configuration
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
@@ -19,6 +24,7 @@ from peg_on_hole_ros.estimation.identification.observability import (
 from peg_on_hole_ros.pipeline import Pipeline
 from side_by_side import bag_samples
 from simulated import ROOT
+from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 
 BAG = ROOT / "bags" / "closing_with_slip.mcap"
 
@@ -166,3 +172,55 @@ def test_a_peg_that_hangs_free_tells_a_bias():
     text = observability_text.lines(found)
     assert "never surely slide" in text[0] and "s in the air" in text[0] and len(text) == 7
     assert text[1].startswith("force bias along x: seen, to 0.1")
+
+
+@pytest.mark.parametrize("how", ["stated", "tared"])
+def test_a_peg_in_the_air_is_there_whatever_its_untared_sensor_reads(tmp_path, how):
+    """3 N off are a contact to whom the configuration or a tare does not tell what they are."""
+    force = 0.5 * 9.80665 * np.array([np.sin(0.3), 0.0, np.cos(0.3)])
+    torque = np.cross([0.0, 0.0, -0.035], force)
+    with BagWriter(tmp_path / "air.mcap") as bag:
+        for i in range(1200):
+            t_ns = 10**9 + i * MS
+            bag.write("/joint_states", JOINTS, joints(t_ns), t_ns)
+            bag.write("/wrench", WRENCH, wrench(t_ns, force + [3.0, 0.0, 0.0], torque), t_ns)
+            if how == "tared" and i == 100:
+                bag.write(EVENT_TOPIC, STRING, {"data": "tare"}, t_ns)
+    stddev = {"wrench.bias_force_stddev": 3.0} if how == "stated" else {}
+    bag, given = Bag(tmp_path / "air.mcap"), from_parameters(stddev)
+    shares = []
+    found = observability_text.observe(bag, given, shares.append)
+    assert found.free > 1.0 and found.seen[2:8].all()
+    assert shares == sorted(shares) and 0.8 < shares[-1] < 1.0
+
+
+def test_a_moment_of_sliding_does_not_make_a_bias_that_the_air_tells_too_small(configuration):
+    """A few newtons of a touch-down are no load: 0.2 N would be of no use beside 4 % of them."""
+    made = []
+    run(configuration, lambda *given: made.append(ObservingFilter(*given)) or made[-1], 2)
+    (observing,) = made
+    observing.seconds, observing._pressed = 0.001, 0.003
+    observing.information[range(2, 8), range(2, 8)] = 1 / 0.2**2
+    assert observing.observability().seen[2:5].all()
+
+
+def test_joint_states_that_come_late_are_put_in_their_place(tmp_path):
+    """As in a replay: recorded 10 ms behind the wrenches of their stamps, they tell the same."""
+    source = Bag(BAG)
+    given = stored_configuration(source)
+    rows = []
+    for topic, t_ns, message in source.messages(["/wrench", "/joint_states"]):
+        if topic == "/joint_states":
+            fields = {"header": header(t_ns, ""), "name": message.name}
+            rows.append((t_ns + 10 * MS, topic, JOINTS, fields | {"position": message.position}))
+        else:
+            sides = message.wrench.force, message.wrench.torque
+            fields = wrench(t_ns, *([side.x, side.y, side.z] for side in sides))
+            rows.append((t_ns, topic, WRENCH, fields))
+    with BagWriter(tmp_path / "late.mcap") as bag:
+        for t_ns, topic, ros_type, fields in sorted(rows, key=lambda row: row[0]):
+            bag.write(topic, ros_type, fields, t_ns)
+    found = observability_text.observe(Bag(tmp_path / "late.mcap"), given)
+    ordered = observability_text.observe(source, given)
+    assert found.seconds == ordered.seconds > 0.5
+    np.testing.assert_allclose(found.together, ordered.together, rtol=1e-9)

@@ -1,13 +1,13 @@
 """Parameters of the node: declared from the table, checked together, fixed once configured."""
 
-import re
 from pathlib import Path
 
 import yaml
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 
-from peg_on_hole_ros.configuration import BY_NAME, check, from_parameters, node_options
+from peg_on_hole_ros.configuration import check, from_parameters, node_options
+from peg_on_hole_ros.edges.config_file import is_ours, matches
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS
@@ -117,9 +117,9 @@ def check_files(full_name: str, arguments: list[str]) -> None:
         except (OSError, UnicodeDecodeError, yaml.YAMLError):
             continue  # ROS 2 has its own word on these
         for name, body in _sections(content):
-            ours = _is_ours(body)
+            ours = is_ours(body)
             # A part for all nodes may be there for the clock alone.
-            if _matches(name, full_name) and (ours or "*" not in name):
+            if matches(name, full_name) and (ours or "*" not in name):
                 return
             if ours:
                 others.setdefault(path, []).append(name)
@@ -145,28 +145,3 @@ def _sections(tree, prefix=""):
             yield prefix or "/", value
         else:
             yield from _sections(value, f"{prefix}/{str(key).strip('/')}")
-
-
-def _is_ours(body):
-    # Other programs have `joints` or `filter` too, and a misspelt name makes a file no other's.
-    names = list(_names(body))
-    known = [name for name in names if name in BY_NAME]
-    return 2 * len(known) >= len(names) and any("." in name for name in known)
-
-
-def _names(tree, prefix=""):
-    for key, value in tree.items() if isinstance(tree, dict) else ():
-        if isinstance(value, dict):
-            yield from _names(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}"
-
-
-def _matches(name, full_name):
-    # As rcl: * is one part of a name, ** any number of parts.
-    parts = []
-    for part in name.strip("/").split("/"):
-        parts.append(
-            "(/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]+")
-        )
-    return re.fullmatch("".join(parts), full_name) is not None

@@ -89,6 +89,14 @@ def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malform
     return JointSample(t_ns, names, position)
 
 
+def stamp_of(message) -> int | None:
+    """Return the stamp of a decoded message [ns]; None: it has none, or a bad one."""
+    try:
+        return _stamp(message)
+    except MISFITS:
+        return None
+
+
 def _stamp(message):
     stamp = message.header.stamp
     sec, nanosec = int(stamp.sec), int(stamp.nanosec)

@@ -106,8 +106,8 @@ class Model:
 
     @property
     def line(self) -> str:
-        """The last decision as one line."""
-        return explained(self.choice)
+        """The last decision as one line; empty where there never is one."""
+        return "" if self._always_full else explained(self.choice)
 
     def react(self, dy) -> float:
         """Fill in the reactions by the rung in use; returns as `reactions.react`."""

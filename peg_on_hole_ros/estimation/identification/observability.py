@@ -30,6 +30,8 @@ OFFSETS, BIASES = slice(2, 2 + COUNT), slice(2, 8)
 JOINT = slice(0, 12)
 # Correlated by more than this, two parameters look nearly the same.
 ALIKE = 0.7
+# What the rim carries is not known from less sliding than this [s]: at a touch-down it is nothing.
+BRIEF = 0.1
 
 
 class Observability(NamedTuple):
@@ -189,7 +191,7 @@ class ObservingFilter(ContactFilter):
         """Return what was gathered so far."""
         clearance = self.scene_values[1] - self.scene_values[0]
         travel = np.maximum(self._most - self._least, 0.0)
-        force = self._pressed / self.seconds if self.seconds else TYPICAL_FORCE
+        force = self._pressed / self.seconds if self.seconds > BRIEF else TYPICAL_FORCE
         diameter = self.scene_values.item(1)
         information = self.information.copy()
         information[BIASES, BIASES] += np.diag(self._told_by_air())
