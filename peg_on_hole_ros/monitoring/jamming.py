@@ -290,12 +290,14 @@ def _two_point(p, f, threshold):
     Return l/d, Whitney's margin, and the probabilities that it is used up and that it is pushed.
 
     The plane is that of the tilt, the tilt small; what turns the peg about its axis is left out.
+    An estimate a little below zero leans to the other side.
     """
     s, c = sin(f[X]), cos(f[X])
+    side = 1.0 if s >= 0.0 else -1.0
     _, wrench = pose_of(p, f[X : X + 6], f[U : U + 6], f[WORK:])
-    length = ((p.D - p.d) + 2.0 * p.d * sin(0.5 * f[X]) ** 2) / max(s, 1e-6)
-    F_x, F_z = wrench[0], -wrench[2]
-    M = -(wrench[4] + p.H_c * (c * wrench[0] + s * wrench[2]))
+    length = ((p.D - p.d) + 2.0 * p.d * sin(0.5 * f[X]) ** 2) / max(side * s, 1e-6)
+    F_x, F_z = side * wrench[0], -wrench[2]
+    M = -side * (wrench[4] + p.H_c * (c * wrench[0] + s * wrench[2]))
     margin = jamming_margin(0.5 * p.d, length, max(p.f, 1e-3), F_x, F_z, M)
     noise = sqrt(f[NOISE] + f[NOISE + 28] / (p.d * p.d / 4.0))
     lever = 1.0 + 2.0 * p.f * p.d / length

@@ -11,6 +11,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.filters.contact import Correction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
@@ -216,3 +217,20 @@ def test_an_unknown_method_is_refused_with_those_there_are():
 
     with pytest.raises(PegOnHoleError, match="extended, iterated, unscented, square_root"):
         from_parameters({"filter.method": "particle"})
+
+
+def test_a_covariance_that_is_singular_to_rounding_has_a_root():
+    """It ended the square-root filter: angles at 1e-9 rad whose stamps are off by milliseconds."""
+    rate = np.array([0.1, -0.7, 0.3])
+    covariance = 1e-24 * np.eye(3) + 1e-4 * np.outer(rate, rate)
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(covariance)
+    configuration = Configuration()
+    options = replace(configuration.filter, method="square_root")
+    kalman = FILTERS["square_root"](configuration.scene, options, np.eye(6))
+    kalman.start(np.array([0.2, 0.1, -0.3]), covariance)
+    kalman.hold(np.zeros(6))
+    kalman.predict(1e-3, in_contact=False)
+    # The rates have made it regular.
+    result, nis = kalman.correct(np.array([0.2, 0.1, -0.3]), covariance)
+    assert result is Correction.USED and np.isfinite(nis) and np.isfinite(kalman.P).all()

@@ -146,6 +146,17 @@ def test_in_the_hole_a_side_load_keeps_a_resting_peg_and_a_push_along_it_does_no
     assert side.margin == pytest.approx(expected, rel=1e-9)
 
 
+def test_an_estimate_below_zero_in_the_hole_leans_to_the_other_side():
+    """It had a peg that leans by 0.2 mrad 2000 diameters deep."""
+    wrench = np.array([3.0, -1.0, -20.0, 0.1, 0.4, -0.05])
+    # Leaning to the other side is half a turn of psi, and phi back: axes of the peg stay.
+    below = risk(-2e-4, (0, 0, 0), SCENE, tuple(wrench), under=1.0)
+    turned = risk(2e-4, (0, 0, 0), SCENE, tuple(wrench * [-1, -1, 1, -1, -1, 1]), under=1.0)
+    assert below.insertion == pytest.approx(turned.insertion, rel=1e-12)
+    assert below.margin == pytest.approx(turned.margin, rel=1e-12)
+    assert below.stall == pytest.approx(turned.stall, abs=1e-12)
+
+
 def played(scene, seed=1):
     """Return times [s] and the outputs of a pipeline over one measurement of a truth."""
     found = list(Pipeline(scene.plan.configuration).play(measure(scene, seed)))

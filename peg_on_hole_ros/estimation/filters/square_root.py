@@ -21,11 +21,16 @@ WRENCH = slice(6, 12)
 
 
 def _root_of(covariance):
-    """Return a lower root of a covariance of which some rows may be zero."""
+    """Return a root of a covariance, of which some rows may be zero; a lower one if it has one."""
     known = np.diagonal(covariance) == 0.0
     scale = np.sqrt(np.diagonal(covariance)) + known
     correlation = covariance / np.outer(scale, scale) + np.diag(known.astype(float))
-    root = scale[:, None] * np.linalg.cholesky(correlation)
+    try:
+        root = scale[:, None] * np.linalg.cholesky(correlation)
+    except np.linalg.LinAlgError:
+        # To rounding it is singular.
+        variance, axes = np.linalg.eigh(correlation)
+        root = scale[:, None] * axes * np.sqrt(np.maximum(variance, 0.0))
     root[known] = 0.0
     return root
 
@@ -54,7 +59,7 @@ class SquareRootFilter(ContactFilter):
         """Start from an orientation."""
         super().start(q, R)
         factor = np.zeros((WIDTH, WIDTH))
-        factor[:12, :12] = np.linalg.cholesky(self.Z)
+        factor[:12, :12] = _root_of(self.Z)
         # Friction and peg diameter may be known.
         variance, axes = np.linalg.eigh(self.spread)
         factor[12:, 12:] = axes * np.sqrt(np.maximum(variance, 0.0))
@@ -65,7 +70,7 @@ class SquareRootFilter(ContactFilter):
         super().hold(u)
         factor = np.hstack([self._root, np.zeros((WIDTH, 6))])
         factor[WRENCH, :WIDTH] = 0.0
-        factor[WRENCH, WIDTH:] = np.linalg.cholesky(self.wrench_noise)
+        factor[WRENCH, WIDTH:] = _root_of(self.wrench_noise)
         self._set(joint_mean(self), factor)
 
     def predict(self, dt, in_contact):
@@ -119,7 +124,7 @@ class SquareRootFilter(ContactFilter):
             self._set(joint_mean(self), np.hstack([self._root, added]))
 
     def _update(self):
-        noise, angles = np.linalg.cholesky(self._R), self._root[:3]
+        noise, angles = _root_of(self._R), self._root[:3]
         arrays = np.vstack([np.hstack([noise, angles]), np.zeros((WIDTH, 3 + WIDTH))])
         arrays[3:, 3:] = self._root
         lower = np.linalg.qr(arrays.T, mode="r").T
