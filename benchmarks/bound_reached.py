@@ -138,14 +138,11 @@ def particles(truth, seed: int, count: int, rows: int, pieces: int = 4) -> Track
             off = x[:, :3] - random.multivariate_normal(truth.q[k], R)
             logarithm = logarithm - 0.5 * np.einsum("ni,ij,nj->n", off, np.linalg.inv(R), off)
         weight = _normal(logarithm)
+        # As the bound has it, and the filter: beside how fast a held peg can accelerate.
+        beside = _normal(logarithm - 0.5 * (answer[:, :3] ** 2).sum(axis=1) / held**2)
         for part, values, by in (
             (slice(0, 6), x, weight),
-            # As the bound has it, and the filter: beside how fast a held peg can accelerate.
-            (
-                slice(6, 9),
-                answer[:, 3:],
-                _normal(logarithm - 0.5 * (answer[:, :3] ** 2).sum(axis=1) / held**2),
-            ),
+            (slice(6, 9), answer[:, 3:], beside),
             (slice(9, 10), f[:, None], weight),
         ):
             mean = by @ values
