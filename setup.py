@@ -56,8 +56,8 @@ setup(
     python_requires=">=3.10",
     install_requires=[
         "filterpy>=1.4.5",
-        "mcap>=1.1",
-        "mcap-ros2-support>=0.5",
+        "mcap>=1.6",
+        "mcap-ros2-support>=0.6",
         "numba>=0.58",
         "numpy>=1.24",
         "pyyaml>=6",

@@ -131,7 +131,8 @@ def measure(
     """
     plan = truth.plan
     settings, joints = plan.configuration.wrench, plan.configuration.joints
-    wrench_noise, joint_noise = np.random.default_rng(plan.seed if seed is None else seed).spawn(2)
+    seeds = np.random.SeedSequence(plan.seed if seed is None else seed).spawn(2)
+    wrench_noise, joint_noise = (np.random.default_rng(child) for child in seeds)
     n, every = len(truth.t_ns), plan.wrench_rate // plan.joint_rate
     stddev = np.repeat([settings.force_stddev, settings.torque_stddev], 3)
     exact = sensor_wrench(truth) if exact is None else exact
