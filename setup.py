@@ -59,7 +59,7 @@ setup(
         "mcap>=1.6",
         "mcap-ros2-support>=0.6",
         "numba>=0.58",
-        "numpy>=1.24",
+        "numpy>=1.25",
         "pyyaml>=6",
         "scipy>=1.10",
     ],

@@ -131,8 +131,7 @@ def measure(
     """
     plan = truth.plan
     settings, joints = plan.configuration.wrench, plan.configuration.joints
-    seeds = np.random.SeedSequence(plan.seed if seed is None else seed).spawn(2)
-    wrench_noise, joint_noise = (np.random.default_rng(child) for child in seeds)
+    wrench_noise, joint_noise = np.random.default_rng(plan.seed if seed is None else seed).spawn(2)
     n, every = len(truth.t_ns), plan.wrench_rate // plan.joint_rate
     stddev = np.repeat([settings.force_stddev, settings.torque_stddev], 3)
     exact = sensor_wrench(truth) if exact is None else exact
