@@ -2,6 +2,7 @@
 
 import sys
 import time
+from itertools import islice
 from traceback import format_exception
 
 import rclpy
@@ -79,6 +80,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         warm(self.configuration, to_ros)
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
+        self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)
         self._cycles = Cycles()
         self._recording = Recording(self, self.configuration, self.options)
         self._outputs = Publishers(self, self.options.qos_depth)
@@ -166,9 +168,9 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
                 self._outputs.destroy()
             self._services_made, self._outputs, self._stream = [], None, None
 
-    def process(self) -> None:
-        """Work off what has arrived, the sources merged by their stamps."""
-        for source, payload in self.arrivals.take():
+    def process(self, most: int | None = None) -> None:
+        """Work off what has arrived, or so many, the sources merged by their stamps."""
+        for source, payload in islice(self.arrivals.take(), most):
             if self._while_active:
                 try:
                     (self._on_wrench if source == "wrench" else self._on_joints)(payload)
