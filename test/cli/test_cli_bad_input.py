@@ -229,7 +229,8 @@ def test_cut_off_bag_is_exit_code_4_with_what_was_read_kept(tmp_path, capsys):
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[: len(whole) // 2])
     out, summary = tmp_path / "out.mcap", tmp_path / "s.json"
-    damage = f"{path} is cut off at byte {len(whole) // 2}"
+    damage = Bag(path).damage
+    assert damage.startswith(f"{path} is cut off at byte {len(whole) // 2}: its recorder was ")
     fails(
         capsys,
         4,
