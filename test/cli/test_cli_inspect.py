@@ -75,7 +75,10 @@ def test_joint_states_are_dropped_as_in_a_replay(tmp_path, capsys):
     path = bag_with(tmp_path / "a.mcap", position=(4.0, 0.0, 0.0))
     replay = told(capsys, path)
     assert replay["dropped"] == {"/joint_states: out_of_range": 40}
-    assert replay["reason"] == "no message on /joint_states can be used"
+    assert replay["reason"] == (
+        "no message on /joint_states can be used; angles are in radians: degrees? the order of "
+        "joints.names? a peg that points up: joints.hole_rpy"
+    )
 
 
 def test_joint_states_of_a_robot_are_dropped_as_in_a_replay(tmp_path, capsys):
