@@ -12,6 +12,7 @@ from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
+from peg_on_hole_ros.configuration import half_stated
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.live import parameters as node_parameters
 from peg_on_hole_ros.edges.live import process
@@ -77,6 +78,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
     def on_configure(self, state) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
         self.configuration, self.options = node_parameters.read(self)
+        self._warn(filter(None, [half_stated(self.configuration)]))
         begun = time.perf_counter()
         warm(self.configuration, to_ros)
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
