@@ -122,7 +122,7 @@ def inspect(
         result["oddities"][wrench].append(apart_by_name)
     if all(used[topic] for topic in (wrench, joints)):
         offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
-        told = shifted(*offsets)
+        told = shifted(*offsets, configuration.joints.delay)
         result["oddities"][joints] += [told] if told else []
     replay = result["replay"]
     replay["used"] = {topic: used[topic] for topic in sorted(readers)}

@@ -129,14 +129,25 @@ def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -
     return ""
 
 
-def shifted(wrench_offset: float, joints_offset: float) -> str:
-    """Return how far stamps lie apart where messages came together, by log time less stamp [s]."""
+def shifted(wrench_offset: float, joints_offset: float, delay: float) -> str:
+    """
+    Return how far stamps lie apart where messages came together, or nothing.
+
+    Parameters
+    ----------
+    wrench_offset, joints_offset : float
+        Log time less stamp, in the mean [s].
+    delay : float
+        `joints.delay` [s]: stamps that lie apart by it are as stated.
+
+    """
     ahead = wrench_offset - joints_offset
-    if abs(ahead) <= _TRANSPORT:
+    if abs(ahead) <= _TRANSPORT or abs(ahead - delay) <= _TRANSPORT:
         return ""
+    stated = f" (joints.delay is {delay:g} s)" if delay else ""
     return (
         f"stamps lie {abs(ahead):.3f} s {'ahead of' if ahead > 0 else 'behind'} those of wrenches "
-        f"that were recorded at the same time; {_clocks(abs(ahead))}"
+        f"that were recorded at the same time{stated}; {_clocks(abs(ahead))}"
     )
 
 

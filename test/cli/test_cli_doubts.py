@@ -6,7 +6,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 
-from cli_helpers import config, fails
+from cli_helpers import ROOT, config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
@@ -248,12 +248,28 @@ def test_stamps_of_two_clocks_are_told_by_when_messages_were_recorded(
     def other_clock(t_ns, q):
         return [joints(t_ns + offset * MS, q)]
 
+    def inspected(delay):
+        given = config(tmp_path, f"joints: {{delay: {delay}}}")
+        assert main(["inspect", str(path), "--config", str(given)]) == 0
+        return [line for line in capsys.readouterr().out.splitlines() if "stamps lie" in line]
+
     path = changed(sliding, tmp_path / "a.mcap", joints_of=other_clock)
-    assert main(["inspect", str(path)]) == 0
-    assert (
-        f"/joint_states: stamps lie {abs(offset) / 1000:.3f} s {where} those of wrenches that "
-        f"were recorded at the same time; {CLOCKS}"
-    ) in capsys.readouterr().out.splitlines()
+    told = f"/joint_states: stamps lie {abs(offset) / 1000:.3f} s {where} those of wrenches that "
+    assert inspected(0.0) == [f"{told}were recorded at the same time; {CLOCKS}"]
+    # Stated, and stated with the wrong sign.
+    assert inspected(offset / 1000) == []
+    assert inspected(-offset / 1000) == [
+        f"{told}were recorded at the same time (joints.delay is {-offset / 1000:g} s); {CLOCKS}"
+    ]
+
+
+def test_a_delay_that_is_far_off_is_among_the_causes_of_what_is_not_explained(tmp_path, capsys):
+    bag = ROOT / "bags" / "closing_with_slip.mcap"
+    given = config(tmp_path, "joints: {delay: 0.2}")
+    out = tmp_path / "found.yaml"
+    code = main(["calibrate", str(bag), "--config", str(given), "--out", str(out)])
+    assert code == 3 and not out.exists()
+    assert "(joints.delay, 0.2 s at the start)" in capsys.readouterr().err
 
 
 def test_joint_states_beyond_the_wrench_have_a_remedy(sliding, tmp_path, capsys):
