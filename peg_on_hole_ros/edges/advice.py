@@ -114,10 +114,11 @@ class Seen:
 
 def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -> str:
     """Return how far stamps [ns] of wrench and joint states are apart, or nothing."""
-    most = configuration.filter.max_joint_gap + abs(configuration.joints.delay)
-    for gap, where in (
-        (joints_first - wrench_last, "after"),
-        (wrench_first - joints_last, "before"),
+    delay = configuration.joints.delay
+    for gap, where, most in (
+        # No wrench is used before there is an orientation to start from.
+        (joints_first - wrench_last, "after", delay),
+        (wrench_first - joints_last, "before", configuration.filter.max_joint_gap + abs(delay)),
     ):
         if gap * 1e-9 > most:
             unset = wrench_last == 0 or joints_last == 0

@@ -65,6 +65,12 @@ def stamped(make, offset_ns):
             "the stamps of the joint states lie 3599.601 s after those of the wrench, all of "
             f"them, so that none goes with another; {FAR_CLOCKS}",
         ),
+        # Near enough for one to go on without the other, and nothing to begin with.
+        (
+            {"joints_of": stamped(joints, 600 * MS)},
+            "the stamps of the joint states lie 0.201 s after those of the wrench, all of them, "
+            f"so that none goes with another; {CLOCKS}",
+        ),
         (
             {"joints_of": lambda t_ns: joints(0)},
             "the stamps of the joint states lie 10.000 s before those of the wrench, all of "
