@@ -191,6 +191,23 @@ def uncertain_offsets(configuration: Configuration) -> list[tuple[str, float]]:
     return [(name, value) for name, value in values.items() if value]
 
 
+def half_stated(configuration: Configuration) -> str:
+    """Return what is stated of a sensor's zero by half, and what that means, or nothing."""
+    wrench = configuration.wrench
+    force, torque = wrench.bias_force_stddev, wrench.bias_torque_stddev
+    if bool(force) == bool(torque):
+        return ""
+    said, value, other, of = (
+        ("wrench.bias_force_stddev", f"{force:g} N", "wrench.bias_torque_stddev", "torques")
+        if force
+        else ("wrench.bias_torque_stddev", f"{torque:g} N m", "wrench.bias_force_stddev", "forces")
+    )
+    return (
+        f"{said} = {value} beside {other} = 0: the zero of the {of} counts as known; state how "
+        "well both are, unless it is"
+    )
+
+
 def _check_together(configuration):
     joints, monitor = configuration.joints, configuration.monitor
     if len(set(joints.names)) != len(joints.names):

@@ -133,7 +133,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         1e4,
     ),
-    _wrench("bias_torque_stddev", "of each component of bias_torque; 0: known", "N m", 0.0, 1e4),
+    _wrench(
+        "bias_torque_stddev",
+        "of each component of bias_torque; 0: known; stated alone it leaves the forces' zero "
+        "known",
+        "N m",
+        0.0,
+        1e4,
+    ),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
     _joints(

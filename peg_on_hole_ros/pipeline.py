@@ -109,8 +109,11 @@ class Pipeline:
         self._arrival_counts["reset"] += 1
         return Answer(
             True,
-            "filter and monitor restarted, with friction and clearance as stated; they wait for a "
-            "joint state",
+            "filter and monitor restarted, with friction and clearance as stated, and the tare as "
+            "it was taken; they wait for a joint state"
+            if self._arrival_counts["tare"]
+            else "filter and monitor restarted, with friction and clearance as stated; they wait "
+            "for a joint state",
         )
 
     def tare(self) -> Answer:

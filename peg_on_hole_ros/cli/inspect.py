@@ -2,12 +2,13 @@
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
-from peg_on_hole_ros.edges.advice import apart, shifted
+from peg_on_hole_ros.edges.advice import Seen, apart, remedy, shifted
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
 from peg_on_hole_ros.edges.contact_steps import foreseen, foreseen_content
@@ -19,7 +20,7 @@ from peg_on_hole_ros.edges.messages.decode import (
     wrench_sample,
 )
 from peg_on_hole_ros.edges.messages.stream import orientation_of
-from peg_on_hole_ros.edges.oddities import Oddities, two_robots
+from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import absolute, check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.identification.slip_noise import SlipNoiseOf
@@ -105,22 +106,23 @@ def inspect(
     except BagError as error:
         result["replay"]["reason"] = trouble or str(error)
     readers, motion = {}, SlipNoiseOf(configuration)
-    odd = {wrench: Oddities(), joints: Oddities(configuration.joints.names)}
+    seen, sources = Seen(configuration.joints.names), {wrench: "wrench", joints: "joints"}
     if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
         readers[wrench] = lambda message: _wrench(message, motion)
     if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
         readers[joints] = lambda message: _joints(
             message, configuration.joints.names, orientation, motion
         )
-    statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, odd)
-    result["oddities"] = {topic: odd[topic].lines() for topic in sorted(readers)}
+    see = {topic: partial(seen.add, source) for topic, source in sources.items()}
+    statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, see)
+    result["oddities"] = {topic: seen.odd(sources[topic]) for topic in sorted(readers)}
     result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
     apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)
     if apart_by_name and wrench in readers:
         result["oddities"][wrench].append(apart_by_name)
     if all(used[topic] for topic in (wrench, joints)):
         offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
-        told = shifted(*offsets)
+        told = shifted(*offsets, configuration.joints.delay)
         result["oddities"][joints] += [told] if told else []
     replay = result["replay"]
     replay["used"] = {topic: used[topic] for topic in sorted(readers)}
@@ -130,7 +132,15 @@ def inspect(
     if replay["reason"] is None:
         empty = [topic for topic in sorted(readers) if not used[topic]]
         if empty:
-            replay["reason"] = f"no message on {' and '.join(empty)} can be used"
+            lost = {
+                f"{sources[topic]}_dropped_{reason}": count
+                for (topic, reason), count in sorted(dropped.items())
+                if topic in empty
+            }
+            replay["reason"] = (
+                f"no message on {' and '.join(empty)} can be used; "
+                f"{remedy(lost, configuration.joints.names, seen)}"
+            )
         else:
             replay["reason"] = (
                 apart(*statistics[wrench].span, *statistics[joints].span, configuration) or None
@@ -162,14 +172,14 @@ def _joints(message, names, orientation, motion):
     return sample
 
 
-def _read(bag, readers, max_gap, odd):
+def _read(bag, readers, max_gap, see):
     statistics = {topic: StampStatistics(max_gap) for topic in readers}
     used, dropped = Counter(), Counter()
     with Progress("decoding") as progress:
         total = sum(bag.topics[topic].count for topic in readers)
         for count, (topic, log_ns, message) in enumerate(bag.messages(readers)):
             sample = readers[topic](message)
-            odd[topic].add(message)
+            see[topic](message)
             if isinstance(sample, Malformed):
                 dropped[topic, sample.reason] += 1
                 continue
@@ -177,7 +187,7 @@ def _read(bag, readers, max_gap, odd):
             statistics[topic].add(sample.t_ns, log_ns)
             progress(count / total)
     for topic, count in bag.undecodable.items():
-        dropped[topic, "undecodable"] = count
+        dropped[topic, "unreadable"] = count
     for topic, found in statistics.items():
         if found.repeated:
             used[topic] -= found.repeated

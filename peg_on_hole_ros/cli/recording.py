@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.cli.settings import load, remark
 from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Truth, read_truth
@@ -93,6 +93,7 @@ def configuration_in(bag: Bag) -> Configuration | None:
     stored = stored_configuration(bag)
     if stored is not None:
         print(f"configuration: that in {bag.path}", file=sys.stderr)
+        remark(stored)
     return stored
 
 

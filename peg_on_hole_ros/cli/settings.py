@@ -1,6 +1,8 @@
 """The configuration that commands are given."""
 
-from peg_on_hole_ros.configuration import from_parameters, node_options
+import sys
+
+from peg_on_hole_ros.configuration import from_parameters, half_stated, node_options
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
@@ -14,6 +16,15 @@ def load(path: str | None) -> tuple[Configuration, NodeOptions]:
         )
     parameters = {} if path is None else read_parameters(path)
     try:
-        return from_parameters(parameters), node_options(parameters)
+        configuration, node = from_parameters(parameters), node_options(parameters)
     except PegOnHoleError as error:
         raise PegOnHoleError(f"{path}: {error}") from None
+    remark(configuration)
+    return configuration, node
+
+
+def remark(configuration: Configuration) -> None:
+    """Say what can be used and may not be meant."""
+    half = half_stated(configuration)
+    if half:
+        print(f"configuration: {half}", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 
+from peg_on_hole_ros.configuration import BY_NAME
 from peg_on_hole_ros.edges.messages.decode import MISFITS
 from peg_on_hole_ros.edges.oddities import Oddities
 from peg_on_hole_ros.options import Configuration
@@ -12,10 +13,12 @@ MISFIT = (
     "the stated noise"
 )
 MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
+_NO_STAMPS = "those of one are all zero: its driver does not set them, and has to"
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 # By the end of a reason's name; docs/integration.md has the rest.
 _REMEDIES = {
-    "missing_joint": "joints.names has to name joints of the joint states",
+    "missing_joint": "joints.names has to name joints of the joint states: it is {names}, the "
+    "first joint state has {lacking}",
     "joints_dropped_out_of_range": "angles are in radians: degrees? the order of joints.names? a "
     "peg that points up: joints.hole_rpy",
     "outside_joint_limits": "degrees, joints mixed up, or another robot's URDF",
@@ -26,13 +29,19 @@ _REMEDIES = {
     "dropped_late": _CLOCKS,
     "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
     "two publish on one topic",
-    "dropped_out_of_range": "N and N m: a force above 1e6 N is none",
+    "out_of_range": "N and N m: a force above 1e6 N is none",
     "unreadable": "two types on one topic, or a definition in the bag that is another's",
     "not_finite": "the driver sends NaN or infinity",
+    "bad_stamp": "the driver's stamps have nanoseconds outside 0 to 1e9",
+    "repeated_name": "the driver names a joint twice in one message",
     "after_last_wrench": f"the wrench ended before them; {_CLOCKS}",
     "without_orientation": "the joint states stopped, or none of them could be used any more",
     "before_joints": "joint states begin late, or their stamps are of another clock",
 }
+_SHARED = (
+    "usual where another driver shares the topic: joints.names is {names}, the first joint state "
+    "without all of them has {lacking}"
+)
 # Where others share the topic or the robot is elsewhere these are usual; half of the messages tell
 # of them, and a tenth of all else.
 _USUAL = ("missing_joint", "outside_joint_limits", "pointing_away", "before_joints", "last_wrench")
@@ -61,13 +70,17 @@ class Seen:
 
     Attributes
     ----------
-    names : list of str
-        Joints of the first joint state.
+    lacking : list of str
+        Joints of the first joint state without all of `joints.names`; empty: none was.
+    complete : bool
+        Whether a joint state has had all of them.
 
     """
 
     def __init__(self, joints):
-        self.names: list[str] = []
+        self.lacking: list[str] = []
+        self.complete = False
+        self._needed = set(joints)
         self._spans: dict[str, list[int]] = {}
         self._odd = {"wrench": Oddities(), "joints": Oddities(joints)}
 
@@ -81,13 +94,16 @@ class Seen:
         t_ns = stamp.sec * 10**9 + stamp.nanosec
         span = self._spans.setdefault(source, [t_ns, t_ns])
         span[0], span[1] = min(span[0], t_ns), max(span[1], t_ns)
-        if source == "joints" and not self.names:
-            self.names = list(message.name)
+        if source == "joints":
+            complete = self._needed <= set(message.name)
+            self.complete |= complete
+            if not complete and not self.lacking:
+                self.lacking = list(message.name)
         self._odd[source].add(message)
 
-    def odd(self) -> list[str]:
-        """Return a line for each oddity in what they hold."""
-        return [f"{source}: {line}" for source, odd in self._odd.items() for line in odd.lines()]
+    def odd(self, source: str) -> list[str]:
+        """Return a line for each oddity in what those of `wrench` or `joints` hold."""
+        return self._odd[source].lines()
 
     def apart(self, configuration: Configuration) -> str:
         """Return how far stamps of both are apart where none goes with another, or nothing."""
@@ -98,28 +114,47 @@ class Seen:
 
 def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -> str:
     """Return how far stamps [ns] of wrench and joint states are apart, or nothing."""
-    most = configuration.filter.max_joint_gap + abs(configuration.joints.delay)
-    for gap, where in (
-        (joints_first - wrench_last, "after"),
-        (wrench_first - joints_last, "before"),
+    delay = configuration.joints.delay
+    for gap, where, most in (
+        # No wrench is used before there is an orientation to start from.
+        (joints_first - wrench_last, "after", delay),
+        (wrench_first - joints_last, "before", configuration.filter.max_joint_gap + abs(delay)),
     ):
         if gap * 1e-9 > most:
+            unset = wrench_last == 0 or joints_last == 0
+            what = _NO_STAMPS if unset else _clocks(gap * 1e-9)
             return (
                 f"the stamps of the joint states lie {gap * 1e-9:.3f} s {where} those of the "
-                f"wrench, all of them, so that none goes with another; {_CLOCKS}"
+                f"wrench, all of them, so that none goes with another; {what}"
             )
     return ""
 
 
-def shifted(wrench_offset: float, joints_offset: float) -> str:
-    """Return how far stamps lie apart where messages came together, by log time less stamp [s]."""
+def shifted(wrench_offset: float, joints_offset: float, delay: float) -> str:
+    """
+    Return how far stamps lie apart where messages came together, or nothing.
+
+    Parameters
+    ----------
+    wrench_offset, joints_offset : float
+        Log time less stamp, in the mean [s].
+    delay : float
+        `joints.delay` [s]: stamps that lie apart by it are as stated.
+
+    """
     ahead = wrench_offset - joints_offset
-    if abs(ahead) <= _TRANSPORT:
+    if abs(ahead) <= _TRANSPORT or abs(ahead - delay) <= _TRANSPORT:
         return ""
+    stated = f" (joints.delay is {delay:g} s)" if delay else ""
     return (
         f"stamps lie {abs(ahead):.3f} s {'ahead of' if ahead > 0 else 'behind'} those of wrenches "
-        f"that were recorded at the same time; {_CLOCKS}"
+        f"that were recorded at the same time{stated}; {_clocks(abs(ahead))}"
     )
+
+
+def _clocks(seconds):
+    """Return what to do about stamps that lie so far apart [s]."""
+    return _CLOCKS if seconds <= BY_NAME["joints.delay"].high else _CLOCKS.partition(",")[0]
 
 
 def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
@@ -137,9 +172,9 @@ def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
     for reason in sorted(dropped, key=lambda reason: ("before" in reason, -dropped[reason])):
         for end, text in _REMEDIES.items():
             if reason.endswith(end):
-                if end == "missing_joint":
-                    text += f": it is {list(names)}, the first joint state has {seen.names}"
-                return text
+                if end == "missing_joint" and seen.complete:
+                    text = _SHARED
+                return text.format(names=list(names), lacking=seen.lacking)
     return "docs/integration.md has what each reason asks of you"
 
 
@@ -176,4 +211,5 @@ def lines(
     if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
         told.append(_NEVER.format(configuration.scene.gamma0))
     found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
-    return [*told, *seen.odd(), *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]
+    told += [f"{source}: {line}" for source in read for line in seen.odd(source)]
+    return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]

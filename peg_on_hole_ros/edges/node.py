@@ -2,20 +2,23 @@
 
 import sys
 import time
+from functools import partial
+from itertools import islice
 from traceback import format_exception
 
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
+from peg_on_hole_ros.configuration import half_stated
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.live import parameters as node_parameters
 from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.arrivals import Arrivals
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
+from peg_on_hole_ros.edges.live.numbered import subscribe
 from peg_on_hole_ros.edges.live.publishers import Publishers
 from peg_on_hole_ros.edges.live.recording import Recording
 from peg_on_hole_ros.edges.live.transitions import aloud
@@ -75,10 +78,12 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
     def on_configure(self, state) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
         self.configuration, self.options = node_parameters.read(self)
+        self._warn(filter(None, [half_stated(self.configuration)]))
         begun = time.perf_counter()
         warm(self.configuration, to_ros)
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
+        self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)
         self._cycles = Cycles()
         self._recording = Recording(self, self.configuration, self.options)
         self._outputs = Publishers(self, self.options.qos_depth)
@@ -96,18 +101,17 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         counts = self._stream.counts
         self._diagnostics = Diagnostics(lambda: self.count_publishers(wrench), counts)
         self._reported_ns = time.monotonic_ns()
-        # Best effort matches publishers of both kinds.
-        qos = QoSProfile(depth=self.options.qos_depth, reliability=ReliabilityPolicy.BEST_EFFORT)
         inputs = (
-            (WRENCH_TYPE, topics.wrench, self.arrivals.wrench),
-            (JOINTS_TYPE, topics.joint_states, self.arrivals.joints),
+            ("wrench", WRENCH_TYPE, topics.wrench, self.arrivals.wrench),
+            ("joints", JOINTS_TYPE, topics.joint_states, self.arrivals.joints),
         )
         # The ROS clock may be a simulator's that stands still.
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(1.0, self._report, clock=clock)
-        for ros_type, topic, take in inputs:
-            kind = message_class(ros_type)
-            self._while_active.append(self.create_subscription(kind, topic, take, qos, raw=True))
+        for source, ros_type, topic, take in inputs:
+            kind, missing = message_class(ros_type), partial(self._stream.missing, source)
+            subscription = subscribe(self, kind, topic, self.options.qos_depth, take, missing)
+            self._while_active.append(subscription)
         self.get_logger().info(
             f"active: listening to {wrench} and {self.resolve_topic_name(topics.joint_states)}"
         )
@@ -166,9 +170,9 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
                 self._outputs.destroy()
             self._services_made, self._outputs, self._stream = [], None, None
 
-    def process(self) -> None:
-        """Work off what has arrived, the sources merged by their stamps."""
-        for source, payload in self.arrivals.take():
+    def process(self, most: int | None = None) -> None:
+        """Work off what has arrived, or so many, the sources merged by their stamps."""
+        for source, payload in islice(self.arrivals.take(), most):
             if self._while_active:
                 try:
                     (self._on_wrench if source == "wrench" else self._on_joints)(payload)

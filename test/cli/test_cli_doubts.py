@@ -6,7 +6,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 
-from cli_helpers import config, fails
+from cli_helpers import ROOT, config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
@@ -16,6 +16,8 @@ from peg_on_hole_ros.simulation.truth import integrate
 from simulated import contact_plan
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 
+# Beyond what joints.delay can be.
+FAR_CLOCKS = "synchronise the clocks of the drivers"
 CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 
 
@@ -32,6 +34,11 @@ def recording(path, wrench_of=wrench, joints_of=joints, count=400):
 
 def named(*names):
     return lambda t_ns: joints(t_ns) | {"name": list(names)}
+
+
+def shared(t_ns):
+    """Two of three messages are those of a gripper."""
+    return joints(t_ns) | ({"name": ["finger"], "position": [0.1]} if t_ns % (6 * MS) else {})
 
 
 def stamped(make, offset_ns):
@@ -56,13 +63,25 @@ def stamped(make, offset_ns):
         (
             {"joints_of": stamped(joints, 3600 * 10**9)},
             "the stamps of the joint states lie 3599.601 s after those of the wrench, all of "
-            f"them, so that none goes with another; {CLOCKS}",
+            f"them, so that none goes with another; {FAR_CLOCKS}",
+        ),
+        # Near enough for one to go on without the other, and nothing to begin with.
+        (
+            {"joints_of": stamped(joints, 600 * MS)},
+            "the stamps of the joint states lie 0.201 s after those of the wrench, all of them, "
+            f"so that none goes with another; {CLOCKS}",
+        ),
+        (
+            {"joints_of": lambda t_ns: joints(0)},
+            "the stamps of the joint states lie 10.000 s before those of the wrench, all of "
+            "them, so that none goes with another; those of one are all zero: its driver does "
+            "not set them, and has to",
         ),
         # Each wrench had been taken for a clock that jumped, and the end was exit code 0.
         (
             {"wrench_of": stamped(wrench, 3600 * 10**9)},
             "the stamps of the joint states lie 3599.602 s before those of the wrench, all of "
-            f"them, so that none goes with another; {CLOCKS}",
+            f"them, so that none goes with another; {FAR_CLOCKS}",
         ),
     ],
 )
@@ -74,8 +93,12 @@ def test_what_cannot_be_used_is_refused_with_its_remedy(tmp_path, capsys, change
     assert main(["inspect", str(path), "--json"]) == 0
     seen = json.loads(capsys.readouterr().out)["replay"]
     assert not seen["possible"]
-    assert seen["reason"] in (message, "no message on /joint_states can be used")
-    if CLOCKS in message:
+    # The same remedy, or the same words.
+    _, _, what = message.partition("wrench_dropped_before_joints 400; ")
+    assert seen["reason"] == (
+        f"no message on /joint_states can be used; {what}" if what else message
+    )
+    if not what:
         fails(capsys, 3, f"{path}: {message}", "calibrate", path, "--out", tmp_path / "c.yaml")
 
 
@@ -85,6 +108,16 @@ def test_what_cannot_be_used_is_refused_with_its_remedy(tmp_path, capsys, change
         (
             {"joints_of": stamped(joints, -200 * MS)},
             f"199 of 200 messages of joints were not used: {CLOCKS}",
+        ),
+        (
+            {"joints_of": shared},
+            "133 of 200 messages of joints were not used: usual where another driver shares the "
+            "topic: joints.names is ['gamma', 'psi', 'phi'], the first joint state without all of "
+            "them has ['finger']",
+        ),
+        (
+            {"wrench_of": lambda t_ns: wrench(t_ns, (2e6 * (t_ns % (3 * MS) > 0), 0.0, -10.0))},
+            "267 of 400 messages of wrench were not used: N and N m: a force above 1e6 N is none",
         ),
         (
             {"wrench_of": lambda _: wrench(0), "joints_of": lambda _: joints(0)},
@@ -207,7 +240,11 @@ def test_messages_of_another_definition_are_counted(tmp_path, capsys, source, te
     assert "two types on one topic, or a definition in the bag that is another's" in said
     assert main(["inspect", str(path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["replay"]
-    assert found["reason"] == f"no message on {odd} can be used"
+    assert found["reason"] == (
+        f"no message on {odd} can be used; two types on one topic, or a definition in the bag "
+        "that is another's"
+    )
+    assert list(found["dropped"]) == [f"{odd}: unreadable"]
 
 
 @pytest.mark.parametrize(("offset", "where"), [(300, "ahead of"), (-80, "behind")])
@@ -217,12 +254,28 @@ def test_stamps_of_two_clocks_are_told_by_when_messages_were_recorded(
     def other_clock(t_ns, q):
         return [joints(t_ns + offset * MS, q)]
 
+    def inspected(delay):
+        given = config(tmp_path, f"joints: {{delay: {delay}}}")
+        assert main(["inspect", str(path), "--config", str(given)]) == 0
+        return [line for line in capsys.readouterr().out.splitlines() if "stamps lie" in line]
+
     path = changed(sliding, tmp_path / "a.mcap", joints_of=other_clock)
-    assert main(["inspect", str(path)]) == 0
-    assert (
-        f"/joint_states: stamps lie {abs(offset) / 1000:.3f} s {where} those of wrenches that "
-        f"were recorded at the same time; {CLOCKS}"
-    ) in capsys.readouterr().out.splitlines()
+    told = f"/joint_states: stamps lie {abs(offset) / 1000:.3f} s {where} those of wrenches that "
+    assert inspected(0.0) == [f"{told}were recorded at the same time; {CLOCKS}"]
+    # Stated, and stated with the wrong sign.
+    assert inspected(offset / 1000) == []
+    assert inspected(-offset / 1000) == [
+        f"{told}were recorded at the same time (joints.delay is {-offset / 1000:g} s); {CLOCKS}"
+    ]
+
+
+def test_a_delay_that_is_far_off_is_among_the_causes_of_what_is_not_explained(tmp_path, capsys):
+    bag = ROOT / "bags" / "closing_with_slip.mcap"
+    given = config(tmp_path, "joints: {delay: 0.2}")
+    out = tmp_path / "found.yaml"
+    code = main(["calibrate", str(bag), "--config", str(given), "--out", str(out)])
+    assert code == 3 and not out.exists()
+    assert "(joints.delay, 0.2 s at the start)" in capsys.readouterr().err
 
 
 def test_joint_states_beyond_the_wrench_have_a_remedy(sliding, tmp_path, capsys):

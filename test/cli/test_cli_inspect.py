@@ -75,7 +75,10 @@ def test_joint_states_are_dropped_as_in_a_replay(tmp_path, capsys):
     path = bag_with(tmp_path / "a.mcap", position=(4.0, 0.0, 0.0))
     replay = told(capsys, path)
     assert replay["dropped"] == {"/joint_states: out_of_range": 40}
-    assert replay["reason"] == "no message on /joint_states can be used"
+    assert replay["reason"] == (
+        "no message on /joint_states can be used; angles are in radians: degrees? the order of "
+        "joints.names? a peg that points up: joints.hole_rpy"
+    )
 
 
 def test_joint_states_of_a_robot_are_dropped_as_in_a_replay(tmp_path, capsys):
@@ -142,3 +145,15 @@ def test_a_peg_at_rest_or_in_the_air_tells_nothing_of_its_steps(tmp_path, capsys
 def _hanging(gamma, force):
     """Return a vertical force in the axes of a peg that leans by gamma."""
     return force * sin(gamma), 0.0, force * cos(gamma)
+
+
+def test_what_is_stated_by_half_is_told_of_a_configuration_in_the_bag_too(tmp_path, capsys):
+    half = {"wrench.bias_torque_stddev": 0.01}
+    given = config(tmp_path, "wrench: {bias_torque_stddev: 0.01}")
+    for arguments in (
+        [bag_with(tmp_path / "a.mcap", half)],
+        [bag_with(tmp_path / "b.mcap"), "--config", given],
+    ):
+        assert main(["inspect", *map(str, arguments)]) == 0
+        said = capsys.readouterr().err
+        assert said.count("the zero of the forces counts as known") == 1

@@ -5,6 +5,7 @@ import random
 from pathlib import Path
 
 import pytest
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as McapWriter
@@ -105,15 +106,41 @@ def test_definition_left_out_is_that_of_ros(tmp_path):
 def test_cut_off_file_gives_every_whole_chunk_and_says_where(tmp_path):
     whole = text_bag(tmp_path / "a.mcap", range(1000)).read_bytes()
     counts = []
-    for size in (len(whole) // 4, len(whole) // 2, len(whole) - 1):
+    # Where the records begin that are not in a chunk, by what stands before each of them.
+    begins, at = [], 8
+    while at < len(whole) - 8:
+        begins.append(at)
+        at += 9 + int.from_bytes(whole[at + 1 : at + 9], "little")
+    data_end = next(at for at in begins if whole[at] == Opcode.DATA_END)
+    third = next(at for at in begins if at > len(whole) // 3)
+    why = "its recorder was stopped, or it was not copied whole"
+    for size, what in (
+        (third, f", behind a whole record: {why}"),
+        (third + 7, f": {why}, and its last 7 bytes cannot be read"),
+        (data_end, f", behind a whole record: {why}"),
+        (data_end + 13, ", within the index at its end: no message of it is lost"),
+        (len(whole) - 1, ", within the index at its end: no message of it is lost"),
+    ):
         path = tmp_path / f"{size}.mcap"
         path.write_bytes(whole[:size])
         bag = Bag(path)
         got = order(bag)
         assert got == list(range(len(got)))
-        assert bag.damage == f"{path} is cut off at byte {size}"
+        assert bag.damage == f"{path} is cut off at byte {size}{what}"
         counts.append(len(got))
-    assert 100 < counts[0] < counts[1] < counts[2] == 1000
+    assert 100 < counts[0] == counts[1] < counts[2] == counts[3] == counts[4] == 1000
+
+
+def test_parts_behind_a_damaged_one_are_told(tmp_path):
+    path = folder(tmp_path, described(*(f"b_{i}.mcap" for i in range(4))))
+    for i in range(2, 4):
+        write_bag(path / f"b_{i}.mcap", count=10, start=10**9 + (10 * i) * MS)
+    (path / "b_1.mcap").write_bytes((path / "b_1.mcap").read_bytes()[:100])
+    bag = Bag(path)
+    assert bag.damage.endswith(
+        "cannot be read; the parts behind it are not read: b_2.mcap, b_3.mcap"
+    )
+    assert bag.topics["/wrench"].count == 10
 
 
 def test_flipped_byte_in_a_chunk_is_found_and_what_lies_before_is_kept(tmp_path):
@@ -520,6 +547,13 @@ def test_definition_that_is_none_is_a_bag_error(tmp_path):
 
 
 def test_other_encodings_are_refused_by_name(tmp_path):
-    path = text_bag(tmp_path / "a.mcap", range(3), encoding="ros2idl")
-    with pytest.raises(BagError, match="/t is encoded as cdr, ros2idl; only messages of ROS 2"):
+    path = text_bag(tmp_path / "a.mcap", range(3), encoding="jsonschema")
+    with pytest.raises(BagError, match="/t is encoded as cdr, jsonschema; only messages of ROS 2"):
         Bag(path).require({"/t": TEXT})
+
+
+def test_a_definition_in_idl_is_that_of_ros(tmp_path):
+    idl = b"module std_msgs { module msg { struct String { string data; }; }; };"
+    bag = Bag(text_bag(tmp_path / "a.mcap", range(5), schema=idl, encoding="ros2idl"))
+    bag.require({"/t": TEXT})
+    assert order(bag) == [0, 1, 2, 3, 4]

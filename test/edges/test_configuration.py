@@ -7,6 +7,7 @@ import pytest
 from peg_on_hole_ros.configuration import (
     PARAMETERS,
     from_parameters,
+    half_stated,
     node_options,
     to_parameters,
 )
@@ -199,3 +200,24 @@ def test_impossible_parameters_are_named_with_value_range_and_remedy(given, mess
         from_parameters(given)
     assert str(caught.value) == message
     assert caught.value.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"wrench.bias_torque_stddev": 0.01},
+            "wrench.bias_torque_stddev = 0.01 N m beside wrench.bias_force_stddev = 0: the zero "
+            "of the forces counts as known; state how well both are, unless it is",
+        ),
+        (
+            {"wrench.bias_force_stddev": 0.5},
+            "wrench.bias_force_stddev = 0.5 N beside wrench.bias_torque_stddev = 0: the zero of "
+            "the torques counts as known; state how well both are, unless it is",
+        ),
+        ({}, ""),
+        ({"wrench.bias_force_stddev": 0.5, "wrench.bias_torque_stddev": 0.01}, ""),
+    ],
+)
+def test_what_is_stated_by_half_is_told(given, said):
+    assert half_stated(from_parameters(given)) == said

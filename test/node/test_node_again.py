@@ -167,11 +167,18 @@ def test_a_disk_that_fills_up_ends_the_record_and_not_the_node(tmp_path, capfd):
         fill_disk(node)
         for source, message in closing(400):
             getattr(node.arrivals, source)(ENCODE[source](message))
-        node.process()
+            if source == "wrench":
+                node.process()
         counts = node._stream.counts
     assert counts["wrench_used"] == 400 and "reset" not in counts
     told = capfd.readouterr().err
     assert told.count(f"recording to {path} ended: No space left on device") == 1
+
+
+def test_what_is_stated_by_half_is_told(capfd):
+    with configured("-p", "wrench.bias_torque_stddev:=0.01"):
+        pass
+    assert "the zero of the forces counts as known" in capfd.readouterr().err
 
 
 def fill_disk(node):

@@ -1,5 +1,7 @@
 """What a tare takes, and what it refuses, in the pipeline and through a record of arrivals."""
 
+from dataclasses import replace
+
 import pytest
 
 from inputs import joints, wrench
@@ -10,6 +12,7 @@ from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.replay import replay_bag
 from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
 
 REFUSED = (False, "nothing taken: no wrench and orientation have arrived yet")
@@ -39,6 +42,29 @@ def test_a_refused_tare_is_refused_in_the_replay_too(tmp_path):
         "tare": 1,
         "tare_refused": 1,
     }
+
+
+def test_a_reset_keeps_a_tare_and_how_well_it_is_known():
+    configuration, samples = pipeline().configuration, ordered(200)
+    sensor = configuration.wrench
+    stated = replace(sensor, bias_force_stddev=2.0, bias_torque_stddev=0.02)
+    line = Pipeline(replace(configuration, wrench=stated))
+
+    def bias_after(moment):
+        moment()
+        names = [f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz"]
+        monitor = play(line, samples)[0].monitor
+        return [(monitor[name], monitor[f"{name}_stddev"]) for name in names]
+
+    told = bias_after(lambda: None)
+    assert [stddev for _, stddev in told] == pytest.approx([2.0] * 3 + [0.02] * 3)
+    # The mean of a hundred; nothing of it is learnt within one wrench.
+    left = [sensor.force_stddev / 10] * 3 + [sensor.torque_stddev / 10] * 3
+    taken = line.tare().message
+    told = bias_after(line.reset)
+    assert [stddev for _, stddev in told] == pytest.approx(left)
+    numbers = ", ".join(f"{value:.6g}" for value, _ in told)
+    assert taken.startswith("tare over 100 samples") and taken.endswith(numbers)
 
 
 @pytest.mark.parametrize(("pause_ms", "taken"), [(1000, 100), (1001, 50)])

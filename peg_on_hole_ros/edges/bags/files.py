@@ -105,7 +105,7 @@ def _files(path):
         raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
     inner = (file.parent.name for kind in _OF_BAGS for file in path.glob(f"*/{kind}"))
     bags = sorted(set(inner), key=lambda name: _natural(Path(name)))
-    held = f"; the bags in it are {_listed(bags)}: name one of them" if bags else ""
+    held = f"; the bags in it are {listed(bags)}: name one of them" if bags else ""
     raise BagError(
         f"{path} is a folder without metadata.yaml and without .mcap files: no bag{held}"
     )
@@ -117,12 +117,13 @@ def _one_recording(found):
         raise BagError(
             f"{found.path} is a folder without metadata.yaml, and its .mcap files are not named "
             f"as the parts of one recording (NAME_0.mcap, NAME_1.mcap, ...): "
-            f"{_listed([file.name for file in found.files])}; {found.remedy()}"
+            f"{listed([file.name for file in found.files])}; {found.remedy()}"
         )
     return found
 
 
-def _listed(names):
+def listed(names: list[str]) -> str:
+    """Return names for an error message, as far as they can be read in one."""
     more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
     return ", ".join(names[:_MOST_LISTED]) + more
 

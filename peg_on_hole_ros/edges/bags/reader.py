@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
-from peg_on_hole_ros.edges.bags.files import BagFiles, bag_files
+from peg_on_hole_ros.edges.bags.files import BagFiles, bag_files, listed
 from peg_on_hole_ros.edges.bags.scan import (
     Block,
     Scan,
@@ -26,6 +26,8 @@ from peg_on_hole_ros.errors import BagError
 # A recorder that splits may put messages that came together into either file, and leaves no gap
 # but that between two messages [ns].
 _APART_NS = 1_000_000_000
+# Of the messages, and of their definitions.
+_ENCODINGS = ("cdr, ros2msg", "cdr, ros2idl", "cdr, ")
 # A payload that does not fit its definition.
 _UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError)
 
@@ -90,7 +92,7 @@ class Bag:
             self._scans.append(scan)
             self.metadata |= scan.metadata
             if scan.damage:
-                self.damage = f"{file} is {scan.damage}"
+                self.damage = f"{file} is {scan.damage}" + _behind(files.files[index + 1 :])
                 break
         _check_one_recording(files, self._scans)
         # Sorting is stable: blocks that begin at one time stay in the order of the file.
@@ -133,10 +135,10 @@ class Bag:
                     f"{remedy}"
                 )
             for encoding in info.encodings:
-                if encoding not in ("cdr, ros2msg", "cdr, "):
+                if encoding not in _ENCODINGS:
                     raise BagError(
                         f"{self.path}: {topic} is encoded as {encoding}; only messages of ROS 2 "
-                        "(cdr, ros2msg) can be read"
+                        "(cdr, with ros2msg or ros2idl) can be read"
                     )
 
     def listing(self) -> str:
@@ -185,6 +187,12 @@ class Bag:
         finally:
             for stream in streams:
                 stream.close()
+
+
+def _behind(unread):
+    """Return which parts are not read, as one before them is damaged, to be added to that."""
+    names = listed([file.name for file in unread])
+    return f"; the parts behind it are not read: {names}" if unread else ""
 
 
 def _check_one_recording(files: BagFiles, scans: list[Scan]):
@@ -236,8 +244,9 @@ def _decoders(scan, wanted):
     for channel in scan.channels.values():
         schema = scan.schemas.get(channel.schema_id)
         if channel.topic in wanted and schema is not None:
-            if not schema.data:
-                # Some recorders leave the definition out; that of a type known here will do.
+            if not schema.data or schema.encoding == "ros2idl":
+                # Some recorders leave the definition out, or have it as IDL, from which the same
+                # bytes come; that of a type known here will do.
                 text = definition(schema.name).encode()
                 schema = Schema(id=schema.id, name=schema.name, encoding="ros2msg", data=text)
             try:

@@ -142,23 +142,24 @@ def open_file(path: Path) -> BinaryIO:
 
 def _walk_file(stream, size, scan, index, topics, progress):
     crc = zlib.crc32(MAGIC)
-    run = None
+    run, ended = None, False
     while True:
         offset = stream.tell()
         head = stream.read(_HEAD.size)
         opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
         if len(head) < _HEAD.size or length > size - stream.tell():
-            raise _Damage(f"cut off at byte {size}")
+            raise _Damage(_cut(size, offset, ended))
         body = stream.read(length)
         try:
             if opcode == Opcode.FOOTER:
                 if stream.read() != MAGIC:
-                    raise _Damage(f"cut off at byte {size}")
+                    raise _Damage(_cut(size, offset, ended))
                 return
             if opcode == Opcode.DATA_END:
                 stated = DataEnd.read(_stream_of(body)).data_section_crc
                 if stated and stated != crc:
                     raise _Damage("damaged: the data section does not fit its checksum")
+                ended = True
             crc = zlib.crc32(body, zlib.crc32(head, crc))
             if opcode == Opcode.CHUNK:
                 start = offset + _HEAD.size
@@ -183,6 +184,16 @@ def _walk_file(stream, size, scan, index, topics, progress):
         except Exception as error:
             # Rubbish makes parsers and decompressors raise whatever their authors thought of.
             raise _Damage(f"damaged at byte {offset}: {error}") from None
+
+
+def _cut(size, offset, ended):
+    """Return what is lost of a file of a size that ends in the record that begins at offset."""
+    if ended:
+        return f"cut off at byte {size}, within the index at its end: no message of it is lost"
+    why = "its recorder was stopped, or it was not copied whole"
+    if size == offset:
+        return f"cut off at byte {size}, behind a whole record: {why}"
+    return f"cut off at byte {size}: {why}, and its last {size - offset} bytes cannot be read"
 
 
 def _extend_run(blocks, run, times, index, offset, length):

@@ -2,9 +2,7 @@
 
 import struct
 from collections import deque
-from collections.abc import Iterator
-
-MOST_ARRIVALS = 64  # 40 ms at 1.5 kHz; a longer wait would be felt in the output
+from collections.abc import Callable, Iterator
 
 _STAMP = struct.Struct("<iI")
 _BIG_ENDIAN_STAMP = struct.Struct(">iI")
@@ -16,11 +14,30 @@ class Arrivals:
 
     The joint states among them would then be late. So what is there together is handed on in the
     order of stamps, each source for itself in the order in which it came.
+
+    Parameters
+    ----------
+    most : int, optional
+        How many of each source may wait; beyond, what is next in the order of stamps is pushed
+        out, of either source: one alone would leave the other behind, and the node would work
+        off what is oldest of it only. None: any number.
+    pushed_out : callable, optional
+        Called with the source, `wrench` or `joints`, of each message that is.
+
+    Attributes
+    ----------
+    received : int
+        How many have come, whatever became of them.
+
     """
 
-    def __init__(self):
-        self._wrench: deque[bytes] = deque()
-        self._joints: deque[bytes] = deque()
+    def __init__(
+        self, most: int | None = None, pushed_out: Callable[[str], None] = lambda source: None
+    ):
+        self._waiting: dict[str, deque[bytes]] = {"wrench": deque(), "joints": deque()}
+        self._wrench, self._joints = self._waiting.values()
+        self._most, self._pushed_out = most, pushed_out
+        self.received = 0
 
     def __len__(self) -> int:
         """Return how many wait."""
@@ -28,21 +45,30 @@ class Arrivals:
 
     def wrench(self, payload: bytes) -> None:
         """Take a serialised WrenchStamped."""
-        self._wrench.append(payload)
+        self._add("wrench", payload)
 
     def joints(self, payload: bytes) -> None:
         """Take a serialised JointState."""
-        self._joints.append(payload)
+        self._add("joints", payload)
+
+    def _add(self, source, payload):
+        waiting = self._waiting[source]
+        waiting.append(payload)
+        self.received += 1
+        while self._most is not None and len(waiting) > self._most:
+            self._pushed_out(self._next()[0])
 
     def take(self) -> Iterator[tuple[str, bytes]]:
         """Yield and remove (source, payload); of equal stamps the joint state comes first."""
         while self._wrench or self._joints:
-            if not self._wrench or (
-                self._joints and stamp_ns(self._joints[0]) <= stamp_ns(self._wrench[0])
-            ):
-                yield "joints", self._joints.popleft()
-            else:
-                yield "wrench", self._wrench.popleft()
+            yield self._next()
+
+    def _next(self):
+        if not self._wrench or (
+            self._joints and stamp_ns(self._joints[0]) <= stamp_ns(self._wrench[0])
+        ):
+            return "joints", self._joints.popleft()
+        return "wrench", self._wrench.popleft()
 
 
 def stamp_ns(payload: bytes) -> int:

@@ -14,6 +14,13 @@ NAME = "peg_on_hole"
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
 _OWN_ERROR = "_internal_error"
+_OVERLOAD = "_dropped_overload"
+# Of the time; what the rest goes to is not the node's own work.
+_BUSY = 0.9
+_TOO_SLOW = (
+    "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
+    "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
+)
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
     "|step_divided_.*|step_without_direction)$"
@@ -87,15 +94,18 @@ class Diagnostics:
         """
         new = self._new(counts)
         lost = {name: count for name, count in new.items() if _LOST.search(name)}
+        load = self._busy_ns / elapsed_ns
+        busy = load > _BUSY or any(name.endswith(_OVERLOAD) for name in new)
         status = [
             self._input(elapsed_ns, counts, lost),
-            self._timing(elapsed_ns),
+            self._timing(elapsed_ns, load, busy),
             self._filter(health, model, new),
         ]
+        told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
-        return {"header": header(t_ns), "status": status}, _lines(new)
+        return {"header": header(t_ns), "status": status}, [*_lines(new), *told]
 
     def rest(self, counts: dict[str, int]) -> list[str]:
         """Return lines to log of what came after the last report, where no other will follow."""
@@ -110,7 +120,10 @@ class Diagnostics:
 
     def _input(self, elapsed_ns, counts, lost):
         seconds = elapsed_ns * 1e-9
-        values = {f"{name}_rate": self._received[name] / seconds for name in ("wrench", "joints")}
+        came = Counter(self._received)
+        for name in came:
+            came[name] += lost.get(name + _OVERLOAD, 0)
+        values = {f"{name}_rate": came[name] / seconds for name in ("wrench", "joints")}
         silent = [name for name in ("wrench", "joints") if not self._received[name]]
         publishers = self._wrench_publishers()
         if silent:
@@ -135,9 +148,8 @@ class Diagnostics:
         running = f"running; {model}" if model else "running"
         return _status("filter", OK, running if self._outputs else "no estimate", health)
 
-    def _timing(self, elapsed_ns):
+    def _timing(self, elapsed_ns, load, busy):
         received = sum(self._received.values())
-        load = self._busy_ns / elapsed_ns
         values = {
             "load": load,
             "output_rate": self._outputs / (elapsed_ns * 1e-9),
@@ -147,8 +159,7 @@ class Diagnostics:
             values["callback_mean_s"] = self._busy_ns * 1e-9 / received
         if self._age_ns is not None:
             values["stamp_age_s"] = self._age_ns * 1e-9
-        busy = load > 0.9
-        text = "too slow for this input rate: messages will be lost" if busy else "keeping up"
+        text = _TOO_SLOW if busy else "keeping up"
         return _status("timing", WARN if busy else OK, text, values)
 
 

@@ -7,9 +7,13 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from peg_on_hole_ros.edges.live.arrivals import MOST_ARRIVALS
 from peg_on_hole_ros.edges.live.refused import explained
 from peg_on_hole_ros.errors import PegOnHoleError
+
+# Turns that only take, at some 10 us each, before any message is worked off.
+MOST_TURNS = 256
+# Messages worked off, at up to some ms each, before what has come meanwhile is taken.
+MOST_WORK = 8
 
 
 def init(arguments: list[str]) -> None:
@@ -60,22 +64,28 @@ def spin(node, stopping: list[int]) -> None:
     """
     Let a node take messages and work them off, until ROS ends or a signal is noted.
 
+    A turn of the executor takes one message, or serves one call, in the order in which they came.
+    So all that is there is taken before any of it is worked off, and again after a few: behind
+    the messages of a node that is too slow no service would ever be answered, and nothing told.
+
     Parameters
     ----------
     node : Node
-        With `arrivals`, which its subscriptions fill, and `process`, which works them off.
+        With `arrivals`, which its subscriptions fill, and `process`, which works off so many.
     stopping : list of int
         See `note_signals`.
 
     """
     executor = _executor()
     executor.add_node(node)
+    turns = 0
     while rclpy.ok() and not stopping:
-        before = len(node.arrivals)
-        executor.spin_once(timeout_sec=0.0 if before else 0.1)
-        # One turn takes one message: what has gathered is worked off when no more is there.
-        if before and len(node.arrivals) in (before, MOST_ARRIVALS):
-            node.process()
+        waiting, received = len(node.arrivals), node.arrivals.received
+        executor.spin_once(timeout_sec=0.0 if waiting else 0.1)
+        turns += 1
+        if waiting and (node.arrivals.received == received or turns >= MOST_TURNS):
+            node.process(MOST_WORK)
+            turns = 0
     executor.remove_node(node)
 
 

@@ -69,6 +69,14 @@ class MessageStream:
         """Count bytes that are no message, from `wrench` or `joints`."""
         self._unusable[f"{source}_dropped_malformed_unreadable"] += 1
 
+    def pushed_out(self, source: str) -> None:
+        """Count a message of `wrench` or `joints` for which there was no time."""
+        self._unusable[f"{source}_dropped_overload"] += 1
+
+    def missing(self, source: str, count: int) -> None:
+        """Count messages of `wrench` or `joints` that were sent and never came."""
+        self._unusable[f"{source}_dropped_not_received"] += count
+
     def failed(self, what: str) -> None:
         """Count an error of the program at `wrench`, `joints`, `reset` or `tare`."""
         self._unusable[f"{what}_dropped_internal_error"] += 1

@@ -81,6 +81,8 @@ class OffsetFilter(ContactFilter):
         self._given = part(self._memory, "GIVEN")
         part(self._memory, "GRAVITY")[:] = scene.gravity
         self._tilted = self.active.stop == COUNT
+        # Of bias and tilt where nothing has been learnt: as stated, or as a tare has left it.
+        self._unlearnt = np.array(offsets.variance, float)
         self.process = self.process._replace(slow_slip=min(options.slow_slip, SLOW_SLIP))
         part(self._memory, "PROCESS")[:] = self.process
         self._begin_anew()
@@ -88,10 +90,10 @@ class OffsetFilter(ContactFilter):
     def _begin_anew(self):
         self.offset[:] = 0.0
         self.offset_spread[:] = 0.0
-        self.offset_spread[range(COUNT), range(2, 2 + COUNT)] = self.offsets.variance
+        self.offset_spread[range(COUNT), range(2, 2 + COUNT)] = self._unlearnt
 
     def forget(self):
-        """Take bias and tilt as stated again as well."""
+        """Take bias and tilt as stated again as well; the bias as a tare has left it."""
         super().forget()
         self._begin_anew()
 
@@ -116,8 +118,8 @@ class OffsetFilter(ContactFilter):
         self._offset_cross[BIAS] = 0.0
         self.offset_spread[BIAS] = 0.0
         self.offset_spread[:, 2 : 2 + BIAS.stop] = 0.0
-        known = np.minimum(variance, self.offsets.variance[BIAS])
-        self.offset_spread[range(6), range(2, 8)] = known
+        self._unlearnt[BIAS] = np.minimum(variance, self.offsets.variance[BIAS])
+        self.offset_spread[range(6), range(2, 8)] = self._unlearnt[BIAS]
 
     def in_hole_axes(self, q, R):
         """Return an orientation and its covariance in the axes of the hole as it now lies."""

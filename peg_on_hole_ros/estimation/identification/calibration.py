@@ -161,7 +161,7 @@ def calibrate(
         far = _from_far(runs, record, parts, start, limits, scale)
         found = search(runs, x0, far) if far is not None else None
     if found is None:
-        raise BagError(_unexplained(runs.once(x0)))
+        raise BagError(_unexplained(runs.once(x0), start.joints.delay))
     before, after = (runs.once(at) for at in (x0, found.x))
     progress(1.0)
     turns = moved.rates[rows, 2]
@@ -196,15 +196,16 @@ def _from_far(runs, record, parts, start, limits, scale):
     return runs.peak(np.clip(guess, *limits), np.ones(len(x0), bool))
 
 
-def _unexplained(before):
-    """Return what a recording shows that no parameters explain."""
+def _unexplained(before, delay):
+    """Return what a recording shows that no parameters explain; the delay [s] at the start."""
     return (
         f"at the start {100 * before.lost:.0f} % of the joint states are without a motion under "
         f"the contact model, and the mean NIS of all is {before.nis.mean():.1f} (3 if all is "
         "right); no parameters were found that explain the recording better. Which of these it "
-        "is, is not told: a wrong wrench.acts_on, sensor pose, unit, mass or diameter; filtered "
-        "wrenches; a soft peg; wrench noise that is large for so light a peg; or slides too short "
-        "or too slow to tell so many parameters"
+        "is, is not told: a wrong wrench.acts_on, sensor pose, unit, mass or diameter; stamps of "
+        f"joint states that are some 0.1 s off those of the wrench (joints.delay, {delay:g} s at "
+        "the start); filtered wrenches; a soft peg; wrench noise that is large for so light a "
+        "peg; or slides too short or too slow to tell so many parameters"
     )
 
 

@@ -1,0 +1,109 @@
+"""A node that is too slow for its input: everything is counted, told, and calls are answered."""
+
+from collections import deque
+
+import pytest
+import rclpy
+
+from inputs import joints, wrench
+from peg_on_hole_ros.edges.live import process
+from peg_on_hole_ros.edges.live.arrivals import Arrivals, stamp_ns
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
+from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+
+ENCODE = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
+MS = 1_000_000
+ASKED = 2000
+
+
+class Events:
+    """An executor that has its events in one row, as EventsExecutor does."""
+
+    def __init__(self, node):
+        self.node, self.waiting = node, deque()
+
+    def add_node(self, node):
+        pass
+
+    remove_node = add_node
+
+    def spin_once(self, timeout_sec):
+        if self.waiting:
+            self.waiting.popleft()()
+
+
+class Busy:
+    """A node to which `rate` messages come while it works one off, and a call in between."""
+
+    def __init__(self, rate, stopping):
+        self.arrivals = Arrivals(200)
+        self.rate, self.stopping = rate, stopping
+        self.worked, self.answered_after = 0, None
+        self.events = Events(self)
+        self.t_ns = 0
+
+    def come(self):
+        for _ in range(self.rate):
+            self.t_ns += MS
+            payload = ENCODE["wrench"](wrench(self.t_ns))
+            self.events.waiting.append(lambda payload=payload: self.arrivals.wrench(payload))
+
+    def answer(self):
+        self.answered_after = self.worked - ASKED
+        self.stopping.append(0)
+
+    def process(self, most=None):
+        for count, _ in enumerate(self.arrivals.take(), 1):
+            self.worked += 1
+            self.come()
+            if self.worked == ASKED:
+                self.events.waiting.append(self.answer)
+            if self.worked > 10 * ASKED:
+                self.stopping.append(0)
+            if count == most:
+                return
+
+
+@pytest.mark.parametrize("rate", [9, 30])
+def test_a_call_does_not_wait_behind_the_messages_of_an_overloaded_node(rate, monkeypatch):
+    stopping = []
+    node = Busy(rate, stopping)
+    node.come()
+    monkeypatch.setattr(process, "_executor", lambda: node.events)
+    monkeypatch.setattr(rclpy, "ok", lambda: True)
+    process.spin(node, stopping)
+    # What came during one turn of work is all that stands before it.
+    assert node.answered_after is not None and node.answered_after <= process.MOST_WORK
+
+
+def test_what_there_is_no_room_for_is_pushed_out_in_the_order_of_stamps_and_counted():
+    lost = []
+    arrivals = Arrivals(3, lost.append)
+    for t in range(1, 5):
+        arrivals.joints(ENCODE["joints"](joints(2 * t)))
+        arrivals.wrench(ENCODE["wrench"](wrench(2 * t - 1)))
+        arrivals.wrench(ENCODE["wrench"](wrench(2 * t)))
+    assert arrivals.received == 12
+    # Joint states as old as the wrenches go with them: else these alone would wait, and be lost.
+    assert "".join(source[0] for source in lost) == "wjwwjww"
+    left = [(source[0], stamp_ns(payload)) for source, payload in arrivals.take()]
+    assert left == [("j", 6), ("w", 6), ("w", 7), ("j", 8), ("w", 8)]
+
+
+def test_diagnostics_say_that_the_node_is_too_slow_however_light_its_own_work():
+    counts = {"wrench_dropped_overload": 30, "joints_dropped_overload": 5}
+    diagnostics = Diagnostics()
+    for source, count in (("wrench", 10), ("joints", 5)):
+        for _ in range(count):
+            diagnostics.received(source, 1, outputs=source == "wrench")
+    report, lines = diagnostics.report(0, 10**9, counts, {})
+    entries, timing = report["status"][:2]
+    values = {item["key"]: item["value"] for item in entries["values"]}
+    assert (values["wrench_rate"], values["joints_rate"]) == ("40", "10")
+    assert entries["level"] == timing["level"] == 1
+    assert timing["message"].startswith("too slow for this input rate")
+    assert lines[-1] == f"load 1.5e-08: {timing['message']}"
+    # Nothing of it is left in the next second.
+    report, lines = diagnostics.report(0, 10**9, counts, {})
+    assert report["status"][1]["message"] == "keeping up" and lines == []
