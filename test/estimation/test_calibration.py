@@ -378,6 +378,23 @@ def test_values_reach_the_configuration_and_come_back():
     assert len(NAMES) == len(set(NAMES)) == len(x)
 
 
+# A driver that pauses; a recorder that takes up one topic before the other, or lets go of it.
+@pytest.mark.parametrize("silence", [(0.3, 0.4), (-1.0, 0.2), (1.2, 9.0)])
+def test_no_wrench_is_held_over_a_silence(silence):
+    truth = moved()
+    start = truth.plan.configuration
+    record = as_recording(truth, start)
+    heard = (record.wrench_t < silence[0]) | (record.wrench_t > silence[1])
+    record = record._replace(wrench_t=record.wrench_t[heard], wrench=record.wrench[heard])
+    for part in steady(record, start):
+        t = record.joint_t[part]
+        assert not ((t > silence[0]) & (t < silence[1])).any()
+    found = calibrate(record, start)
+    assert [one.name for one in found.estimates if one.changed] == []
+    # With the last wrench before it held on it was 90 and more.
+    assert found.nis_before < 4.0
+
+
 def test_a_recording_without_sliding_is_refused_with_what_to_record():
     truth = moved()
     start = truth.plan.configuration
