@@ -395,6 +395,21 @@ def test_no_wrench_is_held_over_a_silence(silence):
     assert found.nis_before < 4.0
 
 
+@pytest.mark.parametrize(
+    "of", [{"model": "auto"}, {"model": "quasi_static"}, {"method": "iterated"}]
+)
+def test_what_a_configuration_does_without_is_calibrated_by_the_full_filter(of):
+    truth = moved()
+    start = truth.plan.configuration
+    record, x = as_recording(truth, start), coordinates(start)
+    parts = steady(record, start)[:1]
+    other = replace(start, filter=replace(start.filter, **of))
+    full, found = (innovations(record, parts, one, x) for one in (start, other))
+    # A model at constant rates left no motion at all.
+    assert found.lost == full.lost == 0.0
+    np.testing.assert_array_equal(found.residual, full.residual)
+
+
 def test_a_recording_without_sliding_is_refused_with_what_to_record():
     truth = moved()
     start = truth.plan.configuration
