@@ -214,7 +214,7 @@ def conditions(record: Recording, configuration: Configuration) -> Conditions:
     """
     moved, scene = motion(record), configuration.scene
     tilted = (moved.q[:, 0] > NEAREST_TILT * scene.gamma0) & (moved.q[:, 0] < 1.4)
-    valid = moved.valid & _beside_wrenches(record)
+    valid = moved.valid & _beside_wrenches(record, configuration.joints.delay)
     chosen = valid & tilted
     force = load(record, moved, scene, configuration.wrench)
     strong = np.quantile(force[chosen], 0.9) if chosen.any() else 0.0
@@ -228,9 +228,9 @@ def conditions(record: Recording, configuration: Configuration) -> Conditions:
     return Conditions(moved.q, valid, tilted, loaded, sliding, force, slip)
 
 
-def _beside_wrenches(record):
+def _beside_wrenches(record, delay):
     """Return which joint states have a wrench near: none is held over a silence, shape (m,)."""
-    t, wrench_t = record.joint_t, record.wrench_t
+    t, wrench_t = record.joint_t - delay, record.wrench_t
     after = np.searchsorted(wrench_t, t)
     since = t - wrench_t[np.maximum(after - 1, 0)]
     until = wrench_t[np.minimum(after, len(wrench_t) - 1)] - t
