@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     coordinates,
     innovations,
 )
+from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
 from peg_on_hole_ros.estimation.identification.recording import quiet, smoothed
 from peg_on_hole_ros.estimation.identification.scoring import (
     Likelihood,
@@ -23,6 +24,14 @@ NOISE_OFF = log(1.2)
 MOST_LOST = 0.01
 
 
+def _noisier(record, start):
+    """Return the recording with as much white noise of the wrench again, always the same."""
+    stated = start.wrench.force_stddev, start.wrench.torque_stddev
+    levels = [found or one for found, one in zip(noise_levels(record), stated)]
+    drawn = np.random.default_rng(0).normal(size=record.wrench.shape)
+    return record._replace(wrench=record.wrench + drawn * np.repeat(levels, 3))
+
+
 class Runs:
     """Runs of the filter over one recording, counted for the progress."""
 
@@ -32,9 +41,10 @@ class Runs:
     def __init__(self, record, parts, start, limits, scale, progress):
         self._record, self._parts, self._start = record, parts, start
         self._progress, self._count = progress, 0
-        loud, still = (lambda x, r=r: self.once(x, r) for r in (smoothed(record), quiet(record)))
+        records = smoothed(record), quiet(record), quiet(_noisier(record, start))
+        loud, still, anew = (lambda x, r=r: self.once(x, r) for r in records)
         centre = coordinates(start)
-        self._motion = Likelihood(loud, still, centre, scale, limits)
+        self._motion = Likelihood(loud, still, centre, scale, limits, anew)
         self._noise = Likelihood(self.once, None, centre, scale, limits)
 
     def once(self, x, record=None):
