@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.estimation.identification.likelihood import (
+    IS_NOISE,
     QUANTITIES,
     Innovations,
     measures,
 )
+from peg_on_hole_ros.estimation.identification.runs import Runs
 from peg_on_hole_ros.estimation.identification.scoring import Likelihood, greatest, tangent
 
 SIZE = len(QUANTITIES)
@@ -115,6 +117,41 @@ def test_a_tangent_at_a_limit_points_beyond_it_if_the_recording_does():
     run = within(bounds, lambda x: innovations_of(x, top))
     found = tangent(likelihood(run, bounds), x, np.array([FIRST]))
     assert found.step[0] == pytest.approx(-0.05, rel=0.01)
+
+
+def test_a_search_that_goes_to_and_fro_over_the_top_comes_to_it():
+    """Two halves of a recording disagree, and where one is believed the other one is right."""
+
+    def run(x):
+        off = x[SECOND] / SCALE.useful[SECOND]
+        side = np.where(np.arange(COUNT) % 2, 1.0, -1.0)
+        residual = (off - side)[:, None] * DIRECTIONS[1]
+        # The best under given covariances is at -tanh(1.5 off): beyond the top, and farther.
+        root = np.exp(0.75 * side * off)[:, None, None] * np.eye(3)
+        return Innovations(residual, root, 0.0)
+
+    x, free = np.zeros(SIZE), np.arange(SIZE) == SECOND
+    x[SECOND] = 0.9 * SCALE.useful[SECOND]
+    peak = greatest(likelihood(run, limits(), run), x, free)
+    assert peak.converged
+    assert abs(peak.x[SECOND]) < 0.1 * SCALE.useful[SECOND]
+
+
+def test_two_likelihoods_that_take_turns_without_an_end_are_left(monkeypatch):
+    calls = []
+
+    def turn(one, x, free):
+        calls.append(free)
+        assert len(calls) < 100, "it goes on for ever"
+        x = x.copy()
+        if free[IS_NOISE].any():
+            x[IS_NOISE] = (-1.0) ** len(calls[::2])
+        return x
+
+    runs = object.__new__(Runs)
+    runs._motion = runs._noise = likelihood(None, limits())
+    monkeypatch.setattr(Runs, "_greatest", staticmethod(turn))
+    assert runs.peak(np.zeros(SIZE), np.ones(SIZE, bool)) is None
 
 
 @pytest.mark.parametrize("motion", [0.0, 1.0, 3.0])

@@ -20,6 +20,8 @@ from peg_on_hole_ros.estimation.identification.scoring import (
 
 # The weights of the first search rest on a guess of the noise; off by more, it is done again.
 NOISE_OFF = log(1.2)
+# As often at most: two likelihoods that take turns need not come to an end.
+MOST_TURNS = 6
 # A larger share of joint states without motion, and slopes say nothing.
 MOST_LOST = 0.01
 
@@ -71,13 +73,14 @@ class Runs:
         # Farther off than is likely at all, slopes that led there have not been these.
         centre, most = self._motion.centre, self._motion.measures.range
         x = np.clip(x, centre - most, centre + most)
-        noise, again = free & IS_NOISE, True
-        while again:
-            x, before = self._greatest(self._motion, x, free & ~IS_NOISE), x
+        noise = free & IS_NOISE
+        for _ in range(MOST_TURNS):
+            x = self._greatest(self._motion, x, free & ~IS_NOISE)
             x, before = self._greatest(self._noise, x, noise), x
             # The motion's weights rest on the noise.
-            again = x is not None and np.abs(x - before)[noise].max(initial=0.0) > NOISE_OFF
-        return x
+            if x is None or np.abs(x - before)[noise].max(initial=0.0) <= NOISE_OFF:
+                return x
+        return None
 
     @staticmethod
     def _greatest(likelihood, x, free):

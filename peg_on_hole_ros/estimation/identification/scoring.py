@@ -8,7 +8,7 @@ from scipy.special import chdtri
 
 from peg_on_hole_ros.estimation.identification.likelihood import DELAY, Innovations, Measures
 
-MOST_ITERATIONS = 8
+MOST_ITERATIONS = 20
 MOST_HALVINGS = 4
 # The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
 # of a standard deviation in each of ten directions; or less than ROUGH, and none is better.
@@ -140,6 +140,7 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
     found = likelihood.at(x)
     if found is None:
         return None
+    last = np.zeros(len(chosen))
     for _ in range(MOST_ITERATIONS):
         root = found.root if likelihood.quiet else None
         scores, information = likelihood.slopes(found, x, chosen)
@@ -153,6 +154,10 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
         promised = float(0.5 * slope @ move)
         if promised < ENOUGH:
             break
+        if move @ information @ last < 0:
+            # Each step is the best under the covariances that it begins with: where these go with
+            # the coordinates, steps may lead to and fro over the top.
+            move = 0.5 * move
         best = likelihood.value(found, x, chosen)
         for _ in range(MOST_HALVINGS):
             trial = x.copy()
@@ -164,6 +169,7 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
             move = 0.5 * move
         else:
             break
+        last = move
         x, found = trial, likelihood.at(trial) if likelihood.quiet else there
     return Peak(x, promised < ROUGH)
 
