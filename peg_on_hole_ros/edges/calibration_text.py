@@ -51,11 +51,32 @@ def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object
     for one in found.estimates:
         if one.name in spreads and one.changed:
             values[spreads[one.name]] = _short((one.high - one.low) / 2 / NORMAL_95)
-    for bias, noise in (("bias_force", "force_stddev"), ("bias_torque", "torque_stddev")):
+    return values if _not_carried(found) else values | _uncertain_biases(found)
+
+
+def _uncertain_biases(found):
+    """Return how well the biases that are written are known, where that is worth states."""
+    wrench, values = found.configuration.wrench, {}
+    for bias, noise in (
+        ("bias_force", wrench.force_stddev),
+        ("bias_torque", wrench.torque_stddev),
+    ):
         stddev = _of_components(found, bias)
-        if stddev > WORTH * now[f"wrench.{noise}"]:
+        if stddev > WORTH * noise:
             values[f"wrench.{bias}_stddev"] = _short(stddev)
     return values
+
+
+def _not_carried(found):
+    """Return why an uncertain bias cannot be written; empty: it can, or there is none."""
+    method, uncertain = found.configuration.filter.method, _uncertain_biases(found)
+    if method == "extended" or not uncertain:
+        return ""
+    stated = ", ".join(f"{name} = {value:.2g}" for name, value in uncertain.items())
+    return (
+        f"filter.method {method!r} carries no uncertain bias: bounds are too narrow by how well "
+        f"those found are known ({stated}); 'extended' carries them"
+    )
 
 
 def _of_components(found, bias):
@@ -148,7 +169,11 @@ def _clearance(found):
 
 
 def verdict(found: Calibration) -> str:
-    """Return how well the calibrated model explains the recording."""
+    """Return how well the calibrated model explains the recording, and what is not written."""
+    return "; ".join(filter(None, (_explained(found), _not_carried(found))))
+
+
+def _explained(found):
     if found.lost > LOST:
         text = f"in {100 * found.lost:.0f} % of the joint states the contact model has no motion"
     else:

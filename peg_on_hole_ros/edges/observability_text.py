@@ -57,8 +57,13 @@ def observe(
         return stream.pipeline.processor
 
     # What was gathered cannot be taken back for a message that comes late.
+    # A cheaper model of the contact learns nothing by its steps.
     options = replace(
-        configuration.filter, method="extended", late_window=0.0, wrench_bias="estimated"
+        configuration.filter,
+        method="extended",
+        model="dynamic",
+        late_window=0.0,
+        wrench_bias="estimated",
     )
     joints = replace(configuration.joints, hole_tilt_stddev=0.0)
     configuration = replace(configuration, filter=options, joints=joints)

@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
 
@@ -201,15 +202,64 @@ def test_smoothed_errors_are_as_small_as_their_covariance_says(parameters):
 def test_nothing_is_smoothed_across_a_restart():
     pipeline, _ = run("extended", make=SmoothingFilter)
     kalman = pipeline.filter
-    count = len(kalman._marks)
-    end = kalman.x.copy()
+    _, before, P_before = kalman.smooth()
     kalman.start(np.array([0.3, 1.0, -1.0]), 1e-8 * np.eye(3))
     kalman.hold(kalman.u.copy())
     kalman.predict(1e-3, False)
     kalman.mark(1)
     _, x, P = kalman.smooth()
-    np.testing.assert_allclose(x[count - 2], end, rtol=0, atol=0.1)
+    np.testing.assert_array_equal(x[:-1], before)
+    np.testing.assert_array_equal(P[:-1], P_before)
     assert x[-1][0] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_the_last_stamp_before_a_reset_keeps_what_is_known_there():
+    """It was given the state that the filter begins anew with, some other time and place."""
+    samples = ordered(240)
+    pipeline, before = run("extended", make=SmoothingFilter, samples=samples[:180])
+    assert pipeline.reset().success
+    after = list(pipeline.play(samples[240:]))
+    t_ns, x, P = pipeline.filter.smooth()
+    assert t_ns == [found.t_ns for found in before + after]
+    last = len(before) - 1
+    # Nothing later tells of it, so that the filter's own is all there is, to rounding of turns.
+    np.testing.assert_allclose(x[last], before[last].state, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(P[last], before[last].state_covariance)
+    # What was before is smoothed up to there.
+    error, own = errors(t_ns[50:last], x[50:last]), [found.state for found in before[50:last]]
+    assert (np.std(error, 0) < np.std(errors(t_ns[50:last], np.array(own)), 0)).all()
+
+
+def test_joint_states_that_correct_the_present_late_leave_covariances():
+    """A widening after a first correction took that for a part of the prediction before it."""
+    samples = list(takewhile(lambda s: s.t_ns - START_NS <= 0.3e9, measure(truth(SCENE), 11)))
+    rng, configuration = np.random.default_rng(1), truth(SCENE).plan.configuration
+    late = [
+        s.t_ns + (rng.integers(0, 8_000_000) if isinstance(s, JointSample) else 0) for s in samples
+    ]
+    options = replace(configuration.filter, late_window=0.0, late_tolerance=0.02)
+    pipeline = Pipeline(replace(configuration, filter=options), make=SmoothingFilter)
+    outputs = list(pipeline.play(samples[i] for i in np.argsort(late, kind="stable")))
+    assert pipeline.counts["joints_late"] > 30 and pipeline.counts["rates_widened"] > 1
+    t_ns, x, P = pipeline.filter.smooth()
+    scale = np.sqrt(np.diagonal(P, axis1=1, axis2=2))
+    assert np.isfinite(scale).all() and (scale > 0).all()
+    assert np.linalg.eigvalsh(P / (scale[:, :, None] * scale[:, None, :])).min() > 0.0
+    own = errors(t_ns, np.array([found.state for found in outputs]))
+    assert (np.std(errors(t_ns, x), 0) < np.std(own, 0)).all()
+
+
+def test_friction_that_is_taken_for_another_tells_nothing_of_what_was_before():
+    pipeline, _ = run("extended", make=SmoothingFilter)
+    kalman = pipeline.filter
+    _, x, P = kalman.smooth()
+    assert np.abs(kalman.joint_covariance()[12, :6]).max() > 0.0
+    kalman.take_friction(0.3, 0.05**2)
+    # As if it had been learnt since, to a thousandth and elsewhere.
+    kalman.scene_values[7], kalman.spread[0, 0] = 0.35, 1e-6
+    _, again, P_again = kalman.smooth()
+    np.testing.assert_allclose(again, x, rtol=1e-9)
+    np.testing.assert_allclose(P_again, P, rtol=1e-6, atol=1e-20)
 
 
 def test_an_unknown_method_is_refused_with_those_there_are():

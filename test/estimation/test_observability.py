@@ -93,6 +93,16 @@ def test_information_is_that_of_differences(configuration, name, step):
     assert found[i, i] == pytest.approx(told, rel=0.1)
 
 
+@pytest.mark.parametrize("of", [{"model": "auto"}, {"method": "square_root"}])
+def test_a_motion_tells_the_same_whatever_filter_is_configured(of):
+    bag = Bag(BAG)
+    stored = stored_configuration(bag)
+    other = replace(stored, filter=replace(stored.filter, **of))
+    full, found = (observability_text.observe(bag, one) for one in (stored, other))
+    assert found.seconds == full.seconds > 0.5
+    np.testing.assert_array_equal(found.together, full.together)
+
+
 def test_the_estimate_is_that_of_the_filter(configuration):
     observing, plain = (run(configuration, make, 300) for make in (ObservingFilter, Whitened))
     np.testing.assert_array_equal(observing.x, plain.x)

@@ -131,7 +131,7 @@ def test_a_smoother_estimates_the_same_and_passes_nothing_back_through_the_excha
     for one, other in zip(played(live, 1), played(smoothing, 1), strict=True):
         assert one.state.tolist() == other.state.tolist()
     assert smoothing.counts["friction_replaced"] == 1
-    cuts = [k for k, record in enumerate(smoothing.filter._records) if record.cut]
+    cuts = [k for k, record in enumerate(smoothing.filter._records) if record.F is None]
     assert len(cuts) == 1
     smoothed = smoothing.filter.smooth()
     assert all(np.isfinite(mean).all() for _, mean, *_ in smoothed)

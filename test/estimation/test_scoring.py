@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.estimation.identification.likelihood import (
+    IS_NOISE,
     QUANTITIES,
     Innovations,
     measures,
 )
+from peg_on_hole_ros.estimation.identification.runs import Runs
 from peg_on_hole_ros.estimation.identification.scoring import Likelihood, greatest, tangent
 
 SIZE = len(QUANTITIES)
@@ -115,3 +117,73 @@ def test_a_tangent_at_a_limit_points_beyond_it_if_the_recording_does():
     run = within(bounds, lambda x: innovations_of(x, top))
     found = tangent(likelihood(run, bounds), x, np.array([FIRST]))
     assert found.step[0] == pytest.approx(-0.05, rel=0.01)
+
+
+def test_a_search_that_goes_to_and_fro_over_the_top_comes_to_it():
+    """Two halves of a recording disagree, and where one is believed the other one is right."""
+
+    def run(x):
+        off = x[SECOND] / SCALE.useful[SECOND]
+        side = np.where(np.arange(COUNT) % 2, 1.0, -1.0)
+        residual = (off - side)[:, None] * DIRECTIONS[1]
+        # The best under given covariances is at -tanh(1.5 off): beyond the top, and farther.
+        root = np.exp(0.75 * side * off)[:, None, None] * np.eye(3)
+        return Innovations(residual, root, 0.0)
+
+    x, free = np.zeros(SIZE), np.arange(SIZE) == SECOND
+    x[SECOND] = 0.9 * SCALE.useful[SECOND]
+    peak = greatest(likelihood(run, limits(), run), x, free)
+    assert peak.converged
+    assert abs(peak.x[SECOND]) < 0.1 * SCALE.useful[SECOND]
+
+
+def test_two_likelihoods_that_take_turns_without_an_end_are_left(monkeypatch):
+    calls = []
+
+    def turn(one, x, free):
+        calls.append(free)
+        assert len(calls) < 100, "it goes on for ever"
+        x = x.copy()
+        if free[IS_NOISE].any():
+            x[IS_NOISE] = (-1.0) ** len(calls[::2])
+        return x
+
+    runs = object.__new__(Runs)
+    runs._motion = runs._noise = likelihood(None, limits())
+    monkeypatch.setattr(Runs, "_greatest", staticmethod(turn))
+    assert runs.peak(np.zeros(SIZE), np.ones(SIZE, bool)) is None
+
+
+@pytest.mark.parametrize("motion", [0.0, 1.0, 3.0])
+def test_what_noise_makes_of_the_slope_of_a_delay_tells_nothing(motion):
+    """The step from 0 is to the truth, not short of it, and known as well as it varies."""
+    rng = np.random.default_rng(7)
+    signal = motion * DIRECTIONS[1]
+    top, steps, stated = 2e-3, [], []
+
+    def slope_of(direction):
+        return lambda x: Innovations(
+            x[SECOND] / SCALE.useful[SECOND] * direction,
+            np.broadcast_to(np.eye(3), (COUNT, 3, 3)),
+            0.0,
+        )
+
+    for _ in range(40):
+        own, again, loud = rng.normal(size=(3, COUNT, 3))
+        run = slope_of(signal)
+        one = likelihood(run, limits(), slope_of(signal + own))
+        one = one._replace(anew=slope_of(signal + own + again))
+        found = run(np.zeros(SIZE) - top * np.eye(SIZE)[SECOND])
+        found = found._replace(residual=found.residual + loud)
+        chosen = np.array([FIRST, SECOND])
+        scores, information = one.slopes(found, np.zeros(SIZE), chosen, told=True)
+        if not motion:
+            # 600 numbers tell the size of noise to 6 %, and the share goes in by its square.
+            assert information[1, 1] < 0.05 * (own**2).sum() / SCALE.useful[SECOND] ** 2
+            continue
+        steps.append(scores[:, 1].sum() / information[1, 1])
+        stated.append(information[1, 1] ** -0.5)
+    if motion:
+        # With noise counted as motion it was short by a half where the two are as large.
+        assert np.mean(steps) == pytest.approx(top, abs=4 * np.std(steps) / np.sqrt(40) + 1e-5)
+        assert np.std(steps) == pytest.approx(np.mean(stated), rel=0.5)

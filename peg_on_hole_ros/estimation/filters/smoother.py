@@ -3,7 +3,12 @@
 import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.filters.flow import Flow, joint_estimate, scaled_gain
+from peg_on_hole_ros.estimation.filters.flow import (
+    FRICTION,
+    Flow,
+    joint_estimate,
+    scaled_gain,
+)
 from peg_on_hole_ros.mechanics.kernel import WIDTH
 
 # What stays when a wrench is let go: state, friction and peg diameter.
@@ -12,12 +17,12 @@ _KEPT = [0, 1, 2, 3, 4, 5, 12, 13]
 
 class _Record:
     # A prediction: joint mean and covariance before and after it, derivatives, and the joint
-    # estimate when the wrench was let go (None while it is held); cut: the filter then restarted.
-    __slots__ = ("before", "F", "after", "end", "cut")
+    # estimate when the wrench was let go (None while it is held). Without derivatives: the filter
+    # was restarted when it stood at `before`.
+    __slots__ = ("before", "F", "after", "end")
 
-    def __init__(self, before, F, after):
-        self.before, self.F, self.after = before, F, after
-        self.end, self.cut = None, False
+    def __init__(self, before, F=None, after=None):
+        self.before, self.F, self.after, self.end = before, F, after, None
 
 
 class SmoothingFilter(ContactFilter):
@@ -35,9 +40,17 @@ class SmoothingFilter(ContactFilter):
 
     def start(self, q, R):
         """Start; nothing later tells of what was before."""
-        if self._records:
-            self._records[-1].cut = True
+        self._cut()
         super().start(q, R)
+
+    def let_go(self):
+        """Let go of the motion; nothing later tells of it."""
+        self._cut()
+        super().let_go()
+
+    def _cut(self):
+        if self._records and self._records[-1].F is not None:
+            self._records.append(_Record(joint_estimate(self)))
 
     def hold(self, u):
         """Hold a new wrench."""
@@ -53,6 +66,9 @@ class SmoothingFilter(ContactFilter):
             _, F, _ = Flow(self, dt)(self._before[0])
         else:
             F[range(3), range(3, 6)] = dt
+            if self.friction[0] != self._before[0][FRICTION]:
+                # Without a step it is sought elsewhere, apart from what it was.
+                F[FRICTION] = 0.0
         self._records.append(_Record(self._before, F, joint_estimate(self)))
         return result
 
@@ -61,16 +77,20 @@ class SmoothingFilter(ContactFilter):
 
     def take_friction(self, value, variance):
         """Take friction for a value of its own: a prediction that takes no time."""
-        before = joint_estimate(self)
+        before, F = joint_estimate(self), np.eye(WIDTH)
+        # What comes later tells nothing of what it was taken for before.
+        F[FRICTION] = 0.0
         super().take_friction(value, variance)
-        self._records.append(_Record(before, np.eye(WIDTH), joint_estimate(self)))
+        self._records.append(_Record(before, F, joint_estimate(self)))
 
     def widen(self, factor):
         """Widen, and keep that the last prediction led there."""
+        before = self.joint_covariance()
         super().widen(factor)
-        # As if the step had been so uncertain.
-        if self._records:
-            self._records[-1].after = self._records[-1].after[0], self.joint_covariance()
+        # As if the step had been so uncertain. What was corrected since stays out of it.
+        if self._records and self._records[-1].F is not None:
+            mean, Z = self._records[-1].after
+            self._records[-1].after = mean, Z + (self.joint_covariance() - before)
 
     def mark(self, t_ns):
         """Note that the estimate is that of a stamp [ns]."""
@@ -78,16 +98,17 @@ class SmoothingFilter(ContactFilter):
 
     def snapshot(self):
         """Return what `restore` takes back."""
-        cut = bool(self._records) and self._records[-1].cut
-        return super().snapshot(), len(self._records), len(self._marks), cut
+        last = self._records[-1] if self._records else _Record(None)
+        return super().snapshot(), len(self._records), len(self._marks), (last.after, last.end)
 
     def restore(self, snapshot):
         """Go back to a snapshot."""
-        kalman, records, marks, cut = snapshot
+        kalman, records, marks, of_last = snapshot
         super().restore(kalman)
         del self._records[records:], self._marks[marks:]
         if self._records:
-            self._records[-1].end, self._records[-1].cut = None, cut
+            # It may have been widened since, and its wrench let go.
+            self._records[-1].after, self._records[-1].end = of_last
 
     def estimate(self):
         """Return what another filter goes on from; the records are of this one alone."""
@@ -95,8 +116,7 @@ class SmoothingFilter(ContactFilter):
 
     def go_on_from(self, estimate):
         """Take another estimate, of which nothing later tells what was before."""
-        if self._records:
-            self._records[-1].cut = True
+        self._cut()
         super().restore(estimate)
 
     def smooth(self):
@@ -121,14 +141,15 @@ class SmoothingFilter(ContactFilter):
         x[count], P[count] = mean[:6], Z[:6, :6]
         for k in range(count - 1, -1, -1):
             record = self._records[k]
-            if record.cut:
-                mean, Z = record.after
-            elif record.end is not None:
-                kept = mean[_KEPT], Z[np.ix_(_KEPT, _KEPT)]
-                then, Z_then = record.end
-                before = then[_KEPT], Z_then[np.ix_(_KEPT, _KEPT)]
-                mean, Z = _back(then, Z_then, np.eye(WIDTH)[_KEPT], *before, *kept)
-            mean, Z = _back(*record.before, record.F, *record.after, mean, Z)
+            if record.F is None:
+                mean, Z = record.before
+            else:
+                if record.end is not None:
+                    kept = mean[_KEPT], Z[np.ix_(_KEPT, _KEPT)]
+                    then, Z_then = record.end
+                    before = then[_KEPT], Z_then[np.ix_(_KEPT, _KEPT)]
+                    mean, Z = _back(then, Z_then, np.eye(WIDTH)[_KEPT], *before, *kept)
+                mean, Z = _back(*record.before, record.F, *record.after, mean, Z)
             x[k], P[k] = mean[:6], Z[:6, :6]
         places = [place for _, place in self._marks]
         return [t_ns for t_ns, _ in self._marks], x[places], P[places]

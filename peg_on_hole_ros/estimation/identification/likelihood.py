@@ -199,9 +199,10 @@ def innovations(record: Recording, parts, start: Configuration, x) -> Innovation
     """
     configuration = configured(start, x)
     # Nothing is widened, gated or left to constant rates: that would hide what a wrong parameter
-    # does.
+    # does. A cheaper model of the contact, which a configuration may ask for, predicts these.
     options = replace(
         configuration.filter,
+        model="dynamic",
         slow_slip=0.0,
         # Reversals tell of a delay; what the wrench did within an interval would hide that.
         wrench_jump=0.0,

@@ -187,7 +187,8 @@ class Conditions(NamedTuple):
     q : ndarray, shape (m, 3)
         Angles, smoothed [rad].
     valid, tilted, loaded, sliding : ndarray of bool, shape (m,)
-        Beside no gap; above gamma0; pressed on the rim; all three contacts slip.
+        Beside no gap of angles or wrench; above gamma0; pressed on the rim; all three contacts
+        slip.
     force : ndarray, shape (m,)
         What the rim carries [N].
     slip : ndarray, shape (m,)
@@ -213,7 +214,8 @@ def conditions(record: Recording, configuration: Configuration) -> Conditions:
     """
     moved, scene = motion(record), configuration.scene
     tilted = (moved.q[:, 0] > NEAREST_TILT * scene.gamma0) & (moved.q[:, 0] < 1.4)
-    chosen = moved.valid & tilted
+    valid = moved.valid & _beside_wrenches(record, configuration.joints.delay)
+    chosen = valid & tilted
     force = load(record, moved, scene, configuration.wrench)
     strong = np.quantile(force[chosen], 0.9) if chosen.any() else 0.0
     loaded = force > max(configuration.monitor.contact_force_threshold, LOAD_SHARE * strong)
@@ -223,7 +225,18 @@ def conditions(record: Recording, configuration: Configuration) -> Conditions:
     velocity = np.einsum("cir...,r...->ci...", jacobians, moved.rates.T)
     slip = np.linalg.norm(velocity, axis=1).min(axis=0)
     sliding = slip >= slow_slip(configuration)
-    return Conditions(moved.q, moved.valid, tilted, loaded, sliding, force, slip)
+    return Conditions(moved.q, valid, tilted, loaded, sliding, force, slip)
+
+
+def _beside_wrenches(record, delay):
+    """Return which joint states have a wrench near: none is held over a silence, shape (m,)."""
+    t, wrench_t = record.joint_t - delay, record.wrench_t
+    after = np.searchsorted(wrench_t, t)
+    since = t - wrench_t[np.maximum(after - 1, 0)]
+    until = wrench_t[np.minimum(after, len(wrench_t) - 1)] - t
+    # Before the first and after the last wrench both are to the same one.
+    nearest = np.minimum(np.abs(since), np.abs(until))
+    return nearest < 0.5 * GAP_PERIODS * np.median(np.diff(wrench_t))
 
 
 def steady(record: Recording, configuration: Configuration) -> list[slice]:

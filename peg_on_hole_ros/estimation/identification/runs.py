@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     coordinates,
     innovations,
 )
+from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
 from peg_on_hole_ros.estimation.identification.recording import quiet, smoothed
 from peg_on_hole_ros.estimation.identification.scoring import (
     Likelihood,
@@ -19,8 +20,18 @@ from peg_on_hole_ros.estimation.identification.scoring import (
 
 # The weights of the first search rest on a guess of the noise; off by more, it is done again.
 NOISE_OFF = log(1.2)
+# As often at most: two likelihoods that take turns need not come to an end.
+MOST_TURNS = 6
 # A larger share of joint states without motion, and slopes say nothing.
 MOST_LOST = 0.01
+
+
+def _noisier(record, start):
+    """Return the recording with as much white noise of the wrench again, always the same."""
+    stated = start.wrench.force_stddev, start.wrench.torque_stddev
+    levels = [found or one for found, one in zip(noise_levels(record), stated)]
+    drawn = np.random.default_rng(0).normal(size=record.wrench.shape)
+    return record._replace(wrench=record.wrench + drawn * np.repeat(levels, 3))
 
 
 class Runs:
@@ -32,9 +43,10 @@ class Runs:
     def __init__(self, record, parts, start, limits, scale, progress):
         self._record, self._parts, self._start = record, parts, start
         self._progress, self._count = progress, 0
-        loud, still = (lambda x, r=r: self.once(x, r) for r in (smoothed(record), quiet(record)))
+        records = smoothed(record), quiet(record), quiet(_noisier(record, start))
+        loud, still, anew = (lambda x, r=r: self.once(x, r) for r in records)
         centre = coordinates(start)
-        self._motion = Likelihood(loud, still, centre, scale, limits)
+        self._motion = Likelihood(loud, still, centre, scale, limits, anew)
         self._noise = Likelihood(self.once, None, centre, scale, limits)
 
     def once(self, x, record=None):
@@ -61,13 +73,14 @@ class Runs:
         # Farther off than is likely at all, slopes that led there have not been these.
         centre, most = self._motion.centre, self._motion.measures.range
         x = np.clip(x, centre - most, centre + most)
-        noise, again = free & IS_NOISE, True
-        while again:
-            x, before = self._greatest(self._motion, x, free & ~IS_NOISE), x
+        noise = free & IS_NOISE
+        for _ in range(MOST_TURNS):
+            x = self._greatest(self._motion, x, free & ~IS_NOISE)
             x, before = self._greatest(self._noise, x, noise), x
             # The motion's weights rest on the noise.
-            again = x is not None and np.abs(x - before)[noise].max(initial=0.0) > NOISE_OFF
-        return x
+            if x is None or np.abs(x - before)[noise].max(initial=0.0) <= NOISE_OFF:
+                return x
+        return None
 
     @staticmethod
     def _greatest(likelihood, x, free):

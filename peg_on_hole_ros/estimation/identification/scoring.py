@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from peg_on_hole_ros.estimation.identification.likelihood import Innovations, Measures
+from peg_on_hole_ros.estimation.identification.likelihood import DELAY, Innovations, Measures
 
-MOST_ITERATIONS = 8
+MOST_ITERATIONS = 20
 MOST_HALVINGS = 4
 # The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
 # of a standard deviation in each of ten directions; or less than ROUGH, and none is better.
@@ -16,6 +16,8 @@ ENOUGH, ROUGH = 0.05, 1.0
 # So many innovations in a row are summed to see how much the scores vary. Those of a filter that
 # is right are independent, those under a smoothed wrench or coloured noise are not.
 BLOCK = 25
+# White noise in one block of a slope is at most so many times that in the median one.
+MOST_NOISE = 4.0
 
 
 class Peak(NamedTuple):
@@ -75,6 +77,9 @@ class Likelihood(NamedTuple):
     measures : Measures
     limits : tuple of ndarray, shape (14,)
         Least and greatest coordinates; nothing is run beyond them.
+    anew : callable or None
+        As quiet, over the same recording with as much noise of the wrench again: what differs
+        from quiet is noise, and no motion tells of it.
 
     """
 
@@ -83,6 +88,7 @@ class Likelihood(NamedTuple):
     centre: np.ndarray
     measures: Measures
     limits: tuple[np.ndarray, np.ndarray]
+    anew: Callable[[np.ndarray], Innovations | None] | None = None
 
     def at(self, x, root=None) -> Innovations | None:
         """Return the innovations at x, with a given root of their covariance if any."""
@@ -98,10 +104,21 @@ class Likelihood(NamedTuple):
         gone = (x - self.centre)[chosen]
         return float(found.log_likelihood.sum() - 0.5 * gone @ self.weight(chosen) @ gone)
 
-    def slopes(self, found, x, chosen):
-        """Return the scores of all innovations, shape (n, k), and Fisher's information."""
+    def slopes(self, found, x, chosen, told=False):
+        """
+        Return the scores of all innovations, shape (n, k), and Fisher's information.
+
+        If told, without what noise makes of them: that is what a recording promises. A search
+        goes by the whole, whose steps are shorter.
+        """
         run, spread = self.quiet or self.run, self.quiet is None
-        return _slopes(found, run, x, chosen, self.measures.step, self.limits, spread)
+        given = found, x, self.measures.step, self.limits
+        means, spreads = _slopes(run, *given, chosen, spread)
+        if told and self.anew and DELAY in chosen:
+            again, _ = _slopes(self.anew, *given, [DELAY], spread)
+            i = chosen.tolist().index(DELAY)
+            means[i] = _told(means[i], again[0] - means[i], np.delete(means, i, axis=0))
+        return _scores(found, means, spreads)
 
 
 def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | None:
@@ -123,6 +140,7 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
     found = likelihood.at(x)
     if found is None:
         return None
+    last = np.zeros(len(chosen))
     for _ in range(MOST_ITERATIONS):
         root = found.root if likelihood.quiet else None
         scores, information = likelihood.slopes(found, x, chosen)
@@ -136,6 +154,10 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
         promised = float(0.5 * slope @ move)
         if promised < ENOUGH:
             break
+        if move @ information @ last < 0:
+            # Each step is the best under the covariances that it begins with: where these go with
+            # the coordinates, steps may lead to and fro over the top.
+            move = 0.5 * move
         best = likelihood.value(found, x, chosen)
         for _ in range(MOST_HALVINGS):
             trial = x.copy()
@@ -147,6 +169,7 @@ def greatest(likelihood: Likelihood, x: np.ndarray, free: np.ndarray) -> Peak | 
             move = 0.5 * move
         else:
             break
+        last = move
         x, found = trial, likelihood.at(trial) if likelihood.quiet else there
     return Peak(x, promised < ROUGH)
 
@@ -166,7 +189,7 @@ def tangent(likelihood: Likelihood, x, chosen) -> Tangent | None:
     found = likelihood.at(x)
     if found is None:
         return None
-    scores, information = likelihood.slopes(found, x, chosen)
+    scores, information = likelihood.slopes(found, x, chosen, told=True)
     weight = likelihood.weight(chosen)
     inverse = np.linalg.inv(information + weight)
     step = inverse @ (scores.sum(axis=0) - weight @ (x - likelihood.centre)[chosen])
@@ -182,22 +205,59 @@ def tangent(likelihood: Likelihood, x, chosen) -> Tangent | None:
     return Tangent(step, inverse * wider, stddev, found)
 
 
-def _slopes(found, run, x, chosen, steps, limits, spread):
+def _slopes(run, found, x, steps, limits, chosen, spread):
+    """Return slopes of mean and covariance, white, shapes (k, n, 3) and (k, n, 3, 3)."""
     over = np.linalg.inv(found.root)
-    white = np.einsum("nij,nj->ni", over, found.residual)
-    scores, means, spreads = [], [], []
+    means, spreads = [], []
     for i in chosen:
         width, low, high = _beside(run, x, i, steps[i], limits) or (np.inf, found, found)
         means.append(np.einsum("nij,nj->ni", over, (high.residual - low.residual) / width))
         wider = (_square(high.root) - _square(low.root)) / width * spread
         spreads.append(over @ wider @ np.swapaxes(over, 1, 2))
-        scores.append(
-            0.5 * np.einsum("nij,ni,nj->n", spreads[-1], white, white)
-            - 0.5 * np.einsum("nii->n", spreads[-1])
-            - (means[-1] * white).sum(axis=1)
-        )
-    flat, wide = (np.array(part).reshape(len(chosen), -1) for part in (means, spreads))
-    return np.array(scores).T, flat @ flat.T + 0.5 * wide @ wide.T
+    return np.array(means), np.array(spreads)
+
+
+def _told(slope, noise, others):
+    """
+    Return as much of a slope as the motion tells.
+
+    A delay's slope is the wrench's in time, in which what is left of its noise weighs most. That
+    is no motion: counted as one, an even motion would tell a delay to a millisecond, wherever it
+    is looked at, and any other motion less than it is off by. Of what no other slope explains the
+    share stays that is more than noise, as where a regressor is measured with errors (Fuller,
+    Measurement Error Models, 1987): the step is then right in the mean, and as uncertain as it is.
+
+    Parameters
+    ----------
+    slope, noise : ndarray, shape (n, 3)
+        White; and what as much noise anew adds to it.
+    others : ndarray, shape (k, n, 3)
+
+    """
+    size = np.sqrt((others**2).sum(axis=(1, 2)))
+    A = (others[size > 0] / size[size > 0, None, None]).reshape(-1, slope.size).T
+    own, noise = (
+        (one.ravel() - A @ np.linalg.lstsq(A, one.ravel(), rcond=None)[0]).reshape(slope.shape)
+        for one in (slope, noise)
+    )
+    blocks = np.add.reduceat((noise**2).sum(axis=1), np.arange(0, len(noise), BLOCK))
+    # Beside a wedge one run takes another way than the other: once, and not for its noise.
+    noise = np.minimum(blocks, MOST_NOISE * np.median(blocks)).sum()
+    total = (own**2).sum()
+    share = max(1.0 - noise / total, 0.0) if total > 0 else 0.0
+    return slope - (1.0 - share) * own
+
+
+def _scores(found, means, spreads):
+    """Return the scores of all innovations, shape (n, k), and Fisher's information."""
+    white = np.linalg.solve(found.root, found.residual[:, :, None])[:, :, 0]
+    scores = (
+        0.5 * np.einsum("knij,ni,nj->nk", spreads, white, white)
+        - 0.5 * np.einsum("knii->nk", spreads)
+        - np.einsum("kni,ni->nk", means, white)
+    )
+    flat, wide = (part.reshape(len(means), -1) for part in (means, spreads))
+    return scores, flat @ flat.T + 0.5 * wide @ wide.T
 
 
 def _beside(run, x, i, step, limits):
