@@ -269,13 +269,14 @@ def test_stamps_of_two_clocks_are_told_by_when_messages_were_recorded(
     ]
 
 
-def test_a_delay_that_is_far_off_is_among_the_causes_of_what_is_not_explained(tmp_path, capsys):
+def test_what_may_be_wrong_is_told_where_nothing_explains_a_recording(tmp_path, capsys):
     bag = ROOT / "bags" / "closing_with_slip.mcap"
-    given = config(tmp_path, "joints: {delay: 0.2}")
+    given = config(tmp_path, "wrench: {acts_on: robot}\n    joints: {delay: 0.01}")
     out = tmp_path / "found.yaml"
     code = main(["calibrate", str(bag), "--config", str(given), "--out", str(out)])
     assert code == 3 and not out.exists()
-    assert "(joints.delay, 0.2 s at the start)" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "a wrong wrench.acts_on" in told and "(joints.delay, 0.01 s at the start)" in told
 
 
 def test_joint_states_beyond_the_wrench_have_a_remedy(sliding, tmp_path, capsys):
