@@ -107,3 +107,24 @@ def test_diagnostics_say_that_the_node_is_too_slow_however_light_its_own_work():
     # Nothing of it is left in the next second.
     report, lines = diagnostics.report(0, 10**9, counts, {})
     assert report["status"][1]["message"] == "keeping up" and lines == []
+
+
+@pytest.mark.parametrize(
+    ("age_s", "told"),
+    [
+        (0.9, ""),
+        (-0.9, ""),
+        (12.5, "; stamps are 12.5 s behind this node's clock"),
+        (-3.6e3, "; stamps are 3600.0 s ahead of this node's clock"),
+    ],
+)
+def test_stamps_of_another_clock_are_told_beside_the_latency(age_s, told):
+    diagnostics = Diagnostics()
+    diagnostics.aged(round(age_s * 1e9))
+    report, lines = diagnostics.report(0, 10**9, {}, {})
+    timing = report["status"][1]
+    assert timing["message"] == f"keeping up{told}" and timing["level"] == 0 and lines == []
+    # A node that has no clock yet tells none.
+    diagnostics.aged(None)
+    report, _ = diagnostics.report(0, 10**9, {}, {})
+    assert report["status"][1]["message"] == "keeping up"

@@ -21,6 +21,8 @@ _TOO_SLOW = (
     "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
     "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
 )
+# Stamps that far from the node's clock are another clock's: a latency is none [s].
+_OTHER_CLOCK = 1.0
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
     "|step_divided_.*|step_without_direction)$"
@@ -159,8 +161,15 @@ class Diagnostics:
             values["callback_mean_s"] = self._busy_ns * 1e-9 / received
         if self._age_ns is not None:
             values["stamp_age_s"] = self._age_ns * 1e-9
-        text = _TOO_SLOW if busy else "keeping up"
+        text = f"{_TOO_SLOW if busy else 'keeping up'}{self._clocks_apart()}"
         return _status("timing", WARN if busy else OK, text, values)
+
+    def _clocks_apart(self):
+        age = 0.0 if self._age_ns is None else self._age_ns * 1e-9
+        if abs(age) < _OTHER_CLOCK:
+            return ""
+        side = "behind" if age > 0 else "ahead of"
+        return f"; stamps are {abs(age):.1f} s {side} this node's clock"
 
 
 def _lines(new):
