@@ -90,12 +90,12 @@ def measured(**values):
     return replace(truth, plan=replace(truth.plan, configuration=configuration))
 
 
-def as_recording(truth, start, end=np.inf):
+def as_recording(truth, start, end=np.inf, begin=0.0):
     wrenches, angles, read = [], [], PegJoints(start.joints)
     samples = list(measure(truth))
     for sample in samples:
-        if (sample.t_ns - samples[0].t_ns) * 1e-9 > end:
-            break
+        if not begin <= (sample.t_ns - samples[0].t_ns) * 1e-9 <= end:
+            continue
         if isinstance(sample, WrenchSample):
             wrenches.append(sample)
         else:
@@ -225,6 +225,20 @@ def test_a_start_beyond_what_is_searched_stays_where_it_is():
     truth = replace(truth, plan=replace(truth.plan, configuration=start))
     found = calibrate(as_recording(truth, start), start)
     assert [one.name for one in found.estimates if one.changed] == []
+
+
+def test_a_clearance_stated_too_small_is_found_of_a_peg_that_goes_into_the_hole():
+    # Below the true gamma0 the peg is in the hole, and above the stated one not seen to be.
+    truth = simulated_truth("working_cycle")
+    start = changed(truth.plan.configuration, clearance=8.4e-5)
+    record = as_recording(truth, start, begin=9.0, end=10.4)
+    tilt = np.concatenate([record.q[part, 0] for part in steady(record, start)])
+    assert tilt.min() < truth.plan.configuration.scene.gamma0
+    found = calibrate(record, start)
+    assert [one.name for one in found.estimates if one.changed] == ["clearance"]
+    clearance = found.estimates[NAMES.index("clearance")]
+    assert clearance.low < 1e-4 < clearance.high
+    assert clearance.value == pytest.approx(1e-4, rel=0.01)
 
 
 @pytest.mark.parametrize(("back", "seen"), [(-2.0, True), (2.0, False)])

@@ -44,6 +44,10 @@ from peg_on_hole_ros.options import Configuration
 MOST_JOINTS = 4000
 # Ten blocks of them, by which the intervals are widened: see `scoring.BLOCK`.
 FEWEST_INNOVATIONS = 250
+# With a clearance that is stated too small, tilts nearer than so many gamma0 as stated may be
+# those of a peg in the hole, of which no parameters of three contacts make anything. gamma0 goes
+# with the root of the clearance: up to twice the stated one.
+FARTHER_TILT = 1.5
 # A start whose innovations squared are less than a third too large is not far off: where nothing
 # better is found beside it, noise is too large for the filter's tangents, and it stays.
 EXPLAINED = 4.0
@@ -144,39 +148,64 @@ def calibrate(
 
     """
     parts = _thinned(steady(record, start))
-    count = sum(part.stop - part.start - START - SETTLE for part in parts)
+    count = _count(parts)
     if count < FEWEST_INNOVATIONS:
         raise BagError(
             f"only {count} joint states while all three contacts slide steadily, at least "
             f"{FEWEST_INNOVATIONS} are needed: {shortfall(record, start)}"
         )
-    moved, rows = motion(record), np.concatenate([np.arange(p.start, p.stop) for p in parts])
+    runs, found = _searched(record, parts, start, progress)
+    if found is None:
+        farther = _thinned(steady(record, start, FARTHER_TILT))
+        if farther != parts and _count(farther) >= FEWEST_INNOVATIONS:
+            left = runs.left
+            again = _searched(
+                record, farther, start, lambda share: progress(1.0 - left * (1.0 - share))
+            )
+            if again[1] is not None:
+                parts, (runs, found) = farther, again
     x0 = coordinates(start)
-    limits = _limits(start, x0, moved.q[rows, 0].min())
-    force = float(np.median(load(record, moved, start.scene, start.wrench)[rows]))
+    if found is None:
+        raise BagError(_unexplained(runs.once(x0), start.joints.delay))
+    moved, rows = motion(record), _rows(parts)
+    before, after = (runs.once(at) for at in (x0, found.x))
+    progress(1.0)
+    turns = moved.rates[rows, 2]
+    return Calibration(
+        configured(start, found.x),
+        _estimates(x0, found, runs.scale),
+        *(float(one.nis.mean()) for one in (before, after)),
+        before.lost,
+        after.lost,
+        _count(parts),
+        float(sum(record.joint_t[part.stop - 1] - record.joint_t[part.start] for part in parts)),
+        float(moved.q[rows, 0].min() / start.scene.gamma0),
+        float(np.ptp(moved.q[rows, 2])),
+        bool(turns.min() < -0.1 < 0.1 < turns.max()),
+    )
+
+
+def _count(parts):
+    """Return how many innovations count."""
+    return sum(part.stop - part.start - START - SETTLE for part in parts)
+
+
+def _rows(parts):
+    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+
+def _searched(record, parts, start, progress):
+    """Return the runs over some parts, and what they make of the start; None where nothing."""
+    rows, x0 = _rows(parts), coordinates(start)
+    limits = _limits(start, x0, motion(record).q[rows, 0].min())
+    force = float(np.median(load(record, motion(record), start.scene, start.wrench)[rows]))
     scale = measures(start.scene.hole_diameter, force)
     runs = Runs(record, parts, start, limits, scale, progress)
     found = search(runs, x0) or _as_started(runs, x0)
     if found is None:
         far = _from_far(runs, record, parts, start, limits, scale)
         found = search(runs, x0, far) if far is not None else None
-    if found is None:
-        raise BagError(_unexplained(runs.once(x0), start.joints.delay))
-    before, after = (runs.once(at) for at in (x0, found.x))
-    progress(1.0)
-    turns = moved.rates[rows, 2]
-    return Calibration(
-        configured(start, found.x),
-        _estimates(x0, found, scale),
-        *(float(one.nis.mean()) for one in (before, after)),
-        before.lost,
-        after.lost,
-        count,
-        float(sum(record.joint_t[part.stop - 1] - record.joint_t[part.start] for part in parts)),
-        float(moved.q[rows, 0].min() / start.scene.gamma0),
-        float(np.ptp(moved.q[rows, 2])),
-        bool(turns.min() < -0.1 < 0.1 < turns.max()),
-    )
+    return runs, found
 
 
 def _as_started(runs, x0):

@@ -205,15 +205,17 @@ class Conditions(NamedTuple):
     slip: np.ndarray
 
 
-def conditions(record: Recording, configuration: Configuration) -> Conditions:
+def conditions(
+    record: Recording, configuration: Configuration, nearest: float = NEAREST_TILT
+) -> Conditions:
     """
-    Return what each joint state has of steady sliding.
+    Return what each joint state has of steady sliding, at tilts above so many gamma0 as stated.
 
     Judged from the angles, and from how much force the rim carries: friction, biases and noise
     need not be known.
     """
     moved, scene = motion(record), configuration.scene
-    tilted = (moved.q[:, 0] > NEAREST_TILT * scene.gamma0) & (moved.q[:, 0] < 1.4)
+    tilted = (moved.q[:, 0] > nearest * scene.gamma0) & (moved.q[:, 0] < 1.4)
     valid = moved.valid & _beside_wrenches(record, configuration.joints.delay)
     chosen = valid & tilted
     force = load(record, moved, scene, configuration.wrench)
@@ -239,9 +241,11 @@ def _beside_wrenches(record, delay):
     return nearest < 0.5 * GAP_PERIODS * np.median(np.diff(wrench_t))
 
 
-def steady(record: Recording, configuration: Configuration) -> list[slice]:
+def steady(
+    record: Recording, configuration: Configuration, nearest: float = NEAREST_TILT
+) -> list[slice]:
     """Return the joint states in which three contacts slide steadily, as slices."""
-    _, valid, tilted, loaded, sliding, *_ = conditions(record, configuration)
+    _, valid, tilted, loaded, sliding, *_ = conditions(record, configuration, nearest)
     # Touch-down and lift-off shake the peg, so what lies near them goes too.
     chosen = ~_near(record.joint_t, ~(valid & tilted & loaded & sliding))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))

@@ -35,7 +35,16 @@ def _noisier(record, start):
 
 
 class Runs:
-    """Runs of the filter over one recording, counted for the progress."""
+    """
+    Runs of the filter over one recording, counted for the progress.
+
+    Attributes
+    ----------
+    scale : Measures
+    left : float
+        Share that is left to do, as the progress has been told.
+
+    """
 
     # Of a usual calibration.
     USUAL = 120
@@ -43,6 +52,7 @@ class Runs:
     def __init__(self, record, parts, start, limits, scale, progress):
         self._record, self._parts, self._start = record, parts, start
         self._progress, self._count = progress, 0
+        self.scale, self.left = scale, 1.0
         records = smoothed(record), quiet(record), quiet(_noisier(record, start))
         loud, still, anew = (lambda x, r=r: self.once(x, r) for r in records)
         centre = coordinates(start)
@@ -53,7 +63,8 @@ class Runs:
         """Return the innovations at x, of the recording as it is or of another one; or None."""
         self._count += 1
         # Ever nearer to the end, also where it takes longer than usual.
-        self._progress(1.0 - 2.0 ** (-2.0 * self._count / self.USUAL))
+        self.left = 2.0 ** (-2.0 * self._count / self.USUAL)
+        self._progress(1.0 - self.left)
         return innovations(record or self._record, self._parts, self._start, x)
 
     def tangent(self, x):
