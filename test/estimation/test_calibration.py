@@ -241,6 +241,15 @@ def test_a_clearance_stated_too_small_is_found_of_a_peg_that_goes_into_the_hole(
     assert clearance.value == pytest.approx(1e-4, rel=0.01)
 
 
+def test_a_clearance_is_found_from_far_off():
+    # Farther than any other start is looked at, and what is found is no limit of the search.
+    truth = simulated_truth("working_cycle")
+    start = changed(truth.plan.configuration, clearance=6e-5)
+    found = calibrate(as_recording(truth, start, begin=2.0, end=7.0), start)
+    assert [one.name for one in found.estimates if one.changed] == ["clearance"]
+    assert found.estimates[NAMES.index("clearance")].value == pytest.approx(1e-4, rel=0.01)
+
+
 @pytest.mark.parametrize(("back", "seen"), [(-2.0, True), (2.0, False)])
 def test_turns_both_ways_tell_the_clearance_as_is_advised(back, seen):
     legs = [(0.5, 2.0), (0.3, back), (0.5, back)]

@@ -222,7 +222,7 @@ def _from_far(runs, record, parts, start, limits, scale):
     for i, level in zip(range(NOISE.start, NOISE.stop), noise_levels(record)):
         if level:
             guess[i] = log(level) + (x0[i] if NAMES[i] == "position_stddev" else 0.0)
-    return runs.peak(np.clip(guess, *limits), np.ones(len(x0), bool))
+    return runs.climb(np.clip(guess, *limits), np.ones(len(x0), bool))
 
 
 def _unexplained(before, delay):

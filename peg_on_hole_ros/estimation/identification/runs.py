@@ -20,6 +20,8 @@ from peg_on_hole_ros.estimation.identification.scoring import (
 
 # The weights of the first search rest on a guess of the noise; off by more, it is done again.
 NOISE_OFF = log(1.2)
+# In ranges of a quantity, from the start.
+FARTHEST = 2.0
 # As often at most: two likelihoods that take turns need not come to an end.
 MOST_TURNS = 6
 # A larger share of joint states without motion, and slopes say nothing.
@@ -82,8 +84,11 @@ class Runs:
     def peak(self, x, free):
         """Return the most likely free coordinates near x; None where there are none."""
         # Farther off than is likely at all, slopes that led there have not been these.
-        centre, most = self._motion.centre, self._motion.measures.range
-        x = np.clip(x, centre - most, centre + most)
+        centre, most = self._motion.centre, FARTHEST * self._motion.measures.range
+        return self.climb(np.clip(x, centre - most, centre + most), free)
+
+    def climb(self, x, free):
+        """Return the most likely free coordinates from x on, however far off it is; or None."""
         noise = free & IS_NOISE
         for _ in range(MOST_TURNS):
             x = self._greatest(self._motion, x, free & ~IS_NOISE)
