@@ -154,20 +154,21 @@ def calibrate(
             f"only {count} joint states while all three contacts slide steadily, at least "
             f"{FEWEST_INNOVATIONS} are needed: {shortfall(record, start)}"
         )
-    runs, found = _searched(record, parts, start, progress)
+    moved = motion(record)
+    runs, found = _searched(record, moved, parts, start, progress)
     if found is None:
         farther = _thinned(steady(record, start, FARTHER_TILT))
         if farther != parts and _count(farther) >= FEWEST_INNOVATIONS:
             left = runs.left
             again = _searched(
-                record, farther, start, lambda share: progress(1.0 - left * (1.0 - share))
+                record, moved, farther, start, lambda share: progress(1.0 - left * (1.0 - share))
             )
             if again[1] is not None:
                 parts, (runs, found) = farther, again
     x0 = coordinates(start)
     if found is None:
         raise BagError(_unexplained(runs.once(x0), start.joints.delay))
-    moved, rows = motion(record), _rows(parts)
+    rows = _rows(parts)
     before, after = (runs.once(at) for at in (x0, found.x))
     progress(1.0)
     turns = moved.rates[rows, 2]
@@ -194,11 +195,11 @@ def _rows(parts):
     return np.concatenate([np.arange(part.start, part.stop) for part in parts])
 
 
-def _searched(record, parts, start, progress):
+def _searched(record, moved, parts, start, progress):
     """Return the runs over some parts, and what they make of the start; None where nothing."""
     rows, x0 = _rows(parts), coordinates(start)
-    limits = _limits(start, x0, motion(record).q[rows, 0].min())
-    force = float(np.median(load(record, motion(record), start.scene, start.wrench)[rows]))
+    limits = _limits(start, x0, moved.q[rows, 0].min())
+    force = float(np.median(load(record, moved, start.scene, start.wrench)[rows]))
     scale = measures(start.scene.hole_diameter, force)
     runs = Runs(record, parts, start, limits, scale, progress)
     found = search(runs, x0) or _as_started(runs, x0)
