@@ -125,6 +125,7 @@ def filters(configuration: Configuration, first: Step) -> tuple[ContactFilter, R
     reference.P[np.ix_(carried, carried)] = kalman.joint_covariance()
     known = np.setdiff1d(np.arange(reference.dim_x), carried)
     reference.P[known, known] = 0.0
+    reference.begin_beside()
     return kalman, reference
 
 

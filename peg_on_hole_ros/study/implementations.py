@@ -118,16 +118,14 @@ class _Run:
         reference.x = np.concatenate([kalman.x, kalman.u, learnt])
         reference.P = self.joint.copy()
         reference.stopped = part(kalman._memory, "STOPPED").item()
-        reference.rate_noise = part(kalman._memory, "RATE_NOISE").item()
-        reference.lean = part(kalman._memory, "LEAN").copy()
+        _take_bridging(reference.rate_noise, reference.acceleration, kalman.memory)
         gain, share = part(kalman._memory, "TOLD_GAIN"), part(kalman._memory, "TOLD_SHARE").item()
         reference.balance = (gain.copy(), share) if share > 0 else None
-        acceleration = reference.acceleration
-        acceleration.mean = part(kalman._memory, "ACCELERATION").copy()
-        acceleration.rates = part(kalman._memory, "RATES_BEFORE").copy()
-        acceleration.before = part(kalman._memory, "ACCELERATION_BEFORE").copy()
-        acceleration.changes = part(kalman._memory, "CHANGES").copy()
-        acceleration.seen = part(kalman._memory, "CHANGES_SEEN").item()
+        reference.begin_beside()
+        beside = reference.beside
+        beside.x = part(kalman.memory, "BESIDE_X").copy()
+        beside.P = part(kalman.memory, "BESIDE_P", (6, 6)).copy()
+        _take_bridging(beside.noise, beside.acceleration, kalman.memory, "BESIDE_")
         begun = clock()
         for k in range(_WARM, _WARM + _REFERENCE_STEPS):
             reference.hold(self.wrench[k])
@@ -140,6 +138,19 @@ class _Run:
             normal, _ = reference.reactions(self.configuration.filter.acceleration_stddev)
         seconds = (clock() - begun) / _REFERENCE_STEPS
         return seconds, np.concatenate([reference.x[:6], normal])
+
+
+def _take_bridging(rate_noise, acceleration, memory, whose=""):
+    """Take what is followed for constant rates, of the estimate or of those BESIDE_ it."""
+    copy = {
+        name: part(memory, whose + name).copy()
+        for name in ("RATE_NOISE", "LEAN", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE",
+                     "CHANGES", "CHANGES_SEEN")
+    }  # fmt: skip
+    rate_noise.value, rate_noise.lean = copy["RATE_NOISE"].item(), copy["LEAN"]
+    acceleration.mean, acceleration.rates = copy["ACCELERATION"], copy["RATES_BEFORE"]
+    acceleration.before, acceleration.changes = copy["ACCELERATION_BEFORE"], copy["CHANGES"]
+    acceleration.seen = copy["CHANGES_SEEN"].item()
 
 
 def costs(configuration, truth, recording, c_step, clock: Callable[[], float], repeats: int):

@@ -11,11 +11,13 @@ from peg_on_hole_ros.estimation.filters.model import Model, predict_at_constant_
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.kernel import correction, prediction
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
-from peg_on_hole_ros.estimation.kernel.bridging import walk_density
+from peg_on_hole_ros.estimation.kernel.bridging import TILT_WALK, walk_density
+from peg_on_hole_ros.estimation.kernel.constant_rates import correct_beside
 from peg_on_hole_ros.estimation.kernel.cycle import (
     bridge_unless_stepped,
     follow_innovation,
     follow_motion,
+    resume_constant_rates,
 )
 from peg_on_hole_ros.estimation.kernel.description import Description, description
 from peg_on_hole_ros.estimation.kernel.forces import rim_load
@@ -26,7 +28,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     regained_by_surprise,
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
+from peg_on_hole_ros.estimation.kernel.memory import ACCELERATION, SAVED, X, part
 from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
@@ -137,6 +139,8 @@ class ContactFilter(Estimate):
         stepped = status == CONVERGED
         if not stepped and bridged is None:
             self._doubt_without_step(dt)
+        if resume_constant_rates(self._memory, status, dt):
+            self._begin(True)
         bridge_unless_stepped(self._memory, self._slopes, status, dt, self.options.free_rate_noise)
         if stepped:
             self._slid[0] = self._sliding[0]
@@ -172,7 +176,7 @@ class ContactFilter(Estimate):
         if not self._bridged.item():
             return np.full(3, free)
         walk = walk if result in _BRIDGED.values() else max(walk, free)
-        return np.sqrt([walk_density(self._memory, walk, i) for i in range(3)])
+        return np.sqrt([walk_density(self._memory, walk, TILT_WALK, ACCELERATION, X + 3, i) for i in range(3)])
 
     def _predict_contact(self, dt, constant) -> int:
         if constant:
@@ -202,8 +206,8 @@ class ContactFilter(Estimate):
         stddev = self.options.acceleration_stddev
         return learn_from_balance(self._memory, self._dy, dt, stddev)
 
-    def _begin(self, learnt: bool):
-        """Take note of what a prediction starts from; learnt: balance has just changed it."""
+    def _begin(self, changed: bool):
+        """Take note of what a prediction starts from; changed: apart from any correction."""
 
     @property
     def unbalance(self) -> tuple[float, float, float] | None:
@@ -263,6 +267,7 @@ class ContactFilter(Estimate):
 
     def _take(self):
         self._interval[:] = self._since_correction
+        correct_beside(self._memory, self._interval.item())
         self._update()
         follow_motion(self._memory, self._interval.item())
         self._slid[0] = 0.0

@@ -74,6 +74,8 @@ class Estimate:
         self._held_back = part(self._memory, "HELD_BACK")
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
+        self._beside = part(self._memory, "BESIDE_X"), part(self._memory, "BESIDE_P", (6, 6))
+        self._beside_noise = part(self._memory, "BESIDE_RATE_NOISE")
         self._steps_lean = part(self._memory, "STEPS_LEAN")
         self._doubt = part(self._memory, "DOUBT")
         self._without_step = part(self._memory, "WITHOUT_STEP")
@@ -199,6 +201,9 @@ class Estimate:
         rate_variance = self.options.initial_rate_stddev**2
         self.Z[range(3, 6), range(3, 6)] = rate_variance
         self.Z[6:, 6:] = self.wrench_noise
+        x, P = self._beside
+        x[:], P[:] = self.x, self._P
+        self._beside_noise[0] = self.options.slow_rate_noise
         self._scales[:] = self.options.slip_velocity_scale
         self._rate_noise[0] = self.options.slow_rate_noise
         friction, diameter = self.scene_values.item(7), self.scene_values.item(0)

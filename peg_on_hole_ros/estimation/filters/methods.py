@@ -42,7 +42,7 @@ class IteratedFilter(ContactFilter):
         self._last = (*self._before, Flow(self, dt)) if result is Prediction.CONTACT else None
         return result
 
-    def _begin(self, learnt):
+    def _begin(self, changed):
         self._before = joint_estimate(self)
 
     def correct(self, q, R):
@@ -135,7 +135,7 @@ class UnscentedFilter(ContactFilter):
         set_joint(self, prior, P)
         return result
 
-    def _begin(self, learnt):
+    def _begin(self, changed):
         self._before = joint_estimate(self)
 
 

@@ -72,7 +72,7 @@ class SmoothingFilter(ContactFilter):
         self._records.append(_Record(self._before, F, joint_estimate(self)))
         return result
 
-    def _begin(self, learnt):
+    def _begin(self, changed):
         self._before = joint_estimate(self)
 
     def take_friction(self, value, variance):

@@ -97,8 +97,8 @@ class SquareRootFilter(ContactFilter):
         self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added)), jumped[:, None]]))
         return result
 
-    def _begin(self, learnt):
-        if learnt:
+    def _begin(self, changed):
+        if changed:
             # With a gain of its own.
             self._set_anew()
         self._before = joint_mean(self), self._root, self.spread.item(0)

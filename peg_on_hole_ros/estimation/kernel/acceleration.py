@@ -21,6 +21,9 @@ CHANGES_AVERAGED = 0.05
 # However steady it has been, it is known no better than to these shares of what is stated: for
 # one answer, and where answers at many instants are averaged, which leaves what they share.
 LEAST, LEAST_AVERAGED = 0.05, 0.5
+# Where what else is followed lies after an acceleration.
+_RATES_BEFORE, _BEFORE = RATES_BEFORE - ACCELERATION, ACCELERATION_BEFORE - ACCELERATION
+_CHANGES, _SEEN = CHANGES - ACCELERATION, CHANGES_SEEN - ACCELERATION
 # Two orientations may have one stamp [s].
 SHORTEST_TIME = 1e-4
 
@@ -40,25 +43,31 @@ def follow_acceleration(m, dt):
         Time since the last correction [s].
 
     """
-    dt = max(dt, SHORTEST_TIME)
-    share = min(dt / FOLLOWED, 1.0) * m[RATES_KNOWN]
-    averaged = min(dt / CHANGES_AVERAGED, 1.0) * m[RATES_KNOWN]
+    follow_rates_at(m, ACCELERATION, X + 3, dt)
     m[RATES_KNOWN] = 1.0
-    for i in range(3):
-        now = (m[X + 3 + i] - m[RATES_BEFORE + i]) / dt
-        m[ACCELERATION + i] += share * (now - m[ACCELERATION + i])
-        m[RATES_BEFORE + i] = m[X + 3 + i]
-        change = m[ACCELERATION + i] - m[ACCELERATION_BEFORE + i]
-        m[ACCELERATION_BEFORE + i] += share * change
-        m[CHANGES + i] += averaged * (change * change - m[CHANGES + i])
-    m[CHANGES_SEEN] += averaged * (1.0 - m[CHANGES_SEEN])
     m[SINCE_CORRECTION] = 0.0
 
 
 @inlined
-def bridged_density(m, i):
+def follow_rates_at(m, at, rates, dt):
+    """Let an acceleration at a place of the memory follow rates at another, see there."""
+    dt = max(dt, SHORTEST_TIME)
+    share = min(dt / FOLLOWED, 1.0) * m[RATES_KNOWN]
+    averaged = min(dt / CHANGES_AVERAGED, 1.0) * m[RATES_KNOWN]
+    for i in range(at, at + 3):
+        rate = m[rates + i - at]
+        m[i] += share * ((rate - m[i + _RATES_BEFORE]) / dt - m[i])
+        m[i + _RATES_BEFORE] = rate
+        change = m[i] - m[i + _BEFORE]
+        m[i + _BEFORE] += share * change
+        m[i + _CHANGES] += averaged * (change * change - m[i + _CHANGES])
+    m[at + _SEEN] += averaged * (1.0 - m[at + _SEEN])
+
+
+@inlined
+def bridged_density(acceleration):
     """Return how a rate that is taken for constant wanders while it accelerates [rad^2/s^3]."""
-    return FOLLOWED * m[ACCELERATION + i] * m[ACCELERATION + i]
+    return FOLLOWED * acceleration * acceleration
 
 
 @inlined

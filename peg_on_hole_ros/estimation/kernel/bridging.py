@@ -4,8 +4,10 @@ from math import exp, log
 
 from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density
 from peg_on_hole_ros.estimation.kernel.carry import add_walk
+from peg_on_hole_ros.estimation.kernel.correction import white_innovation
 from peg_on_hole_ros.estimation.kernel.lean import MOST_SURPRISE, follow_lean, lean
 from peg_on_hole_ros.estimation.kernel.memory import (
+    ACCELERATION,
     BRIDGED,
     LEAN,
     RATE_NOISE,
@@ -85,10 +87,13 @@ def bridge_without_step(m, slopes, dt, least):
 
 
 @inlined
-def walk_density(m, noise, i):
+def walk_density(m, noise, tilt_walk, accelerations, rates, i):
     """Return how a rate may wander that is bridged, and how it did of late [rad^2/s^3]."""
-    walk = TILT_WALK * noise if i == 0 else noise
-    return walk * walk + bridged_density(m, i)
+    walk = noise
+    if i == 0:
+        rate = m[rates] / SLOW_RATES
+        walk *= tilt_walk * (exp(0.5 * GROWS * log(rate * rate)) if rate * rate > 1.0 else 1.0)
+    return walk * walk + bridged_density(m[accelerations + i])
 
 
 @inlined
@@ -96,7 +101,7 @@ def _bridge(m, slopes, dt, noise):
     m[BRIDGED] = 1.0
     predict_free(m, slopes, dt, 0.0)
     for i in range(3):
-        add_walk(m, i, walk_density(m, noise, i), dt)
+        add_walk(m, i, walk_density(m, noise, TILT_WALK, ACCELERATION, X + 3, i), dt)
 
 
 @compiled
@@ -118,17 +123,23 @@ def adapt_rate_noise(m, nis):
         Its square.
 
     """
+    follow_lean(m, LEAN, white_innovation(m))
+    m[RATE_NOISE] = adapted_noise(m, m[RATE_NOISE], LEAN, nis, X + 3, RATES, 13)
+
+
+@inlined
+def adapted_noise(m, noise, leans, nis, rates, variances, stride):
+    """Return a random walk that has followed an innovation; places of lean, rates, variances."""
     # One that is no number surprises most, and the random walk stays one.
     surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
-    follow_lean(m, LEAN, nis)
-    leant = min(lean(m, LEAN), MOST_SURPRISE)
-    grown = m[RATE_NOISE] * exp(ADAPTATION * (surprise - 1.0) + LEANING * (leant - 1.0))
+    leant = min(lean(m, leans), MOST_SURPRISE)
+    grown = noise * exp(ADAPTATION * (surprise - 1.0) + LEANING * (leant - 1.0))
     faster = 0.0
     for i in range(3):
         # Less what noise makes of it in the mean.
-        faster += m[X + 3 + i] * m[X + 3 + i] - m[RATES + 13 * i]
+        faster += m[rates + i] * m[rates + i] - m[variances + stride * i]
     faster /= SLOW_RATES * SLOW_RATES
     # Beside an uncertain clearance steps are believed again soon, and such bounds alarm falsely.
     grows = 0.5 * GROWS * log(faster) if faster > 1.0 and m[SPREAD + 3] == 0.0 else 0.0
     least = process_of(m).slow_rate_noise * exp(grows)
-    m[RATE_NOISE] = min(max(grown, least), MOST_RATE_NOISE)
+    return min(max(grown, least), MOST_RATE_NOISE)

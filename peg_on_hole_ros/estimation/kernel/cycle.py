@@ -7,11 +7,13 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
     bridge,
     bridge_without_step,
 )
+from peg_on_hole_ros.estimation.kernel.constant_rates import correct_beside, take_beside
 from peg_on_hole_ros.estimation.kernel.correction import correct
 from peg_on_hole_ros.estimation.kernel.lean import follow_steps
 from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
     INTERVAL,
+    KEPT_FOR,
     SINCE_CORRECTION,
     SLOW,
     WITHOUT_STEP,
@@ -27,6 +29,10 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
 from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.mechanics.kernel import compiled
+
+# Constant rates that were taken for the estimate are kept so long at least [s]: they know the slip
+# at once, and the noise that had hidden it from the steps would do so again.
+KEPT = 0.02
 
 
 @compiled
@@ -48,6 +54,7 @@ def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
     m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
     if status == DOUBTED:
         m[SLOW] = 1.0
+    m[KEPT_FOR] = m[KEPT_FOR] - dt if m[SLOW] > 0.0 else 0.0
     m[BRIDGED] = 0.0
     if status != CONVERGED and m[SLOW] == 0.0 and status != RUNS_AWAY:
         bridge_without_step(m, slopes, dt, free_rate_noise)
@@ -55,6 +62,35 @@ def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
     m[WITHOUT_STEP] = 0.0
     if status != CONVERGED:
         bridge(m, slopes, dt)
+
+
+@compiled
+def resume_constant_rates(m, status, dt):
+    """
+    Take constant rates as they would be had no step been taken, where a step is not believed.
+
+    Parameters
+    ----------
+    m : ndarray
+        Memory after `prediction.predict_contact`, before `bridge_unless_stepped`.
+    status : int
+        That it returned.
+    dt : float
+        [s].
+
+    Returns
+    -------
+    bool
+        Whether angles and rates, at the begin of the interval, were changed.
+
+    """
+    slow = status == SLOW_SLIP or status == DOUBTED
+    # What has been learnt of geometry or bias came with these angles and rates.
+    if not slow or m[SLOW] > 0.0 or learns_geometry_or_bias(m):
+        return False
+    taken = take_beside(m, dt)
+    m[KEPT_FOR] = KEPT if taken else 0.0
+    return taken
 
 
 @compiled
@@ -80,6 +116,7 @@ def predict_or_bridge(m, dy, slopes, dt, acceleration_stddev, free_rate_noise):
     learn_from_balance(m, dy, dt, acceleration_stddev)
     m[SINCE_CORRECTION] += dt
     status, evaluations, _ = predict_contact(m, dy, slopes, dt)
+    resume_constant_rates(m, status, dt)
     bridge_unless_stepped(m, slopes, status, dt, free_rate_noise)
     return status, evaluations
 
@@ -89,7 +126,7 @@ def follow_innovation(m, nis, dt):
     """Follow what the innovation in the memory, nis its square, tells of predictions; dt [s]."""
     if m[BRIDGED] > 0.0:
         adapt_rate_noise(m, nis)
-    follow_steps(m, nis, dt)
+    follow_steps(m, dt)
 
 
 @compiled
@@ -97,6 +134,7 @@ def correct_and_follow(m, nis, dt):
     """Correct by the innovation in the memory, nis its square, dt [s] after the last one."""
     follow_innovation(m, nis, dt)
     m[INTERVAL] = dt
+    correct_beside(m, dt)
     correct(m)
     follow_motion(m, dt)
 

@@ -34,10 +34,11 @@ FRICTION_KNOWN, AS_STATED = 0.03, 2.0
 
 
 @inlined
-def follow_lean(m, at, nis):
-    """Let the mean at a place of the memory follow the innovation there, nis its square."""
+def follow_lean(m, at, white):
+    """Let the mean at a place of the memory follow a white innovation."""
+    w0, w1, w2 = white
+    nis = w0 * w0 + w1 * w1 + w2 * w2
     if isfinite(nis):
-        w0, w1, w2 = white_innovation(m)
         # One far off counts as one that surprises most.
         limit = sqrt(min(1.0, 3.0 * MOST_SURPRISE / max(nis, 1e-300)))
         m[at] += (limit * w0 - m[at]) / LEANT_OVER
@@ -53,7 +54,7 @@ def lean(m, at):
 
 
 @compiled
-def follow_steps(m, nis, dt):
+def follow_steps(m, dt):
     """
     Follow how the innovations of steps lean, and fill in whether steps are doubted for it.
 
@@ -66,14 +67,12 @@ def follow_steps(m, nis, dt):
     ----------
     m : ndarray
         Memory, with the innovation and its root at RESIDUAL and S.
-    nis : float
-        Its square.
     dt : float
         Since the last one [s].
 
     """
     if m[SLIDING] > 0.0:
-        follow_lean(m, STEPS_LEAN, nis)
+        follow_lean(m, STEPS_LEAN, white_innovation(m))
     else:
         left = exp(-dt / FORGOTTEN_OVER)
         for i in range(3):

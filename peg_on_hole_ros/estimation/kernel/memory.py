@@ -62,6 +62,22 @@ _SIZES = {
     "RATE_NOISE": 1,
     "LEAN": 3,  # mean of the white innovations of late, bridged (adapt_rate_noise)
     "STEPS_LEAN": 3,  # and of steps (follow_steps)
+    # Constant rates beside the estimate: state, covariance (6, 6), for how long they have been
+    # predicted since the last correction [s], and what is above of the same name
+    # (correct_beside).
+    "BESIDE_X": 6,
+    "BESIDE_P": 36,
+    "BESIDE_SINCE": 1,
+    "BESIDE_RATE_NOISE": 1,
+    "BESIDE_LEAN": 3,
+    "BESIDE_ACCELERATION": 3,
+    "BESIDE_RATES_BEFORE": 3,
+    "BESIDE_ACCELERATION_BEFORE": 3,
+    "BESIDE_CHANGES": 3,
+    "BESIDE_CHANGES_SEEN": 1,
+    # For how much longer rates are kept that were taken from there [s]
+    # (resume_constant_rates).
+    "KEPT_FOR": 1,
     "DOUBT": 1,  # 1: they lean too far (follow_steps)
     "STATED": 2,  # friction as it was stated, and its variance
     # Friction and its standard deviation as they were of late (follow_friction, take_friction).
@@ -145,7 +161,10 @@ CLEARED = Cleared(
         "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "SLOW", "BRIDGED", "WITHOUT_STEP",
         "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES",
         "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "STEPS_LEAN",
-        "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT", "AIR", "AIR_TOLD",
+        "BESIDE_X", "BESIDE_P",
+        "BESIDE_SINCE", "BESIDE_RATE_NOISE", "BESIDE_LEAN", "BESIDE_ACCELERATION",
+        "BESIDE_RATES_BEFORE", "BESIDE_ACCELERATION_BEFORE", "BESIDE_CHANGES",
+        "BESIDE_CHANGES_SEEN", "KEPT_FOR", "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES", "RATES_WEIGHT", "AIR", "AIR_TOLD",
     ),
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
     forget=(
@@ -187,7 +206,11 @@ AIR, AIR_TOLD, UNLOAD, HANGING = (_AT[name] for name in ("AIR", "AIR_TOLD", "UNL
 ACROSS, BEGIN, PER_NEWTON = _AT["ACROSS"], _AT["BEGIN"], _AT["PER_NEWTON"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
 LEAN = _AT["LEAN"]
+BESIDE_X, BESIDE_P, BESIDE_SINCE, BESIDE_RATE_NOISE, BESIDE_LEAN, BESIDE_ACCELERATION = (
+    _AT[f"BESIDE_{name}"] for name in ("X", "P", "SINCE", "RATE_NOISE", "LEAN", "ACCELERATION")
+)
 STEPS_LEAN = _AT["STEPS_LEAN"]
+KEPT_FOR = _AT["KEPT_FOR"]
 GIVEN = _AT["GIVEN"]
 DOUBT, STATED = _AT["DOUBT"], _AT["STATED"]
 FRICTION_OF_LATE = _AT["FRICTION_OF_LATE"]

@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     AT_MEAN,
     CREEP,
     ENDS,
+    KEPT_FOR,
     MEAN_RATES,
     METHOD,
     METHOD_USED,
@@ -141,7 +142,7 @@ def predict_contact(m, dy, slopes, dt):
     if doubted(m):
         _note_step(m, 1.0, lately)
         return DOUBTED, 0, 0
-    if slow_slip(m, within):
+    if slow_slip(m, within) or (m[SLOW] > 0.0 and m[KEPT_FOR] > 0.5 * dt):
         _note_step(m, 1.0, lately)
         return SLOW_SLIP, 0, 0
     if runs_away(p, m):

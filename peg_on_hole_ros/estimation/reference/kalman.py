@@ -1,22 +1,13 @@
 """The same filter by filterpy on the numpy model: slow, readable, what the kernel answers to."""
 
 from contextlib import contextmanager
+from copy import deepcopy
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from peg_on_hole_ros.estimation.kernel.acceleration import FOLLOWED
-from peg_on_hole_ros.estimation.kernel.bridging import (
-    ADAPTATION,
-    GROWS,
-    LEANING,
-    MOST_RATE_NOISE,
-    ONE_WRENCH,
-    SLOW_RATES,
-    TILT_WALK,
-)
+from peg_on_hole_ros.estimation.kernel.bridging import ONE_WRENCH
 from peg_on_hole_ros.estimation.kernel.held_wrench import AT_ANY_TIME, JUMP_LIMIT
-from peg_on_hole_ros.estimation.kernel.lean import LEANT_OVER, MOST_SURPRISE
 from peg_on_hole_ros.estimation.kernel.parameters import (
     learning_share,
     learnt_variance,
@@ -30,6 +21,7 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
 )
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration, MeanRates
 from peg_on_hole_ros.estimation.reference.balance import correct_by_balance
+from peg_on_hole_ros.estimation.reference.bridging import ConstantRates, RateNoise, random_walk
 from peg_on_hole_ros.estimation.reference.friction import FrictionOfLate
 from peg_on_hole_ros.estimation.reference.reactions import reactions
 from peg_on_hole_ros.estimation.reference.slip import bridged_scales, friction_scales, slip
@@ -48,16 +40,7 @@ from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.second_order import SHARE
 
 
-def _random_walk_exact(density, h, size):
-    """Return what a random walk of the rates, of density () or (3,), adds over a time."""
-    Q = np.zeros((size, size))
-    for i, each in enumerate(np.broadcast_to(density, 3)):
-        walk = [[h**3 / 3, h**2 / 2], [h**2 / 2, h]]
-        Q[np.ix_([i, 3 + i], [i, 3 + i])] = each * np.array(walk)
-    return Q
-
-
-def _random_walk(density, h, size):
+def _random_walk_implicit(density, h, size):
     """Return what a random walk of the rates adds in an implicit step."""
     # The implicit step moves the angle with the rate at its end.
     carried = np.zeros((size, 3))
@@ -96,7 +79,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
         # slid: all contacts did in a step since the last correction.
         self.sliding = self.slid = self.slow = self.bridged = False
         self.stopped = self.without_step = 0.0
-        self.rate_noise, self.lean = process.slow_rate_noise, np.zeros(3)
+        self.rate_noise = RateNoise(process.slow_rate_noise)
+        # Constant rates beside it.
+        self.beside = None
         self.balance = self.unbalance = None
         self.x = np.zeros(size)
         self.x[FRICTION], self.x[DIAMETER] = scene.friction, scene.peg_diameter
@@ -113,6 +98,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     # Bias and tilt, of which there are none here.
     offsets_are_small, learns_bias = True, False
+
+    def begin_beside(self):
+        """Let constant rates beside it begin where it stands."""
+        own = self.P[STATE, STATE]
+        self.beside = ConstantRates(self.process.slow_rate_noise, self.x[STATE], own)
 
     def hold(self, u):
         """Hold a new wrench."""
@@ -148,13 +138,13 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 end, stage = self._on_ramp(piece + 1, pieces), self._on_ramp(piece + SHARE, pieces)
                 full = np.concatenate([self.x[STATE], end, self.x[FRICTION:SIZE]])
                 x1, F = second_order(self.scene, full, stage, h, self.scales)
-                self.Q = _random_walk_exact(self.process.rate_density, h, self.dim_x)
+                self.Q = random_walk(self.process.rate_density, h, self.dim_x)
             else:
                 x1, F = implicit_euler(self.scene, self.x[:SIZE], h, self.scales)
                 if at_mean:
                     late = np.concatenate([x1[:3], self.mean_rates.mean, self.x[6:SIZE]])
                     F = implicit_euler_tangent(self.scene, late, h, self.scales)
-                self.Q = _random_walk(self.process.rate_density, h, self.dim_x)
+                self.Q = _random_walk_implicit(self.process.rate_density, h, self.dim_x)
             self._motion = x1
             self.F = np.eye(self.dim_x)
             self.F[STATE, :SIZE] = F
@@ -179,13 +169,15 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
+        if not self.slow and self.beside and not self.learns_geometry_or_bias:
+            self._take_beside()
         self.predict_runaway(dt)
         self.slow = True
         self._note_unbelieved(dt)
 
     def predict_runaway(self, dt):
         """Predict as if free: the motion would run away, and is held."""
-        self._bridge(dt, self.rate_noise)
+        self._bridge(dt)
         self.scales = bridged_scales(self)
         if self.keeps_sliding:
             self.sliding = self.slid
@@ -201,16 +193,29 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_without_step(self, dt, rate_noise):
         """Predict as if free: the equations have no step; random walk at least [rad/s^1.5]."""
-        noise, lasted = max(self.rate_noise, rate_noise), self.without_step + dt
-        if lasted > ONE_WRENCH:
-            self.rate_noise = noise
-        self._bridge(dt, noise)
+        own, lasted = self.rate_noise.value, self.without_step + dt
+        self.rate_noise.value = max(own, rate_noise)
+        self._bridge(dt)
+        if lasted <= ONE_WRENCH:
+            self.rate_noise.value = own
         self.without_step, self.slid = lasted, False
 
-    def _bridge(self, dt, rate_noise):
-        walk, slid = rate_noise * np.array([TILT_WALK, 1.0, 1.0]), self.slid
-        self.predict_free(dt, np.sqrt(walk**2 + FOLLOWED * self.acceleration.mean**2))
+    def _bridge(self, dt):
+        slid = self.slid
+        density = self.rate_noise.density(self.acceleration.mean, self.x[RATES])
+        self.predict_free(dt, np.sqrt(density))
         self.bridged, self.slid = True, slid
+
+    def _take_beside(self):
+        if self.acceleration.rates is None:
+            return
+        beside = self.beside
+        beside.advance(self.since_correction)
+        if np.linalg.det(beside.P[3:, 3:]) < np.linalg.det(self.P[RATES, RATES]):
+            self.x[STATE] = beside.x
+            self.P[STATE, :] = self.P[:, STATE] = 0
+            self.P[STATE, STATE] = beside.P
+            self.rate_noise, self.acceleration = deepcopy((beside.noise, beside.acceleration))
 
     def learn_from_balance(self, dt, acceleration_stddev):
         """
@@ -233,7 +238,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.F = np.eye(self.dim_x)
         self.F[range(3), range(3, 6)] = dt
         self._motion = (self.F @ self.x)[STATE]
-        self.Q = _random_walk_exact(rate_noise**2, dt, self.dim_x)
+        self.Q = random_walk(rate_noise**2, dt, self.dim_x)
         self.predict()
 
     def predict_x(self, u=0):
@@ -254,6 +259,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """
         H = self.measured()
         self.adapt(q - self.x[:3], self.P[:3, :3] + R)
+        self.correct_beside(q, R)
         shares = self.learning_shares(R)
         with self.bent_friction():
             if (shares == 1.0).all():
@@ -262,6 +268,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
                 self.update_in_part(q - self.x[:3], H, R, np.r_[np.ones(FRICTION), shares])
         self.follow_motion()
         self.slid = False
+
+    def correct_beside(self, q, R):
+        """Correct the constant rates beside it, if there are any."""
+        if self.beside:
+            self.beside.correct(q, R, self.since_correction, self._walk_grows)
 
     def follow_motion(self):
         """Let acceleration, mean rates and how friction moved follow a correction."""
@@ -301,17 +312,12 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def adapt(self, residual, covariance):
         """Let the random walk at constant rates follow an innovation."""
         if self.bridged:
-            white = np.linalg.solve(np.linalg.cholesky(covariance), residual)
-            surprise = min(white @ white / 3, MOST_SURPRISE)
-            white *= min(1.0, np.sqrt(3 * MOST_SURPRISE / max(white @ white, 1e-300)))
-            self.lean += (white - self.lean) / LEANT_OVER
-            lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
-            growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
-            square = self.x[RATES] @ self.x[RATES] - np.trace(self.P[RATES, RATES])
-            known = self.P[DIAMETER, DIAMETER] == 0
-            faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES if known else 1.0
-            least = self.process.slow_rate_noise * faster**GROWS
-            self.rate_noise = np.clip(self.rate_noise * np.exp(growth), least, MOST_RATE_NOISE)
+            rates, spread = self.x[RATES], self.P[RATES, RATES]
+            self.rate_noise.adapt(residual, covariance, rates, spread, self._walk_grows)
+
+    @property
+    def _walk_grows(self):
+        return self.P[DIAMETER, DIAMETER] == 0
 
     def reactions(self, acceleration_stddev):
         """Return normal reactions [N], weighed with the accelerations' prior, and covariance."""

@@ -112,6 +112,7 @@ class OffsetReference(ReferenceFilter):
         if not (self.sliding and self.x[0] - gamma0 > SPREADS * np.sqrt(self.P[0, 0])):
             share[FRICTION:] = 0.0
         self.adapt(q - self.x[:3], H @ self.P @ H.T + R)
+        self.correct_beside(q, R)
         self.update_in_part(q - self.x[:3], H, R, share)
         self.follow_motion()
         self.slid = False
