@@ -39,7 +39,7 @@ def memory():
 def follow(memory, white, dt=2e-3):
     for one in white:
         part(memory, "RESIDUAL")[:] = one
-        follow_steps(memory, float(one @ one), dt)
+        follow_steps(memory, dt)
 
 
 def size(memory):

@@ -141,9 +141,10 @@ def friction_at_the_end(seed):
 
 
 def test_half_of_its_friction_is_found_by_a_peg_that_only_closes(monkeypatch):
-    """On tangents that turn it climbs no farther, or on and on, and is stated ever better."""
-    friction, stddev = friction_at_the_end(5305)
+    """On tangents that turn it climbs on and on, and is stated too surely on the way."""
+    friction, stddev = friction_at_the_end(5301)
     # To 4 %, and known to less than half of what was stated.
     assert abs(friction - 0.5) < min(0.02, 3.5 * stddev) and stddev < 0.025
     monkeypatch.setattr(contact, "follow_motion", follow_acceleration)
-    assert friction_at_the_end(5305)[0] < 0.3
+    friction, stddev = friction_at_the_end(5301)
+    assert 0.5 - friction > max(0.03, 4 * stddev)

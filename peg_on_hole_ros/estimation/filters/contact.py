@@ -176,7 +176,9 @@ class ContactFilter(Estimate):
         if not self._bridged.item():
             return np.full(3, free)
         walk = walk if result in _BRIDGED.values() else max(walk, free)
-        return np.sqrt([walk_density(self._memory, walk, TILT_WALK, ACCELERATION, X + 3, i) for i in range(3)])
+        return np.sqrt(
+            [walk_density(self._memory, walk, TILT_WALK, ACCELERATION, X + 3, i) for i in range(3)]
+        )
 
     def _predict_contact(self, dt, constant) -> int:
         if constant:

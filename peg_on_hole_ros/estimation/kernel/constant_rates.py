@@ -29,6 +29,10 @@ from peg_on_hole_ros.estimation.kernel.memory import (
 from peg_on_hole_ros.estimation.kernel.symmetric import factors
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
+# Share of the random walk for the tilt's rate. A peg that is bridged for long hardly closes
+# (`bridging.TILT_WALK`); one that steps describe may be braked as it comes near gamma0.
+TILT_WALK = 1.0
+
 
 @compiled
 def correct_beside(m, dt):
@@ -63,7 +67,9 @@ def correct_beside(m, dt):
     white = e0 * o0, e1 * o1, e2 * o2
     nis = white[0] * white[0] + white[1] * white[1] + white[2] * white[2]
     follow_lean(m, BESIDE_LEAN, white)
-    m[BESIDE_RATE_NOISE] = adapted_noise(m, m[BESIDE_RATE_NOISE], BESIDE_LEAN, nis, BESIDE_X + 3, p + 21, 7)
+    m[BESIDE_RATE_NOISE] = adapted_noise(
+        m, m[BESIDE_RATE_NOISE], BESIDE_LEAN, nis, BESIDE_X + 3, p + 21, 7
+    )
     for i in range(6):
         g0 = m[p + 6 * i]
         g1 = m[p + 6 * i + 1] - l10 * g0
@@ -104,7 +110,7 @@ def take_beside(m, dt):
     _advance(m, m[SINCE_CORRECTION] - dt)
     theirs, own = _volume(m, BESIDE_P + 21, 6), _volume(m, RATES, 12)
     # Neither where one is no number, nor where rates are known for sure.
-    if not (0.0 < theirs and theirs < own):
+    if not (theirs > 0.0 and theirs < own):
         return False
     for i in range(6):
         m[X + i] = m[BESIDE_X + i]
@@ -138,7 +144,9 @@ def _advance(m, until):
             m[p + 6 * i + 3 + j] = total
             m[p + 6 * (3 + j) + i] = total
     for i in range(3):
-        walk = h * walk_density(m, m[BESIDE_RATE_NOISE], 1.0, BESIDE_ACCELERATION, BESIDE_X + 3, i)
+        walk = h * walk_density(
+            m, m[BESIDE_RATE_NOISE], TILT_WALK, BESIDE_ACCELERATION, BESIDE_X + 3, i
+        )
         m[p + 7 * i] += h * h * walk / 3.0
         m[p + 7 * i + 3] += 0.5 * h * walk
         m[p + 6 * (3 + i) + i] += 0.5 * h * walk

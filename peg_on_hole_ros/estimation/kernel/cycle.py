@@ -84,7 +84,9 @@ def resume_constant_rates(m, status, dt):
         Whether angles and rates, at the begin of the interval, were changed.
 
     """
-    slow = status == SLOW_SLIP or status == DOUBTED
+    slow = status == SLOW_SLIP
+    if status == DOUBTED:
+        slow = True
     # What has been learnt of geometry or bias came with these angles and rates.
     if not slow or m[SLOW] > 0.0 or learns_geometry_or_bias(m):
         return False
