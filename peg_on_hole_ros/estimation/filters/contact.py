@@ -11,7 +11,7 @@ from peg_on_hole_ros.estimation.filters.model import Model, predict_at_constant_
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
 from peg_on_hole_ros.estimation.kernel import correction, prediction
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
-from peg_on_hole_ros.estimation.kernel.bridging import TILT_WALK, walk_density
+from peg_on_hole_ros.estimation.kernel.bridging import walk_density
 from peg_on_hole_ros.estimation.kernel.constant_rates import correct_beside
 from peg_on_hole_ros.estimation.kernel.cycle import (
     bridge_unless_stepped,
@@ -28,7 +28,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import (
     regained_by_surprise,
 )
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
-from peg_on_hole_ros.estimation.kernel.memory import ACCELERATION, SAVED, X, part
+from peg_on_hole_ros.estimation.kernel.memory import SAVED, part
 from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
@@ -176,9 +176,7 @@ class ContactFilter(Estimate):
         if not self._bridged.item():
             return np.full(3, free)
         walk = walk if result in _BRIDGED.values() else max(walk, free)
-        return np.sqrt(
-            [walk_density(self._memory, walk, TILT_WALK, ACCELERATION, X + 3, i) for i in range(3)]
-        )
+        return np.sqrt([walk_density(self._memory, walk, i) for i in range(3)])
 
     def _predict_contact(self, dt, constant) -> int:
         if constant:

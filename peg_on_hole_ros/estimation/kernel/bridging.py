@@ -87,30 +87,10 @@ def bridge_without_step(m, slopes, dt, least):
 
 
 @inlined
-def walk_density(m, noise, tilt_walk, accelerations, rates, i):
-    """
-    Return how a rate may wander that is taken for constant, and how it did of late [rad^2/s^3].
-
-    Parameters
-    ----------
-    m : ndarray
-        Memory.
-    noise : float
-        Random walk of the rates [rad/s^1.5].
-    tilt_walk : float
-        Share of it by which the tilt's rate walks, where it is slow.
-    accelerations, rates : int
-        Places of the followed accelerations and of the rates.
-    i : int
-        The angle's number.
-
-    """
-    walk = noise
-    if i == 0:
-        # A closing that goes on its way faster is braked by more, with the square of its rate.
-        square = m[rates] * m[rates] / (SLOW_RATES * SLOW_RATES)
-        walk *= tilt_walk * (exp(0.5 * GROWS * log(square)) if square > 1.0 else 1.0)
-    return walk * walk + bridged_density(m[accelerations + i])
+def walk_density(m, noise, i):
+    """Return how a rate may wander that is bridged, and how it did of late [rad^2/s^3]."""
+    walk = TILT_WALK * noise if i == 0 else noise
+    return walk * walk + bridged_density(m[ACCELERATION + i])
 
 
 @inlined
@@ -118,7 +98,7 @@ def _bridge(m, slopes, dt, noise):
     m[BRIDGED] = 1.0
     predict_free(m, slopes, dt, 0.0)
     for i in range(3):
-        add_walk(m, i, walk_density(m, noise, TILT_WALK, ACCELERATION, X + 3, i), dt)
+        add_walk(m, i, walk_density(m, noise, i), dt)
 
 
 @compiled

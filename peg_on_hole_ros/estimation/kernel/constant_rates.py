@@ -1,9 +1,9 @@
 """The peg at constant rates beside the steps, told by its orientations alone."""
 
-from math import sqrt
+from math import exp, log, sqrt
 
-from peg_on_hole_ros.estimation.kernel.acceleration import follow_rates_at
-from peg_on_hole_ros.estimation.kernel.bridging import adapted_noise, walk_density
+from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density, follow_rates_at
+from peg_on_hole_ros.estimation.kernel.bridging import GROWS, SLOW_RATES, adapted_noise
 from peg_on_hole_ros.estimation.kernel.lean import follow_lean
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
@@ -28,10 +28,6 @@ from peg_on_hole_ros.estimation.kernel.memory import (
 )
 from peg_on_hole_ros.estimation.kernel.symmetric import factors
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
-
-# Share of the random walk for the tilt's rate. A peg that is bridged for long hardly closes
-# (`bridging.TILT_WALK`); one that steps describe may be braked as it comes near gamma0.
-TILT_WALK = 1.0
 
 
 @compiled
@@ -143,10 +139,13 @@ def _advance(m, until):
             total = m[p + 6 * i + 3 + j] + h * m[p + 21 + 6 * i + j]
             m[p + 6 * i + 3 + j] = total
             m[p + 6 * (3 + j) + i] = total
+    # A peg that is bridged for long hardly closes (`bridging.TILT_WALK`). One that steps describe
+    # is braked as it comes near gamma0, by more the faster it closes, with the square of its rate.
+    tilt = m[BESIDE_X + 3] / SLOW_RATES
+    grows = exp(0.5 * GROWS * log(tilt * tilt)) if tilt * tilt > 1.0 else 1.0
     for i in range(3):
-        walk = h * walk_density(
-            m, m[BESIDE_RATE_NOISE], TILT_WALK, BESIDE_ACCELERATION, BESIDE_X + 3, i
-        )
+        noise = m[BESIDE_RATE_NOISE] * (grows if i == 0 else 1.0)
+        walk = h * (noise * noise + bridged_density(m[BESIDE_ACCELERATION + i]))
         m[p + 7 * i] += h * h * walk / 3.0
         m[p + 7 * i + 3] += 0.5 * h * walk
         m[p + 6 * (3 + i) + i] += 0.5 * h * walk

@@ -28,7 +28,7 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
 )
 from peg_on_hole_ros.estimation.kernel.tangent import follow_rates
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import compiled, inlined
 
 # Constant rates that were taken for the estimate are kept so long at least [s]: they know the slip
 # at once, and the noise that had hidden it from the steps would do so again.
@@ -51,9 +51,7 @@ def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
 
     """
     # A slip that is not told from none is harder to tell the next time.
-    m[SLOW] = 1.0 if status == SLOW_SLIP else 0.0
-    if status == DOUBTED:
-        m[SLOW] = 1.0
+    m[SLOW] = 1.0 if _not_believed(status) else 0.0
     m[KEPT_FOR] = m[KEPT_FOR] - dt if m[SLOW] > 0.0 else 0.0
     m[BRIDGED] = 0.0
     if status != CONVERGED and m[SLOW] == 0.0 and status != RUNS_AWAY:
@@ -84,15 +82,20 @@ def resume_constant_rates(m, status, dt):
         Whether angles and rates, at the begin of the interval, were changed.
 
     """
-    slow = status == SLOW_SLIP
-    if status == DOUBTED:
-        slow = True
     # What has been learnt of geometry or bias came with these angles and rates.
-    if not slow or m[SLOW] > 0.0 or learns_geometry_or_bias(m):
+    if not _not_believed(status) or m[SLOW] > 0.0 or learns_geometry_or_bias(m):
         return False
     taken = take_beside(m, dt)
     m[KEPT_FOR] = KEPT if taken else 0.0
     return taken
+
+
+@inlined
+def _not_believed(status):
+    """Return whether there is a step that is not relied on."""
+    if status == DOUBTED:
+        return True
+    return status == SLOW_SLIP
 
 
 @compiled

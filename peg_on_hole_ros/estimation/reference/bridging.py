@@ -12,7 +12,6 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
     SLOW_RATES,
     TILT_WALK,
 )
-from peg_on_hole_ros.estimation.kernel.constant_rates import TILT_WALK as BESIDE_TILT_WALK
 from peg_on_hole_ros.estimation.kernel.lean import LEANT_OVER, MOST_SURPRISE
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
 
@@ -48,10 +47,19 @@ class RateNoise:
         self._least = self.value = least
         self.lean = np.zeros(3)
 
-    def density(self, acceleration, rates, tilt=TILT_WALK):
-        """Return how each rate may wander that accelerated so of late [rad^2/s^3], shape (3,)."""
+    def density(self, acceleration, tilt=TILT_WALK):
+        """
+        Return how each rate may wander [rad^2/s^3], shape (3,).
+
+        Parameters
+        ----------
+        acceleration : ndarray, shape (3,)
+            Of late [rad/s^2].
+        tilt : float
+            Share of the random walk by which the tilt's rate walks.
+
+        """
         walk = self.value * np.array([tilt, 1.0, 1.0])
-        walk[0] *= max(abs(rates[0]) / SLOW_RATES, 1.0) ** GROWS
         return walk**2 + FOLLOWED * acceleration**2
 
     def adapt(self, residual, covariance, rates, spread, grows):
@@ -105,7 +113,8 @@ class ConstantRates(KalmanFilter):
         dt, self.since = until - self.since, until
         F = np.eye(6)
         F[range(3), range(3, 6)] = dt
-        density = self.noise.density(self.acceleration.mean, self.x[3:], tilt=BESIDE_TILT_WALK)
+        tilt = max(abs(self.x[3]) / SLOW_RATES, 1.0) ** GROWS
+        density = self.noise.density(self.acceleration.mean, tilt)
         self.predict(F=F, Q=random_walk(density, dt, 6))
 
     def correct(self, q, R, dt, grows):

@@ -202,7 +202,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def _bridge(self, dt):
         slid = self.slid
-        density = self.rate_noise.density(self.acceleration.mean, self.x[RATES])
+        density = self.rate_noise.density(self.acceleration.mean)
         self.predict_free(dt, np.sqrt(density))
         self.bridged, self.slid = True, slid
 
