@@ -99,7 +99,10 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         wrench = self.resolve_topic_name(topics.wrench)
         # A second activation goes on with the counts of the first.
         counts = self._stream.counts
-        self._diagnostics = Diagnostics(lambda: self.count_publishers(wrench), counts)
+        state = self.resolve_topic_name("~/state")
+        self._diagnostics = Diagnostics(
+            lambda: self.count_publishers(wrench), lambda: self.count_publishers(state), counts
+        )
         self._reported_ns = time.monotonic_ns()
         inputs = (
             ("wrench", WRENCH_TYPE, topics.wrench, self.arrivals.wrench),

@@ -2,17 +2,22 @@
 
 import pytest
 import rclpy
+from rclpy.serialization import deserialize_message
 
+from dds_peer import Peer, node_process, stop
 from inputs import joints, wrench
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.edges.live.process import init
 from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.edges.messages.ros_messages import message_class
 from peg_on_hole_ros.edges.node import PegOnHoleNode
 
 pytestmark = pytest.mark.xdist_group("dds")
 
 MS = 1_000_000
+ALONE = "published by this node alone"
 
 
 @pytest.mark.parametrize("remapped", [[], ["-r", "/wrench:=/ft"]])
@@ -40,3 +45,52 @@ def test_wrenches_of_two_are_told_while_they_come(remapped):
         (0, "all messages used"),
         (1, "2 publish on the topic of the wrench, which has to be one sensor's"),
     ]
+
+
+def output(report):
+    """Return (level, begin of the message) of who publishes the outputs."""
+    (status,) = [s for s in report["status"] if s["name"] == "peg_on_hole: output"]
+    return status["level"], status["message"]
+
+
+def test_a_second_node_of_the_name_is_logged_once_each_time_it_comes():
+    here = [1]
+    diagnostics = Diagnostics(output_publishers=lambda: here[-1])
+    found = []
+    # No publisher is known yet, alone, two, still two, three, one that leaves, alone, again two.
+    for count in (0, 1, 2, 2, 3, 2, 1, 2):
+        here.append(count)
+        report, lines = diagnostics.report(0, 10**9, {}, {})
+        found.append((*output(report), lines))
+    told = [lines for *_, lines in found]
+    assert [len(lines) for lines in told] == [0, 0, 1, 0, 1, 0, 0, 1]
+    assert [line[:2] for lines in told for line in lines] == ["2 ", "3 ", "2 "]
+    assert [level for level, *_ in found] == [0, 0, 1, 1, 1, 1, 0, 1]
+    assert {text for level, text, _ in found if level == 0} == {ALONE}
+
+
+def test_two_nodes_of_one_name_tell_of_each_other():
+    peer = Peer()
+
+    def told(expected):
+        """Wait until the last two reports, of whomever, are so, and new."""
+        peer.received["/diagnostics"].clear()
+
+        def arrived():
+            texts = []
+            for payload in peer.received["/diagnostics"][-2:]:
+                array = deserialize_message(payload, message_class(DIAGNOSTICS))
+                texts += [s.message for s in array.status if s.name == "peg_on_hole: output"]
+            return len(texts) == 2 and all(text.startswith(expected) for text in texts)
+
+        peer.spin_until(arrived, expected)
+
+    try:
+        with node_process() as first, node_process() as second:
+            told("2 publish on the topics of this node")
+            stop(second)
+            told(ALONE)
+            log = stop(first)
+    finally:
+        peer.close()
+    assert log.count("2 publish on the topics of this node: another of its name") == 1

@@ -21,6 +21,10 @@ _TOO_SLOW = (
     "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
     "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
 )
+_NOT_ALONE = (
+    "{} publish on the topics of this node: another of its name, or a bag of its outputs that is "
+    "played; end one, or rename one (-r __node:=NAME, -r __ns:=/NAMESPACE)"
+)
 # Stamps that far from the node's clock are another clock's: a latency is none [s].
 _OTHER_CLOCK = 1.0
 _USUAL = re.compile(
@@ -40,6 +44,8 @@ class Diagnostics:
     ----------
     wrench_publishers : callable, optional
         Returns how many publish on the topic of the wrench.
+    output_publishers : callable, optional
+        Returns how many publish on the topics of the node, which is one of them.
     counts : dict of str to int, optional
         Every message by fate up to now: what no report is to call new.
 
@@ -48,9 +54,12 @@ class Diagnostics:
     def __init__(
         self,
         wrench_publishers: Callable[[], int] = lambda: 1,
+        output_publishers: Callable[[], int] = lambda: 1,
         counts: dict[str, int] | None = None,
     ):
         self._wrench_publishers = wrench_publishers
+        self._output_publishers = output_publishers
+        self._publish = 1
         self._received: Counter[str] = Counter()
         self._busy_ns = 0
         self._longest_ns = 0
@@ -98,12 +107,15 @@ class Diagnostics:
         lost = {name: count for name, count in new.items() if _LOST.search(name)}
         load = self._busy_ns / elapsed_ns
         busy = load > _BUSY or any(name.endswith(_OVERLOAD) for name in new)
+        output, joined = self._output()
         status = [
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns, load, busy),
             self._filter(health, model, new),
+            output,
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
+        told += joined
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
@@ -140,6 +152,14 @@ class Diagnostics:
         bad = silent or lost or publishers > 1
         values["wrench_publishers"] = publishers
         return _status("input", WARN if bad else OK, text, values | counts)
+
+    def _output(self):
+        """Return the status of who publishes the outputs, and a line where more came to do so."""
+        before, self._publish = self._publish, self._output_publishers()
+        alone = self._publish <= 1
+        text = "published by this node alone" if alone else _NOT_ALONE.format(self._publish)
+        status = _status("output", OK if alone else WARN, text, {"publishers": self._publish})
+        return status, [text] if self._publish > max(before, 1) else []
 
     def _filter(self, health, model, new):
         if any(name.endswith(_OWN_ERROR) for name in new):
