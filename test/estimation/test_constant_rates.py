@@ -156,6 +156,21 @@ def test_what_they_know_less_well_is_not(size):
     np.testing.assert_array_equal(kalman.Z, before[1])
 
 
+@pytest.mark.parametrize("turning", [0.0, 40.0])
+def test_rates_that_turn_are_not_taken_however_well_known(turning):
+    """A peg that begins to turn by so much [rad/s^2]: constant rates are behind it."""
+    kalman, rng, dt = started(), np.random.default_rng(5), 2e-3
+    root = np.linalg.cholesky(R)
+    for k in range(1, 61):
+        late = max(k - 50, 0) * dt
+        q = START + k * dt * np.array([-0.1, 0.2, 0.5]) + [0.0, 0.5 * turning * late**2, 0.0]
+        orient(kalman, q + root @ rng.normal(size=3), dt)
+    kalman.P[range(3, 6), range(3, 6)] = 0.5
+    kalman._since_correction[:] = 1e-3
+    behind = abs(beside(kalman)[0][4] - 0.2 - turning * 10 * dt)
+    assert take_beside(kalman.memory, 1e-3) == (turning == 0.0), behind
+
+
 def test_without_any_correction_there_is_nothing_to_take():
     kalman = started()
     kalman._since_correction[:] = 1e-3

@@ -131,6 +131,12 @@ def adapted_noise(m, noise, leans, nis, rates, variances, stride):
     surprise = nis / 3.0 if nis < 3.0 * MOST_SURPRISE else MOST_SURPRISE
     leant = min(lean(m, leans), MOST_SURPRISE)
     grown = noise * exp(ADAPTATION * (surprise - 1.0) + LEANING * (leant - 1.0))
+    return min(max(grown, least_noise(m, rates, variances, stride)), MOST_RATE_NOISE)
+
+
+@inlined
+def least_noise(m, rates, variances, stride):
+    """Return the least random walk of rates like these; places of rates and variances."""
     faster = 0.0
     for i in range(3):
         # Less what noise makes of it in the mean.
@@ -138,5 +144,4 @@ def adapted_noise(m, noise, leans, nis, rates, variances, stride):
     faster /= SLOW_RATES * SLOW_RATES
     # Beside an uncertain clearance steps are believed again soon, and such bounds alarm falsely.
     grows = 0.5 * GROWS * log(faster) if faster > 1.0 and m[SPREAD + 3] == 0.0 else 0.0
-    least = process_of(m).slow_rate_noise * exp(grows)
-    return min(max(grown, least), MOST_RATE_NOISE)
+    return process_of(m).slow_rate_noise * exp(grows)

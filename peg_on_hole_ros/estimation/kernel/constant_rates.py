@@ -3,7 +3,12 @@
 from math import exp, log, sqrt
 
 from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density, follow_rates_at
-from peg_on_hole_ros.estimation.kernel.bridging import GROWS, SLOW_RATES, adapted_noise
+from peg_on_hole_ros.estimation.kernel.bridging import (
+    GROWS,
+    SLOW_RATES,
+    adapted_noise,
+    least_noise,
+)
 from peg_on_hole_ros.estimation.kernel.lean import follow_lean
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
@@ -28,6 +33,10 @@ from peg_on_hole_ros.estimation.kernel.memory import (
 )
 from peg_on_hole_ros.estimation.kernel.symmetric import factors
 from peg_on_hole_ros.mechanics.kernel import compiled, inlined
+
+# Rates are constant while innovations leave their walk below so many times its least. Others are
+# behind the peg, which steps are not.
+STEADY = 2.0
 
 
 @compiled
@@ -85,7 +94,7 @@ def correct_beside(m, dt):
 @compiled
 def take_beside(m, dt):
     """
-    Take the constant rates for the estimate, if they know the rates better.
+    Take the constant rates for the estimate, if they are constant and better known.
 
     Parameters
     ----------
@@ -102,6 +111,9 @@ def take_beside(m, dt):
 
     """
     if m[RATES_KNOWN] == 0.0:
+        return False
+    least = least_noise(m, BESIDE_X + 3, BESIDE_P + 21, 7)
+    if m[BESIDE_RATE_NOISE] > STEADY * least:
         return False
     _advance(m, m[SINCE_CORRECTION] - dt)
     theirs, own = _volume(m, BESIDE_P + 21, 6), _volume(m, RATES, 12)

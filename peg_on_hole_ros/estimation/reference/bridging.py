@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
     SLOW_RATES,
     TILT_WALK,
 )
+from peg_on_hole_ros.estimation.kernel.constant_rates import STEADY
 from peg_on_hole_ros.estimation.kernel.lean import LEANT_OVER, MOST_SURPRISE
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
 
@@ -82,10 +83,14 @@ class RateNoise:
         self.lean = self.lean + (white - self.lean) / LEANT_OVER
         lean = min(self.lean @ self.lean / 3 * (2 * LEANT_OVER - 1), MOST_SURPRISE)
         growth = ADAPTATION * (surprise - 1) + LEANING * (lean - 1)
+        least = self.least(rates, spread, grows)
+        self.value = np.clip(self.value * np.exp(growth), least, MOST_RATE_NOISE)
+
+    def least(self, rates, spread, grows):
+        """Return the least that it may be; see `adapt`."""
         square = rates @ rates - np.trace(spread)
         faster = np.sqrt(max(square, SLOW_RATES**2)) / SLOW_RATES if grows else 1.0
-        least = self._least * faster**GROWS
-        self.value = np.clip(self.value * np.exp(growth), least, MOST_RATE_NOISE)
+        return self._least * faster**GROWS
 
 
 class ConstantRates(KalmanFilter):
@@ -116,6 +121,10 @@ class ConstantRates(KalmanFilter):
         tilt = max(abs(self.x[3]) / SLOW_RATES, 1.0) ** GROWS
         density = self.noise.density(self.acceleration.mean, tilt)
         self.predict(F=F, Q=random_walk(density, dt, 6))
+
+    def steady(self, grows):
+        """Return whether innovations say that the rates are constant; see `RateNoise.adapt`."""
+        return self.noise.value <= STEADY * self.noise.least(self.x[3:], self.P[3:, 3:], grows)
 
     def correct(self, q, R, dt, grows):
         """Correct with an orientation, dt [s] after the last one; grows: see `RateNoise.adapt`."""

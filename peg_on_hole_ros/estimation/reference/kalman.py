@@ -207,9 +207,9 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.bridged, self.slid = True, slid
 
     def _take_beside(self):
-        if self.acceleration.rates is None:
-            return
         beside = self.beside
+        if self.acceleration.rates is None or not beside.steady(self._walk_grows):
+            return
         beside.advance(self.since_correction)
         if np.linalg.det(beside.P[3:, 3:]) < np.linalg.det(self.P[RATES, RATES]):
             self.x[STATE] = beside.x
