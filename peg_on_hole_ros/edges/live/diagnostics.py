@@ -111,8 +111,8 @@ class Diagnostics:
         status = [
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns, load, busy),
-            self._filter(health, model, new),
             output,
+            self._filter(health, model, new),
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
         told += joined
