@@ -143,5 +143,11 @@ def least_noise(m, rates, variances, stride):
         faster += m[rates + i] * m[rates + i] - m[variances + stride * i]
     faster /= SLOW_RATES * SLOW_RATES
     # Beside an uncertain clearance steps are believed again soon, and such bounds alarm falsely.
-    grows = 0.5 * GROWS * log(faster) if faster > 1.0 and m[SPREAD + 3] == 0.0 else 0.0
-    return process_of(m).slow_rate_noise * exp(grows)
+    grows = growth(faster) if m[SPREAD + 3] == 0.0 else 1.0
+    return process_of(m).slow_rate_noise * grows
+
+
+@inlined
+def growth(square):
+    """Return by how much a walk grows with its rates, of these over SLOW_RATES, squared."""
+    return exp(0.5 * GROWS * log(square)) if square > 1.0 else 1.0

@@ -1,12 +1,12 @@
 """The peg at constant rates beside the steps, told by its orientations alone."""
 
-from math import exp, log, sqrt
+from math import sqrt
 
 from peg_on_hole_ros.estimation.kernel.acceleration import bridged_density, follow_rates_at
 from peg_on_hole_ros.estimation.kernel.bridging import (
-    GROWS,
     SLOW_RATES,
     adapted_noise,
+    growth,
     least_noise,
 )
 from peg_on_hole_ros.estimation.kernel.lean import follow_lean
@@ -154,7 +154,7 @@ def _advance(m, until):
     # A peg that is bridged for long hardly closes (`bridging.TILT_WALK`). One that steps describe
     # is braked as it comes near gamma0, by more the faster it closes, with the square of its rate.
     tilt = m[BESIDE_X + 3] / SLOW_RATES
-    grows = exp(0.5 * GROWS * log(tilt * tilt)) if tilt * tilt > 1.0 else 1.0
+    grows = growth(tilt * tilt)
     for i in range(3):
         noise = m[BESIDE_RATE_NOISE] * (grows if i == 0 else 1.0)
         walk = h * (noise * noise + bridged_density(m[BESIDE_ACCELERATION + i]))
