@@ -100,7 +100,8 @@ def configuration_in(bag: Bag) -> Configuration | None:
 def truth_in(bag: Bag) -> Truth | None:
     """Return the truth that a bag carries, or None; say so where it has one of no use."""
     try:
-        return read_truth(bag)
+        with Progress(f"reading the truth in {bag.path}") as progress:
+            return read_truth(bag, progress)
     except BagError as error:
         # Truth that cannot be used is no reason to refuse the estimate.
         print(f"no comparison with the truth: {error}", file=sys.stderr)

@@ -154,6 +154,19 @@ def test_where_truth_is_silent_on_reactions_only_angles_count(tmp_path):
     assert list(score.rmse().values()) == [0.5] * 6
 
 
+def test_reading_a_long_truth_tells_how_far_it_is(tmp_path):
+    path, shares = tmp_path / "long.mcap", []
+    with BagWriter(path) as bag:
+        bag.write("/truth/contact_mode", STRING, {"data": "three_point"}, 0)
+        for k in range(600):
+            state = joint_state(k, ("gamma", "psi", "phi"), (1.0, 1.0, 1.0))
+            contacts = joint_state(k, ("K", "B1", "B2"), effort=(1.0, 1.0, 1.0))
+            bag.write("/truth/state", JOINT_STATE, state, k)
+            bag.write("/truth/contacts", JOINT_STATE, contacts, k)
+    read_truth(Bag(path), shares.append)
+    assert shares == pytest.approx([256 * i / 1201 for i in range(5)])
+
+
 def test_bag_without_truth_has_none(tmp_path):
     assert read_truth(Bag(write_bag(tmp_path / "plain.mcap"))) is None
 

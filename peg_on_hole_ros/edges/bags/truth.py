@@ -68,9 +68,15 @@ class Truth:
         return [int(t) for old, new, t in pairs if (old, new) == (THREE_POINT, TWO_POINT)]
 
 
-def read_truth(bag: Bag) -> Truth | None:
+def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None) -> Truth | None:
     """
     Return the truth in a bag, or None where it has none.
+
+    Parameters
+    ----------
+    bag : Bag
+    progress : callable, optional
+        Called with the share that was read.
 
     Raises
     ------
@@ -82,7 +88,10 @@ def read_truth(bag: Bag) -> Truth | None:
         return None
     bag.require(TYPES)
     states, normals, modes = {}, {}, []
-    for topic, log_ns, message in bag.messages(TYPES):
+    total = sum(bag.topics[topic].count for topic in TYPES)
+    for count, (topic, log_ns, message) in enumerate(bag.messages(TYPES)):
+        if count % 256 == 0:
+            progress(count / total)
         if topic == MODE_TOPIC:
             if not modes or modes[-1][1] != message.data:
                 modes.append((log_ns, message.data))
