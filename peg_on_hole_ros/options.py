@@ -69,7 +69,7 @@ class FilterOptions:
     wrench_bias: str = "estimated"
     hole_tilt: str = "estimated"
     clearance: str = "estimated"
-    friction_noise: float = 0.002
+    friction_noise: float = 0.0005
     friction_rivals: bool = True
     acceleration_stddev: float = 20.0
     inflation_threshold: float = 14.0

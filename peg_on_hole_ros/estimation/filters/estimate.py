@@ -102,8 +102,8 @@ class Estimate:
         self.scene_values[:] = self.scalars
         self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
         part(self._memory, "STATED")[:] = scene.friction, self._known[0]
-        self._friction_of_late = part(self._memory, "FRICTION_OF_LATE")
-        self._friction_of_late[:] = self.stated_friction
+        self._friction_lag = part(self._memory, "FRICTION_LAG")
+        self._friction_lag[:] = scene.friction, self._known[0], 0.0
         part(self._memory, "LEARNT")[:] = (
             options.friction == "estimated",
             options.clearance == "estimated",
@@ -210,7 +210,7 @@ class Estimate:
         if not isfinite(friction + diameter + self.spread.sum()):
             # Lost with the covariance, and not to stay so.
             self.scene_values[:] = self.scalars
-            self._friction_of_late[:] = self.stated_friction
+            self._friction_lag[:] = self.scalars.f, self._known[0], 0.0
             self.spread[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
@@ -225,5 +225,5 @@ class Estimate:
         # When a slip counts as slow follows how well the clearance is known.
         part(self._memory, "PROCESS")[:] = self.process
         self.scene_values[:] = self.scalars
-        self._friction_of_late[:] = self.stated_friction
+        self._friction_lag[:] = self.scalars.f, self._known[0], 0.0
         self.spread[[0, 1], [0, 1]] = self._known

@@ -15,7 +15,7 @@ from peg_on_hole_ros.estimation.filters.flow import (
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.kernel import correction
-from peg_on_hole_ros.estimation.kernel.moving_friction import widen_moving_friction
+from peg_on_hole_ros.estimation.kernel.friction_lag import follow_friction
 
 
 class IteratedFilter(ContactFilter):
@@ -48,10 +48,12 @@ class IteratedFilter(ContactFilter):
     def correct(self, q, R):
         """Correct, then linearise the step anew; one that had to be widened is left as it is."""
         last, self._last = self._last, None
+        lag = self._friction_lag.copy()
         result, nis = super().correct(q, R)
         if result is Correction.USED and last is not None:
             self._iterate(*last, q)
-            widen_moving_friction(self._memory)
+            self._friction_lag[:] = lag
+            follow_friction(self._memory)
             self._keep_least_clearance()
         return result, nis
 

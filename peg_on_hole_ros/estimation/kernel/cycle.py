@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.kernel.bridging import (
 )
 from peg_on_hole_ros.estimation.kernel.constant_rates import correct_beside, take_beside
 from peg_on_hole_ros.estimation.kernel.correction import correct
+from peg_on_hole_ros.estimation.kernel.friction_lag import follow_friction
 from peg_on_hole_ros.estimation.kernel.lean import follow_steps
 from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
@@ -18,7 +19,6 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     SLOW,
     WITHOUT_STEP,
 )
-from peg_on_hole_ros.estimation.kernel.moving_friction import follow_friction
 from peg_on_hole_ros.estimation.kernel.parameters import learns_geometry_or_bias
 from peg_on_hole_ros.estimation.kernel.prediction import (
     DOUBTED,
@@ -150,4 +150,4 @@ def follow_motion(m, dt):
     if learns_geometry_or_bias(m):
         follow_rates(m, dt)
     follow_acceleration(m, dt)
-    follow_friction(m, dt)
+    follow_friction(m)

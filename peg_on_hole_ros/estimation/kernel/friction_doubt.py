@@ -4,7 +4,7 @@ from math import sqrt
 
 from peg_on_hole_ros.estimation.kernel.memory import (
     CROSS,
-    FRICTION_OF_LATE,
+    FRICTION_LAG,
     OFFSET_SPREAD,
     OFFSETS,
     SCENE,
@@ -36,8 +36,8 @@ HARDLY_LEARNT = 0.5
 
 def take_friction(m, value: float, variance: float):
     """Take friction for a value that has nothing to do with what else is in the memory m."""
-    m[SCENE + 7] = m[FRICTION_OF_LATE] = value
-    m[FRICTION_OF_LATE + 1] = sqrt(variance)
+    m[SCENE + 7] = m[FRICTION_LAG] = value
+    m[FRICTION_LAG + 1], m[FRICTION_LAG + 2] = variance, 0.0
     m[CROSS : CROSS + 12] = 0.0
     m[SPREAD], m[SPREAD + 1], m[SPREAD + 2] = variance, 0.0, 0.0
     for k in range(int(m[OFFSETS]), int(m[OFFSETS + 1])):

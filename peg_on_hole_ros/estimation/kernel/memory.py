@@ -80,8 +80,9 @@ _SIZES = {
     "KEPT_FOR": 1,
     "DOUBT": 1,  # 1: they lean too far (follow_steps)
     "STATED": 2,  # friction as it was stated, and its variance
-    # Friction and its standard deviation as they were of late (follow_friction, take_friction).
-    "FRICTION_OF_LATE": 2,
+    # Friction and its variance after the last correction, and how far it lags behind what
+    # corrections tell (follow_friction, take_friction).
+    "FRICTION_LAG": 3,
     # By which balance told of friction in the interval before (learn_from_balance).
     "TOLD_GAIN": 3,
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
@@ -169,7 +170,7 @@ CLEARED = Cleared(
     ),
     let_go=("U", "GIVEN", "CHANGE", "RAMP", "JUMP"),
     forget=(
-        "SCENE", "SPREAD", "CROSS", "FRICTION_OF_LATE", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS",
+        "SCENE", "SPREAD", "CROSS", "FRICTION_LAG", "OFFSET", "OFFSET_SPREAD", "OFFSET_CROSS",
         "AIR", "AIR_TOLD", "PROCESS",
     ),
 )  # fmt: skip
@@ -214,7 +215,7 @@ STEPS_LEAN = _AT["STEPS_LEAN"]
 KEPT_FOR = _AT["KEPT_FOR"]
 GIVEN = _AT["GIVEN"]
 DOUBT, STATED = _AT["DOUBT"], _AT["STATED"]
-FRICTION_OF_LATE = _AT["FRICTION_OF_LATE"]
+FRICTION_LAG = _AT["FRICTION_LAG"]
 MEAN_RATES, RATES_WEIGHT, AT_MEAN = (
     _AT[name] for name in ("MEAN_RATES", "RATES_WEIGHT", "AT_MEAN")
 )

@@ -1,37 +1,37 @@
-"""How friction moved of late, in plain Python: what `moving_friction` is held to."""
+"""How far friction lags behind what is told of it, in plain Python: the kernel is held to it."""
 
-from math import sqrt
-
-from peg_on_hole_ros.estimation.kernel.moving_friction import OF_LATE, ON_ITS_WAY, SURELY
+from peg_on_hole_ros.estimation.kernel.friction_lag import LAGS
 
 
-class FrictionOfLate:
+class FrictionLag:
     """
-    Friction and its standard deviation as they were of late.
+    The sum of friction's movements, each forgotten by what has been told since.
 
     Parameters
     ----------
-    value, stddev : float
+    value, variance : float
         As they are stated.
 
     Attributes
     ----------
-    value, stddev : float
-        Means over OF_LATE.
+    value, variance : float
+        After the last correction.
+    lag : float
 
     """
 
-    def __init__(self, value, stddev):
-        self.value, self.stddev, self._stated = value, stddev, stddev**2
+    def __init__(self, value, variance):
+        self.value, self.variance, self.lag = value, variance, 0.0
+        self._stated = variance
 
-    def widened(self, value, variance):
-        """Return the variance that friction is left with, for how far it is on its way."""
-        fell = SURELY * max(self.stddev - sqrt(variance), 0.0)
-        beyond = max(abs(value - self.value) - fell, 0.0)
-        return max(variance, min((ON_ITS_WAY * beyond) ** 2, self._stated))
+    def follow(self, value, variance):
+        """Return the variance that friction is left with after a correction."""
+        told = max(1.0 - variance / self.variance, 0.0) if self.variance > 0.0 else 0.0
+        self.lag = (1.0 - told) * (self.lag + value - self.value)
+        self.value = value
+        self.variance = max(variance, min(LAGS * self.lag**2, self._stated))
+        return self.variance
 
-    def follow(self, value, variance, dt):
-        """Follow friction and its variance, dt [s] after the last correction."""
-        share = min(dt / OF_LATE, 1.0)
-        self.value += share * (value - self.value)
-        self.stddev += share * (sqrt(variance) - self.stddev)
+    def rest(self, value, variance):
+        """Take friction for what it is, on its way with what else is learnt."""
+        self.value, self.variance, self.lag = value, variance, 0.0

@@ -22,7 +22,7 @@ from peg_on_hole_ros.estimation.kernel.prediction import (
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration, MeanRates
 from peg_on_hole_ros.estimation.reference.balance import correct_by_balance
 from peg_on_hole_ros.estimation.reference.bridging import ConstantRates, RateNoise, random_walk
-from peg_on_hole_ros.estimation.reference.friction import FrictionOfLate
+from peg_on_hole_ros.estimation.reference.friction import FrictionLag
 from peg_on_hole_ros.estimation.reference.reactions import reactions
 from peg_on_hole_ros.estimation.reference.slip import bridged_scales, friction_scales, slip
 from peg_on_hole_ros.estimation.reference.steps import (
@@ -73,7 +73,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.ramp, self.jump, self.ramp_shares = np.zeros(6), np.zeros(6), (0.0, 1.0)
         self.acceleration, self.since_correction = FollowedAcceleration(), 0.0
         self.mean_rates = MeanRates()
-        self.friction_of_late = FrictionOfLate(scene.friction, scene.friction_stddev)
+        self.friction_lag = FrictionLag(scene.friction, scene.friction_stddev**2)
         self.scales = np.full(3, process.slip_velocity_scale)
         self.across = np.zeros(3)
         # slid: all contacts did in a step since the last correction.
@@ -279,9 +279,10 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.mean_rates.follow(self.x[RATES], np.diagonal(self.P)[RATES], self.since_correction)
         self.acceleration.follow(self.x[RATES], self.since_correction)
         value, variance = self.x[FRICTION], max(self.P[FRICTION, FRICTION], 0.0)
-        if not self.learns_geometry_or_bias:
-            variance = self.P[FRICTION, FRICTION] = self.friction_of_late.widened(value, variance)
-        self.friction_of_late.follow(value, variance, self.since_correction)
+        if self.learns_geometry_or_bias:
+            self.friction_lag.rest(value, variance)
+        else:
+            self.P[FRICTION, FRICTION] = self.friction_lag.follow(value, variance)
         self.since_correction = 0.0
 
     @contextmanager
