@@ -96,7 +96,7 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
     means, restarts = [], 0
     row_of = {int(t): k for k, t in enumerate(truth.t_ns)}
     for s, seed in enumerate(seeds):
-        pipeline = Pipeline(_drawn(truth.plan.configuration, seed))
+        pipeline = Pipeline(drawn(truth.plan.configuration, seed))
         nis = []
         _listen(pipeline, truth, nis)
         samples, covariance = measure(truth, seed, exact=exact), np.full((n, 6, 6), np.nan)
@@ -118,7 +118,7 @@ def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
     return Runs(error, stddev, nees, determined, contact, np.array(means), ends, restarts)
 
 
-def _drawn(configuration, seed):
+def drawn(configuration, seed):
     """Return a configuration whose friction is off by as much as its stated spread leads to."""
     scene = configuration.scene
     off = np.random.default_rng([seed, 2]).normal() * scene.friction_stddev

@@ -121,6 +121,8 @@ class _Run:
         _take_bridging(reference.rate_noise, reference.acceleration, kalman.memory)
         gain, share = part(kalman._memory, "TOLD_GAIN"), part(kalman._memory, "TOLD_SHARE").item()
         reference.balance = (gain.copy(), share) if share > 0 else None
+        lag = reference.friction_lag
+        lag.value, lag.variance, lag.lag = part(kalman.memory, "FRICTION_LAG").tolist()
         reference.begin_beside()
         beside = reference.beside
         beside.x = part(kalman.memory, "BESIDE_X").copy()
