@@ -367,7 +367,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "friction_noise",
-        "random walk of an estimated friction coefficient; per root of a second",
+        "random walk of an estimated friction coefficient, beside a clearance, a bias or a tilt "
+        "that is estimated four times as much; per root of a second",
         "",
         0.0,
         1.0,

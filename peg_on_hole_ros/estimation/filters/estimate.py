@@ -5,6 +5,7 @@ from math import isfinite, sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimation.kernel.friction_doubt import take_friction
+from peg_on_hole_ros.estimation.kernel.friction_lag import friction_density
 from peg_on_hole_ros.estimation.kernel.memory import CLEARED, SIZE, clear, part
 from peg_on_hole_ros.estimation.kernel.process import Process
 from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS
@@ -54,7 +55,7 @@ class Estimate:
             options.slip_velocity_scale,
             options.slip_widening,
             options.creep_time,
-            options.friction_noise**2,
+            friction_density(options, not _learns_clearance(scene, options)),
             options.slow_slip,
             options.wrench_jump,
             options.slow_rate_noise,
@@ -227,3 +228,7 @@ class Estimate:
         self.scene_values[:] = self.scalars
         self._friction_lag[:] = self.scalars.f, self._known[0], 0.0
         self.spread[[0, 1], [0, 1]] = self._known
+
+
+def _learns_clearance(scene, options):
+    return scene.clearance_stddev > 0.0 and options.clearance == "estimated"

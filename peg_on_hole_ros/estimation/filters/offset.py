@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.kernel.bias_in_air import hang, touched
+from peg_on_hole_ros.estimation.kernel.friction_lag import friction_density
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.kernel.offsets import (
     BIAS,
@@ -83,7 +84,10 @@ class OffsetFilter(ContactFilter):
         self._tilted = self.active.stop == COUNT
         # Of bias and tilt where nothing has been learnt: as stated, or as a tare has left it.
         self._unlearnt = np.array(offsets.variance, float)
-        self.process = self.process._replace(slow_slip=min(options.slow_slip, SLOW_SLIP))
+        self.process = self.process._replace(
+            friction_density=friction_density(options, alone=False),
+            slow_slip=min(options.slow_slip, SLOW_SLIP),
+        )
         part(self._memory, "PROCESS")[:] = self.process
         self._begin_anew()
 

@@ -8,6 +8,14 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 # be lags by a standard deviation at first, by 0.7 of one where it has long been followed, and so
 # past the 1.4 from which this counts in one of six cases at most.
 LAGS = 0.5
+# Beside a clearance, a bias or a tilt that is learnt its lag is not followed: there it wanders by
+# so many times as much. Without, the clearance of a peg that only closes is stated too surely.
+WANDERS_BESIDE = 4.0
+
+
+def friction_density(options, alone: bool) -> float:
+    """Return the density of friction's random walk, learnt alone or beside something [1/s]."""
+    return (options.friction_noise * (1.0 if alone else WANDERS_BESIDE)) ** 2
 
 
 @compiled
