@@ -152,6 +152,35 @@ def test_what_is_stated_anew_has_come_from_nowhere():
     assert lag == pytest.approx([scene.friction, 0.05**2, 0.0])
 
 
+@pytest.mark.parametrize("method", ["extended", "iterated"])
+def test_a_correction_that_is_repeated_counts_once(method):
+    truth = with_noise(truth_of(Motion(1e-4, 0.2, 0.16, "slip"))[0], "nominal", 0.05)
+    configuration = truth.plan.configuration
+    options = replace(configuration.filter, method=method, friction_rivals=False)
+    pipeline, followed = Pipeline(replace(configuration, filter=options)), []
+    kalman = pipeline.filter
+    correct, lag = kalman.correct, part(kalman._memory, "FRICTION_LAG")
+
+    def correct_and_compare(q, R):
+        value, before, behind = lag
+        result = correct(q, R)
+        variance = kalman.spread[0, 0]
+        left = min(variance / before, 1.0)
+        # Of one that was widened, how much of it was left is not told any more.
+        if kalman.friction[0] != value and LAGS * lag[2] ** 2 < variance:
+            followed.append((lag[2], left * (behind + kalman.friction[0] - value)))
+        return result
+
+    kalman.correct = correct_and_compare
+    for outputs in pipeline.play(measure(truth, 3)):
+        if outputs.t_ns - START_NS > 150 * MS:
+            break
+    found, expected = np.array(followed).T
+    assert len(found) > 40
+    # To rounding, over a lag of some 1e-5.
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+
+
 def friction_at_the_end(seed):
     """Return friction in pure align that is told half of 0.5, after 0.5 s, and its deviation."""
     truth = with_noise(truth_of(Motion(1e-4, 0.5, 0.16, "align"))[0], "nominal", 0.05)
