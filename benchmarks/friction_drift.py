@@ -15,7 +15,16 @@ from pathlib import Path
 
 import numpy as np
 
-from grid_cells import ENOUGH, NOISE, PRESSES, Motion, first_samples, plan_of, with_noise
+from grid_cells import (
+    ENOUGH,
+    NOISE,
+    PRESSES,
+    Motion,
+    first_samples,
+    plan_of,
+    touching,
+    with_noise,
+)
 from grid_score import INTERVAL, drawn
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
@@ -61,8 +70,7 @@ def drifting(motion, drift):
                     )
                 )
         truth = integrate(replace(plan, phases=tuple(phases)))
-        good = (truth.mode == "three_point") & truth.known
-        count = len(good) if good.all() else int(np.argmin(good))
+        count = touching(truth)
         if count >= ENOUGH * duration * plan.wrench_rate:
             truth = first_samples(truth, count)
             at = (truth.t_ns * 1e-9 // STEP + 0.5) * STEP

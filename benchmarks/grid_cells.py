@@ -146,8 +146,7 @@ def truth_of(motion: Motion):
         except PegOnHoleError as error:
             best_end = str(error) if best is None else best_end
             continue
-        good = (truth.mode == "three_point") & truth.known
-        count = len(good) if good.all() else int(np.argmin(good))
+        count = touching(truth)
         if best is None or count > len(best.t_ns):
             best = first_samples(truth, count)
             best_end = truth.ended_by
@@ -157,6 +156,12 @@ def truth_of(motion: Motion):
         return None, best_end
     whole = len(best.t_ns) >= duration * best.plan.wrench_rate
     return best, ("complete" if whole else best_end) + ("" if share == 1 else f", {share:g} of it")
+
+
+def touching(truth) -> int:
+    """Return how many samples from the first on keep three contacts with known reactions."""
+    good = (truth.mode == "three_point") & truth.known
+    return len(good) if good.all() else int(np.argmin(good))
 
 
 def first_samples(truth, count):

@@ -100,11 +100,10 @@ class Estimate:
         self.spread = part(self._memory, "SPREAD", (2, 2))
         self._cross = part(self._memory, "CROSS")
         self.scene_values = part(self._memory, "SCENE")
-        self.scene_values[:] = self.scalars
         self._known = (scene.friction_stddev**2, scene.clearance_stddev**2)
         part(self._memory, "STATED")[:] = scene.friction, self._known[0]
         self._friction_lag = part(self._memory, "FRICTION_LAG")
-        self._friction_lag[:] = scene.friction, self._known[0], 0.0
+        self._take_stated()
         part(self._memory, "LEARNT")[:] = (
             options.friction == "estimated",
             options.clearance == "estimated",
@@ -210,8 +209,7 @@ class Estimate:
         friction, diameter = self.scene_values.item(7), self.scene_values.item(0)
         if not isfinite(friction + diameter + self.spread.sum()):
             # Lost with the covariance, and not to stay so.
-            self.scene_values[:] = self.scalars
-            self._friction_lag[:] = self.scalars.f, self._known[0], 0.0
+            self._take_stated()
             self.spread[:] = 0.0
         if not self.spread.any():
             self.spread[[0, 1], [0, 1]] = self._known
@@ -225,9 +223,13 @@ class Estimate:
         clear(self._memory, CLEARED.forget)
         # When a slip counts as slow follows how well the clearance is known.
         part(self._memory, "PROCESS")[:] = self.process
+        self._take_stated()
+        self.spread[[0, 1], [0, 1]] = self._known
+
+    def _take_stated(self):
+        """Take friction and peg diameter for what they are stated to be; spread is left alone."""
         self.scene_values[:] = self.scalars
         self._friction_lag[:] = self.scalars.f, self._known[0], 0.0
-        self.spread[[0, 1], [0, 1]] = self._known
 
 
 def _learns_clearance(scene, options):
