@@ -243,6 +243,12 @@ def _check_together(configuration):
                 f"monitor.{low} = {getattr(monitor, low):g} is above monitor.{high} = "
                 f"{getattr(monitor, high):g}; it has to be at most that"
             )
+    if monitor.alarm_hysteresis >= monitor.jamming_warn:
+        raise PegOnHoleError(
+            f"monitor.alarm_hysteresis = {monitor.alarm_hysteresis:g} is not below "
+            f"monitor.jamming_warn = {monitor.jamming_warn:g}: a risk of 0 would clear no alarm; "
+            "make it smaller, such as a seventh of that"
+        )
     topics = configuration.topics
     # A name without a slash lies in the root, or in the node's namespace, which often is the root.
     if topics.wrench.lstrip("/") == topics.joint_states.lstrip("/"):

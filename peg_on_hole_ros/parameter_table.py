@@ -469,7 +469,7 @@ PARAMETERS: tuple[Parameter, ...] = (
         "how far a probability has to fall below an alarm's threshold to clear it",
         "",
         0.0,
-        1.0,
+        0.49,
     ),
     _monitor("alarm_dwell", "time a threshold must be passed to raise an alarm", "s", 0.0, 10.0),
     _monitor("alarm_hold", "time without cause to clear an alarm by one level", "s", 0.0, 60.0),

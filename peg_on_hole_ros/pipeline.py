@@ -2,6 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.methods import make_filter
@@ -16,9 +17,15 @@ from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outpu
 MAX_WAITING = 512
 # A stamp this far behind is a clock that was set back or a bag played again, not a late message.
 CLOCK_JUMP_NS = 1_000_000_000
+# A tare takes so many wrenches at most, and none that is older: the peg may have touched before.
 TARE_SAMPLES = 100
-# Behind a pause that long the sensor may carry something else: a tare takes none from before it.
-TARE_PAUSE_NS = 1_000_000_000
+TARE_NS = 500_000_000
+
+
+class _Leap(NamedTuple):
+    # A wrench that came after a silence, and the stamp of the one before.
+    unit: Unit
+    last_wrench_ns: int | None
 
 
 class Pipeline:
@@ -27,7 +34,8 @@ class Pipeline:
 
     Joint states wait until the wrench of their stamp is there, so that every prediction runs
     under a wrench that was measured at its end. A late message is put in its place, and all since
-    is processed again when the next wrench comes; what was given out before stays as it is.
+    is processed again when the next wrench comes; what was given out before stays as it is. One
+    stamp alone is no clock: one far back is late, a wrench far ahead of the next is taken back.
 
     Parameters
     ----------
@@ -91,6 +99,9 @@ class Pipeline:
     def _restart(self):
         self.processor.restart()
         self._last_wrench_ns: int | None = None
+        self._leap: _Leap | None = None
+        # Stamp of the last message of a kind, where it was far behind.
+        self._far_behind: dict[str, int] = {}
         # What was put in its place since the last wrench waits for the next one, as what is ahead.
         self._arrival_counts["wrench_dropped_restart"] += self._history.wrenches
         self._arrival_counts["joints_dropped_restart"] += self._history.joints + len(self._waiting)
@@ -123,12 +134,16 @@ class Pipeline:
         # Wrenches before a tare cannot be processed again after it.
         self._catch_up()
         self._history.clear()
-        taken = self.processor.tare(self._recent)
+        self._leap = None
+        now_ns = self._recent[-1].t_ns
+        samples = [each for each in self._recent if now_ns - each.t_ns <= TARE_NS]
+        taken = self.processor.tare(samples)
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
+        seconds = (now_ns - samples[0].t_ns) * 1e-9
         return Answer(
             True,
-            f"tare over {len(self._recent)} samples, sensor axes "
+            f"tare over {len(samples)} samples of {seconds:.3g} s, sensor axes "
             f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}",
         )
 
@@ -164,10 +179,13 @@ class Pipeline:
             self.processor.start(measurement)
             self._joint_stamps.take(measurement.t_ns, measurement.t_ns)
             return
-        if now_ns - measurement.t_ns - self._expected_ns > CLOCK_JUMP_NS:
-            self._arrival_counts["clock_jumped_back"] += 1
+        far = now_ns - measurement.t_ns - self._expected_ns > CLOCK_JUMP_NS
+        if self._clock_went_back("joints", measurement.t_ns, far):
             self._restart()
             self.on_joints(sample)
+            return
+        if far:
+            self._arrival_counts["joints_dropped_late"] += 1
             return
         if not self._joint_stamps.take(measurement.t_ns, now_ns):
             self._arrival_counts["joints_dropped_repeated_stamp"] += 1
@@ -216,28 +234,67 @@ class Pipeline:
         if sample.t_ns == self._last_wrench_ns:
             self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
             return None
+        if sample.t_ns < now_ns and self._take_back(sample.t_ns):
+            return self.on_wrench(sample)
+        far = now_ns - sample.t_ns > CLOCK_JUMP_NS
+        if self._clock_went_back("wrench", sample.t_ns, far):
+            self._restart()
+        if far:
+            self._arrival_counts["wrench_dropped_late"] += 1
+            return None
         if sample.t_ns < now_ns:
             self._take_late_wrench(sample, now_ns)
             return None
-        if self._recent and sample.t_ns - self._recent[-1].t_ns > TARE_PAUSE_NS:
-            self._recent.clear()
         self._recent.append(sample)
-        self._last_wrench_ns = sample.t_ns
+        last_ns, self._last_wrench_ns = self._last_wrench_ns, sample.t_ns
         self._catch_up()
         joints = []
         while self._waiting and self._waiting[0].t_ns <= sample.t_ns:
             joints.append(self._waiting.popleft())
-        before = self.processor.snapshot() if self._history.wants_snapshot else None
-        unit = Unit(sample, joints, before, self.processor.t_ns)
+        silent = (sample.t_ns - now_ns) * 1e-9 > self.configuration.filter.max_gap
+        leaps = silent and self._history.window_ns > 0
+        wanted = leaps or self._history.wants_snapshot
+        unit = Unit(sample, joints, self.processor.snapshot() if wanted else None, now_ns)
+        self._leap = _Leap(unit, last_ns) if leaps else None
         self._history.append(unit)
         return self.processor.process(unit)
 
+    def _clock_went_back(self, source: str, t_ns: int, far: bool) -> bool:
+        """
+        Return whether a clock was set back: a second stamp in a row lies far behind, and goes on.
+
+        One alone is a message whose stamp was not set, or of another clock.
+        """
+        before = self._far_behind.pop(source, None)
+        if not far:
+            return False
+        self._far_behind[source] = t_ns
+        if before is None or t_ns <= before:
+            return False
+        self._arrival_counts["clock_jumped_back"] += 1
+        return True
+
+    def _take_back(self, t_ns: int) -> bool:
+        """
+        Undo a wrench that had leapt ahead, where the next one goes on from before it.
+
+        It is no silence then, but a stamp that was wrong. What was given out of it stays.
+        """
+        if self._leap is None:
+            return False
+        unit, last_ns = self._leap
+        near = unit.begin_ns < t_ns < (unit.begin_ns + unit.wrench.t_ns) // 2
+        if not near or not self._history.ends_with(unit):
+            return False
+        self.processor.restore(unit.before)
+        self._waiting.extendleft(reversed(self._history.take_back()))
+        self._recent.pop()
+        self._last_wrench_ns, self._leap = last_ns, None
+        self._arrival_counts["wrench_dropped_ahead"] += 1
+        return True
+
     def _take_late_wrench(self, sample: WrenchSample, now_ns: int):
-        if now_ns - sample.t_ns > CLOCK_JUMP_NS:
-            self._arrival_counts["clock_jumped_back"] += 1
-            self._arrival_counts["wrench_dropped_late"] += 1
-            self._restart()
-        elif self._history.has_wrench(sample.t_ns):
+        if self._history.has_wrench(sample.t_ns):
             self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
         elif self._history.put_wrench(sample, now_ns):
             self._arrival_counts["wrench_late"] += 1

@@ -8,6 +8,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.offset import NAMES as OFFSET_NAMES
 from peg_on_hole_ros.estimation.filters.rivals import Rivals
 from peg_on_hole_ros.estimation.history import Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
@@ -68,6 +69,8 @@ class Processor:
         self._delay_ns = max(round(joints.delay * 1e9), 0)
         self._delay_variance = joints.delay_stddev**2
         self._lost_ns = round(max(LOST, kalman.max_joint_gap) * 1e9) + self._delay_ns
+        # What a tare has taken, as it is published.
+        self._tared: dict[str, float] = {}
         self.assessment = self._new_assessment()
         self._innovations = Innovations(white=self._offset is None)
         self.counts: Counter[str] = Counter()
@@ -111,13 +114,15 @@ class Processor:
         return self.t_ns is not None and not self._lost
 
     def tare(self, samples: Sequence[WrenchSample]) -> np.ndarray:
-        """Take the mean of wrenches as that of a free-hanging peg; return the tare, shape (6,)."""
+        """Take the mean of wrenches as that of a free-hanging peg; return what is taken off."""
         force = np.mean([sample.force for sample in samples], axis=0)
         torque = np.mean([sample.torque for sample in samples], axis=0)
         gravity = self._offset.gravity if self._offset else None
-        taken = self.reduction.take_tare(force, torque, self.filter.x[:3], gravity)
+        self.reduction.take_tare(force, torque, self.filter.x[:3], gravity)
         if self._offset:
             self._offset.tared(self.reduction.noise / len(samples))
+        taken = self.reduction.taken_off
+        self._tared = dict(zip(OFFSET_NAMES[BIAS], taken.tolist()))
         return taken
 
     @property
@@ -163,12 +168,15 @@ class Processor:
             return None
         self.counts["wrench_used"] += 1
         self._notice_no_orientation()
-        outputs = self.assessment.outputs(wrench.t_ns, self.filter, self._innovations.misfit)
+        outputs = self.assessment.outputs(
+            wrench.t_ns, self.filter, self._innovations.misfit, self._blind
+        )
         self._note_model(outputs)
         outputs.monitor.update(self._innovations.told())
         self.filter.in_the_air(outputs.contact_mode == "open" and not silent)
         if self._rivals.count:
             outputs = self._with_rivals(outputs)
+        outputs.monitor.update(self._tared)
         if self._offset:
             outputs.monitor.update(self._offset.learnt(self.reduction.taken_off))
         for measurement in unit.after:
@@ -197,7 +205,7 @@ class Processor:
             self._lose()
         if self._lost or dt <= 0:
             return
-        in_contact = self.assessment.on_contacts and not silent
+        in_contact = self.assessment.on_contacts and not silent and not self._blind
         # Where bias or tilt are learnt innovations are not white, and tell no likelihood.
         if in_contact and not self._offset:
             self._rivals.begin(self.filter)
@@ -278,7 +286,6 @@ class Processor:
         if since > self.configuration.filter.max_joint_gap:
             self.counts["joints_gap"] += not self._blind
             self._blind = True
-            self.assessment.restart_mode()
 
     def _note_model(self, outputs: Outputs):
         if self.configuration.filter.model == "dynamic":

@@ -27,6 +27,7 @@ _REMEDIES = {
     "repeated_stamp": "the driver does not set stamps, or too coarsely (whole milliseconds), or "
     "sends twice; or two publish on one topic",
     "dropped_late": _CLOCKS,
+    "dropped_ahead": _CLOCKS,
     "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
     "two publish on one topic",
     "out_of_range": "N and N m: a force above 1e6 N is none",

@@ -4,6 +4,7 @@ import json
 
 from peg_on_hole_ros.edges.determined import determined_reactions
 from peg_on_hole_ros.edges.messages.output import Message
+from peg_on_hole_ros.edges.passed_time import PassedTime
 from peg_on_hole_ros.records import CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].
@@ -38,7 +39,7 @@ class Cycles:
         self._flag = False
         self._mode = ""
         self._open_ns: int | None = None
-        self._latest_ns: int | None = None
+        self._passed = PassedTime()
         self._begin()
 
     def _begin(self):
@@ -56,10 +57,9 @@ class Cycles:
         """Take the messages of one stamp [ns]; return the record of a try that ends with them."""
         fields = {topic: message for topic, _, message in messages}
         ended = None
-        if self._latest_ns is not None and t_ns < self._latest_ns:
+        if self._passed.take(t_ns):
             # No time passes between the stamps before and those after.
             ended = self.finish()
-        self._latest_ns = t_ns
         if "contact_mode" in fields:
             self._mode = fields["contact_mode"]["data"]
         risen = fields.get("transition", {"data": self._flag})["data"] and not self._flag

@@ -2,6 +2,7 @@
 
 from peg_on_hole_ros.edges.determined import determined_reactions
 from peg_on_hole_ros.edges.messages.output import Message
+from peg_on_hole_ros.edges.passed_time import PassedTime
 from peg_on_hole_ros.records import CONTACTS
 
 VERSION = 1
@@ -19,16 +20,12 @@ class Summary:
     Attributes
     ----------
     outputs : int
-    first_ns, last_ns : int or None
-        Stamps of the first and the latest output [ns].
 
     """
 
     def __init__(self):
         self.outputs = 0
-        self.first_ns: int | None = None
-        self.last_ns: int | None = None
-        self._passed_ns = 0
+        self._passed = PassedTime()
         self._transition: float | None = None
         self._max_normal: list[float] | None = None
         self._levels: dict[str, int] = {}
@@ -40,16 +37,13 @@ class Summary:
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
         self.outputs += 1
-        if self.first_ns is None:
-            self.first_ns = self.last_ns = t_ns
-        self._passed_ns += max(t_ns - self.last_ns, 0)
-        self.last_ns = t_ns
+        self._passed.take(t_ns)
         fields = {topic: message for topic, _, message in messages}
         normal = determined_reactions(fields)
         if normal is not None:
             self._max_normal = list(map(max, self._max_normal or normal, normal))
         if fields.get("transition", {"data": False})["data"] and self._transition is None:
-            self._transition = self._passed_ns * 1e-9
+            self._transition = self._passed.ns * 1e-9
         if "contact_mode" in fields:
             self._mode = fields["contact_mode"]["data"]
         if "alarms" in fields:
@@ -66,7 +60,7 @@ class Summary:
             if len(self._alarms) < MOST_ALARMS:
                 self._alarms.append(
                     {
-                        "time": self._passed_ns * 1e-9,
+                        "time": self._passed.ns * 1e-9,
                         "name": status["name"],
                         "level": ("OK", "WARN", "ERROR")[status["level"]],
                         "message": status["message"],
@@ -77,8 +71,8 @@ class Summary:
         """Return the part of the JSON that the outputs give; times are since the first output."""
         return {
             "outputs": self.outputs,
-            "start_time": self.first_ns * 1e-9,
-            "duration": self._passed_ns * 1e-9,
+            "start_time": self._passed.first_ns * 1e-9,
+            "duration": self._passed.ns * 1e-9,
             "transition_time": self._transition,
             "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
             "contact_mode": {

@@ -100,6 +100,21 @@ class History:
                 units.popleft()
             count = self._until_snapshot()
 
+    def ends_with(self, unit: Unit) -> bool:
+        """Return whether a unit is the newest, and nothing was put in before it since."""
+        units = self._units
+        last = len(units) - 1
+        return last >= 0 and units[last] is unit and self._first in (None, last)
+
+    def take_back(self) -> list[AngleMeasurement]:
+        """Forget the newest unit, see `ends_with`; return its orientations, in order."""
+        unit = self._units.pop()
+        self._first, self.wrenches, self.joints = None, 0, 0
+        if not self._units:
+            # What is kept begins with a snapshot.
+            self._appended = 0
+        return [*unit.joints, *unit.after]
+
     def _thin(self):
         """Leave every eighth snapshot before the latest DENSE, and the first that is kept."""
         if len(self._units) <= DENSE + 1:

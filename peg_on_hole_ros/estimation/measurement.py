@@ -153,9 +153,9 @@ class WrenchReduction:
             wrench[3:] += self._payload_arm @ weight_P
         return wrench
 
-    def take_tare(self, force, torque, q, gravity_H=None) -> np.ndarray:
+    def take_tare(self, force, torque, q, gravity_H=None) -> None:
         """
-        Take a wrench as that of a peg which hangs free, and return the new tare, shape (6,).
+        Take a wrench as that of a peg which hangs free.
 
         What stays is the weight of peg and payload: with the reading itself set to zero the model
         would have the peg fall.
@@ -168,7 +168,6 @@ class WrenchReduction:
             hanging[:3] -= weight_P
             hanging[3:] -= self._payload_arm @ weight_P
         self.tare = measured - np.linalg.solve(self.matrix, hanging)
-        return self.tare
 
 
 def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:

@@ -61,10 +61,9 @@ OVERLOAD = (
 )
 # Before what an alarm said, while it is held without a value at its threshold.
 HELD = "no longer above its threshold, and held for a while; it was: "
-_RISK_NAMES = (
-    "jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk", "determinant",
-    "determinant_with_slip", "insertion_ratio", "whitney_margin",
-)  # fmt: skip
+_RISK_NAMES = ("jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk")
+_ABOVE_NAMES = (*_RISK_NAMES, "determinant", "determinant_with_slip")
+_HOLE_NAMES = (*_RISK_NAMES, "insertion_ratio", "whitney_margin")
 _LOSS_NAMES = (
     *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
 )  # fmt: skip
@@ -112,7 +111,9 @@ class Level:
 
     @property
     def has_cause(self) -> bool:
-        """Whether the last value was at a threshold: else a level is held."""
+        """Whether the last value was at the level's threshold, or a first: else it is held."""
+        if self.level == ERROR:
+            return self._errs is not None
         return self._warns is not None or self._errs is not None
 
     def update(self, t: float, value: float) -> int:
@@ -194,11 +195,13 @@ class Alarms:
 
         """
         level = self._jamming.update(t, risk.risk)
-        if risk.risk >= self.options.jamming_warn:
+        if self._jamming.has_cause:
             # The cause is kept while the alarm is held.
             self._cause = jamming_cause(risk)
         text = _said(self._jamming, self._cause[level - 1] if level else NO_JAMMING)
-        jamming = Alarm("jamming", level, text, _RISK_NAMES, tuple(risk))
+        names = _HOLE_NAMES if risk.insertion else _ABOVE_NAMES
+        where = (6, 8) if risk.insertion else (4, 6)
+        jamming = Alarm("jamming", level, text, names, risk[:4] + risk[slice(*where)])
         return jamming, self._contact_loss(t, mode, shown), self._over(t, mode, risk, normal)
 
     def _over(self, t, mode, risk, normal):
@@ -207,8 +210,7 @@ class Alarms:
         level = self._overload.update(t, risk.load if there else 0.0)
         numbers = (risk.load, *normal, *self._limits) if there else ()
         if self._overload.has_cause:
-            load = [n / limit for n, limit in zip(normal, self._limits)]
-            self._loaded = load.index(max(load)), numbers
+            self._loaded = int(risk.loaded), numbers
         which, numbers = self._loaded if level else (0, numbers)
         text = _said(self._overload, OVERLOAD[level][which])
         return Alarm("overload", level, text, _LOAD_NAMES if numbers else (), numbers)

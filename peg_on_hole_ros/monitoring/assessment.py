@@ -23,7 +23,7 @@ from peg_on_hole_ros.monitoring.place import Misfit, misfit
 from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.options import MonitorOptions
-from peg_on_hole_ros.records import Outputs
+from peg_on_hole_ros.records import Alarm, Outputs
 
 
 class Assessment:
@@ -96,6 +96,7 @@ class Assessment:
         self._first.restart()
         self._flag.restart()
         self._alarms.restart()
+        self._told: tuple[Alarm, ...] = ()
 
     def restart_mode(self):
         """Forget the mode: the estimate has begun anew."""
@@ -139,7 +140,7 @@ class Assessment:
         """Go back to a snapshot."""
         recall(snapshot)
 
-    def outputs(self, t_ns: int, kalman: ContactFilter, nis: float) -> Outputs:
+    def outputs(self, t_ns: int, kalman: ContactFilter, nis: float, blind: bool) -> Outputs:
         """
         Return what is published at a stamp.
 
@@ -150,8 +151,13 @@ class Assessment:
             Predicted up to the stamp; its reactions are filled in.
         nis : float
             Running mean of the normalised innovation squared (3 degrees of freedom).
+        blind : bool
+            Whether no orientation has come for long: where the peg is is a guess, so that no risk
+            is told, and flag and alarms stay as they are.
 
         """
+        if blind:
+            self.restart_mode()
         t = t_ns * 1e-9
         dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) * 1e-9
         self._t_ns = t_ns
@@ -167,7 +173,9 @@ class Assessment:
         known = Known._make(numbers[KNOWN - SHOWN :])
         mode = self._mode.update(t, shown)
         self._first.update(t, mode, shown.opened, kalman.friction_is_open)
-        flag = self._flag.update(t, shown.below, 1.0 - shown.free)
+        if not blind:
+            self._flag.update(t, shown.below, 1.0 - shown.free)
+        flag = self._flag.raised
         options = self._options
         self._on_trial = (
             known.clearance_stddev > 0.0
@@ -198,7 +206,7 @@ class Assessment:
         if touch is not None:
             monitor["contact_age" if touch.onset else "free_age"] = t - touch.t
             monitor["contact_latency" if touch.onset else "free_latency"] = touch.latency
-        if mode != "open":
+        if mode != "open" and not blind:
             monitor["jamming_risk"] = risk.risk
             monitor["jamming_wedging"] = risk.wedging
             monitor["jamming_stall"] = risk.stall
@@ -219,7 +227,15 @@ class Assessment:
             wide = shown.wedged
         estimate = kalman.describe(three_point, wide)
         normal = estimate.normal.tolist()
-        alarms = self._alarms.update(t, mode, risk, shown, normal)
+        if not blind:
+            self._told = self._alarms.update(t, mode, risk, shown, normal)
         return Outputs(
-            t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
+            t_ns,
+            *estimate[:6],
+            estimate.normal > 0,
+            *estimate[6:],
+            monitor,
+            mode,
+            flag,
+            self._told,
         )

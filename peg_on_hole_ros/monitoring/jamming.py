@@ -95,13 +95,15 @@ class Risk(NamedTuple):
     risk : float
         That of any, as if they were independent.
     determinant : float
-        Of the six equations now, over its frictionless value; NaN below gamma0.
+        Of the six equations now, over its frictionless value; 0 below gamma0.
     with_slip : float
         The determinant where wedging is most likely, if the peg turned by SLIP times its closing.
     insertion : float
         l/d in two-point contact; 0 elsewhere.
     margin : float
         Of `whitney.jamming_margin` in two-point contact [N]; 0 elsewhere.
+    loaded : float
+        Which contact `load` is of: 0 K, 1 B1, 2 B2.
 
     """
 
@@ -113,6 +115,7 @@ class Risk(NamedTuple):
     with_slip: float
     insertion: float
     margin: float
+    loaded: float
 
 
 def new_memory() -> np.ndarray:
@@ -184,14 +187,14 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
         path, determinant, slipping = wedging_ahead(
             p, f, rate if known else 0.0, turn, turn_variance, rest_rate, horizon
         )
-    over = stall = pushed = 0.0
+    over = loaded = stall = pushed = 0.0
     if contact < 0.5:
         j[MOVED] = j[TOTAL] = j[UNBROKEN] = 0.0
         _forget_stall(j, STALL)
         _forget_loads(j, LOADS)
     else:
         # What is foreseen ends with three-point contact.
-        over = _load(f, j, options, dt, time, usable)
+        over, loaded = _load(f, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
         stops, grows, more = _pushed(p, f, motion, j, ahead, rest_rate, dt, since, closing)
         pushed = max(grows, more)
@@ -209,7 +212,7 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
         stall += idle * outside
     out[0], out[1], out[2] = wedging, stall, load
     out[3] = 1.0 - (1.0 - wedging) * (1.0 - stall) * (1.0 - load)
-    out[4], out[5], out[6], out[7] = determinant, slipping, insertion, margin
+    out[4], out[5], out[6], out[7], out[8] = determinant, slipping, insertion, margin, loaded
 
 
 @compiled
@@ -262,26 +265,32 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
 
 @compiled
 def _load(f, j, options, dt, time, usable):
-    """Return the probability that a reaction passes its limit."""
+    """Return the probability that a reaction passes its limit, and which: 0 K, 1 B1, 2 B2."""
     for i in range(3):
         usable = usable and is_number(f[Y + 3 + i]) and is_number(f[REACTIONS + 21 + 7 * i])
     if not usable:
         break_course(j)
-        return 0.0
+        return 0.0, 0.0
     horizon = min(options[1], time) if time >= 0.0 else options[1]
     most = now = load_ahead.NOTHING
-    total = 0.0
+    total = first = then = 0.0
     j[UNBROKEN] += dt
     for i in range(3):
         N, variance, limit = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i], options[5 + i]
         total += fabs(N)
         if follow_load(j, LOADS, i, N, variance, limit, dt):
             j[UNBROKEN] = 0.0
-        most = max(most, over_limit(j, LOADS, i, variance, limit, horizon))
-        now = max(now, (N - limit) / sqrt(max(variance, 1e-12)))
+        ahead = over_limit(j, LOADS, i, variance, limit, horizon)
+        if ahead > most:
+            most, then = ahead, float(i)
+        present = (N - limit) / sqrt(max(variance, 1e-12))
+        if present > now:
+            now, first = present, float(i)
     j[TOTAL] += (min(dt / _HOLDING, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
     # A load that jumps shows no course, but it is there.
-    return below(most if j[UNBROKEN] > _LOADED else now)
+    if j[UNBROKEN] > _LOADED:
+        return below(most), then
+    return below(now), first
 
 
 @compiled

@@ -2,14 +2,17 @@
 
 from peg_on_hole_ros.options import MonitorOptions
 
+# A peg that has been in the air above gamma0 for so long [s] has left the rim.
+LEFT = 0.2
+
 
 class TransitionFlag:
     """
     True once three-point contact has become two-point contact, with hysteresis and dwell.
 
-    It can rise after contact above gamma0 only: a peg that comes upright through the air has not
-    gone through three-point contact. It falls once the tilt has surely been above gamma0 for
-    a while.
+    It can rise after contact above gamma0 only, and not once the peg has left the rim again: one
+    that comes upright through the air has not gone through three-point contact. It falls once the
+    tilt has surely been above gamma0 for a while.
     """
 
     def __init__(self, options: MonitorOptions):
@@ -21,6 +24,7 @@ class TransitionFlag:
         self.raised = False
         self._armed = False
         self._since: float | None = None
+        self._aloft: float | None = None
 
     def update(self, t: float, below: float, touching: float) -> bool:
         """
@@ -38,6 +42,12 @@ class TransitionFlag:
         if not self.raised:
             above = touching * (1.0 - below)
             self._armed |= above > options.transition_probability_on
+            if (1.0 - touching) * (1.0 - below) <= 0.5:
+                self._aloft = None
+            elif self._aloft is None:
+                self._aloft = t
+            elif t - self._aloft >= LEFT:
+                self._armed = False
             self.raised = self._armed and touching * below > options.transition_probability_on
             self._since = None
         elif below >= options.transition_probability_off:

@@ -83,17 +83,17 @@ class Unjudged:
         """Go back to a snapshot."""
         recall(snapshot)
 
-    def outputs(self, t_ns: int, kalman: ContactFilter, nis: float) -> Outputs:
+    def outputs(self, t_ns: int, kalman: ContactFilter, nis: float, blind: bool) -> Outputs:
         """Return what is published at a stamp; see `Assessment.outputs`."""
         options, determinant = self._options, kalman.react()
         look(kalman.memory, self._force_stddev, options.singular_band, determinant, self._seen)
         below, usable, wedged, *numbers = self._seen.tolist()
         known = Known._make(numbers)
-        flag = self._flag.update(t_ns * 1e-9, below, 1.0)
+        flag = self._flag.raised if blind else self._flag.update(t_ns * 1e-9, below, 1.0)
         # An uncertain clearance is learnt by the equations of three contacts alone.
         doubt = options.transition_probability_on if known.clearance_stddev > 0.0 else 0.5
         self._on_contacts = below < doubt
-        three_point = usable > 0.0 and below < 0.5
+        three_point = usable > 0.0 and below < 0.5 and not blind
         monitor = {
             "transition_probability": below,
             "friction": known.friction,

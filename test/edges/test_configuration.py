@@ -193,6 +193,13 @@ def test_values_reach_their_fields_and_come_back():
                 "at most that"
             ),
         ),
+        (
+            {"monitor.jamming_warn": 0.1},
+            (
+                "monitor.alarm_hysteresis = 0.1 is not below monitor.jamming_warn = 0.1: a risk "
+                "of 0 would clear no alarm; make it smaller, such as a seventh of that"
+            ),
+        ),
     ],
 )
 def test_impossible_parameters_are_named_with_value_range_and_remedy(given, message):

@@ -117,6 +117,19 @@ def test_load_that_is_there_counts_and_one_below_does_not():
     assert risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=loose).load < 0.01
 
 
+@pytest.mark.parametrize("times", [3, 100])
+def test_a_load_is_of_the_contact_that_passes_its_own_limit(times):
+    F = np.array([0.0, 0.0, -20.0])
+    normal = solve_contact(SCENE, [0.12, 0, 0], [-0.1, 0, 2.0], F, [0, 0, 0]).normal
+    turned = np.concatenate([axes(0.12).T @ F, np.zeros(3)])
+    for i in range(3):
+        limits = [10.0 * normal.max()] * 3
+        limits[i] = 0.6 * normal[i]
+        options = replace(MonitorOptions(), max_normal=tuple(limits))
+        found = risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=options, times=times)
+        assert found.load > 0.99 and found.loaded == i
+
+
 def test_combined_risk_is_that_of_any_cause_and_finite_everywhere():
     for gamma in (0.01, SCENE.gamma0, SCENE.gamma0 * (1 + 1e-9), 0.0652, 0.3, 1.2):
         for rates in ((0, 0, 0), (-0.16, 0, 0), (5.0, -3.0, 9.0)):

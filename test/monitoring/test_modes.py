@@ -397,6 +397,22 @@ def test_flag_rises_out_of_contact_above_gamma0_only():
     assert flag.update(0.6, 0.95, 0.99)
 
 
+def test_a_peg_that_left_the_rim_has_to_touch_it_again_above_gamma0():
+    def after(free, above):
+        flag = TransitionFlag(OPTIONS)
+        flag.update(0.0, 0.0, 1.0)
+        for k in range(1, round(free * 1000)):
+            flag.update(k * 1e-3, 0.0 if above else 1.0, 0.0)
+        # Straightened, it touches in the hole.
+        return flag.update(free, 1.0, 1.0), flag
+
+    # A bounce, or a load that is gone on the way through gamma0, is part of a closing.
+    assert after(0.15, above=True)[0] and after(3.0, above=False)[0]
+    raised, flag = after(3.0, above=True)
+    assert not raised
+    assert not flag.update(3.1, 0.0, 1.0) and flag.update(3.2, 1.0, 1.0)
+
+
 def test_flag_does_not_flicker():
     rng = np.random.default_rng(5)
     flag = TransitionFlag(OPTIONS)

@@ -45,7 +45,7 @@ def test_alarm_falls_level_by_level_after_its_hold():
     assert [level.update(10.0 * k, 0.59) for k in (7, 8)] == [WARN, OK]
 
 
-RISK = Risk(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
+RISK = Risk(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 CONTACT = Shown(*[0.0] * len(Shown._fields))._replace(three_point=1.0, time=-1.0)
 K_OPEN = CONTACT._replace(three_point=0.0, opened=0.99, lost_K=0.95)
 
@@ -69,8 +69,9 @@ def test_each_alarm_has_its_cause_its_numbers_and_a_remedy():
     assert loss.level == ERROR
     assert "B2" in loss.message and "press" in loss.message
     assert dict(loss.values)["open_probability_B2"] == 0.995
-    # What is foreseen counts, and that contact is named which is the nearest to its limit.
-    near = {"risk": RISK._replace(load=0.8, risk=0.8), "normal": [20.0, limit * 0.9, 30.0]}
+    # What is foreseen counts, and that contact is named of which it is, which need not be the
+    # most loaded one yet.
+    near = {"risk": RISK._replace(load=0.8, risk=0.8, loaded=1.0), "normal": [limit, 90.0, 30.0]}
     overload = updates(Alarms(OPTIONS), **near)["overload"]
     assert overload.level == WARN
     assert "B1" in overload.message
@@ -145,7 +146,9 @@ def test_a_loss_that_is_held_says_which_contact_it_was():
 def test_an_overload_that_is_held_says_which_contact_it_was_with_its_numbers(mode):
     """Then the reactions are no longer told: all of them are zero."""
     alarms, limit = Alarms(OPTIONS), OPTIONS.max_normal[1]
-    over = {"risk": RISK._replace(load=0.99, risk=0.99), "normal": [20.0, limit, 30.0]}
+    over = {
+        "risk": RISK._replace(load=0.99, risk=0.99, loaded=1.0), "normal": [20.0, limit, 30.0]
+    }  # fmt: skip
     now = updates(alarms, 0.1, **over)["overload"]
     assert now.level == ERROR and "B1 is over" in now.message
     for begin in (0.1, 0.11):
@@ -167,6 +170,20 @@ def test_jamming_that_is_held_says_so():
     # By hysteresis too: it is no longer as likely as an alarm takes.
     near = updates(alarms, 0.1, 0.2, risk=RISK._replace(stall=0.65, risk=0.65))["jamming"]
     assert near.level == ERROR and near.message.startswith(HELD)
+    # Another cause, which would give WARN alone, is not what the ERROR was raised for.
+    load = updates(alarms, 5.0, 0.3, risk=RISK._replace(load=0.81, risk=0.81))["jamming"]
+    assert load.level == ERROR and load.message == HELD + now.message
+
+
+def test_what_means_nothing_is_not_among_the_numbers():
+    above = updates(Alarms(OPTIONS))["jamming"]
+    assert {"determinant", "determinant_with_slip"} < set(above.names)
+    assert "insertion_ratio" not in above.names
+    in_hole = RISK._replace(determinant=0.0, insertion=0.3, margin=7.0)
+    alarm = updates(Alarms(OPTIONS), mode="two_point", risk=in_hole)["jamming"]
+    assert "determinant" not in alarm.names
+    assert dict(alarm.values)["insertion_ratio"] == 0.3
+    assert dict(alarm.values)["whitney_margin"] == 7.0
 
 
 @pytest.mark.parametrize(

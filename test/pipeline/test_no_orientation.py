@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from peg_on_hole_ros.monitoring.alarms import ERROR
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
+from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.study import scenes
 
@@ -19,11 +21,12 @@ def truth():
     return scenes.truth_of(case, Configuration())
 
 
-def played(truth, max_joint_gap, late=False):
+def played(truth, max_joint_gap, late=False, **monitor):
     """Return counts and outputs of a run whose joint states are silent for a while."""
     configuration = truth.plan.configuration
     options = replace(configuration.filter, max_joint_gap=max_joint_gap)
-    pipeline = Pipeline(replace(configuration, filter=options))
+    monitor = replace(configuration.monitor, **monitor)
+    pipeline = Pipeline(replace(configuration, filter=options, monitor=monitor))
 
     def silent(sample):
         t = (sample.t_ns - START_NS) * 1e-9
@@ -49,6 +52,48 @@ def test_mode_is_unknown_while_orientations_are_silent_and_told_again_after(trut
     assert {modes[k] for k in range(202, 350) if k in modes} == {"unknown"}
     # As after a start, in which a mode takes some 20 ms.
     assert {modes[k] for k in range(400, 440)} == {"three_point"}
+
+
+@pytest.mark.parametrize("modes", [True, False])
+def test_reactions_are_not_told_as_known(truth, modes):
+    """Also where nobody looks for the mode."""
+    _, outputs = played(truth, 0.05, modes=modes)
+    told = [outputs[k] for k in range(210, 350) if k in outputs]
+    assert len(told) > 100
+    assert not any(row.monitor["reactions_determined"] for row in told)
+    before = np.array(outputs[195].normal_stddev)
+    assert all((row.normal_stddev > 3.0 * before).all() for row in told)
+    assert outputs[430].monitor["reactions_determined"]
+
+
+def test_flag_and_alarms_stay_and_no_risk_is_told(truth):
+    """A load that is over its limit before the silence is so to its end, though nobody knows."""
+    _, outputs = played(truth, 0.05, max_normal=(1.0, 1.0, 1.0))
+    assert any(alarm.level == ERROR for alarm in outputs[195].alarms)
+    told = [outputs[k] for k in range(202, 350) if k in outputs]
+    last = max(k for k in outputs if k < 202 and outputs[k].contact_mode != "unknown")
+    assert {row.alarms for row in told} == {outputs[last].alarms}
+    assert not any(name.startswith("jamming") for row in told for name in row.monitor)
+    assert "jamming_risk" in outputs[last].monitor and "jamming_risk" in outputs[430].monitor
+
+
+def test_no_transition_is_told_of_a_guess():
+    """Constant rates lead on through gamma0 while the peg stands still above it."""
+    configuration = Configuration()
+    options = replace(configuration.filter, max_joint_gap=0.05)
+    monitor = replace(configuration.monitor, modes=False)
+    pipeline = Pipeline(replace(configuration, filter=options, monitor=monitor))
+    gamma0 = configuration.scene.gamma0
+    names, flags = tuple(configuration.joints.names), []
+    for k in range(400):
+        if k < 100:
+            gamma = gamma0 + 0.03 - 0.2e-3 * k
+            pipeline.on_joints(JointSample(START_NS + k * 1_000_000, names, (gamma, 0.0, 0.0)))
+        wrench = WrenchSample(START_NS + k * 1_000_000, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0))
+        outputs = pipeline.on_wrench(wrench)
+        flags.append(outputs.transition)
+    assert pipeline.counts["joints_gap"] == 1
+    assert outputs.state[0] < gamma0 and not any(flags)
 
 
 def test_a_silence_that_is_allowed_changes_nothing(truth):

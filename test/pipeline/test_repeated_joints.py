@@ -96,7 +96,10 @@ def test_a_bag_that_is_played_again_is_a_clock_that_jumped():
     used = line.counts["joints_used"]
     play(line, [*samples, *apart])
     assert line.counts["clock_jumped_back"] == 1
-    assert line.counts[REASON] == 0 and line.counts["joints_used"] == 2 * used
+    assert line.counts[REASON] == 0
+    # The first stamp that is far behind may be one that is wrong.
+    assert line.counts["joints_used"] + line.counts["joints_dropped_late"] == 2 * used
+    assert line.counts["joints_dropped_late"] == 1
 
 
 def test_a_reset_begins_anew_with_any_stamp():

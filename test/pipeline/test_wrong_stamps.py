@@ -1,0 +1,135 @@
+"""One stamp that is wrong costs its message, and not the estimate."""
+
+import numpy as np
+import pytest
+
+from late_samples import MS, ordered, pipeline, play, total
+from peg_on_hole_ros.edges.cycles import CycleList
+from peg_on_hole_ros.edges.messages.output import OutputStream
+from peg_on_hole_ros.edges.summary import Summary
+from peg_on_hole_ros.records import JointSample, WrenchSample
+
+AT = 150
+
+
+def of_kind(samples, kind, begin):
+    return next(i for i, s in enumerate(samples) if i >= begin and isinstance(s, kind))
+
+
+def apart(counts, expected):
+    return {k: counts[k] - expected[k] for k in {*counts, *expected} if counts[k] != expected[k]}
+
+
+@pytest.mark.parametrize("kind", [WrenchSample, JointSample])
+@pytest.mark.parametrize("stamp", [0, -2000 * MS])
+def test_one_stamp_far_back_is_late_and_no_clock(kind, stamp):
+    samples = ordered()
+    # The same message again, without a stamp, or two seconds late.
+    i = of_kind(samples, kind, AT)
+    wrong = samples[i]._replace(t_ns=samples[i].t_ns + stamp if stamp else 0)
+    first, second = pipeline(), pipeline()
+    expected = play(first, samples)
+    found = play(second, [*samples[: i + 1], wrong, *samples[i + 1 :]])
+    assert [o.t_ns for o in found] == [o.t_ns for o in expected]
+    np.testing.assert_array_equal(found[-1].state, expected[-1].state)
+    source = "wrench" if kind is WrenchSample else "joints"
+    assert apart(second.counts, first.counts) == {f"{source}_dropped_late": 1}
+
+
+@pytest.mark.parametrize("kind", [WrenchSample, JointSample])
+def test_stamps_that_stand_still_far_back_are_no_clock_either(kind):
+    samples = ordered()
+    line, found = pipeline(), []
+    for i, sample in enumerate(samples):
+        found += play(line, [sample])
+        if AT < i < AT + 20:
+            found += play(line, [samples[of_kind(samples, kind, 0)]._replace(t_ns=7)])
+    assert line.counts["clock_jumped_back"] == 0
+    assert len(found) == len([s for s in samples if isinstance(s, WrenchSample)])
+
+
+@pytest.mark.parametrize("kind", [WrenchSample, JointSample])
+def test_two_stamps_in_a_row_that_go_on_are_a_clock(kind):
+    """By one topic alone, too: the other may be silent."""
+    samples = ordered()
+    line = pipeline()
+    play(line, [s._replace(t_ns=s.t_ns + 5000 * MS) for s in samples])
+    again = [s for s in samples if isinstance(s, kind)][:2]
+    play(line, again[:1])
+    assert line.counts["clock_jumped_back"] == 0
+    play(line, again[1:])
+    assert line.counts["clock_jumped_back"] == 1
+
+
+@pytest.mark.parametrize("ahead_ms", [900, 10_000])
+def test_a_wrench_far_ahead_is_undone_by_the_next(ahead_ms):
+    samples = ordered()
+    i = of_kind(samples, WrenchSample, AT)
+    wrong = samples[i]._replace(t_ns=samples[i].t_ns + ahead_ms * MS)
+    first, second = pipeline(), pipeline()
+    expected = play(first, samples)
+    found = play(second, [*samples[: i + 1], wrong, *samples[i + 1 :]])
+    ahead = [k for k, o in enumerate(found) if o.t_ns == wrong.t_ns]
+    # Ten seconds without an orientation give none.
+    assert len(ahead) == (ahead_ms < 5000)
+    for k in ahead:
+        assert not found.pop(k).monitor["reactions_determined"]
+    assert [o.t_ns for o in found] == [o.t_ns for o in expected]
+    for a, b in zip(found, expected):
+        np.testing.assert_array_equal(a.state, b.state)
+        np.testing.assert_array_equal(a.normal_stddev, b.normal_stddev)
+        assert a.contact_mode == b.contact_mode and a.monitor == b.monitor
+    # A joint state that came in between was late for the wrong one.
+    events = apart(second.counts, first.counts)
+    assert events.pop("wrench_dropped_ahead") == 1 and set(events) <= {"joints_late"}
+    assert total(second.counts) == total(first.counts) + 1
+
+
+def test_late_messages_are_put_in_their_place_after_it():
+    """What is kept for them begins anew, with a snapshot."""
+    samples = ordered()
+    i = of_kind(samples, WrenchSample, AT)
+    wrong = samples[i]._replace(t_ns=samples[i].t_ns + 900 * MS)
+    stream = [*samples[: i + 1], wrong, *samples[i + 1 :]]
+    late = of_kind(stream, JointSample, i + 40)
+    stream.insert(late + 20, stream.pop(late))
+    first, second = pipeline(), pipeline()
+    play(first, samples)
+    play(second, stream)
+    np.testing.assert_array_equal(second.filter.x, first.filter.x)
+    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
+    assert second.counts["joints_late"] >= 1
+
+
+def test_after_a_silence_a_late_wrench_is_late():
+    """The newest stays, although the one before it comes behind it."""
+    samples = ordered()
+    wrenches = [k for k, s in enumerate(samples) if isinstance(s, WrenchSample)]
+    begin, end = wrenches[100], wrenches[220]
+    stream = [*samples[:begin], *samples[end:]]
+    swapped = stream.copy()
+    after = [k for k, s in enumerate(swapped) if isinstance(s, WrenchSample)][100:102]
+    swapped[after[0]], swapped[after[1]] = swapped[after[1]], swapped[after[0]]
+    line = pipeline()
+    play(line, swapped)
+    assert line.counts["wrench_dropped_ahead"] == 0 and line.counts["wrench_late"] == 1
+
+
+def test_a_try_and_its_duration_go_on_over_it():
+    samples = ordered()
+    i = of_kind(samples, WrenchSample, AT)
+    wrong = samples[i]._replace(t_ns=samples[i].t_ns + 900 * MS)
+    tries, durations = [], []
+    for stream in (samples, [*samples[: i + 1], wrong, *samples[i + 1 :]]):
+        line, cycles, summary = pipeline(), CycleList(), Summary()
+        messages = OutputStream(line.scene)
+        for outputs in line.play(stream):
+            made = messages.messages(outputs)
+            cycles.add(outputs.t_ns, made)
+            summary.add(outputs.t_ns, made)
+        cycles.finish()
+        tries.append(cycles.records)
+        durations.append(summary.content()["duration"])
+    assert len(tries[0]) == len(tries[1]) == 1
+    assert tries[1][0]["duration"] == tries[0][0]["duration"] > 0.2
+    assert durations[1] == pytest.approx(durations[0], abs=1e-9)
