@@ -421,6 +421,18 @@ def test_no_wrench_is_held_over_a_silence(silence):
     assert found.nis_before < 4.0
 
 
+@pytest.mark.parametrize("delay", [0.1, -0.1])
+def test_a_stated_delay_of_the_stamps_moves_no_part_that_slides_steadily(delay):
+    # Pressed and let go of several times: a load at the wrong time ends parts elsewhere.
+    truth = simulated_truth("working_cycle")
+    start = truth.plan.configuration
+    record = as_recording(truth, start)
+    late = record._replace(joint_t=record.joint_t + delay)
+    stated = replace(start, joints=replace(start.joints, delay=delay))
+    assert len(steady(record, start)) == 4
+    assert steady(late, stated) == steady(record, start)
+
+
 @pytest.mark.parametrize(
     "of", [{"model": "auto"}, {"model": "quasi_static"}, {"method": "iterated"}]
 )
