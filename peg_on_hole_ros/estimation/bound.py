@@ -55,13 +55,13 @@ class Bound(NamedTuple):
     reactions : ndarray, shape (n, 3, 3)
         Of N_K, N_B1, N_B2 [N^2].
     parameters : ndarray, shape (n, 2, 2)
-        Of friction and peg diameter [m].
+        Of friction and peg diameter [-, m, m^2].
     meaning : ndarray of int, shape (n,)
         Members of `Meaning`; where it is not SOUND the numbers say nothing.
     slip_speed : ndarray, shape (n, 3)
         Of the motion at K, B1, B2 [m/s].
     determinant : ndarray, shape (n,)
-        Of the six equations with dry friction, over its frictionless value.
+        Of the six equations with dry friction, over its frictionless value [-].
 
     """
 
