@@ -11,7 +11,7 @@ import re
 from dataclasses import fields
 from math import isfinite, radians
 
-from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.errors import PegOnHoleError, slipped
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS, Parameter
 
@@ -144,8 +144,8 @@ def _within(row, name, value):
     if row.unit in ("rad", "rad/s") and isfinite(value) and row.low <= radians(value) <= row.high:
         per = " a second" if row.unit == "rad/s" else ""
         remedy = f"degrees? {value:g} of them{per} are {radians(value):.6g}{unit}"
-    elif row.unit and isfinite(value) and value and row.low <= value / 1000 <= row.high:
-        remedy = f"{value / 1000:g}{unit} would be: the units look slipped by 1000"
+    elif isfinite(value):
+        remedy = slipped(value, row.unit, row.low, row.high) or remedy
     raise PegOnHoleError(
         f"{name} = {value:g}{unit} is not within {row.low:g} to {row.high:g}{unit}; {remedy}"
     )

@@ -1,4 +1,4 @@
-"""The one error type that impossible input raises."""
+"""The one error type that impossible input raises, and a remedy that several of them name."""
 
 
 class PegOnHoleError(ValueError):
@@ -28,3 +28,10 @@ class BagDamaged(PegOnHoleError):
 
     def __init__(self, damage: str):
         super().__init__(f"{damage}; what lies before has been used")
+
+
+def slipped(value: float, unit: str, low: float, high: float) -> str:
+    """Return the remedy for a value of which a thousandth is in range; empty where it is not."""
+    if not unit or not low <= value / 1000 <= high:
+        return ""
+    return f"{value / 1000:g} {unit} would be: the units look slipped by 1000"

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from peg_on_hole_ros.mechanics.scene import RANGES
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 
@@ -55,8 +56,9 @@ def _row(name, effect, unit="", low=None, high=None, choices=(), topic=False):
     return Parameter(name, kind, default, unit, low, high, choices, effect, topic)
 
 
-def _scene(name, *rest):
-    return _row(f"scene.{name}", *rest)
+def _scene(name, effect):
+    low, high, unit = RANGES[name]
+    return _row(f"scene.{name}", effect, unit, low, high)
 
 
 def _wrench(name, *rest, **more):
@@ -76,33 +78,20 @@ def _monitor(name, *rest):
 
 
 PARAMETERS: tuple[Parameter, ...] = (
-    _scene("hole_diameter", "D; D - d sets every lever: measure it", "m", 1e-4, 1.0),
-    _scene("peg_diameter", "d, below D; 2 um wrong already biases N_K", "m", 1e-4, 1.0),
-    _scene("peg_height", "H, sets mass centre and inertia unless given", "m", 1e-4, 10.0),
-    _scene("peg_mass", "m, with all that is rigid with the peg below the sensor", "kg", 1e-6, 1e4),
-    _scene("friction", "Coulomb coefficient f at all contacts", "", 0.0, 2.0),
-    _scene(
-        "mass_center_height",
-        "mass centre above the lower end face; 0: half the height",
-        "m",
-        0.0,
-        10.0,
-    ),
-    _scene(
-        "transverse_inertia", "Ie about the mass centre; 0: solid cylinder", "kg m^2", 0.0, 1e4
-    ),
-    _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder", "kg m^2", 0.0, 1e4),
-    _scene("gravity", "in hole axes; a hole need not be vertical", "m/s^2", -100.0, 100.0),
+    _scene("hole_diameter", "D; D - d sets every lever: measure it"),
+    _scene("peg_diameter", "d, below D; 2 um wrong already biases N_K"),
+    _scene("peg_height", "H, sets mass centre and inertia unless given"),
+    _scene("peg_mass", "m, with all that is rigid with the peg below the sensor"),
+    _scene("friction", "Coulomb coefficient f at all contacts"),
+    _scene("mass_center_height", "mass centre above the lower end face; 0: half the height"),
+    _scene("transverse_inertia", "Ie about the mass centre; 0: solid cylinder"),
+    _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder"),
+    _scene("gravity", "in hole axes; a hole need not be vertical"),
     _scene(
         "clearance_stddev",
         "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
-        "m",
-        0.0,
-        0.01,
     ),
-    _scene(
-        "friction_stddev", "of the friction coefficient; 0: known, and not estimated", "", 0.0, 1.0
-    ),
+    _scene("friction_stddev", "of the friction coefficient; 0: known, and not estimated"),
     _wrench(
         "acts_on",
         "whose wrench the sensor reports; the wrong one flips every sign",

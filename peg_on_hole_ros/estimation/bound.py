@@ -55,13 +55,13 @@ class Bound(NamedTuple):
     reactions : ndarray, shape (n, 3, 3)
         Of N_K, N_B1, N_B2 [N^2].
     parameters : ndarray, shape (n, 2, 2)
-        Of friction and peg diameter [m].
+        Of friction and peg diameter [-, m, m^2].
     meaning : ndarray of int, shape (n,)
         Members of `Meaning`; where it is not SOUND the numbers say nothing.
     slip_speed : ndarray, shape (n, 3)
         Of the motion at K, B1, B2 [m/s].
     determinant : ndarray, shape (n,)
-        Of the six equations with dry friction, over its frictionless value.
+        Of the six equations with dry friction, over its frictionless value [-].
 
     """
 
@@ -84,7 +84,8 @@ class Sensors(NamedTuple):
     orientation_stddev : float
         See `measurement.angle_covariance` [rad].
     measured : ndarray of bool, shape (n,)
-        At which samples the orientation is.
+        At which samples the orientation is; at the first it has to be, since nothing else tells
+        what it is there.
 
     """
 
@@ -138,7 +139,8 @@ def posterior_bound(
     Raises
     ------
     PegOnHoleError
-        Shapes that do not fit, times that do not rise, a motion below gamma0 or not finite.
+        Shapes that do not fit, times that do not rise, a motion below gamma0 or not finite, a
+        first sample without an orientation.
 
     Notes
     -----
@@ -194,6 +196,11 @@ def _check(scene, t, state, wrench, sensors):
             raise PegOnHoleError(f"{name} is not finite: cut the motion where it is not known")
     if len(sensors.measured) != n:
         raise PegOnHoleError(f"measured has {len(sensors.measured)} entries for {n} times")
+    if n and not sensors.measured[0]:
+        raise PegOnHoleError(
+            "measured[0] is False: without an orientation at the first sample nothing bounds the "
+            "state there; cut the motion to where the first orientation is"
+        )
     if n < 2 or not (np.diff(t) > 0).all():
         raise PegOnHoleError("the times of a motion are two or more, and rise [s]")
     lowest = state[:, 0].min()

@@ -232,20 +232,35 @@ def _reactions_matrix(scene, q, rates, slip_velocity_scale, friction):
     return A[3:, 3:] - A[3:, :3] @ np.linalg.solve(A[:3, :3], A[:3, 3:])
 
 
-def critical_friction(cubic) -> float | None:
+def critical_frictions(cubic) -> tuple[float, ...]:
     """
-    Return the smallest friction coefficient at which rigid motion has no solution, or None.
+    Return all positive real roots of the determinant's cubic, ascending.
 
     Parameters
     ----------
-    cubic : ndarray, shape (4,)
-        From `friction_cubic`.
+    cubic : array_like, shape (4,)
+        From `friction_cubic`: coefficients of f^0 .. f^3.
+
+    Returns
+    -------
+    tuple of float
+
+    Raises
+    ------
+    PegOnHoleError
+        Where a coefficient is not finite.
 
     """
-    roots = np.roots(np.trim_zeros(np.asarray(cubic)[::-1], "f"))
+    cubic = np.asarray(cubic, float)
+    if cubic.shape != (4,) or not np.all(np.isfinite(cubic)):
+        raise PegOnHoleError(f"cubic = {cubic} is not four finite coefficients of f^0 .. f^3")
+    # Coefficients that are rounding beside the others would give roots near infinity: those of f
+    # and f^3 where psi or phi turns alone.
+    high = np.where(np.abs(cubic) < 1e-12 * np.max(np.abs(cubic)), 0, cubic)[::-1]
+    roots = np.roots(np.trim_zeros(high, "f"))
     # A double root comes out of the eigenvalues with an imaginary part of about sqrt(1e-16).
     real = roots.real[(np.abs(roots.imag) < 1e-7 * np.abs(roots)) & (roots.real > 0)]
-    return float(real.min()) if real.size else None
+    return tuple(float(x) for x in np.sort(real))
 
 
 def solve_contact(scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale=0.0):
@@ -287,6 +302,7 @@ def solve_contact(scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale
     _, v = slip_directions(J, rates, slip_velocity_scale)
     slip_speed = np.linalg.norm(v, axis=1)
     cubic = friction_cubic(scene, q, rates, slip_velocity_scale)
+    critical = critical_frictions(cubic)
     determinant = float(np.polyval(cubic[::-1], scene.friction))
     if scene.friction and np.all(slip_speed <= slip_velocity_scale):
         outcome = Outcome.STUCK
@@ -296,6 +312,5 @@ def solve_contact(scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale
         outcome = Outcome.CONTACT_OPEN
     else:
         outcome = Outcome.THREE_POINT
-    return ContactSolution(
-        y[:3], y[3:], slip_speed, determinant, critical_friction(cubic), outcome
-    )
+    first = critical[0] if critical else None
+    return ContactSolution(y[:3], y[3:], slip_speed, determinant, first, outcome)

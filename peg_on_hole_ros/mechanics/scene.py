@@ -5,7 +5,22 @@ from math import isfinite
 
 import numpy as np
 
-from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.errors import PegOnHoleError, slipped
+
+# Least, greatest and unit of each number; the table of parameters has them from here.
+RANGES = {
+    "hole_diameter": (1e-4, 1.0, "m"),
+    "peg_diameter": (1e-4, 1.0, "m"),
+    "peg_height": (1e-4, 10.0, "m"),
+    "peg_mass": (1e-6, 1e4, "kg"),
+    "friction": (0.0, 2.0, ""),
+    "mass_center_height": (0.0, 10.0, "m"),
+    "transverse_inertia": (0.0, 1e4, "kg m^2"),
+    "axial_inertia": (0.0, 1e4, "kg m^2"),
+    "gravity": (-100.0, 100.0, "m/s^2"),
+    "clearance_stddev": (0.0, 0.01, "m"),
+    "friction_stddev": (0.0, 1.0, ""),
+}
 
 
 @dataclass(frozen=True)
@@ -48,21 +63,13 @@ class Scene:
 
     def __post_init__(self):
         """Refuse sizes that are no peg and hole, and units slipped by 1000."""
-        _within("hole_diameter", self.hole_diameter, 1e-4, 1.0, "m")
-        _within("peg_diameter", self.peg_diameter, 1e-4, 1.0, "m")
-        _within("peg_height", self.peg_height, 1e-4, 10.0, "m")
-        _within("peg_mass", self.peg_mass, 1e-6, 1e4, "kg")
-        _within("friction", self.friction, 0.0, 2.0, "")
-        _within("friction_stddev", self.friction_stddev, 0.0, 1.0, "")
-        _within("clearance_stddev", self.clearance_stddev, 0.0, 0.01, "m")
-        _within("mass_center_height", self.mass_center_height, 0.0, 10.0, "m")
-        _within("transverse_inertia", self.transverse_inertia, 0.0, 1e4, "kg m^2")
-        _within("axial_inertia", self.axial_inertia, 0.0, 1e4, "kg m^2")
-        for component in self.gravity:
-            _within("gravity", component, -100.0, 100.0, "m/s^2")
+        for name, limits in RANGES.items():
+            value = getattr(self, name)
+            for number in value if name == "gravity" else (value,):
+                _within(f"scene.{name}", number, *limits)
         if self.peg_diameter >= self.hole_diameter:
             raise PegOnHoleError(
-                f"peg_diameter = {self.peg_diameter:g} m is not below hole_diameter = "
+                f"scene.peg_diameter = {self.peg_diameter:g} m is not below scene.hole_diameter = "
                 f"{self.hole_diameter:g} m: a peg rests on three points of a rim only if it is "
                 "thinner than the hole; check whether the two are exchanged"
             )
@@ -84,11 +91,12 @@ class Scene:
 
 
 def _within(name, value, low, high, unit):
+    number = isinstance(value, (int, float)) and isfinite(value)
+    if number and low <= value <= high:
+        return
+    remedy = number and slipped(value, unit, low, high)
     unit = f" {unit}" if unit else ""
-    if not isinstance(value, (int, float)) or not isfinite(value) or not low <= value <= high:
-        remedy = ""
-        if isinstance(value, (int, float)) and isfinite(value) and low <= value / 1000 <= high:
-            remedy = f"; {value / 1000:g}{unit} would be: the units look slipped by 1000"
-        raise PegOnHoleError(
-            f"{name} = {value}{unit} is not within {low:g} to {high:g}{unit}{remedy}"
-        )
+    raise PegOnHoleError(
+        f"{name} = {value}{unit} is not within {low:g} to {high:g}{unit}"
+        + (f"; {remedy}" if remedy else "")
+    )

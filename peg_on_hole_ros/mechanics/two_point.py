@@ -31,8 +31,6 @@ class TwoPointPose(NamedTuple):
         K and B [m]; unit normals on the peg.
     alpha : float
         Place of K on the rim, from -h [rad].
-    axis_length : float
-        From the lower end to the plane of the rim, along the peg's axis [m].
 
     """
 
@@ -40,7 +38,6 @@ class TwoPointPose(NamedTuple):
     points: np.ndarray
     normals: np.ndarray
     alpha: float
-    axis_length: float
 
 
 class TwoPointSolution(NamedTuple):
@@ -120,7 +117,7 @@ def two_point_pose(scene: Scene, gamma: float, lateral: float = 0.0) -> TwoPoint
     B = [D / 2 * cb.v, D / 2 * sb.v, float((R * c * s * cb / rho - length * c).v)]
     n_K = np.array([ca.v, sa.v, ca.v * s.v / c.v])
     normals = np.array([n_K / np.linalg.norm(n_K), [-cb.v, -sb.v, 0.0]])
-    return TwoPointPose(center, np.array([K, B]), normals, float(np.arcsin(sa.v)), float(length.v))
+    return TwoPointPose(center, np.array([K, B]), normals, float(np.arcsin(sa.v)))
 
 
 def _place_of_K(y, c, R, D):

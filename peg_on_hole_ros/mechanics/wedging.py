@@ -1,12 +1,11 @@
-"""Where friction makes the six equations singular: all critical coefficients, and their onset."""
+"""How near a state is to where friction makes the six equations singular."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
-from peg_on_hole_ros.mechanics.reference import friction_cubic
+from peg_on_hole_ros.mechanics.reference import critical_frictions, friction_cubic
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
@@ -58,36 +57,6 @@ def wedging(scene: Scene, q, rates, slip_velocity_scale=0.0) -> Wedging:
     cubic = friction_cubic(scene, q, rates, slip_velocity_scale)
     determinant = float(np.polyval(cubic[::-1], scene.friction))
     return Wedging(determinant, critical_frictions(cubic), discriminant(cubic))
-
-
-def critical_frictions(cubic) -> tuple[float, ...]:
-    """
-    Return all positive real roots of the determinant's cubic, ascending.
-
-    Parameters
-    ----------
-    cubic : array_like, shape (4,)
-        From `reference.friction_cubic`: coefficients of f^0 .. f^3.
-
-    Returns
-    -------
-    tuple of float
-
-    Raises
-    ------
-    PegOnHoleError
-        Where a coefficient is not finite.
-
-    """
-    cubic = np.asarray(cubic, float)
-    if cubic.shape != (4,) or not np.all(np.isfinite(cubic)):
-        raise PegOnHoleError(f"cubic = {cubic} is not four finite coefficients of f^0 .. f^3")
-    # Coefficients that are rounding beside the others would give roots near infinity.
-    high = np.where(np.abs(cubic) < 1e-12 * np.max(np.abs(cubic)), 0, cubic)[::-1]
-    roots = np.roots(np.trim_zeros(high, "f"))
-    # A double root comes out of the eigenvalues with an imaginary part of about sqrt(1e-16).
-    real = roots.real[(np.abs(roots.imag) < 1e-7 * np.abs(roots)) & (roots.real > 0)]
-    return tuple(float(x) for x in np.sort(real))
 
 
 def discriminant(cubic) -> float:

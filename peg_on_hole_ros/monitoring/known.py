@@ -17,6 +17,7 @@ class Known(NamedTuple):
     Attributes
     ----------
     friction, friction_stddev : float
+        [-].
     clearance, clearance_stddev : float
         [m].
     reactions : float

@@ -3,7 +3,7 @@
 from math import fabs, inf, isfinite, sqrt
 
 from peg_on_hole_ros.estimation.kernel.memory import RATES, SPREAD, WORK, X
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, determinant_at
+from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
 from peg_on_hole_ros.monitoring.contacts import below
 
 # Slower than any motion a cell makes and faster than rounding: dry friction.
@@ -42,7 +42,7 @@ def wedging_ahead(p, f, rate, turn, turn_variance, rest_rate, horizon):
     elif rate < 0.0:
         end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + _END), gamma))
     uncertain = sqrt(max(f[SPREAD], 0.0))
-    shifted = _with_friction(p, p.f + uncertain)
+    shifted = with_friction(p, p.f + uncertain)
     rates = (dgamma, dpsi, (swing - dpsi) / ratio)
     least, where = inf, gamma
     # Dense towards gamma0, where the determinant bends.
@@ -74,10 +74,3 @@ def wedging_ahead(p, f, rate, turn, turn_variance, rest_rate, horizon):
 @compiled
 def _finite(x):
     return x if isfinite(x) else 0.0
-
-
-@compiled
-def _with_friction(p, friction):
-    """Return the scene with another coefficient; compiled code has no _replace."""
-    inertia = (p.m, p.Ie, p.Iz)
-    return SceneScalars(p.d, p.D, p.H_c, p.gamma0, *inertia, friction, p.g_x, p.g_y, p.g_z)

@@ -117,9 +117,9 @@ def test_reader_that_goes_away_is_no_error(bag):
         ),
         (
             "scene: {peg_diameter: 0.051}",
-            "peg_diameter = 0.051 m is not below hole_diameter = 0.05 m: a peg rests on three "
-            "points of a rim only if it is thinner than the hole; check whether the two are "
-            "exchanged",
+            "scene.peg_diameter = 0.051 m is not below scene.hole_diameter = 0.05 m: a peg rests "
+            "on three points of a rim only if it is thinner than the hole; check whether the two "
+            "are exchanged",
         ),
         (
             "scene: {hole_diameter: 50.0, peg_diameter: 49.9, peg_height: 70.0}",

@@ -166,9 +166,9 @@ def test_values_reach_their_fields_and_come_back():
         (
             {"scene.peg_diameter": 0.051},
             (
-                "peg_diameter = 0.051 m is not below hole_diameter = 0.05 m: a peg rests on three "
-                "points of a rim only if it is thinner than the hole; check whether the two are "
-                "exchanged"
+                "scene.peg_diameter = 0.051 m is not below scene.hole_diameter = 0.05 m: a peg "
+                "rests on three points of a rim only if it is thinner than the hole; check "
+                "whether the two are exchanged"
             ),
         ),
         (

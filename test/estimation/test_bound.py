@@ -241,3 +241,12 @@ def test_refuses_what_is_no_motion(change, text):
         posterior_bound(
             scene, **({"t": t, "state": state, "wrench": wrench, "sensors": sensors} | change)
         )
+
+
+def test_begins_at_an_orientation():
+    scene, t, state, wrench, sensors = motion(count=30)
+    later = sensors._replace(measured=np.arange(30) % 2 == 1)
+    with pytest.raises(PegOnHoleError, match=r"measured\[0\] is False: .* cut the motion"):
+        posterior_bound(scene, t, state, wrench, later)
+    later = later._replace(measured=later.measured[1:])
+    posterior_bound(scene, t[1:], state[1:], wrench[1:], later)

@@ -174,17 +174,33 @@ def with_noise(truth, seed):
 
 
 # Seeds with which the top of the likelihood is far from the truth, along a ridge.
-@pytest.mark.parametrize(("scene", "seed"), [("slip", 4), ("slip", 6), ("even", 3), ("even", 5)])
-def test_a_cell_that_is_right_is_left_as_it_is(scene, seed):
+RIGHT = [("slip", 4), ("slip", 6), ("even", 3), ("even", 5)]
+
+
+@cache
+def from_the_truth(scene, seed):
     truth = with_noise(even() if scene == "even" else simulated_truth("closing_with_slip"), seed)
     start = truth.plan.configuration
-    found = calibrate(as_recording(truth, start), start)
+    return calibrate(as_recording(truth, start), start)
+
+
+@pytest.mark.parametrize(("scene", "seed"), RIGHT)
+def test_a_cell_that_is_right_is_left_as_it_is(scene, seed):
+    found = from_the_truth(scene, seed)
     assert [one.name for one in found.estimates if one.changed] == []
     if scene == "even":
         # Without noise it is known to 20 ms there, which is what was known before.
         assert not found.estimates[NAMES.index("delay")].seen
-    # Of 14 intervals, some of which go together.
-    assert sum(one.low <= one.start <= one.high for one in found.estimates) >= 7
+
+
+def test_intervals_of_95_percent_hold_the_truth():
+    estimates = [one for case in RIGHT for one in from_the_truth(*case).estimates]
+    held = [one.low <= one.start <= one.high for one in estimates]
+    # Of 56 that hold it by 95 % each, fewer than 48 do with a probability of 4e-4 (binomial). 50
+    # do; a third as wide 35 would. The 6 others are of one recording: what shares a lever errs
+    # together.
+    assert len(held) == 56
+    assert sum(held) >= 48
 
 
 def test_one_that_is_wrong_is_found_and_the_others_stay():
@@ -419,6 +435,18 @@ def test_no_wrench_is_held_over_a_silence(silence):
     assert [one.name for one in found.estimates if one.changed] == []
     # With the last wrench before it held on it was 90 and more.
     assert found.nis_before < 4.0
+
+
+@pytest.mark.parametrize("delay", [0.1, -0.1])
+def test_a_stated_delay_of_the_stamps_moves_no_part_that_slides_steadily(delay):
+    # Pressed and let go of several times: a load at the wrong time ends parts elsewhere.
+    truth = simulated_truth("working_cycle")
+    start = truth.plan.configuration
+    record = as_recording(truth, start)
+    late = record._replace(joint_t=record.joint_t + delay)
+    stated = replace(start, joints=replace(start.joints, delay=delay))
+    assert len(steady(record, start)) == 4
+    assert steady(late, stated) == steady(record, start)
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,12 @@ import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import reference
 from peg_on_hole_ros.mechanics.free_body import free_body, wrench_of
+from peg_on_hole_ros.mechanics.reference import critical_frictions
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.stick_slip import Motion, solve_stick_slip
 from peg_on_hole_ros.mechanics.undetermined import Determination, reaction_ranges
 from peg_on_hole_ros.mechanics.unilateral import Existence, solve_unilateral
-from peg_on_hole_ros.mechanics.wedging import critical_frictions, wedging
+from peg_on_hole_ros.mechanics.wedging import wedging
 
 SCENE = Scene()
 WEIGHT = SCENE.peg_mass * 9.80665
@@ -289,6 +290,21 @@ def test_roots_of_known_cubics():
     assert critical_frictions([1, 2, 1, 0]) == ()
     with pytest.raises(PegOnHoleError, match="is not four finite coefficients"):
         critical_frictions([1, np.nan, 0, 0])
+
+
+@pytest.mark.parametrize("rates", [(0, 1, 0), (0, 0, 1), (0, -1, 0), (0, 0, -1)])
+@pytest.mark.parametrize("gamma", [0.0634, 0.07, 0.15, 0.5, 1.2])
+def test_a_peg_that_does_not_tilt_wedges_with_no_friction(gamma, rates):
+    q = [gamma, 0.3, 0.2]
+    none, some = (
+        reference.six_equations(replace(SCENE, friction=f), q, rates, np.zeros(6), 0.0)[0]
+        for f in (0.0, 1.0)
+    )
+    # Friction enters them linearly: that way beyond what a scene takes, to a thousand.
+    signs = [np.linalg.slogdet(none + f * (some - none))[0] for f in np.geomspace(1e-3, 1e3, 200)]
+    assert signs == [np.linalg.slogdet(none)[0]] * 200
+    assert reference.solve_contact(SCENE, q, rates, *NOTHING).critical_friction is None
+    assert wedging(SCENE, q, rates).roots == ()
 
 
 @pytest.mark.parametrize("solve", [solve_unilateral, solve_stick_slip, reaction_ranges])

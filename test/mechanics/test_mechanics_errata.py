@@ -328,8 +328,9 @@ def test_limit_at_gamma0_is_not_uniform():
 
 
 def test_the_critical_friction_of_pure_alignment():
-    cubic = reference.friction_cubic(Scene(), [0.0634, 0, 0], [-0.16, 0, 0])
-    assert reference.critical_friction(cubic) == pytest.approx(0.1407, abs=5e-5)
+    nothing = np.zeros(3)
+    found = reference.solve_contact(Scene(), [0.0634, 0, 0], [-0.16, 0, 0], nothing, nothing)
+    assert found.critical_friction == pytest.approx(0.1407, abs=5e-5)
 
 
 def test_every_test_named_in_the_errata_exists():

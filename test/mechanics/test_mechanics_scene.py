@@ -10,12 +10,13 @@ from peg_on_hole_ros.mechanics.scene import Scene
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"peg_diameter": 0.05}, r"peg_diameter = 0.05 m is not below hole_diameter = 0.05 m"),
+        ({"peg_diameter": 0.05}, r"is not below scene.hole_diameter = 0.05 m: a peg"),
         ({"peg_diameter": 0.06}, r"check whether the two are exchanged"),
         ({"hole_diameter": 50.0}, r"hole_diameter = 50.0 m is not within 0.0001 to 1 m; 0.05 m"),
         ({"peg_height": 70.0}, r"0.07 m would be: the units look slipped by 1000"),
         ({"gravity": (0.0, 0.0, -9806.65)}, r"gravity = -9806.65 m/s\^2 is not within .* slipped"),
         ({"friction": -0.1}, r"friction = -0.1 is not within 0 to 2"),
+        ({"friction": 150.0}, r"friction = 150.0 is not within 0 to 2$"),
         ({"friction": float("nan")}, r"friction = nan is not within"),
         ({"peg_mass": float("inf")}, r"peg_mass = inf kg is not within"),
         ({"peg_mass": 0.0}, r"peg_mass = 0.0 kg is not within"),
@@ -24,8 +25,10 @@ from peg_on_hole_ros.mechanics.scene import Scene
     ],
 )
 def test_an_impossible_scene_is_refused(change, message):
-    with pytest.raises(PegOnHoleError, match=message):
+    with pytest.raises(PegOnHoleError, match=message) as caught:
         Scene(**change)
+    # As a file of parameters has it.
+    assert str(caught.value).startswith(f"scene.{next(iter(change))} = ")
 
 
 def test_a_solid_cylinder_unless_given():

@@ -380,10 +380,12 @@ def test_contact_that_comes_and_goes_has_a_time_and_a_latency():
     assert mode.touch.onset
     assert mode.touch.t == pytest.approx(0.1, abs=1.5e-3)
     assert mode.touch.latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
-    declare(mode, free, 0.3)
+    # And goes the same way, a millisecond after the last that was shown.
+    declare(mode, doubt, 0.207, duration=0.004)
+    declare(mode, free, 0.212)
     assert not mode.touch.onset
-    assert mode.touch.t == pytest.approx(0.3, abs=0.1)
-    assert mode.touch.latency == pytest.approx(OPTIONS.mode_dwell, abs=0.1)
+    assert mode.touch.t == pytest.approx(0.206, abs=1.5e-3)
+    assert mode.touch.latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
 
 
 def test_flag_rises_out_of_contact_above_gamma0_only():

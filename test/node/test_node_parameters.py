@@ -35,8 +35,8 @@ OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
         (
             ["-p", "scene.peg_diameter:=0.06"],
             "",
-            "peg_on_hole: error: peg_diameter = 0.06 m is not below hole_diameter = 0.05 m: "
-            "a peg rests on three points of a rim only if it is thinner than the hole; "
+            "peg_on_hole: error: scene.peg_diameter = 0.06 m is not below scene.hole_diameter = "
+            "0.05 m: a peg rests on three points of a rim only if it is thinner than the hole; "
             "check whether the two are exchanged",
         ),
         (

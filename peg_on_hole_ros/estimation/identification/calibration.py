@@ -199,7 +199,7 @@ def _searched(record, moved, parts, start, progress):
     """Return the runs over some parts, and what they make of the start; None where nothing."""
     rows, x0 = _rows(parts), coordinates(start)
     limits = _limits(start, x0, moved.q[rows, 0].min())
-    force = float(np.median(load(record, moved, start.scene, start.wrench)[rows]))
+    force = float(np.median(load(record, moved, start)[rows]))
     scale = measures(start.scene.hole_diameter, force)
     runs = Runs(record, parts, start, limits, scale, progress)
     found = search(runs, x0) or _as_started(runs, x0)

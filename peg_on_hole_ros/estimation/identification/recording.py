@@ -7,8 +7,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration, WrenchInput
+from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Width of the mean over the wrench [s]; a guided motion changes little within it.
@@ -160,13 +159,15 @@ def motion(record: Recording) -> Motion:
     return Motion(q, rates, accelerations, valid)
 
 
-def load(record: Recording, moved: Motion, scene: Scene, options: WrenchInput) -> np.ndarray:
+def load(record: Recording, moved: Motion, configuration: Configuration) -> np.ndarray:
     """Return the size of the force that the rim carries at each joint state [N], shape (m,)."""
+    scene, options = configuration.scene, configuration.wrench
     reduction = WrenchReduction(options, scene)
     force = record.wrench[:, :3] * reduction.sign - reduction.tare[:3]
     window = np.ones(HALF_WINDOW) / HALF_WINDOW
     smooth = (np.convolve(column, window, "same") for column in force.T)
-    at = np.array([np.interp(record.joint_t, record.wrench_t, column) for column in smooth])
+    t = record.joint_t - configuration.joints.delay
+    at = np.array([np.interp(t, record.wrench_t, column) for column in smooth])
     weight = (scene.peg_mass + options.payload_mass) * np.array(scene.gravity)
     weight_P = np.einsum("ijk,i->jk", peg_axes(moved.q.T), weight)
     return np.linalg.norm(reduction.matrix[:3, :3] @ at + weight_P, axis=0)
@@ -218,7 +219,7 @@ def conditions(
     tilted = (moved.q[:, 0] > nearest * scene.gamma0) & (moved.q[:, 0] < 1.4)
     valid = moved.valid & _beside_wrenches(record, configuration.joints.delay)
     chosen = valid & tilted
-    force = load(record, moved, scene, configuration.wrench)
+    force = load(record, moved, configuration)
     strong = np.quantile(force[chosen], 0.9) if chosen.any() else 0.0
     loaded = force > max(configuration.monitor.contact_force_threshold, LOAD_SHARE * strong)
     gamma = np.where(chosen, moved.q[:, 0], 1.1 * scene.gamma0)
