@@ -139,6 +139,8 @@ def test_an_empty_path_is_no_configuration(recording, capsys):
     message = "the path of the configuration is empty; name a file, or leave it out"
     for command in ("replay", "inspect"):
         fails(capsys, 2, message, command, "rec", "--config", "")
+    fails(capsys, 2, message, "node", "--config", "")
+    fails(capsys, 2, message, "node", "--config=", "--ros-args", "-p", "autostart:=false")
 
 
 def test_a_text_on_a_full_disk_is_an_error_that_names_it():
