@@ -32,6 +32,8 @@ TOPICS = {
     "markers": MARKERS,
 }
 LATCHED = ("transition", "contact_mode")
+# Of a replay alone.
+SMOOTHED = {"smoothed_state": JOINT_STATE, "smoothed_state_stddev": JOINT_STATE}
 
 # Three-point contact leaves three degrees of freedom, so the pose's covariance has rank 3, and
 # programs that invert it would fail. These standard deviations are added on its diagonal: far
