@@ -136,6 +136,28 @@ def test_truth_is_read_by_name(tmp_path):
     assert [found.mode_at(k * S) for k in range(-1, 3)] == ["", "open", "open", "three_point"]
 
 
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize(("began", "pace"), [(0, 1), (1_700_000_000 * S, 3)])
+def test_a_mode_has_the_stamp_of_its_state(tmp_path, first, began, pace):
+    # As written, its stamps the log times; and as played at a third of its pace and recorded anew,
+    # where messages of one stamp come shortly after one another.
+    way = S // 1000 if began else 0
+    modes = {0: "open", 2: "three_point", 5: "two_point", 6: "two_point"}
+    with BagWriter(tmp_path / "truth.mcap") as bag:
+        for k in range(8):
+            state = joint_state(k * S, ("gamma", "psi", "phi"), (1.0, 1.0, 1.0))
+            contacts = joint_state(k * S, ("K", "B1", "B2"), effort=(1.0, 1.0, 1.0))
+            messages = [("state", JOINT_STATE, state), ("contacts", JOINT_STATE, contacts)]
+            if k in modes:
+                mode = ("contact_mode", STRING, {"data": modes[k]})
+                messages.insert(0 if first else 2, mode)
+            for i, (suffix, ros_type, message) in enumerate(messages):
+                bag.write(f"/truth/{suffix}", ros_type, message, began + pace * k * S + i * way)
+    found = read_truth(Bag(tmp_path / "truth.mcap"))
+    assert found.mode_ns.tolist() == [0, 2 * S, 5 * S]
+    assert found.modes == ["open", "three_point", "two_point"]
+
+
 def test_where_truth_is_silent_on_reactions_only_angles_count(tmp_path):
     path = tmp_path / "silent.mcap"
     with BagWriter(path) as bag:
