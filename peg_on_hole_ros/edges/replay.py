@@ -197,7 +197,7 @@ def replay_bag(
     apart = seen.apart(configuration)
     if apart:
         raise BagError(f"{bag.path}: {apart}")
-    used, dropped, events = _fates(stream.counts, sum(read.values()))
+    used, dropped, events = _fates(stream.counts, read)
     if not stream.counts.get("wrench_used"):
         reasons = ", ".join(f"{reason} {n}" for reason, n in dropped.items())
         raise BagError(
@@ -233,9 +233,15 @@ def _fates(counts, read):
             continue
         fate = "_dropped_" in name or name == "joints_gated"
         (dropped if fate else events)[name] = count
-    used = counts.get("wrench_used", 0) + counts.get("joints_used", 0)
-    # Joint states wait for the wrench of their stamp; at the end of a bag some wait for ever.
-    waiting = read - used - sum(dropped.values())
-    if waiting > 0:
-        dropped["joints_dropped_after_last_wrench"] = waiting
-    return used, dropped, events
+    used = {source: counts.get(f"{source}_used", 0) for source in read}
+    for source, count in read.items():
+        lost = sum(n for name, n in dropped.items() if name.startswith(source))
+        # What is ahead, and what was late, waits for the next wrench; at the end some for ever.
+        waiting = count - used[source] - lost
+        if waiting > 0:
+            dropped[f"{source}_dropped_after_last_wrench"] = waiting
+        if waiting > 0 and source == "wrench":
+            # These were late, all of them, and were not used.
+            events["wrench_late"] = events.get("wrench_late", 0) - waiting
+    events = {name: count for name, count in events.items() if count > 0}
+    return sum(used.values()), dropped, events
