@@ -187,7 +187,7 @@ def _read(bag, readers, max_gap, see):
             statistics[topic].add(sample.t_ns, log_ns)
             progress(count / total)
     for topic, count in bag.undecodable.items():
-        dropped[topic, "unreadable"] = count
+        dropped[topic, "unreadable"] += count
     for topic, found in statistics.items():
         if found.repeated:
             used[topic] -= found.repeated
