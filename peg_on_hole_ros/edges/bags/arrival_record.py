@@ -10,12 +10,12 @@ from mcap.writer import CompressionType, IndexType, Writer
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, configuration_metadata
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.messages.output import STRING
+from peg_on_hole_ros.edges.messages.output import PREFIX, STRING
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
 # Calls of ~/reset and ~/tare change the estimate, so they are part of what arrived.
-EVENT_TOPIC = "/peg_on_hole/events"
+EVENT_TOPIC = f"{PREFIX}events"
 # A killed node loses what is not in a complete chunk: small ones, about 0.1 s at 1.5 kHz.
 CHUNK_BYTES = 16 * 1024
 # The writer keeps the place of each chunk for an index at the end, some 0.6 kB: 40 MB in two hours

@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.output import JOINT_STATE, LATCHED, SMOOTHED, TOPICS
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, LATCHED, PREFIX, SMOOTHED, TOPICS
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
-PREFIX = "/peg_on_hole/"  # of a replay, and of a node that is not renamed
 # What an estimate is made of, and what else bears a stamp.
 _STAMPED = ("state", "state_stddev", "contacts", "contacts_stddev", "monitor")
 _ORDERED = "state"

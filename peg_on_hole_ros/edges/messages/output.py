@@ -15,6 +15,8 @@ STRING = "std_msgs/msg/String"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 
+# Of a replay, and of a node that is not renamed.
+PREFIX = "/peg_on_hole/"
 # Topic under the node's name, and its type.
 TOPICS = {
     "state": JOINT_STATE,
