@@ -24,6 +24,8 @@ _ROS_PREFIX = "qos_overrides."
 _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _PYTHON = {"bool": bool, "integer": int, "double": float, "string": str}
 _WORDS = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
+# How many times its limit a value is, at least, that is taken for one of another unit.
+_FAR = 5.0
 # For ROS 2 these are texts, and would become the name of a file or a topic.
 _NOTHING = ("null", "Null", "NULL", "~")
 
@@ -112,14 +114,15 @@ def checked(row: Parameter, value: object) -> object:
 
 
 def _scalar(row, name, kind, value):
+    example = _example(row, name != row.name)
     if value is None or name != row.name and value in ("", *_NOTHING):
         raise PegOnHoleError(
-            f"{name} = {'null' if value is None else repr(value)} is empty; {_example(row)}"
+            f"{name} = {'null' if value is None else repr(value)} is empty; {example}"
         )
     # bool is an int for Python, not for ROS 2; numpy's numbers are neither.
     if type(value) is not _PYTHON[kind]:
         found = _WORDS.get(type(value), f"a {type(value).__name__}")
-        remedy = _example(row)
+        remedy = example
         if kind == "string" and type(value) in (bool, int, float):
             remedy = "write it within quotes"
         if kind == "double" and type(value) is int:
@@ -130,7 +133,7 @@ def _scalar(row, name, kind, value):
     if row.choices and value not in row.choices:
         raise PegOnHoleError(f"{name} = {value!r} is not one of {', '.join(row.choices)}")
     if row.topic and not _TOPIC.fullmatch(value):
-        raise PegOnHoleError(f"{name} = {value!r} is not the name of a topic; {_example(row)}")
+        raise PegOnHoleError(f"{name} = {value!r} is not the name of a topic; {example}")
     if row.low is not None:
         _within(row, name, value)
     return value
@@ -144,11 +147,18 @@ def _within(row, name, value):
     if row.unit in ("rad", "rad/s") and isfinite(value) and row.low <= radians(value) <= row.high:
         per = " a second" if row.unit == "rad/s" else ""
         remedy = f"degrees? {value:g} of them{per} are {radians(value):.6g}{unit}"
-    elif row.unit and isfinite(value) and value and row.low <= value / 1000 <= row.high:
+    elif row.unit and _slipped(row, value):
         remedy = f"{value / 1000:g}{unit} would be: the units look slipped by 1000"
     raise PegOnHoleError(
         f"{name} = {value:g}{unit} is not within {row.low:g} to {row.high:g}{unit}; {remedy}"
     )
+
+
+def _slipped(row, value):
+    """Return whether a value is one of the thousandth unit: so it fits, and so it is far out."""
+    if not isfinite(value) or not row.low <= value / 1000 <= row.high:
+        return False
+    return value > _FAR * row.high if value > row.high else value < -_FAR * abs(row.low)
 
 
 def _unknown(name):
@@ -256,13 +266,14 @@ def _text(default):
     return str(list(default)) if isinstance(default, tuple) else f"{default:g}"
 
 
-def _example(row):
-    value = list(row.default) if isinstance(row.default, tuple) else row.default
-    return (
-        f"it is {_article(row.type)} such as {value!r}"
-        if value != ""
-        else f"it is {_article(row.type)}"
-    )
+def _example(row, item=False):
+    """Return what a parameter is, or an item of it, with its default as an example."""
+    kind, value = row.type, row.default
+    if item:
+        kind, value = kind.removesuffix("[]"), value[0]
+    elif isinstance(value, tuple):
+        value = list(value)
+    return f"it is {_article(kind)}" + (f" such as {value!r}" if value != "" else "")
 
 
 def _article(kind):
