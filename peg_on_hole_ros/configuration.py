@@ -112,14 +112,15 @@ def checked(row: Parameter, value: object) -> object:
 
 
 def _scalar(row, name, kind, value):
+    example = _example(row, name != row.name)
     if value is None or name != row.name and value in ("", *_NOTHING):
         raise PegOnHoleError(
-            f"{name} = {'null' if value is None else repr(value)} is empty; {_example(row)}"
+            f"{name} = {'null' if value is None else repr(value)} is empty; {example}"
         )
     # bool is an int for Python, not for ROS 2; numpy's numbers are neither.
     if type(value) is not _PYTHON[kind]:
         found = _WORDS.get(type(value), f"a {type(value).__name__}")
-        remedy = _example(row)
+        remedy = example
         if kind == "string" and type(value) in (bool, int, float):
             remedy = "write it within quotes"
         if kind == "double" and type(value) is int:
@@ -130,7 +131,7 @@ def _scalar(row, name, kind, value):
     if row.choices and value not in row.choices:
         raise PegOnHoleError(f"{name} = {value!r} is not one of {', '.join(row.choices)}")
     if row.topic and not _TOPIC.fullmatch(value):
-        raise PegOnHoleError(f"{name} = {value!r} is not the name of a topic; {_example(row)}")
+        raise PegOnHoleError(f"{name} = {value!r} is not the name of a topic; {example}")
     if row.low is not None:
         _within(row, name, value)
     return value
@@ -262,13 +263,14 @@ def _text(default):
     return str(list(default)) if isinstance(default, tuple) else f"{default:g}"
 
 
-def _example(row):
-    value = list(row.default) if isinstance(row.default, tuple) else row.default
-    return (
-        f"it is {_article(row.type)} such as {value!r}"
-        if value != ""
-        else f"it is {_article(row.type)}"
-    )
+def _example(row, item=False):
+    """Return what a parameter is, or an item of it, with its default as an example."""
+    kind, value = row.type, row.default
+    if item:
+        kind, value = kind.removesuffix("[]"), value[0]
+    elif isinstance(value, tuple):
+        value = list(value)
+    return f"it is {_article(kind)}" + (f" such as {value!r}" if value != "" else "")
 
 
 def _article(kind):

@@ -1,5 +1,8 @@
 """The one error type that impossible input raises, and a remedy that several of them name."""
 
+# How many times its limit a value is, at least, that is taken for one of another unit.
+FAR = 5.0
+
 
 class PegOnHoleError(ValueError):
     """
@@ -31,7 +34,12 @@ class BagDamaged(PegOnHoleError):
 
 
 def slipped(value: float, unit: str, low: float, high: float) -> str:
-    """Return the remedy for a value of which a thousandth is in range; empty where it is not."""
-    if not unit or not low <= value / 1000 <= high:
+    """
+    Return the remedy for a value in the thousandth unit; empty where it is just out of range.
+
+    Of such a value a thousandth is in range, and it lies beyond by `FAR` times the limit.
+    """
+    far = value > FAR * high if value > high else value < -FAR * abs(low)
+    if not unit or not far or not low <= value / 1000 <= high:
         return ""
     return f"{value / 1000:g} {unit} would be: the units look slipped by 1000"

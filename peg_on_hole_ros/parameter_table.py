@@ -481,7 +481,11 @@ PARAMETERS: tuple[Parameter, ...] = (
     _row("autostart", "node: configure and activate itself at start"),
     _row("record_arrivals", "node: MCAP file for messages in their order of arrival; empty: none"),
     _row(
-        "qos_depth", "node: queue of each subscription; short queues lose messages", "", 1, 100_000
+        "qos_depth",
+        "node: queue of each input and of each output; short queues lose messages",
+        "",
+        1,
+        100_000,
     ),
     _row("markers_rate", "most marker messages per second of stamp time", "Hz", 0.0, 1000.0),
 )

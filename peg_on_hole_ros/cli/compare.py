@@ -9,7 +9,7 @@ import numpy as np
 from peg_on_hole_ros.cli.recording import open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
-from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, estimates
+from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, Output, same_message
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
@@ -80,13 +80,25 @@ def compare(a: Bag, b: Bag, first: str | None = None, second: str | None = None)
         One is no output of this package, or has several, or they have no stamp in common.
 
     """
-    pairs = _Pairs()
-    only_a, only_b = _align(estimates(a, first), estimates(b, second), pairs.add)
+    first_output, second_output = Output(a, first, rest=True), Output(b, second, rest=True)
+    topics = [set(output.topics) for output in (first_output, second_output)]
+    pairs = _Pairs([name for name in first_output.topics if name in topics[1]])
+    only_a, only_b = _align(iter(first_output), iter(second_output), pairs.add)
     if not pairs.count:
         raise BagError(f"{a.path} and {b.path} have no stamp in common")
+    left_out = {
+        "incomplete_a": first_output.incomplete,
+        "incomplete_b": second_output.incomplete,
+        "topics_only_a": sorted(topics[0] - topics[1]),
+        "topics_only_b": sorted(topics[1] - topics[0]),
+    }
+    differs = pairs.differs or only_a > 0 or only_b > 0
     return {
         "stamps": {"common": pairs.count, "only_a": only_a, "only_b": only_b},
-        "identical": pairs.identical and not only_a and not only_b,
+        "identical": not differs and not any(left_out.values()),
+        "differs": differs,
+        **left_out,
+        "topics": pairs.topics,
         "quantities": pairs.quantities(),
         "monitor": pairs.monitor(),
         "contact_mode_agrees": pairs.modes / pairs.count,
@@ -115,12 +127,12 @@ def _align(a, b, add):
 
 
 class _Pairs:
-    """Sums over pairs of estimates."""
+    """Sums over pairs of estimates; `topics` are those that both outputs have."""
 
-    def __init__(self):
+    def __init__(self, topics):
         size = len(QUANTITIES)
         self.count = self.modes = self.transitions = 0
-        self.identical = True
+        self.topics = {name: {"stamps": 0, "differ": 0} for name in topics}
         self._greatest, self._squares = np.zeros(size), np.zeros(size)
         self._sigma_greatest, self._sigma_squares = np.zeros(size), np.zeros(size)
         self._sigma_counts = np.zeros(size, dtype=int)
@@ -150,11 +162,16 @@ class _Pairs:
             entry[0] += 1
             entry[1] = max(entry[1], size)
             entry[2] += size**2
-        self.identical &= (
-            np.array_equal(a.values, b.values)
-            and np.array_equal(a.stddev, b.stddev)
-            and (a.monitor, a.mode, a.transition) == (b.monitor, b.mode, b.transition)
-        )
+        for name, counts in self.topics.items():
+            one, other = a.messages.get(name), b.messages.get(name)
+            counts["stamps"] += not one is other is None
+            counts["differ"] += not same_message(one, other)
+
+    @property
+    def differs(self):
+        """Whether anything is not the same to the last bit."""
+        declared = self.modes == self.transitions == self.count
+        return not declared or any(counts["differ"] for counts in self.topics.values())
 
     def quantities(self):
         """Return the differences of angles, rates, reactions and slip speeds."""
@@ -205,7 +222,7 @@ def _text(result, a, b):
         f"B: {b}",
         f"stamps in common: {stamps['common']}; only in A: {stamps['only_a']}; "
         f"only in B: {stamps['only_b']}",
-        f"bit for bit the same: {'yes' if result['identical'] else 'no'}",
+        *_sameness(result),
         "",
         table(
             ("difference B - A", "unit", "max", "RMS", "max/stddev", "RMS/stddev"),
@@ -232,6 +249,21 @@ def _text(result, a, b):
         lines += ["", "configuration"]
         lines += [f"  {name}: {x} -> {y}" for name, (x, y) in differences.items()]
     return "\n".join(lines)
+
+
+def _sameness(result):
+    same = "yes" if result["identical"] else "no" if result["differs"] else "all that both have"
+    yield f"bit for bit the same: {same}"
+    differing = {name: n["differ"] for name, n in result["topics"].items() if n["differ"]}
+    if differing:
+        listed = ", ".join(f"{name} at {count}" for name, count in differing.items())
+        yield f"  stamps at which messages differ: {listed}"
+    for side in "ab":
+        incomplete, alone = result[f"incomplete_{side}"], result[f"topics_only_{side}"]
+        if incomplete:
+            yield f"  not compared: {incomplete} stamps that lack a part in {side.upper()}"
+        if alone:
+            yield f"  not compared: {', '.join(alone)}, only in {side.upper()}"
 
 
 def _number(value):

@@ -20,13 +20,13 @@ from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.bags.estimates import estimates
 from peg_on_hole_ros.edges.bags.files import bag_files
-from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import configuration_metadata
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
 from peg_on_hole_ros.edges.plots.series import Series
-from peg_on_hole_ros.edges.replay import absolute, check_bag, stored_configuration
+from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 

@@ -9,7 +9,7 @@ from peg_on_hole_ros.cli.recording import configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.advice import Seen, apart, remedy, shifted
-from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
 from peg_on_hole_ros.edges.contact_steps import foreseen, foreseen_content
 from peg_on_hole_ros.edges.messages.decode import (
@@ -21,7 +21,7 @@ from peg_on_hole_ros.edges.messages.decode import (
 )
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.oddities import two_robots
-from peg_on_hole_ros.edges.replay import absolute, check_bag
+from peg_on_hole_ros.edges.replay import check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.identification.slip_noise import SlipNoiseOf
 from peg_on_hole_ros.estimation.measurement import NamedPositions
@@ -187,7 +187,7 @@ def _read(bag, readers, max_gap, see):
             statistics[topic].add(sample.t_ns, log_ns)
             progress(count / total)
     for topic, count in bag.undecodable.items():
-        dropped[topic, "unreadable"] = count
+        dropped[topic, "unreadable"] += count
     for topic, found in statistics.items():
         if found.repeated:
             used[topic] -= found.repeated

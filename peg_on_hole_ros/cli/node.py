@@ -1,5 +1,6 @@
 """`peg-on-hole node`: the ROS 2 node."""
 
+from peg_on_hole_ros.cli.settings import check_path
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 
@@ -7,7 +8,8 @@ from peg_on_hole_ros.errors import PegOnHoleError
 def run(arguments) -> int:
     """Run the node until it is stopped; `--config` becomes what ROS 2 has for it."""
     file = []
-    if arguments.config:
+    check_path(arguments.config)
+    if arguments.config is not None:
         # For the same errors as every other command; what fits together the node itself checks,
         # since arguments behind --ros-args may change single values.
         read_parameters(arguments.config)

@@ -60,7 +60,7 @@ def _check_place(path, bag, inputs, seen):
         if not path.is_fifo():  # a pipe's reader would take a first close for the end
             path.open("ab").close()
         return
-    written = [path, part_of(path)] if bag else [path]
+    written = [path, part_of(path)] if bag or _by_part(path) else [path]
     for source in inputs:
         if source.is_dir():
             if path.suffix == ".mcap" and _same(path.parent, source):
@@ -91,22 +91,34 @@ def _try(path):
 
 def write_text(path: str | Path, text: str) -> None:
     """
-    Write a whole file; one that cannot be finished is removed.
+    Write a whole file, which has its name only then: as NAME.part, renamed at the end.
+
+    Pipes, devices and links are written to as they are.
 
     Raises
     ------
     PegOnHoleError
-        It cannot be written, as on a full disk.
+        It cannot be written, as on a full disk; what was there before is kept.
 
     """
     path = Path(path)
+    part = part_of(path) if _by_part(path) else None
     try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        if path.is_file():
+        (part or path).write_text(text, encoding="utf-8")
+        if part:
+            part.replace(path)
+    except BaseException as error:
+        if part:
             with suppress(OSError):
-                path.unlink()
+                part.unlink()
+        if not isinstance(error, OSError):
+            raise
         raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
+
+
+def _by_part(path):
+    # A link may be that of a process to its own output, /dev/stdout, whatever that is.
+    return not path.is_symlink() and (path.is_file() or not path.exists())
 
 
 def out_folder(path: str, config: str | None = None) -> Path:

@@ -10,21 +10,20 @@ from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.advice import lines as doubts_of
-from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import CycleList, json_line
-from peg_on_hole_ros.edges.messages.output import LATCHED
+from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.plots.series import Series
-from peg_on_hole_ros.edges.replay import absolute, check_bag, replay_bag
+from peg_on_hole_ros.edges.replay import check_bag, replay_bag
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
-PREFIX = "/peg_on_hole/"
 ALARM_HEAD = ("time [s]", "alarm", "level", "message")
 CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N]", "alarms")
 

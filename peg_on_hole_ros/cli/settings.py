@@ -10,10 +10,7 @@ from peg_on_hole_ros.options import Configuration, NodeOptions
 
 def load(path: str | None) -> tuple[Configuration, NodeOptions]:
     """Return what a ROS 2 parameters file gives, for None the defaults; errors name the file."""
-    if path == "":
-        raise PegOnHoleError(
-            "the path of the configuration is empty; name a file, or leave it out"
-        )
+    check_path(path)
     parameters = {} if path is None else read_parameters(path)
     try:
         configuration, node = from_parameters(parameters), node_options(parameters)
@@ -21,6 +18,14 @@ def load(path: str | None) -> tuple[Configuration, NodeOptions]:
         raise PegOnHoleError(f"{path}: {error}") from None
     remark(configuration)
     return configuration, node
+
+
+def check_path(path: str | None) -> None:
+    """Refuse an empty path, as an unset variable of a shell gives: the defaults are not meant."""
+    if path == "":
+        raise PegOnHoleError(
+            "the path of the configuration is empty; name a file, or leave it out"
+        )
 
 
 def remark(configuration: Configuration) -> None:

@@ -12,13 +12,6 @@ PAUSE_NS = 200_000_000
 LEVELS = ("OK", "WARN", "ERROR")
 # An alarm that flickers would fill the record; further ones are only counted.
 MOST_ALARMS = 100
-OUTCOMES = {
-    "inserted": "contact became two-point and was so at the end",
-    "jammed": "ended, without a transition, under an ERROR of the alarm jamming",
-    "aborted": "contact was given up before the transition",
-    "unfinished": "the recording or the node ended, or the clock went back, in contact before the "
-    "transition",
-}
 
 
 def json_line(record: dict) -> str:

@@ -9,12 +9,12 @@ from typing import NamedTuple, Protocol
 from peg_on_hole_ros.configuration import from_parameters, node_options, uncertain_offsets
 from peg_on_hole_ros.edges.advice import Seen, remedy
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bags.reader import Bag, BagMessage
+from peg_on_hole_ros.edges.bags.reader import Bag, BagMessage, absolute
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.edges.contact_steps import ContactSteps
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
-from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
+from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream, orientation_of
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.filters.methods import make_filter
@@ -64,11 +64,6 @@ class Replayed(NamedTuple):
     contact_steps: ContactSteps
     by_source: dict[str, int]
     seen: Seen
-
-
-def absolute(topic: str) -> str:
-    """Return the name that a bag has for a topic; one without a slash lies in the root."""
-    return topic if topic.startswith("/") else f"/{topic}"
 
 
 def check_bag(bag: Bag, configuration: Configuration) -> dict[str, str]:
@@ -169,7 +164,8 @@ def replay_bag(
     wrench_topic, joints_topic = list(needed)[:2]
     total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
-    stream = message_stream(configuration, markers_rate)
+    # A URDF that cannot be used is refused before the long work of compiling.
+    orientation_of(configuration.joints)
     warm(configuration)
     make = SmoothingFilter if smoothed else make_filter
     steps, seen = ContactSteps(), Seen(configuration.joints.names)
@@ -197,7 +193,7 @@ def replay_bag(
     apart = seen.apart(configuration)
     if apart:
         raise BagError(f"{bag.path}: {apart}")
-    used, dropped, events = _fates(stream.counts, sum(read.values()))
+    used, dropped, events = _fates(stream.counts, read)
     if not stream.counts.get("wrench_used"):
         reasons = ", ".join(f"{reason} {n}" for reason, n in dropped.items())
         raise BagError(
@@ -233,9 +229,15 @@ def _fates(counts, read):
             continue
         fate = "_dropped_" in name or name == "joints_gated"
         (dropped if fate else events)[name] = count
-    used = counts.get("wrench_used", 0) + counts.get("joints_used", 0)
-    # Joint states wait for the wrench of their stamp; at the end of a bag some wait for ever.
-    waiting = read - used - sum(dropped.values())
-    if waiting > 0:
-        dropped["joints_dropped_after_last_wrench"] = waiting
-    return used, dropped, events
+    used = {source: counts.get(f"{source}_used", 0) for source in read}
+    for source, count in read.items():
+        lost = sum(n for name, n in dropped.items() if name.startswith(source))
+        # What is ahead, and what was late, waits for the next wrench; at the end some for ever.
+        waiting = count - used[source] - lost
+        if waiting > 0:
+            dropped[f"{source}_dropped_after_last_wrench"] = waiting
+        if waiting > 0 and source == "wrench":
+            # These were late, all of them, and were not used.
+            events["wrench_late"] = events.get("wrench_late", 0) - waiting
+    events = {name: count for name, count in events.items() if count > 0}
+    return sum(used.values()), dropped, events

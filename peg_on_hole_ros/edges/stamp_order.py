@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Iterator
 from heapq import heappop, heappush
 
-from peg_on_hole_ros.edges.bags.reader import BagMessage
+from peg_on_hole_ros.edges.bags.reader import BagMessage, absolute
 from peg_on_hole_ros.edges.messages.decode import stamp_of
-from peg_on_hole_ros.edges.replay import absolute
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import CLOCK_JUMP_NS
 

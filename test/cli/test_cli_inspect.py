@@ -4,6 +4,8 @@ import json
 from math import cos, sin
 
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from arm import OPTIONS
 from cli_helpers import config, fails
@@ -157,3 +159,23 @@ def test_what_is_stated_by_half_is_told_of_a_configuration_in_the_bag_too(tmp_pa
         assert main(["inspect", *map(str, arguments)]) == 0
         said = capsys.readouterr().err
         assert said.count("the zero of the forces counts as known") == 1
+
+
+def test_all_that_is_unreadable_is_counted_together(tmp_path, capsys):
+    # A definition that is another's: what is long enough has no wrench, what is shorter nothing.
+    path = bag_with(tmp_path / "a.mcap", wrench_topic="/other")
+    with path.open("rb") as stream, (tmp_path / "b.mcap").open("wb") as out:
+        writer = Writer(out)
+        writer.start(profile="ros2")
+        joint_schema = None
+        for schema, channel, message in make_reader(stream).iter_messages(["/joint_states"]):
+            if joint_schema is None:
+                joint_schema = writer.register_schema(schema.name, schema.encoding, schema.data)
+                states = writer.register_channel(channel.topic, "cdr", joint_schema)
+            writer.add_message(states, message.log_time, message.data, message.log_time)
+        strange = writer.register_schema(WRENCH, "ros2msg", b"float64 x")
+        wrenches = writer.register_channel("/wrench", "cdr", strange)
+        for i, size in enumerate((8, 8, 8, 2, 2)):
+            writer.add_message(wrenches, 10**9 + i, b"\0\1\0\0" + bytes(size), 10**9 + i)
+        writer.finish()
+    assert told(capsys, tmp_path / "b.mcap")["dropped"] == {"/wrench: unreadable": 5}

@@ -1,6 +1,8 @@
 """What commands write goes nowhere where something is read, and is tried before the work."""
 
 import os
+import resource
+from contextlib import contextmanager
 
 import pytest
 
@@ -139,9 +141,48 @@ def test_an_empty_path_is_no_configuration(recording, capsys):
     message = "the path of the configuration is empty; name a file, or leave it out"
     for command in ("replay", "inspect"):
         fails(capsys, 2, message, command, "rec", "--config", "")
+    fails(capsys, 2, message, "node", "--config", "")
+    fails(capsys, 2, message, "node", "--config=", "--ros-args", "-p", "autostart:=false")
 
 
 def test_a_text_on_a_full_disk_is_an_error_that_names_it():
     with pytest.raises(PegOnHoleError, match="^cannot write /dev/full: No space left on device$"):
         write_text("/dev/full", "text")
     assert os.path.exists("/dev/full")
+
+
+@contextmanager
+def files_of_at_most(size):
+    """Refuse to write beyond, as a full disk does: Python ignores the signal."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_text_that_cannot_be_finished_leaves_what_was_there(tmp_path):
+    path = tmp_path / "summary.json"
+    path.write_text("kept")
+    for name in (path, tmp_path / "new.json"):
+        refused = pytest.raises(PegOnHoleError, match=f"^cannot write {name}: File too large$")
+        with files_of_at_most(1000), refused:
+            write_text(name, "x" * 10_000)
+    assert contents(tmp_path) == {"summary.json": b"kept"}
+    write_text(path, "whole")
+    assert contents(tmp_path) == {"summary.json": b"whole"}
+
+
+def test_a_text_goes_through_a_link(tmp_path):
+    path, link = tmp_path / "target", tmp_path / "link"
+    path.write_text("old")
+    link.symlink_to(path)
+    write_text(link, "new")
+    assert link.is_symlink() and contents(tmp_path) == {"target": b"new", "link": b"new"}
+
+
+def test_the_place_of_a_text_in_the_making_is_tried_too(recording, capsys):
+    os.link("rec/rec_0.mcap", "out.json.part")
+    fails(capsys, 2, f"cannot write out.json: {READ}", "replay", "out.json.part", "--summary",
+          "out.json")  # fmt: skip

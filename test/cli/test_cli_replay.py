@@ -210,6 +210,26 @@ def test_joint_states_behind_the_last_wrench_are_counted(tmp_path):
     assert messages["used"] == 14
 
 
+def test_late_wrenches_behind_the_last_one_are_counted(tmp_path):
+    late, summary = tmp_path / "a.mcap", tmp_path / "s.json"
+    with BagWriter(late) as writer:
+        # In the order of arrival; the stamps that are missing at first come late.
+        for log_ms, i in enumerate((0, 1, 2, 4, 3, 5, 9, 8, 7)):
+            t_ns, log_ns = 10**9 + i * MS, 10**9 + log_ms * MS
+            if i < 8:
+                writer.write("/joint_states", JOINTS, joints(t_ns), log_ns)
+            writer.write("/wrench", WRENCH, wrench(t_ns), log_ns)
+    assert main(["replay", str(late), "--summary", str(summary)]) == 0
+    messages = json.loads(summary.read_text())["messages"]
+    # 3 ms was used when 5 ms came; 8 and 7 ms, and the orientation of 7 ms, were not.
+    assert messages["dropped"] == {
+        "joints_dropped_after_last_wrench": 1,
+        "wrench_dropped_after_last_wrench": 2,
+    }
+    assert messages["events"]["wrench_late"] == 1
+    assert (messages["read"], messages["used"]) == (16, 13)
+
+
 def test_replay_is_the_same_twice(bag, replayed, tmp_path, capsys):
     out, _ = replayed
     again = tmp_path / "again.mcap"

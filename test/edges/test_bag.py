@@ -42,6 +42,16 @@ def text_bag(path, times, chunk_size=200, schema=None, encoding="ros2msg", **opt
     return path
 
 
+def records(data):
+    """Return begin, opcode and end of each record that is not in a chunk."""
+    found, at = [], 8
+    while at < len(data) - 8:
+        end = at + 9 + int.from_bytes(data[at + 1 : at + 9], "little")
+        found.append((at, data[at], end))
+        at = end
+    return found
+
+
 def order(bag):
     return [int(m.message.data) for m in bag.messages(["/t"])]
 
@@ -106,13 +116,8 @@ def test_definition_left_out_is_that_of_ros(tmp_path):
 def test_cut_off_file_gives_every_whole_chunk_and_says_where(tmp_path):
     whole = text_bag(tmp_path / "a.mcap", range(1000)).read_bytes()
     counts = []
-    # Where the records begin that are not in a chunk, by what stands before each of them.
-    begins, at = [], 8
-    while at < len(whole) - 8:
-        begins.append(at)
-        at += 9 + int.from_bytes(whole[at + 1 : at + 9], "little")
-    data_end = next(at for at in begins if whole[at] == Opcode.DATA_END)
-    third = next(at for at in begins if at > len(whole) // 3)
+    data_end = next(at for at, opcode, _ in records(whole) if opcode == Opcode.DATA_END)
+    third = next(at for at, _, _ in records(whole) if at > len(whole) // 3)
     why = "its recorder was stopped, or it was not copied whole"
     for size, what in (
         (third, f", behind a whole record: {why}"),
@@ -167,6 +172,38 @@ def test_damage_within_compressed_data_is_reported(tmp_path, compression):
     got = order(bag)
     assert got == list(range(len(got))) and 0 < len(got) < 1000
     assert bag.damage.startswith(f"{path} is damaged")
+
+
+@pytest.mark.parametrize("checked", [True, False])
+def test_flipped_bits_in_the_index_cost_no_message(tmp_path, checked):
+    # Without checksums, as some recorders write, the index may be anything.
+    whole = text_bag(tmp_path / "w.mcap", range(100), enable_crcs=checked).read_bytes()
+    data_end = next(at for at, opcode, _ in records(whole) if opcode == Opcode.DATA_END)
+    path = tmp_path / "a.mcap"
+    lost = "damaged within the index at its end: no message of it is lost"
+    told = 0
+    for at in range(data_end + 13, len(whole) - 8):
+        data = bytearray(whole)
+        data[at] ^= 1 << at % 8
+        path.write_bytes(data)
+        bag = Bag(path)
+        bag.require({"/t": TEXT})
+        assert order(bag) == list(range(100))
+        # A bit away from a record of the index is one that holds messages.
+        assert bag.damage in ("", f"{path} is {lost}") or "where the index has" in bag.damage
+        told += bool(bag.damage)
+    assert told == len(whole) - 8 - data_end - 13 or not checked
+
+
+def test_messages_behind_the_end_of_the_data_are_no_index(tmp_path):
+    whole = text_bag(tmp_path / "w.mcap", range(100)).read_bytes()
+    at, _, _ = next(found for found in records(whole) if found[1] == Opcode.CHUNK)
+    path = tmp_path / "a.mcap"
+    # As if nothing but the kind of an earlier record had been overwritten.
+    path.write_bytes(whole[:at] + bytes([Opcode.DATA_END, 4, *bytes(11)]) + whole[at:])
+    assert Bag(path).damage == (
+        f"{path} is damaged at byte {at + 13}: messages where the index has to be"
+    )
 
 
 def test_damage_outside_chunks_is_found_by_the_checksum_of_the_whole(tmp_path):

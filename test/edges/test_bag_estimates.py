@@ -5,7 +5,7 @@ import re
 import pytest
 
 from estimates import estimate
-from peg_on_hole_ros.edges.bags.estimates import estimates
+from peg_on_hole_ros.edges.bags.estimates import Output, estimates
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.messages.output import OutputStream, joint_state
@@ -53,3 +53,50 @@ def test_messages_of_another_program_are_refused(tmp_path, topic):
     )
     with pytest.raises(BagError, match=re.escape(message)):
         next(rows)
+
+
+def test_topics_that_a_recorder_mixed_come_in_the_order_of_publication(tmp_path):
+    output, path, written = OutputStream(Scene(), 500.0), tmp_path / "mixed.mcap", []
+    for i in range(20):
+        t_ns = T_NS + i * MS
+        for number, (topic, ros_type, message) in enumerate(output.messages(estimate(t_ns))):
+            # Every topic has its own way; markers, of every second stamp, come before all else.
+            way = 0 if topic == "markers" else 3 + number % 4
+            written.append((t_ns + way * MS, topic, ros_type, message))
+    with BagWriter(path) as writer:
+        for log_ns, topic, ros_type, message in sorted(written, key=lambda item: item[0]):
+            writer.write(f"/peg_on_hole/{topic}", ros_type, message, log_ns)
+    found = Output(Bag(path), rest=True)
+    rows = list(found)
+    assert [row.t_ns for row in rows] == [T_NS + i * MS for i in range(20)]
+    assert found.incomplete == 0
+    assert sorted(rows[0].messages) == sorted(found.topics)
+
+
+def test_a_stamp_that_was_lost_in_part_holds_up_no_other(tmp_path, monkeypatch):
+    monkeypatch.setattr("peg_on_hole_ros.edges.bags.estimates._MOST_PENDING", 4)
+    output, path = OutputStream(Scene()), tmp_path / "lost.mcap"
+    lost = {5: "state", 9: "monitor", 19: "state"}
+    with BagWriter(path) as writer:
+        for i in range(20):
+            t_ns = T_NS + i * MS
+            for topic, ros_type, message in output.messages(estimate(t_ns)):
+                if topic != lost.get(i):
+                    writer.write(f"/peg_on_hole/{topic}", ros_type, message, t_ns)
+    found = Output(Bag(path))
+    assert [row.t_ns for row in found] == [T_NS + i * MS for i in range(20) if i not in lost]
+    assert found.incomplete == 3
+
+
+def test_a_clock_that_goes_back_repeats_stamps(tmp_path):
+    output, path = OutputStream(Scene()), tmp_path / "back.mcap"
+    stamps = [T_NS + i * MS for i in (0, 1, 2, 1, 2, 3)]
+    with BagWriter(path) as writer:
+        for log_ns, t_ns in enumerate(stamps):
+            for topic, ros_type, message in output.messages(estimate(t_ns, phi=0.1 * log_ns)):
+                writer.write(f"/peg_on_hole/{topic}", ros_type, message, log_ns)
+    found = Output(Bag(path), rest=True)
+    assert [(row.t_ns, row.values[2]) for row in found] == [
+        (t_ns, 0.1 * log_ns) for log_ns, t_ns in enumerate(stamps)
+    ]
+    assert found.incomplete == 0

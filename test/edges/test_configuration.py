@@ -95,6 +95,28 @@ def test_values_reach_their_fields_and_come_back():
             ),
         ),
         (
+            {"scene.gravity": [0.0, -9806.65, 0.0]},
+            "scene.gravity[1] = -9806.65 m/s^2 is not within -100 to 100 m/s^2; -9.80665 m/s^2 "
+            "would be: the units look slipped by 1000",
+        ),
+        # Just out of range, it is no other unit, though a thousandth of it would be within.
+        (
+            {"joints.delay": 0.6},
+            "joints.delay = 0.6 s is not within -0.5 to 0.5 s; the default is 0 s",
+        ),
+        (
+            {"joints.delay": -2.0},
+            "joints.delay = -2 s is not within -0.5 to 0.5 s; the default is 0 s",
+        ),
+        (
+            {"scene.gravity": [0.0, 0.0, "9.8"]},
+            "scene.gravity[2] = '9.8' is a string, not a double; it is a double such as 0.0",
+        ),
+        (
+            {"joints.names": ["gamma", "psi", ""]},
+            "joints.names[2] = '' is empty; it is a string such as 'gamma'",
+        ),
+        (
             {"wrench.sensor_rpy": [180.0, 0.0, 0.0]},
             "wrench.sensor_rpy[0] = 180 rad is not within -6.3 to 6.3 rad; degrees? 180 of them "
             "are 3.14159 rad",

@@ -125,9 +125,10 @@ def test_markers_keep_their_rate_and_survive_time_jumping_back():
     assert "markers" not in topics_of(OutputStream(SCENE, markers_rate=0.0))
 
 
-def test_friction_cone_opens_by_atan_f_about_the_normal():
+@pytest.mark.parametrize(("told", "friction"), [({}, SCENE.friction), ({"friction": 0.45}, 0.45)])
+def test_friction_cone_opens_by_atan_f_about_the_normal(told, friction):
     outputs = estimate()
-    markers = first()["markers"]["markers"]
+    markers = first(monitor=outputs.monitor | told)["markers"]["markers"]
     cones = [marker for marker in markers if marker["ns"] == "friction_cone"]
     assert [cone["id"] for cone in cones] == [0, 1, 2]
     for i, cone in enumerate(cones):
@@ -136,7 +137,7 @@ def test_friction_cone_opens_by_atan_f_about_the_normal():
         points = np.array([list(point.values()) for point in cone["points"]])
         rays = points[1::3] - points[0::3]
         along = rays @ axis / np.linalg.norm(rays, axis=1)
-        np.testing.assert_allclose(along, np.cos(np.arctan(SCENE.friction)), rtol=1e-12)
+        np.testing.assert_allclose(along, np.cos(np.arctan(friction)), rtol=1e-12)
 
 
 def test_marker_of_an_open_contact_is_deleted():

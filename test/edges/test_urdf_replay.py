@@ -1,6 +1,7 @@
 """A bag of a robot's joint states gives the estimates that the peg's own angles give."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -23,11 +24,14 @@ from peg_on_hole_ros.edges.messages.decode import (
 )
 from peg_on_hole_ros.edges.messages.output import joint_state
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.replay import replay_bag
 from peg_on_hole_ros.edges.urdf import orientation_source
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import AngleMeasurement, JointSample
 from robot_bags import arm_path, robot_configuration, write_robot_bag
 from simulated import ROOT
+from small_bags import write_bag
 
 pytest.importorskip("pinocchio")
 pytestmark = pytest.mark.xdist_group("dds")
@@ -150,6 +154,18 @@ def test_replay_refuses_what_does_not_fit_with_code_2(replayed, tmp_path, capsys
         f"joints.tip_frame = 'flang' is no link of {OPTIONS.urdf}; the nearest are: flange",
         *("replay", replayed[0], "--config", path),
     )
+
+
+def test_a_robot_that_cannot_be_used_is_refused_before_compiling(tmp_path, monkeypatch):
+    def compiles(configuration):
+        raise AssertionError("compiling")
+
+    monkeypatch.setattr("peg_on_hole_ros.edges.replay.warm", compiles)
+    configuration = robot_configuration(SAMPLE)
+    joints = replace(configuration.joints, tip_frame="flang")
+    configuration = replace(configuration, joints=joints)
+    with pytest.raises(PegOnHoleError, match="^joints.tip_frame = 'flang' is no link"):
+        replay_bag(Bag(write_bag(tmp_path / "a.mcap", count=4)), configuration, 0.0, [])
 
 
 def test_node_reads_the_robots_joints(tmp_path):

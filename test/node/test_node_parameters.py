@@ -89,6 +89,7 @@ def test_bad_parameters_end_with_one_line_and_code_2(arguments, text, message, t
 
 
 NAMES = "it is a string[] such as ['gamma', 'psi', 'phi']"
+NAME = "it is a string such as 'gamma'"
 INTEGER = "is an integer, not a double; write {}.0 (ROS 2 does not take an integer for a double)"
 DEFAULT = "or take the line out for the default"
 GROUP = "a group of parameters, not one of them; write it as in 'scene.hole_diameter'"
@@ -141,8 +142,8 @@ def said(*arguments):
             f"record_arrivals has no value (null); it is a string, {DEFAULT}",
         ),
         ("topics: {wrench: null}", "topics.wrench has no value (null); it is a string such as "),
-        ("joints: {names: [~, a, b]}", f"joints.names[0] = '~' is empty; {NAMES}"),
-        ("joints: {names: [gamma, psi, '']}", f"joints.names[2] = '' is empty; {NAMES}"),
+        ("joints: {names: [~, a, b]}", f"joints.names[0] = '~' is empty; {NAME}"),
+        ("joints: {names: [gamma, psi, '']}", f"joints.names[2] = '' is empty; {NAME}"),
         ("use_sim_time: 1", "use_sim_time = 1 is an integer, not a bool: true or false"),
         ("use_sim_time: 'true'", "use_sim_time = 'true' is a string, not a bool: true or false"),
         # The names of a group where a list belongs.

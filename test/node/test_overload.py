@@ -1,6 +1,6 @@
 """A node that is too slow for its input: everything is counted, told, and calls are answered."""
 
-from collections import deque
+from collections import Counter, deque
 
 import pytest
 import rclpy
@@ -128,3 +128,28 @@ def test_stamps_of_another_clock_are_told_beside_the_latency(age_s, told):
     diagnostics.aged(None)
     report, _ = diagnostics.report(0, 10**9, {}, {})
     assert report["status"][1]["message"] == "keeping up"
+
+
+def test_a_gripper_on_the_topic_of_the_joint_states_is_no_trouble():
+    diagnostics, total, found = Diagnostics(), Counter(), []
+    # Seconds of: both, the gripper alone, the robot alone.
+    for used, missing in ((100, 50), (0, 50), (100, 0)):
+        total.update(joints_used=used, joints_dropped_missing_joint=missing, wrench_used=1000)
+        for source in ("wrench", "joints"):
+            diagnostics.received(source, 1)
+        report, lines = diagnostics.report(0, 10**9, total, {})
+        status = report["status"][0]
+        values = {item["key"]: item["value"] for item in status["values"]}
+        assert values["joints_dropped_missing_joint"] == str(total["joints_dropped_missing_joint"])
+        found.append((status["level"], status["message"], lines))
+    assert found == [
+        (0, "all messages used, but 50 joint states of another driver", []),
+        (
+            1,
+            "not used: 50 joints_dropped_missing_joint",
+            ["joints dropped missing joint: 50 times"],
+        ),
+        (0, "all messages used", []),
+    ]
+    total.update(joints_used=1, joints_dropped_missing_joint=1)
+    assert diagnostics.rest(total) == []

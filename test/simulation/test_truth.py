@@ -136,6 +136,28 @@ def test_truth_is_read_by_name(tmp_path):
     assert [found.mode_at(k * S) for k in range(-1, 3)] == ["", "open", "open", "three_point"]
 
 
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize(("began", "pace"), [(0, 1), (1_700_000_000 * S, 3)])
+def test_a_mode_has_the_stamp_of_its_state(tmp_path, first, began, pace):
+    # As written, its stamps the log times; and as played at a third of its pace and recorded anew,
+    # where messages of one stamp come shortly after one another.
+    way = S // 1000 if began else 0
+    modes = {0: "open", 2: "three_point", 5: "two_point", 6: "two_point"}
+    with BagWriter(tmp_path / "truth.mcap") as bag:
+        for k in range(8):
+            state = joint_state(k * S, ("gamma", "psi", "phi"), (1.0, 1.0, 1.0))
+            contacts = joint_state(k * S, ("K", "B1", "B2"), effort=(1.0, 1.0, 1.0))
+            messages = [("state", JOINT_STATE, state), ("contacts", JOINT_STATE, contacts)]
+            if k in modes:
+                mode = ("contact_mode", STRING, {"data": modes[k]})
+                messages.insert(0 if first else 2, mode)
+            for i, (suffix, ros_type, message) in enumerate(messages):
+                bag.write(f"/truth/{suffix}", ros_type, message, began + pace * k * S + i * way)
+    found = read_truth(Bag(tmp_path / "truth.mcap"))
+    assert found.mode_ns.tolist() == [0, 2 * S, 5 * S]
+    assert found.modes == ["open", "three_point", "two_point"]
+
+
 def test_where_truth_is_silent_on_reactions_only_angles_count(tmp_path):
     path = tmp_path / "silent.mcap"
     with BagWriter(path) as bag:
@@ -187,7 +209,7 @@ def test_series_is_thinned_evenly(monkeypatch):
     assert set(np.diff(t_ns)) == {16}
     assert (values[:, 0] == t_ns).all()
     assert np.isnan(monitor[:, 0]).all() and (monitor[:, 1] == 0.5).all()
-    assert series.last_ns == 999
+    assert series.passed_ns == 999
 
 
 def test_picture_has_every_part():
@@ -228,3 +250,30 @@ def test_reactions_that_are_not_determined_have_bounds_and_no_line():
     for line in shown.lines:
         assert np.isnan(line.get_ydata()).tolist() == [False, True, False, False]
     assert len(shown.collections) == 3
+
+
+def test_time_goes_on_where_the_clock_goes_back():
+    series = Series()
+    stamps = [*range(2, 8), *range(2, 6)]
+    for t in stamps:
+        angles = (np.full(3, t) + pi) % (2 * pi) - pi
+        mode = "two_point" if t >= 5 else "three_point"
+        series.declared(t * S, mode, mode == "two_point")
+        series.row(t * S, np.array([*angles, t, t, t]), ONES, {})
+    assert series.modes == [
+        (0, "three_point"), (3 * S, "two_point"), (5 * S, "three_point"), (8 * S, "two_point"),
+    ]  # fmt: skip
+    known = truth([(0, "open"), (2 * S, "three_point"), (5 * S, "two_point")])
+    fig = figure(series, "a title", SCENE.gamma0, known)
+    assert fig.axes[4].get_xlim() == (0.0, 8.0)
+    passed = [0, 1, 2, 3, 4, 5, 5, 6, 7, 8]
+    for axis, i in ((fig.axes[1], 0), (fig.axes[1], 1), (fig.axes[2], 0)):
+        (estimated, *_), dashed = axis.lines[i:], [x for x in axis.lines if x.is_dashed()]
+        count = len(dashed) // 2
+        ways = dashed[i], dashed[i + count]
+        assert estimated.get_xdata().tolist() == passed
+        assert np.concatenate([way.get_xdata() for way in ways]).tolist() == passed
+        expected = np.concatenate([way.get_ydata() for way in ways])
+        assert estimated.get_ydata() == pytest.approx(expected, abs=1e-9)
+    bars = [c.get_paths()[0].get_extents() for c in fig.axes[3].collections]
+    assert [(bar.x0, bar.x1) for bar in bars] == 2 * [(0, 3), (3, 5), (5, 8), (8, 8)]

@@ -1,7 +1,6 @@
 """The order in which messages reached the pipeline, as an MCAP file that replays bit for bit."""
 
 import struct
-from collections.abc import Iterable
 from errno import EISDIR
 from os import strerror
 from pathlib import Path
@@ -11,13 +10,12 @@ from mcap.writer import CompressionType, IndexType, Writer
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, configuration_metadata
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.messages.output import STRING, Message
-from peg_on_hole_ros.edges.messages.stream import MessageStream
+from peg_on_hole_ros.edges.messages.output import PREFIX, STRING
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
 # Calls of ~/reset and ~/tare change the estimate, so they are part of what arrived.
-EVENT_TOPIC = "/peg_on_hole/events"
+EVENT_TOPIC = f"{PREFIX}events"
 # A killed node loses what is not in a complete chunk: small ones, about 0.1 s at 1.5 kHz.
 CHUNK_BYTES = 16 * 1024
 # The writer keeps the place of each chunk for an index at the end, some 0.6 kB: 40 MB in two hours
@@ -158,27 +156,3 @@ def _new_file(path):
         except FileExistsError:
             continue
     raise OSError(17, f"{path} and all its numbered names exist")
-
-
-def replay_arrivals(
-    arrivals: Iterable, stream: MessageStream, wrench_topic: str, joints_topic: str
-) -> Iterable[list[Message]]:
-    """
-    Yield what each arrival makes the stream publish.
-
-    Parameters
-    ----------
-    arrivals : iterable of BagMessage
-        In order of log time.
-    stream : MessageStream
-        New, made from the record's configuration.
-    wrench_topic, joints_topic : str
-
-    """
-    for topic, _, message in arrivals:
-        if topic == wrench_topic:
-            yield stream.on_wrench(message)
-        elif topic == joints_topic:
-            stream.on_joints(message)
-        elif topic == EVENT_TOPIC:
-            stream.on_event(message.data)

@@ -1,24 +1,24 @@
 """Read estimates back from a bag of outputs, one row for each stamp."""
 
+from collections import deque
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, LATCHED, PREFIX, SMOOTHED, TOPICS
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
-PREFIX = "/peg_on_hole/"  # of a replay, and of a node that is not renamed
-JOINT_STATE = "sensor_msgs/msg/JointState"
-_STAMPED = {
-    "state": JOINT_STATE,
-    "state_stddev": JOINT_STATE,
-    "contacts": JOINT_STATE,
-    "contacts_stddev": JOINT_STATE,
-    "monitor": JOINT_STATE,
+# What an estimate is made of, and what else bears a stamp.
+_STAMPED = ("state", "state_stddev", "contacts", "contacts_stddev", "monitor")
+_ORDERED = "state"
+_REST = {
+    name: ros_type
+    for name, ros_type in (TOPICS | SMOOTHED).items()
+    if name not in (*_STAMPED, *LATCHED)
 }
-_LATCHED = {"transition": "std_msgs/msg/Bool", "contact_mode": "std_msgs/msg/String"}
 # Stamps whose parts a recorder may have mixed, or lost: none is waited for longer than this.
 _MOST_PENDING = 1000
 
@@ -45,6 +45,8 @@ class Estimate(NamedTuple):
     mode : str
         Contact mode that holds; empty before the first.
     transition : bool or None
+    messages : dict of str to (bytes, object)
+        Topic under the node's name to the message as it was recorded, and decoded.
 
     """
 
@@ -54,52 +56,145 @@ class Estimate(NamedTuple):
     monitor: dict[str, float]
     mode: str
     transition: bool | None
+    messages: dict[str, tuple[bytes, Any]]
 
 
-def estimates(bag: Bag, name: str | None = None) -> Iterator[Estimate]:
+class Output:
     """
-    Yield estimates in order of the bag, by the stamps of their messages.
+    Estimates in the order in which they were published.
 
-    A recorder may mix the topics of neighbouring stamps; stamps that lack a part are left out.
+    A recorder may mix the topics of neighbouring stamps, not the messages of one topic; stamps
+    that lack a part of the estimate are left out, and counted.
 
     Parameters
     ----------
     bag : Bag
     name : str, optional
         Of the node with its namespace, such as `/cell/peg_on_hole`; without, the only one there.
+    rest : bool
+        Whether to read what is no part of the estimate, too: wrenches, pose, alarms, markers.
+
+    Attributes
+    ----------
+    topics : list of str
+        All that bear a stamp and are there, under the node's name.
+    incomplete : int
+        Stamps left out up to now.
 
     Raises
     ------
     BagError
         The bag holds no output of this package, none of this name, or of several without a name;
-        or a stamp has not the values of QUANTITIES.
+        or, later, a stamp has not the values of QUANTITIES.
 
     """
-    prefix = _prefix(bag, name)
-    try:
-        bag.require({prefix + suffix: ros_type for suffix, ros_type in _STAMPED.items()})
-    except BagError as error:
-        raise BagError(f"no output of replay or node: {error}") from None
-    pending: dict[int, dict] = {}
-    complete: list[tuple[int, dict]] = []
-    mode, transition = "", None
-    for topic, _, message in bag.messages([prefix + part for part in (*_STAMPED, *_LATCHED)]):
-        part = topic.removeprefix(prefix)
-        if part in _LATCHED:
-            mode, transition = _latched(part, message.data, mode, transition)
-            continue
-        t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        if t_ns not in pending:
-            # What is published on change follows its estimate, so an estimate waits for the next.
-            yield from (_estimate(bag, *item, mode, transition) for item in complete)
-            complete.clear()
-            pending[t_ns] = {}
-            if len(pending) > _MOST_PENDING:
-                del pending[next(iter(pending))]
-        pending[t_ns][part] = message
-        if len(pending[t_ns]) == len(_STAMPED):
-            complete.append((t_ns, pending.pop(t_ns)))
-    yield from (_estimate(bag, *item, mode, transition) for item in complete)
+
+    def __init__(self, bag: Bag, name: str | None = None, rest: bool = False):
+        self._bag = bag
+        self._prefix = _prefix(bag, name)
+        try:
+            bag.require({self._prefix + part: JOINT_STATE for part in _STAMPED})
+        except BagError as error:
+            raise BagError(f"no output of replay or node: {error}") from None
+        found = [part for part in _REST if _has(bag, self._prefix + part, _REST[part])]
+        self.topics = [*_STAMPED, *(found if rest else ())]
+        self.incomplete = 0
+
+    def __iter__(self) -> Iterator[Estimate]:
+        """Yield every estimate."""
+        open_: dict[int, _Stamp] = {}
+        begun: deque[_Stamp] = deque()
+        waiting: deque[_Stamp] = deque()
+        fresh: list[_Stamp] = []
+        mode, transition = "", None
+        self.incomplete = 0
+        names = [self._prefix + part for part in (*self.topics, *LATCHED)]
+        for (topic, _, message), payload in self._bag.with_payloads(names):
+            part = topic.removeprefix(self._prefix)
+            if part in LATCHED:
+                mode, transition = _latched(part, message.data, mode, transition)
+                continue
+            t_ns = _stamp_of(message)
+            if t_ns is None:
+                continue
+            one = open_.get(t_ns)
+            # Where stamps repeat, a second message of a topic begins the stamp anew.
+            if one is None or part in one.messages:
+                # What is published on change follows its estimate, so one waits for the next.
+                _declare(fresh, mode, transition)
+                one = open_[t_ns] = _Stamp(t_ns)
+                begun.append(one)
+                if len(begun) > _MOST_PENDING:
+                    yield from self._until(begun.popleft(), waiting, open_)
+            one.messages[part] = payload, message
+            if part == _ORDERED:
+                waiting.append(one)
+            if part in _STAMPED and one.complete():
+                fresh.append(one)
+        _declare(fresh, mode, transition)
+        for one in begun:
+            yield from self._until(one, waiting, open_)
+
+    def _until(self, last, waiting, open_):
+        """Give all that wait up to one of them, for which nothing more is waited."""
+        while not last.ended:
+            one = waiting.popleft() if _ORDERED in last.messages else last
+            one.ended = True
+            if open_.get(one.t_ns) is one:
+                del open_[one.t_ns]
+            if one.complete():
+                yield _estimate(self._bag, one)
+            else:
+                self.incomplete += 1
+
+
+class _Stamp:
+    """What has come of one stamp."""
+
+    def __init__(self, t_ns):
+        self.t_ns = t_ns
+        self.messages: dict[str, tuple[bytes, Any]] = {}
+        self.mode, self.transition = "", None
+        self.ended = False
+
+    def complete(self):
+        return all(part in self.messages for part in _STAMPED)
+
+
+def _declare(fresh, mode, transition):
+    for one in fresh:
+        one.mode, one.transition = mode, transition
+    fresh.clear()
+
+
+def _stamp_of(message):
+    """Return the stamp of a message [ns]; of markers each has it, so None where there are none."""
+    bearers = getattr(message, "markers", [message])
+    if not bearers:
+        return None
+    stamp = bearers[0].header.stamp
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def estimates(bag: Bag, name: str | None = None) -> Iterator[Estimate]:
+    """Yield the estimates of an `Output`, without the rest."""
+    return iter(Output(bag, name))
+
+
+def same_message(a: tuple[bytes, Any] | None, b: tuple[bytes, Any] | None) -> bool:
+    """Return whether two of an estimate's messages are the same in every bit of every field."""
+    if a is None or b is None:
+        return a is b
+    # Where bytes differ it may be rubbish that fills a gap between fields, as ROS leaves it.
+    return a[0] == b[0] or _exact(a[1]) == _exact(b[1])
+
+
+def _exact(value):
+    """Return a decoded message as text that keeps every bit."""
+    if hasattr(value, "__slots__"):
+        fields = (f"{name}: {_exact(getattr(value, name))}" for name in value.__slots__)
+        return f"({', '.join(fields)})"
+    return f"[{', '.join(map(_exact, value))}]" if isinstance(value, list) else repr(value)
 
 
 def _prefix(bag, name):
@@ -108,7 +203,7 @@ def _prefix(bag, name):
     found = [
         prefix
         for prefix, topic in pairs
-        if _has_joint_states(bag, topic) and _has_joint_states(bag, prefix + "monitor")
+        if _has(bag, topic, JOINT_STATE) and _has(bag, prefix + "monitor", JOINT_STATE)
     ]
     if not found:
         return PREFIX  # for the error that says what is missing
@@ -123,18 +218,20 @@ def _prefix(bag, name):
     return prefix
 
 
-def _has_joint_states(bag, topic):
+def _has(bag, topic, ros_type):
     info = bag.topics.get(topic)
-    return info is not None and info.count > 0 and info.types == [JOINT_STATE]
+    return info is not None and info.count > 0 and info.types == [ros_type]
 
 
 def _latched(part, data, mode, transition):
     return (data, transition) if part == "contact_mode" else (mode, data)
 
 
-def _estimate(bag, t_ns, parts, mode, transition):
-    state, state_stddev = parts["state"], parts["state_stddev"]
-    contacts, contacts_stddev = parts["contacts"], parts["contacts_stddev"]
+def _estimate(bag, one):
+    t_ns = one.t_ns
+    state, state_stddev, contacts, contacts_stddev, told = (
+        one.messages[part][1] for part in _STAMPED
+    )
     values = [*state.position, *state.velocity, *contacts.effort, *contacts.velocity]
     stddev = [
         *state_stddev.position,
@@ -142,14 +239,14 @@ def _estimate(bag, t_ns, parts, mode, transition):
         *contacts_stddev.effort,
         *contacts_stddev.velocity,
     ]
-    monitor = dict(zip(parts["monitor"].name, parts["monitor"].position))
     return Estimate(
         t_ns,
         _row(bag, t_ns, "state and contacts", values),
         _row(bag, t_ns, "state_stddev and contacts_stddev", stddev),
-        monitor,
-        mode,
-        transition,
+        dict(zip(told.name, told.position)),
+        one.mode,
+        one.transition,
+        one.messages,
     )
 
 

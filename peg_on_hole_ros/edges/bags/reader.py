@@ -51,6 +51,11 @@ class BagMessage(NamedTuple):
     message: Any
 
 
+def absolute(topic: str) -> str:
+    """Return the name that a bag has for a topic; one without a slash lies in the root."""
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
 class Bag:
     """
     A bag whose records have been read through once.

@@ -23,6 +23,8 @@ from peg_on_hole_ros.errors import BagError
 MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
+# Start of the index, start of its own index, checksum.
+_FOOTER = struct.Struct("<QQI")
 # Messages outside chunks are grouped, so that ordering by time holds little in memory.
 _GROUP_BYTES = 1 << 20
 
@@ -142,39 +144,40 @@ def open_file(path: Path) -> BinaryIO:
 
 def _walk_file(stream, size, scan, index, topics, progress):
     crc = zlib.crc32(MAGIC)
-    run, ended = None, False
+    run = None
     while True:
         offset = stream.tell()
-        head = stream.read(_HEAD.size)
-        opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, 0)
-        if len(head) < _HEAD.size or length > size - stream.tell():
-            raise _Damage(_cut(size, offset, ended))
-        body = stream.read(length)
+        record = _record(stream, size)
+        if record is None:
+            raise _Damage(_cut(size, offset))
+        opcode, head, body = record
         try:
             if opcode == Opcode.FOOTER:
                 if stream.read() != MAGIC:
-                    raise _Damage(_cut(size, offset, ended))
+                    raise _Damage(_cut(size, offset))
                 return
             if opcode == Opcode.DATA_END:
                 stated = DataEnd.read(_stream_of(body)).data_section_crc
                 if stated and stated != crc:
                     raise _Damage("damaged: the data section does not fit its checksum")
-                ended = True
+                _check_index(stream, size)
+                return
             crc = zlib.crc32(body, zlib.crc32(head, crc))
             if opcode == Opcode.CHUNK:
                 start = offset + _HEAD.size
                 times = _scan_records(chunk_content(body, True), scan, topics)
                 if times:
-                    scan.blocks.append(Block(*times, index, start, length, True))
+                    scan.blocks.append(Block(*times, index, start, len(body), True))
                 if progress:
                     progress(stream.tell() / size)
             elif opcode == Opcode.METADATA:
-                record = Metadata.read(_stream_of(body))
-                scan.metadata[record.name] = dict(record.metadata)
+                found = Metadata.read(_stream_of(body))
+                scan.metadata[found.name] = dict(found.metadata)
             else:
                 times = _scan_records(head + body, scan, topics)
                 if times:
-                    run = _extend_run(scan.blocks, run, times, index, offset, len(head) + length)
+                    length = len(head) + len(body)
+                    run = _extend_run(scan.blocks, run, times, index, offset, length)
         except _Damage:
             raise
         except CRCValidationError:
@@ -186,10 +189,46 @@ def _walk_file(stream, size, scan, index, topics, progress):
             raise _Damage(f"damaged at byte {offset}: {error}") from None
 
 
-def _cut(size, offset, ended):
+def _record(stream, size):
+    """Return opcode, head and content of the next record, or None where it is not whole."""
+    head = stream.read(_HEAD.size)
+    if len(head) < _HEAD.size:
+        return None
+    opcode, length = _HEAD.unpack(head)
+    return None if length > size - stream.tell() else (opcode, head, stream.read(length))
+
+
+def _check_index(stream, size):
+    """Read what follows the data and take nothing of it: its definitions are but copies."""
+    crc = 0
+    while True:
+        offset = stream.tell()
+        record = _record(stream, size)
+        if record is None:
+            raise _Damage(_index_lost(stream, size))
+        opcode, head, body = record
+        if opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+            raise _Damage(f"damaged at byte {offset}: messages where the index has to be")
+        if opcode == Opcode.FOOTER:
+            break
+        crc = zlib.crc32(body, zlib.crc32(head, crc))
+    whole = stream.read() == MAGIC and len(body) >= _FOOTER.size
+    start, _, stated = _FOOTER.unpack_from(body) if whole else (0, 0, 0)
+    # All of the footer before its checksum is a part of it; 0: none was taken.
+    crc = zlib.crc32(body[: _FOOTER.size - 4], zlib.crc32(head, crc))
+    if not whole or start and stated not in (0, crc):
+        raise _Damage(_index_lost(stream, size))
+
+
+def _index_lost(stream, size):
+    """Return what is wrong behind the data of a file of a size, all of which could be read."""
+    stream.seek(size - len(MAGIC))
+    what = "damaged" if stream.read() == MAGIC else f"cut off at byte {size},"
+    return f"{what} within the index at its end: no message of it is lost"
+
+
+def _cut(size, offset):
     """Return what is lost of a file of a size that ends in the record that begins at offset."""
-    if ended:
-        return f"cut off at byte {size}, within the index at its end: no message of it is lost"
     why = "its recorder was stopped, or it was not copied whole"
     if size == offset:
         return f"cut off at byte {size}, behind a whole record: {why}"

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from peg_on_hole_ros.edges.bags.reader import absolute
+from peg_on_hole_ros.edges.bags.truth import CONTACTS_TOPIC, MODE_TOPIC, STATE_TOPIC
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
 from peg_on_hole_ros.edges.messages.plain import header, xyz
@@ -16,7 +18,6 @@ from peg_on_hole_ros.simulation.truth import Truth
 
 SENSOR_FRAME = "sensor"
 SIMULATION_METADATA = "peg_on_hole_simulation"
-TRUTH_STATE, TRUTH_CONTACTS, TRUTH_MODE = "/truth/state", "/truth/contacts", "/truth/contact_mode"
 
 
 def write_bag(
@@ -55,24 +56,20 @@ def write_bag(
             t_ns = sample.t_ns
             if isinstance(sample, JointSample):
                 message = joint_state(t_ns, sample.names, sample.position, frame="")
-                bag.write(_absolute(topics.joint_states), JOINT_STATE, message, t_ns)
+                bag.write(absolute(topics.joint_states), JOINT_STATE, message, t_ns)
                 continue
             wrench = {"force": xyz(sample.force), "torque": xyz(sample.torque)}
             message = {"header": header(t_ns, SENSOR_FRAME), "wrench": wrench}
-            bag.write(_absolute(topics.wrench), WRENCH, message, t_ns)
+            bag.write(absolute(topics.wrench), WRENCH, message, t_ns)
             i = next(rows)
-            bag.write(TRUTH_STATE, JOINT_STATE, _state(truth, i, t_ns), t_ns)
+            bag.write(STATE_TOPIC, JOINT_STATE, _state(truth, i, t_ns), t_ns)
             if truth.known[i]:
-                bag.write(TRUTH_CONTACTS, JOINT_STATE, _contacts(truth, i, t_ns), t_ns)
+                bag.write(CONTACTS_TOPIC, JOINT_STATE, _contacts(truth, i, t_ns), t_ns)
             if truth.mode[i] != mode:
                 mode = truth.mode[i]
-                bag.write(TRUTH_MODE, STRING, {"data": str(mode)}, t_ns)
+                bag.write(MODE_TOPIC, STRING, {"data": str(mode)}, t_ns)
             if progress:
                 progress((i + 1) / len(truth.t_ns))
-
-
-def _absolute(topic):
-    return topic if topic.startswith("/") else f"/{topic}"
 
 
 def _state(truth, i, t_ns):

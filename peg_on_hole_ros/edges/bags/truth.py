@@ -87,17 +87,17 @@ def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None)
     if not any(topic in bag.topics for topic in TYPES):
         return None
     bag.require(TYPES)
-    states, normals, modes = {}, {}, []
+    states, normals, modes = {}, {}, _Modes()
     total = sum(bag.topics[topic].count for topic in TYPES)
     for count, (topic, log_ns, message) in enumerate(bag.messages(TYPES)):
         if count % 256 == 0:
             progress(count / total)
         if topic == MODE_TOPIC:
-            if not modes or modes[-1][1] != message.data:
-                modes.append((log_ns, message.data))
+            modes.declared(log_ns, message.data)
             continue
         stamp = message.header.stamp
         t_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+        modes.stamped(log_ns, t_ns)
         if topic == STATE_TOPIC:
             states[t_ns] = _named(bag, topic, message.name, message.position, ANGLES)
         else:
@@ -105,7 +105,42 @@ def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None)
     if not states.keys() & normals.keys():
         raise BagError(f"{bag.path}: {STATE_TOPIC} and {CONTACTS_TOPIC} have no stamp in common")
     t_ns = sorted(states)
-    return Truth(t_ns, [[*states[t], *normals.get(t, UNKNOWN)] for t in t_ns], *zip(*modes))
+    values = [[*states[t], *normals.get(t, UNKNOWN)] for t in t_ns]
+    return Truth(t_ns, values, *zip(*modes.changes()))
+
+
+class _Modes:
+    """
+    Gives each contact mode, which has no stamp, that of the state it was recorded with.
+
+    Log times may be another clock's: those of a bag that was played and recorded anew. A mode
+    stands before or behind its state, so the nearer of the two about it by log time is that.
+    """
+
+    def __init__(self):
+        self._found: dict[int, str] = {}
+        self._before: tuple[int, int] | None = None
+        self._open: list[tuple[int, str]] = []
+
+    def declared(self, log_ns, mode):
+        self._open.append((log_ns, mode))
+
+    def stamped(self, log_ns, t_ns):
+        self._settle((log_ns, t_ns))
+        self._before = log_ns, t_ns
+
+    def _settle(self, behind):
+        for log_ns, mode in self._open:
+            about = [of for of in (self._before, behind) if of]
+            self._found[min(about, key=lambda of: abs(of[0] - log_ns))[1]] = mode
+        self._open.clear()
+
+    def changes(self):
+        """Return pairs of stamp [ns] and mode, where it is another than before."""
+        self._settle(None)
+        found = sorted(self._found.items())
+        pairs = zip([None, *(mode for _, mode in found)], found)
+        return [change for before, change in pairs if change[1] != before]
 
 
 def _named(bag, topic, names, values, wanted):

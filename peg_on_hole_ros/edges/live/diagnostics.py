@@ -31,6 +31,8 @@ _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
     "|step_divided_.*|step_without_direction)$"
 )
+# Of another driver on the topic, as a gripper's, where joint states that can be used come too.
+_SHARED = "joints_dropped_missing_joint"
 
 
 class Diagnostics:
@@ -66,6 +68,7 @@ class Diagnostics:
         self._outputs = 0
         self._age_ns: int | None = None
         self._counts = dict(counts or {})
+        self._shared = 0
 
     def received(self, source: str, busy_ns: int, outputs: bool = False) -> None:
         """Note one message from `wrench` or `joints`, and how long its callback took [ns]."""
@@ -129,6 +132,7 @@ class Diagnostics:
         """Return what is new and worth telling since the last call."""
         new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
         self._counts = dict(counts)
+        self._shared = new.pop(_SHARED, 0) if new.get("joints_used", 0) > 0 else 0
         # What a late message changed may also have undone something.
         return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
 
@@ -147,6 +151,8 @@ class Diagnostics:
             text = f"{publishers} publish on the topic of the wrench, which has to be one sensor's"
         elif lost:
             text = f"not used: {', '.join(f'{count} {name}' for name, count in lost.items())}"
+        elif self._shared:
+            text = f"all messages used, but {self._shared} joint states of another driver"
         else:
             text = "all messages used"
         bad = silent or lost or publishers > 1

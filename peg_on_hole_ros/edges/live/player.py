@@ -20,13 +20,13 @@ from peg_on_hole_ros.edges.messages.output import (
     DIAGNOSTICS,
     LATCHED,
     MARKERS,
+    PREFIX,
     STRING,
     TOPICS,
 )
 from peg_on_hole_ros.edges.messages.ros_messages import message_class
 from peg_on_hole_ros.errors import PegOnHoleError
 
-PREFIX = "/peg_on_hole/"
 PATIENCE = 120.0  # [s] for the node to start, a cold compilation included
 SILENCE = 3.0  # [s] without an estimate while some are awaited, then these are lost
 # Most time of stamps that the node may be behind; its queues hold 200 messages by default.

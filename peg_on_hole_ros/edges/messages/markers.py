@@ -89,11 +89,13 @@ def _cones(outputs, scene):
     gamma, psi = float(outputs.state[0]), float(outputs.state[1])
     three_point = scene.gamma0 < gamma < pi / 2
     axes = normals(contact_geometry(scene, gamma)) @ _about_z(psi).T if three_point else None
+    # As it has been learnt, where it is.
+    friction = outputs.monitor.get("friction", scene.friction)
     for i in range(len(CONTACTS)):
         if not three_point or not outputs.closed[i]:
             yield _deleted(outputs.t_ns, "friction_cone", i)
             continue
-        points = _cone(outputs.contact_point[i], axes[i], scene.friction, scene.hole_diameter / 5)
+        points = _cone(outputs.contact_point[i], axes[i], friction, scene.hole_diameter / 5)
         yield _marker(
             outputs.t_ns, "friction_cone", i, TRIANGLE_LIST, (1, 1, 1), _CONE_COLOR, points=points
         )

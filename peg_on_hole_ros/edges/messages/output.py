@@ -15,6 +15,8 @@ STRING = "std_msgs/msg/String"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 
+# Of a replay, and of a node that is not renamed.
+PREFIX = "/peg_on_hole/"
 # Topic under the node's name, and its type.
 TOPICS = {
     "state": JOINT_STATE,
@@ -32,6 +34,8 @@ TOPICS = {
     "markers": MARKERS,
 }
 LATCHED = ("transition", "contact_mode")
+# Of a replay alone.
+SMOOTHED = {"smoothed_state": JOINT_STATE, "smoothed_state_stddev": JOINT_STATE}
 
 # Three-point contact leaves three degrees of freedom, so the pose's covariance has rank 3, and
 # programs that invert it would fail. These standard deviations are added on its diagonal: far

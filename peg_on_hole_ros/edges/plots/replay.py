@@ -34,9 +34,8 @@ def figure(series: Series, title: str, gamma0: float, truth: Truth | None = None
         Drawn as broken lines.
 
     """
-    t_ns, values, stddev, monitor = series.arrays()
-    start = int(t_ns[0])
-    t = (t_ns - start) * 1e-9
+    passed_ns, values, stddev, monitor = series.arrays()
+    t = passed_ns * 1e-9
     fig = Figure(figsize=(11, 12), dpi=110, layout="constrained")
     axes = fig.subplots(5, 1, sharex=True, height_ratios=(3, 3, 4, 1.2, 2.4))
     fig.suptitle(title)
@@ -44,9 +43,9 @@ def figure(series: Series, title: str, gamma0: float, truth: Truth | None = None
     _turns(axes[1], t, values, stddev)
     _reactions(axes[2], t, values, stddev, monitor)
     if truth is not None:
-        _draw_truth(axes, truth, start)
-    _modes(axes[3], series, start, truth)
-    _risk(axes[4], t, monitor, series, start)
+        _draw_truth(axes, t, series.runs, truth)
+    _modes(axes[3], series, truth)
+    _risk(axes[4], t, monitor, series)
     axes[4].set_xlabel("time [s]")
     axes[4].set_xlim(0, max(t[-1], 1e-3))
     return fig
@@ -95,32 +94,51 @@ def _reactions(axis, t, values, stddev, monitor):
     axis.legend(loc="upper left", ncols=4)
 
 
-def _draw_truth(axes, truth, start):
-    t = (truth.t_ns - start) * 1e-9
-    shown = slice(None, None, max(1, len(t) // 8000))
-    axes[0].plot(t[shown], truth.values[shown, 0], label="truth", **TRUTH)
-    for i in (1, 2):
+def _draw_truth(axes, t, runs, truth):
+    label = "truth"
+    for run in runs:
+        inside = (run.first_ns <= truth.t_ns) & (truth.t_ns <= run.last_ns)
+        if not inside.any():
+            continue
+        at, values = run.passed(truth.t_ns[inside]) * 1e-9, truth.values[inside]
+        shown = slice(None, None, max(1, len(at) // 8000))
+        axes[0].plot(at[shown], values[shown, 0], label=label, **TRUTH)
         # The estimate wraps: its first turn may be another than the truth's.
-        line = axes[1].lines[i - 1]
-        first = np.interp(line.get_xdata()[0], t, truth.values[:, i])
-        turns = 2 * np.pi * np.round((line.get_ydata()[0] - first) / (2 * np.pi))
-        label = "truth" if i == 1 else None
-        axes[1].plot(t[shown], truth.values[shown, i] + turns, label=label, **TRUTH)
-    for i in (3, 4, 5):
-        label = "truth" if i == 3 else None
-        axes[2].plot(t[shown], truth.values[shown, i], label=label, **TRUTH)
+        row = max(0, int(np.searchsorted(t, at[0], side="right")) - 1)
+        for i in (1, 2):
+            estimated = axes[1].lines[i - 1].get_ydata()[row]
+            turns = (
+                2 * np.pi * np.round((estimated - np.interp(t[row], at, values[:, i])) / 2 / np.pi)
+            )
+            named = label if i == 1 else None
+            axes[1].plot(at[shown], values[shown, i] + turns, label=named, **TRUTH)
+        for i in (3, 4, 5):
+            named = label if i == 3 else None
+            axes[2].plot(at[shown], values[shown, i], label=named, **TRUTH)
+        label = None
     for axis in axes[:3]:
         axis.legend(loc=axis.get_legend()._loc, ncols=4)
 
 
-def _modes(axis, series, start, truth):
+def _true_modes(runs, truth):
+    """Return the passed time [ns] of each change of the true mode, and the mode."""
+    changes = []
+    for run in runs:
+        changes.append((run.before_ns, truth.mode_at(run.first_ns)))
+        for t_ns, mode in zip(truth.mode_ns.tolist(), truth.modes):
+            if run.first_ns < t_ns <= run.last_ns:
+                changes.append((run.passed(t_ns), mode))
+    return changes
+
+
+def _modes(axis, series, truth):
     rows = [("estimate", series.modes)]
     if truth is not None:
-        rows.insert(0, ("truth", list(zip(truth.mode_ns.tolist(), truth.modes))))
+        rows.insert(0, ("truth", _true_modes(series.runs, truth)))
     for y, (_, changes) in enumerate(rows):
-        ends = [t for t, _ in changes[1:]] + [series.last_ns]
+        ends = [t for t, _ in changes[1:]] + [series.passed_ns]
         for (begin, mode), end in zip(changes, ends):
-            bar = [((begin - start) * 1e-9, (end - begin) * 1e-9)]
+            bar = [(begin * 1e-9, (end - begin) * 1e-9)]
             axis.broken_barh(bar, (y - 0.4, 0.8), color=MODE_COLORS.get(mode, "#ffffff"))
     axis.set_yticks(range(len(rows)), [name for name, _ in rows])
     axis.set_ylabel("contact mode")
@@ -129,13 +147,13 @@ def _modes(axis, series, start, truth):
     axis.set_ylim(-0.5, len(rows) + 0.3)
 
 
-def _risk(axis, t, monitor, series, start):
+def _risk(axis, t, monitor, series):
     styles = {"jamming_risk": "#b71c1c", "transition_probability": "#1b6ca8"}
     for name, color in styles.items():
         axis.plot(t, monitor[:, MONITORED.index(name)], color=color, linewidth=1.0, label=name)
-    flags = [*series.flags, (series.last_ns, series.flags[-1][1])] if series.flags else []
+    flags = [*series.flags, (series.passed_ns, series.flags[-1][1])] if series.flags else []
     if flags:
-        steps = [(when - start) * 1e-9 for when, _ in flags], [float(flag) for _, flag in flags]
+        steps = [when * 1e-9 for when, _ in flags], [float(flag) for _, flag in flags]
         axis.fill_between(
             *steps, step="post", color="#c2571a", alpha=0.2, linewidth=0, label="transition flag"
         )

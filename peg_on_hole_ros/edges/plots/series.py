@@ -1,5 +1,7 @@
 """Estimates over time for a plot, thinned so that a bag of any length fits."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from peg_on_hole_ros.edges.messages.output import Message
@@ -15,11 +17,42 @@ MONITORED = (
 COLUMNS = (*ANGLES, *CONTACTS)
 
 
+@dataclass
+class Run:
+    """
+    Stamps from one fall to the next.
+
+    Attributes
+    ----------
+    first_ns, last_ns : int
+        Stamps [ns].
+    before_ns : int
+        Time that had passed at the first [ns].
+
+    """
+
+    first_ns: int
+    last_ns: int
+    before_ns: int
+
+    def passed(self, t_ns):
+        """Return the passed time of a stamp, or of an array of them [ns]."""
+        return self.before_ns + t_ns - self.first_ns
+
+
 class Series:
     """
     Collects a replay's output; beyond MOST_ROWS every second row is let go, again and again.
 
-    Changes of mode and flag are all kept.
+    Changes of mode and flag are all kept. Time is what has passed since the first estimate: where
+    stamps fall it goes on from where it was.
+
+    Attributes
+    ----------
+    modes, flags : list of (int, str), list of (int, bool)
+        Passed time [ns] and what holds from there on.
+    runs : list of Run
+
     """
 
     def __init__(self):
@@ -28,7 +61,12 @@ class Series:
         self._seen = 0
         self.modes: list[tuple[int, str]] = []
         self.flags: list[tuple[int, bool]] = []
-        self.last_ns: int | None = None
+        self.runs: list[Run] = []
+
+    @property
+    def passed_ns(self) -> int:
+        """Time that has passed up to the latest estimate [ns]."""
+        return self.runs[-1].passed(self.runs[-1].last_ns)
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
@@ -45,35 +83,45 @@ class Series:
 
     def declared(self, t_ns: int, mode: str | None, flag: bool | None) -> None:
         """Take contact mode and transition flag; None or an empty text: as before."""
+        passed = self._passed(t_ns)
         if mode and (not self.modes or self.modes[-1][1] != mode):
-            self.modes.append((t_ns, mode))
+            self.modes.append((passed, mode))
         if flag is not None and (not self.flags or self.flags[-1][1] != flag):
-            self.flags.append((t_ns, flag))
+            self.flags.append((passed, flag))
 
     def row(self, t_ns: int, values, stddev, monitor: dict[str, float]) -> None:
         """Take gamma, psi, phi [rad], N_K, N_B1, N_B2 [N], their stddev and the monitor."""
-        self.last_ns = t_ns
+        passed = self._passed(t_ns)
         if self._seen % self._every == 0:
             scalars = [monitor.get(name, np.nan) for name in MONITORED]
-            self._rows.append((t_ns, *values, *stddev, *scalars))
+            self._rows.append((passed, *values, *stddev, *scalars))
             if len(self._rows) > MOST_ROWS:
                 del self._rows[1::2]
                 self._every *= 2
         self._seen += 1
 
+    def _passed(self, t_ns):
+        if not self.runs:
+            self.runs.append(Run(t_ns, t_ns, 0))
+        elif t_ns < self.runs[-1].last_ns:
+            self.runs.append(Run(t_ns, t_ns, self.passed_ns))
+        self.runs[-1].last_ns = t_ns
+        return self.passed_ns
+
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """
-        Return stamps, values, standard deviations, monitor.
+        Return times, values, standard deviations, monitor.
 
         Returns
         -------
-        t_ns : ndarray of int64, shape (n,)
+        passed_ns : ndarray of int64, shape (n,)
+            Never less than the one before.
         values, stddev : ndarray, shape (n, 6)
             In the order of COLUMNS.
         monitor : ndarray, shape (n, 4)
             In the order of MONITORED; NaN where a value does not exist, which a plot leaves out.
 
         """
-        t_ns = np.array([row[0] for row in self._rows], dtype=np.int64)
-        rest = np.array([row[1:] for row in self._rows], dtype=float).reshape(len(t_ns), -1)
-        return t_ns, rest[:, :6], rest[:, 6:12], rest[:, 12:]
+        passed = np.array([row[0] for row in self._rows], dtype=np.int64)
+        rest = np.array([row[1:] for row in self._rows], dtype=float).reshape(len(passed), -1)
+        return passed, rest[:, :6], rest[:, 6:12], rest[:, 12:]
