@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from late_samples import MS, ordered, pipeline, play
 from peg_on_hole_ros.monitoring.alarms import ERROR
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
@@ -64,6 +65,25 @@ def test_reactions_are_not_told_as_known(truth, modes):
     before = np.array(outputs[195].normal_stddev)
     assert all((row.normal_stddev > 3.0 * before).all() for row in told)
     assert outputs[430].monitor["reactions_determined"]
+
+
+@pytest.mark.parametrize("modes", [True, False])
+def test_the_motion_goes_on_at_constant_rates(modes):
+    """Whatever a wrench would make of a peg that slides, nobody knows where."""
+    samples = ordered()
+    configuration = pipeline().configuration
+    options = replace(configuration.filter, max_joint_gap=0.05)
+    monitor = replace(configuration.monitor, modes=modes)
+    line = Pipeline(replace(configuration, filter=options, monitor=monitor))
+    begin = samples[0].t_ns
+
+    def silent(sample):
+        return isinstance(sample, JointSample) and sample.t_ns - begin > 120 * MS
+
+    rows = play(line, [each for each in samples if not silent(each)])
+    rates = {(row.t_ns - begin) // MS: row.state[3:] for row in rows}
+    assert np.ptp([rates[k] for k in range(130, 165)], axis=0).max() > 1e-3
+    assert np.ptp([rates[k] for k in range(180, 290)], axis=0).max() == 0.0
 
 
 def test_flag_and_alarms_stay_and_no_risk_is_told(truth):

@@ -85,14 +85,18 @@ def test_a_wrench_far_ahead_is_undone_by_the_next(ahead_ms):
     assert total(second.counts) == total(first.counts) + 1
 
 
-def test_late_messages_are_put_in_their_place_after_it():
+@pytest.mark.parametrize("begin", range(AT, AT + 24, 3))
+@pytest.mark.parametrize("after", [1, 40])
+def test_late_messages_are_put_in_their_place_after_it(begin, after):
     """What is kept for them begins anew, with a snapshot."""
     samples = ordered()
-    i = of_kind(samples, WrenchSample, AT)
+    # No orientation comes beside it.
+    kinds = [type(s) for s in samples]
+    i = next(k for k in range(begin, len(kinds)) if kinds[k : k + 2] == [WrenchSample] * 2)
     wrong = samples[i]._replace(t_ns=samples[i].t_ns + 900 * MS)
     stream = [*samples[: i + 1], wrong, *samples[i + 1 :]]
-    late = of_kind(stream, JointSample, i + 40)
-    stream.insert(late + 20, stream.pop(late))
+    late = of_kind(stream, JointSample, i + after)
+    stream.insert(late + 6, stream.pop(late))
     first, second = pipeline(), pipeline()
     play(first, samples)
     play(second, stream)
