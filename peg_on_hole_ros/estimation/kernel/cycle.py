@@ -15,6 +15,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
     INTERVAL,
     KEPT_FOR,
+    OFFSETS,
     SINCE_CORRECTION,
     SLOW,
     WITHOUT_STEP,
@@ -82,8 +83,11 @@ def resume_constant_rates(m, status, dt):
         Whether angles and rates, at the begin of the interval, were changed.
 
     """
-    # What has been learnt of geometry or bias came with these angles and rates.
-    if not _not_believed(status) or m[SLOW] > 0.0 or learns_geometry_or_bias(m):
+    if not _not_believed(status) or m[SLOW] > 0.0:
+        return False
+    # What has been learnt of geometry or bias came with these angles and rates; and what an
+    # uncertain bias or tilt shares with them is not known of those beside.
+    if learns_geometry_or_bias(m) or m[OFFSETS + 1] > m[OFFSETS]:
         return False
     taken = take_beside(m, dt)
     m[KEPT_FOR] = KEPT if taken else 0.0

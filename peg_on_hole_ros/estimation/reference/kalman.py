@@ -97,7 +97,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         return self.P[DIAMETER, DIAMETER] > 0
 
     # Bias and tilt, of which there are none here.
-    offsets_are_small, learns_bias = True, False
+    carries_offsets, offsets_are_small, learns_bias = False, True, False
 
     def begin_beside(self):
         """Let constant rates beside it begin where it stands."""
@@ -169,7 +169,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
-        if not self.slow and self.beside and not self.learns_geometry_or_bias:
+        apart = not (self.learns_geometry_or_bias or self.carries_offsets)
+        if not self.slow and self.beside and apart:
             self._take_beside()
         self.predict_runaway(dt)
         self.slow = True
