@@ -693,11 +693,11 @@ def test_a_friction_that_is_stated_too_high_is_not_thrown_past_the_true_one():
     assert np.abs(off).max() < 4.0
 
 
-def stopped_by_friction(method="extended", **scene):
+def stopped_by_friction(method="extended", friction="estimated", **scene):
     """A peg that slides; the friction that its filter has learnt leaves no step."""
     x = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])
     scene = replace(SCENE, friction_stddev=0.05, **scene)
-    kalman = FILTERS[method](scene, FilterOptions(), WRENCH_NOISE)
+    kalman = FILTERS[method](scene, FilterOptions(friction=friction), WRENCH_NOISE)
     kalman.start(x[:3], 1e-8 * np.eye(3))
     kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = x[3:], 1e-4
     kalman.scene_values[7], kalman.spread[0, 0] = 1.5, 1e-6
@@ -711,6 +711,15 @@ def stopped_by_friction(method="extended", **scene):
 def goes_on(kalman, h=1e-3):
     kalman.hold(balanced(kalman.x))
     return kalman.predict(h, True)
+
+
+def test_friction_that_is_only_considered_is_not_doubted_without_a_step():
+    kalman = stopped_by_friction(friction="considered")
+    # As it was stated, no less: where it is learnt, it is then sought below at once.
+    kalman.spread[0, 0] = 0.05**2
+    for _ in range(80):
+        assert goes_on(kalman) in NO_STEP
+    assert kalman.friction == pytest.approx((1.5, 0.05), rel=1e-3)
 
 
 def test_without_a_step_the_rates_follow_the_innovations():
