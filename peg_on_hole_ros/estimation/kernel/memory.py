@@ -93,7 +93,7 @@ _SIZES = {
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
     "JUMPED": 6,  # what JUMP made of the state in a prediction
-    "ENDS": 12,  # wrench at the end of a step and at its first stage
+    "ENDS": 18,  # wrench of a step: at its end, its first stage, its begin (wrench_of_piece)
     "METHOD_USED": 1,  # the integrator's number in the last prediction
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
