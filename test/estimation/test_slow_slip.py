@@ -606,21 +606,26 @@ def test_steps_that_noise_pushes_on_do_not_raise_friction():
     assert np.mean(covered) > 0.9
 
 
-@pytest.mark.parametrize("rise, solved", [(0.0, 0), (7.0, 1)])
+@pytest.mark.parametrize(
+    "rise, solved, begin, end",
+    [(0.0, 0, 0.0, 1.0), (7.0, 1, 0.0, 1.0), (7.0, 1, 0.5, 1.0), (7.0, 1, 0.2, 0.4)],
+)
 @pytest.mark.parametrize("share, press", [(1.0, -50.0), (0.05, -500.0)])
-def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solved):
+def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solved, begin, end):
     """The same in numpy, of a fast and a slow slip that would both turn round."""
     h = 1e-3
     part(memory, "X")[3:] *= share
     part(memory, "U")[2] = press
     part(memory, "CROSS")[3:6] = 1e-4
     part(memory, "RAMP")[2] = rise
-    mean = part(memory, "U") - 0.5 * part(memory, "RAMP")[:6]
+    part(memory, "RAMP")[6:] = begin, end
+    # Of the part of the wrench's interval that this is.
+    mean = part(memory, "U") - (1.0 - 0.5 * (begin + end)) * part(memory, "RAMP")[:6]
     full = np.concatenate([part(memory, "X"), mean, part(memory, "SCENE")[[7, 0]]])
     y, dy = solve_with_slopes(Scene(), full, part(memory, "SCALES"))
     q_slopes, v_slopes, rates = dy[:3, :3], dy[:3, 3:6], full[3:6]
     matrix = np.linalg.inv(np.eye(3) - h * v_slopes - h * h * q_slopes)
-    end = rates + h * matrix @ (y[:3] + h * q_slopes @ rates)
+    last = rates + h * matrix @ (y[:3] + h * q_slopes @ rates)
     slopes = h * matrix @ dy[:3]
     slopes[:, 3:6] = matrix
     joint = np.zeros((WIDTH, WIDTH))
@@ -632,7 +637,7 @@ def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solve
     told = []
     for J_i in J:
         along = J_i @ rates / np.linalg.norm(J_i @ rates) @ J_i
-        told.append((along @ end) ** 2 / (along @ slopes @ joint @ slopes.T @ along))
+        told.append((along @ last) ** 2 / (along @ slopes @ joint @ slopes.T @ along))
     runs_away(scene_of(memory), memory)
     found, evaluations = slip_without_kink(scene_of(memory), memory, h)
     assert evaluations == solved
