@@ -343,6 +343,17 @@ def test_when_a_wrench_jumped_within_its_interval_is_unknown(change):
     np.testing.assert_allclose(grown, np.outer(moved, moved), rtol=1e-6, atol=1e-15)
 
 
+@pytest.mark.parametrize("model", ["dynamic", "quasi_static"])
+@pytest.mark.parametrize(("friction", "walks"), [("estimated", True), ("considered", False)])
+def test_a_friction_that_is_only_considered_does_not_walk(friction, walks, model):
+    kalman = sliding(replace(PLAIN, friction=friction, model=model))
+    kalman.spread[0, 0] = 0.01**2
+    expected = Prediction.CONTACT if model == "dynamic" else Prediction.HELD
+    assert kalman.predict(1e-3, True) is expected
+    walk = PLAIN.friction_noise**2 * 1e-3
+    assert kalman.spread[0, 0] - 0.01**2 == pytest.approx(walk if walks else 0.0, rel=1e-6)
+
+
 def test_a_wrench_that_jumps_is_a_ramp():
     """Against scipy under the same ramp, and against the wrench as it is at the end."""
     change = CHANGES[2]

@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.kernel.friction_lag import WANDERS_BESIDE
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angles_of, tilt_axes
 from peg_on_hole_ros.mechanics.reference import peg_axes
@@ -149,6 +150,27 @@ def test_what_is_known_or_only_considered_is_not_learnt(stated, learnt):
     """Where nothing is, steps are not believed again sooner for its sake."""
     kalman = Pipeline(uncertain(Configuration(), **stated)).filter
     assert part(kalman.memory, "OFFSETS")[2:].tolist() == list(learnt)
+
+
+@pytest.mark.parametrize(
+    ("stated", "beside"),
+    [
+        ({"tilt": 0.003}, WANDERS_BESIDE),
+        ({"tilt": 0.003, "hole_tilt": "considered"}, 1.0),
+        ({"force": 0.5, "wrench_bias": "considered"}, 1.0),
+        ({"force": 0.5, "tilt": 0.003, "wrench_bias": "considered"}, WANDERS_BESIDE),
+        ({"force": 0.5, "friction": "considered"}, 0.0),
+    ],
+)
+def test_friction_walks_farther_beside_what_is_learnt(stated, beside):
+    configuration = uncertain(Configuration(), **stated)
+    expected = (beside * configuration.filter.friction_noise) ** 2
+    assert Pipeline(configuration).filter.process.friction_density == expected
+    # And beside a clearance that is learnt, whatever the offsets are.
+    scene = replace(configuration.scene, clearance_stddev=1e-6)
+    expected = (WANDERS_BESIDE * configuration.filter.friction_noise) ** 2 if beside else 0.0
+    kalman = Pipeline(replace(configuration, scene=scene)).filter
+    assert kalman.process.friction_density == expected
 
 
 def test_the_load_of_bias_and_tilt_is_that_of_the_reduction():
