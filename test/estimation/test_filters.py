@@ -160,6 +160,20 @@ def test_a_covariance_that_is_lost_takes_nothing_of_what_follows(method):
     assert np.isfinite(kalman.joint_covariance()).all()
 
 
+@pytest.mark.parametrize("method", list(FILTERS))
+def test_friction_and_diameter_are_as_stated_before_there_is_any_motion(method):
+    configuration = Configuration()
+    scene = replace(configuration.scene, friction_stddev=0.03, clearance_stddev=1e-6)
+    options = replace(configuration.filter, method=method)
+    kalman = FILTERS[method](scene, options, np.eye(6))
+    for _ in range(2):
+        assert kalman.friction == pytest.approx((scene.friction, 0.03))
+        assert kalman.peg_diameter == pytest.approx((scene.peg_diameter, 1e-6))
+        # Nor does a wrench change that, or the begin of a motion.
+        kalman.hold(np.ones(6))
+        kalman.start(np.array([0.2, 0.1, -0.3]), 1e-8 * np.eye(3))
+
+
 def test_the_smoother_forwards_is_the_extended_filter(extended):
     _, outputs = run("extended", make=SmoothingFilter)
     for found, expected in zip(outputs, extended["default"], strict=True):

@@ -46,7 +46,7 @@ class SquareRootFilter(ContactFilter):
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
-        self._root = np.zeros((WIDTH, WIDTH))
+        self._root = _root_of(self.joint_covariance())
         # Joint mean and root before a prediction.
         self._before = None
 
