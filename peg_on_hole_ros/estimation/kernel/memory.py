@@ -83,7 +83,7 @@ _SIZES = {
     # Friction and its variance after the last correction, and how far it lags behind what
     # corrections tell (follow_friction, take_friction).
     "FRICTION_LAG": 3,
-    # By which balance told of friction in the interval before (learn_from_balance).
+    # By which balance told of friction in the last interval that told (learn_from_balance).
     "TOLD_GAIN": 3,
     "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
     # 1: forces were weighed, and by how much they were off, white (learn_from_balance; predict

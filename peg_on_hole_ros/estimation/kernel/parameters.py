@@ -128,7 +128,7 @@ def learning_shares(m):
     """
     Return the shares of the optimal gain for friction and peg diameter, and fill HELD_BACK.
 
-    The memory m holds the innovation's factor S, as `kernel.innovation` leaves it.
+    The memory m holds the innovation's factor S, as `correction.innovation` leaves it.
     """
     share = learning_share(m[SPREAD], m[SPREAD + 1], m[SPREAD + 3])
     of_friction, of_diameter = share * m[LEARNT], 0.0

@@ -14,7 +14,7 @@ INTEGRATORS = {
     "second_order": SECOND_ORDER,
 }
 
-# Beside CONVERGED and FAILED of `step`: a step that was found, with too large an error.
+# Beside CONVERGED and FAILED of `implicit_euler`: a step that was found, with too large an error.
 INACCURATE = FAILED + 1
 
 # Shorter steps carry no error estimate: at the rates of force sensors, 0.5 kHz and more, what the
