@@ -1,4 +1,9 @@
-"""What a filter does from one wrench to the next, for compiled loops and `ContactFilter`."""
+"""
+What a filter does from one wrench to the next.
+
+`ContactFilter` is made of parts of it, and does more between them; `predict_or_bridge` and
+`correct_and_follow` put them together for compiled loops, see `study.step_loop`.
+"""
 
 from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
