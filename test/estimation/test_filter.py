@@ -334,7 +334,7 @@ def test_when_a_wrench_jumped_within_its_interval_is_unknown(change):
     ramp = ramp_share(change) * change
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
     sdirk2(
-        P, scales, kalman.x, u - (1 - SHARE) * ramp, u, 1e-3, x1, y, dy, slopes, np.zeros(192),
+        P, scales, kalman.x, u - (1 - SHARE) * ramp, u, 1e-3, x1, y, dy, slopes, np.zeros(96),
         workspace(),
     )  # fmt: skip
     # The mean of a change that comes at any one time differs from that of a ramp by a twelfth.

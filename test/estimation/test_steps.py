@@ -31,7 +31,7 @@ def one_step(method, x, u, h, scales):
     """Return status, end and the derivatives (6, 12) of the state, angles first."""
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
     status, _ = take_step(
-        INTEGRATORS[method], P, scales, x, u, u, h, x1, y, dy, slopes, np.zeros(192), workspace()
+        INTEGRATORS[method], P, scales, x, u, u, h, x1, y, dy, slopes, np.zeros(96), workspace()
     )
     by_angles = slopes[3:] if method == "second_order" else np.eye(3, WIDTH) + h * slopes[:3]
     return status, x1, np.vstack([by_angles, slopes[:3]])
@@ -130,7 +130,7 @@ def test_an_estimated_error_is_near_the_true_one():
     scales, u, h = np.full(3, 2e-5), 1.2 * balanced(SLIDING), 0.01
     expected = motion(SLIDING, u, h, scales)
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
-    stage, work = np.zeros(192), workspace()
+    stage, work = np.zeros(96), workspace()
     for method in ("implicit_euler", "linearly_implicit"):
         number = INTEGRATORS[method]
         take_step(number, P, scales, SLIDING, u, u, h, x1, y, dy, slopes, stage, work)

@@ -119,7 +119,7 @@ _SIZES = {
     "FRICTION": 72,
     "PER_NEWTON": 72,
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
-    "STAGE": 192,  # of a step of two stages or of second derivatives, see steps.choice
+    "STAGE": 96,  # of a step of two stages or of second derivatives, see steps.choice
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "LOAD": 48,  # from the offsets to the wrench on the peg, (6, 8)

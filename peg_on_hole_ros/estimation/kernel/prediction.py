@@ -122,7 +122,7 @@ def predict_contact(m, dy, slopes, dt):
     x, u, u_stage = m[X : X + 6], m[ENDS : ENDS + 6], m[ENDS + 6 : ENDS + 12]
     u_begin = m[ENDS + 12 : ENDS + 18]
     x1, y, mean_rates = m[X1 : X1 + 6], m[Y : Y + 6], m[MEAN_RATES : MEAN_RATES + 3]
-    scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
+    scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 96]
     integrator, tolerance = int(m[METHOD]), m[METHOD + 1]
     if integrator == IMPLICIT_EULER and ramps(m):
         # Stiff friction follows the wrench at the end of a step, all else its mean.
