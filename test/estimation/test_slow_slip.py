@@ -645,6 +645,23 @@ def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solve
     assert found == pytest.approx(max(told), rel=1e-6)
 
 
+def test_what_noise_selected_in_one_contact_is_not_in_the_next():
+    kalman = sliding(FilterOptions())
+    kalman.spread[0, 0] = 0.05**2
+    # Told from none, and no surer: such a step does not say itself that noise selects none.
+    kalman.Z[range(3, 6), range(3, 6)] = [1e-4, 0.3**2, 0.3**2]
+    before, teaches = kalman.snapshot(), []
+    for in_the_air in (False, True):
+        kalman.restore(before)
+        part(kalman.memory, "STOPPED")[0] = part(kalman.memory, "TOLD_SHARE")[0] = 0.5
+        if in_the_air:
+            kalman.predict(1e-4, False)
+            assert part(kalman.memory, "TOLD_SHARE").item() == 0.0
+        assert kalman.predict(1e-3, True) is Prediction.CONTACT
+        teaches.append(kalman.tells_friction)
+    assert teaches == [False, True]
+
+
 def test_a_slip_that_was_not_told_has_to_be_told_more_surely():
     kalman = sliding(FilterOptions())
     # Of some 50 mm/s, 25 mm/s or two standard deviations.

@@ -80,6 +80,8 @@ class Estimate:
         self._steps_lean = part(self._memory, "STEPS_LEAN")
         self._doubt = part(self._memory, "DOUBT")
         self._without_step = part(self._memory, "WITHOUT_STEP")
+        self._stopped = part(self._memory, "STOPPED")
+        self._told = part(self._memory, "TOLD_SHARE")
         self._unbalance = part(self._memory, "UNBALANCE")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")

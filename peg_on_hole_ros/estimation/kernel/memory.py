@@ -40,7 +40,7 @@ _SIZES = {
     # For how long the contact equations have given no step [s] (bridge_without_step).
     "WITHOUT_STEP": 1,
     # Share of the steps of late that were not believed, see `prediction.SELECTED`
-    # (predict_contact).
+    # (predict_contact; predict ends it in the air).
     "STOPPED": 1,
     # By how much the wrench goes in its interval (hold_wrench); shares gone before, at the end
     # (predict).
@@ -85,7 +85,8 @@ _SIZES = {
     "FRICTION_LAG": 3,
     # By which balance told of friction in the last interval that told (learn_from_balance).
     "TOLD_GAIN": 3,
-    "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
+    # Of what was not known of it; 0: nothing was told (predict ends it in the air).
+    "TOLD_SHARE": 1,
     # 1: forces were weighed, and by how much they were off, white (learn_from_balance; predict
     # ends it).
     "UNBALANCE": 4,

@@ -202,10 +202,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.without_step, self.slid = lasted, False
 
     def _bridge(self, dt):
-        slid = self.slid
+        slid, stopped, balance = self.slid, self.stopped, self.balance
         density = self.rate_noise.density(self.acceleration.mean)
         self.predict_free(dt, np.sqrt(density))
         self.bridged, self.slid = True, slid
+        self.stopped, self.balance = stopped, balance
 
     def _take_beside(self):
         beside = self.beside
@@ -233,7 +234,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
         self.slow = self.bridged = self.sliding = self.slid = False
-        self.without_step = 0.0
+        self.without_step, self.stopped, self.balance = 0.0, 0.0, None
         self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.F = np.eye(self.dim_x)
