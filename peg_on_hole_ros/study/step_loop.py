@@ -14,7 +14,12 @@ def run_steps(
     free_rate_noise,
 ):  # fmt: skip
     """
-    Hold the wrench, predict, correct and react, for every step, as `filter.ContactFilter` does.
+    Hold the wrench, predict, correct and react, for every step, as a peg that slides needs it.
+
+    `filters.contact.ContactFilter` does more: it doubts a friction that leaves no step, judges
+    each innovation, and knows which share of a ramp a prediction is, what a step told of a
+    clearance before one that is not believed, and when the peg is free. Without any of these the
+    two are the same.
 
     Parameters
     ----------

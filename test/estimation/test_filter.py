@@ -334,13 +334,24 @@ def test_when_a_wrench_jumped_within_its_interval_is_unknown(change):
     ramp = ramp_share(change) * change
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
     sdirk2(
-        P, scales, kalman.x, u - (1 - SHARE) * ramp, u, 1e-3, x1, y, dy, slopes, np.zeros(192),
+        P, scales, kalman.x, u - (1 - SHARE) * ramp, u, 1e-3, x1, y, dy, slopes, np.zeros(96),
         workspace(),
     )  # fmt: skip
     # The mean of a change that comes at any one time differs from that of a ramp by a twelfth.
     moved = slopes[:, 6:12] @ ramp / np.sqrt(12)
     moved = np.concatenate([moved[3:], moved[:3]])
     np.testing.assert_allclose(grown, np.outer(moved, moved), rtol=1e-6, atol=1e-15)
+
+
+@pytest.mark.parametrize("model", ["dynamic", "quasi_static"])
+@pytest.mark.parametrize(("friction", "walks"), [("estimated", True), ("considered", False)])
+def test_a_friction_that_is_only_considered_does_not_walk(friction, walks, model):
+    kalman = sliding(replace(PLAIN, friction=friction, model=model))
+    kalman.spread[0, 0] = 0.01**2
+    expected = Prediction.CONTACT if model == "dynamic" else Prediction.HELD
+    assert kalman.predict(1e-3, True) is expected
+    walk = PLAIN.friction_noise**2 * 1e-3
+    assert kalman.spread[0, 0] - 0.01**2 == pytest.approx(walk if walks else 0.0, rel=1e-6)
 
 
 def test_a_wrench_that_jumps_is_a_ramp():

@@ -8,7 +8,7 @@ import pytest
 
 from late_samples import ordered, shuffled
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filters.contact import Correction
+from peg_on_hole_ros.estimation.filters.contact import Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.options import Configuration
@@ -16,6 +16,8 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
+from sliding_filter import SCENE as SLIDING
+from sliding_filter import WRENCH_NOISE, balanced
 
 SCENE = "closing_with_slip"
 SECONDS = 0.25
@@ -158,6 +160,20 @@ def test_a_covariance_that_is_lost_takes_nothing_of_what_follows(method):
     assert np.isfinite(kalman.joint_covariance()).all()
 
 
+@pytest.mark.parametrize("method", list(FILTERS))
+def test_friction_and_diameter_are_as_stated_before_there_is_any_motion(method):
+    configuration = Configuration()
+    scene = replace(configuration.scene, friction_stddev=0.03, clearance_stddev=1e-6)
+    options = replace(configuration.filter, method=method)
+    kalman = FILTERS[method](scene, options, np.eye(6))
+    for _ in range(2):
+        assert kalman.friction == pytest.approx((scene.friction, 0.03))
+        assert kalman.peg_diameter == pytest.approx((scene.peg_diameter, 1e-6))
+        # Nor does a wrench change that, or the begin of a motion.
+        kalman.hold(np.ones(6))
+        kalman.start(np.array([0.2, 0.1, -0.3]), 1e-8 * np.eye(3))
+
+
 def test_the_smoother_forwards_is_the_extended_filter(extended):
     _, outputs = run("extended", make=SmoothingFilter)
     for found, expected in zip(outputs, extended["default"], strict=True):
@@ -284,3 +300,23 @@ def test_a_covariance_that_is_singular_to_rounding_has_a_root():
     # The rates have made it regular.
     result, nis = kalman.correct(np.array([0.2, 0.1, -0.3]), covariance)
     assert result is Correction.USED and np.isfinite(nis) and np.isfinite(kalman.P).all()
+
+
+def test_friction_walks_at_constant_rates_in_the_root_as_in_the_covariance():
+    """With a model without inertia it stood still in the root."""
+    found = {}
+    for method in ("extended", "square_root"):
+        options = replace(Configuration().filter, method=method, model="quasi_static")
+        kalman = FILTERS[method](replace(SLIDING, friction_stddev=1e-3), options, WRENCH_NOISE)
+        x = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])
+        kalman.start(x[:3], 1e-8 * np.eye(3))
+        kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = x[3:], 1e-6
+        if method == "square_root":
+            kalman._set_anew()
+        kalman.hold(balanced(x))
+        for _ in range(50):
+            assert kalman.predict(1e-3, True) is Prediction.HELD
+        found[method] = kalman.joint_covariance()
+    walk = 50e-3 * options.friction_noise**2
+    assert found["extended"][12, 12] == pytest.approx(1e-6 + walk, rel=1e-9)
+    np.testing.assert_allclose(found["square_root"], found["extended"], rtol=1e-9, atol=1e-20)

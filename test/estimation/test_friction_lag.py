@@ -7,6 +7,7 @@ import pytest
 
 from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters import contact
+from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.friction_lag import LAGS, follow_friction
@@ -15,7 +16,7 @@ from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.reference.friction import FrictionLag
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
-from sliding_filter import PLAIN, SCENE, WRENCH_NOISE
+from sliding_filter import PLAIN, SCENE, WRENCH_NOISE, balanced
 
 STATED, STDDEV = 0.3, 0.05
 NOISE = STDDEV  # of one measurement
@@ -179,6 +180,27 @@ def test_a_correction_that_is_repeated_counts_once(method):
     assert len(found) > 40
     # To rounding, over a lag of some 1e-5.
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_a_step_with_nothing_to_iterate_is_followed_once():
+    """The measurement is where the step ends: the tangent at its begin stays the one there is."""
+    found = {}
+    for method in ("extended", "iterated"):
+        scene = replace(SCENE, friction_stddev=0.05)
+        kalman = make_filter(scene, replace(PLAIN, method=method), WRENCH_NOISE)
+        R = angle_covariance(0.15, 1e-4)
+        kalman.start(np.array([0.15, 0.3, -0.4]), R)
+        kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = (-0.16, 0.4, 2.0), 1e-6
+        kalman.hold(balanced(kalman.x))
+        # It has come from far.
+        part(kalman._memory, "FRICTION_LAG")[0] = scene.friction - 0.6
+        assert kalman.predict(5e-3, True) is Prediction.CONTACT
+        kalman.correct(kalman.x[:3].copy(), R)
+        found[method] = kalman.spread[0, 0], *part(kalman._memory, "FRICTION_LAG")
+    assert found["iterated"] == found["extended"]
+    # It has told of friction, and left it wider than it told.
+    variance, _, _, lag = found["extended"]
+    assert variance == LAGS * lag**2 and lag < 0.1 * 0.6
 
 
 def friction_at_the_end(seed):

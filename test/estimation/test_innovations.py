@@ -12,7 +12,8 @@ from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.kernel.memory import part
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
+from peg_on_hole_ros.estimation.kernel.parameters import learning_shares
 from peg_on_hole_ros.estimation.watches import (
     DRIFTS,
     TOO_LARGE,
@@ -26,6 +27,7 @@ from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from simulated import truth
 from wrong_settings import tilted
 
 MS = 1_000_000
@@ -69,6 +71,39 @@ def test_innovations_drift_only_where_the_gain_is_the_optimal_one(held_back, use
     size = np.sum(np.square(kalman.white_innovation()))
     expected = WINDOW * size if drifts else 0.0
     assert innovations.told() == {"nis_median": 2.0, "nis_drift": pytest.approx(expected)}
+
+
+@pytest.mark.parametrize(
+    ("friction", "clearance", "learnt", "held_back"),
+    [
+        (0.05, 0.0, (1.0, 1.0), 0.0),
+        (0.05, 0.0, (0.0, 0.0), 1.0),
+        (0.0, 1e-6, (1.0, 0.0), 1.0),
+        (0.0, 0.0, (0.0, 0.0), 0.0),
+    ],
+)
+def test_what_is_only_considered_is_held_back(friction, clearance, learnt, held_back):
+    m = np.zeros(SIZE)
+    part(m, "SPREAD")[[0, 3]] = friction**2, clearance**2
+    part(m, "LEARNT")[:] = learnt
+    part(m, "S", (3, 3))[:] = 1e-4 * np.eye(3)
+    for sliding in (1.0, 0.0):
+        part(m, "SLIDING")[0] = sliding
+        learning_shares(m)
+        assert part(m, "HELD_BACK").item() == held_back * sliding
+
+
+@pytest.mark.parametrize("friction", ["estimated", "considered"])
+def test_a_friction_that_is_as_stated_alarms_nobody(friction):
+    """Told off by one deviation: only considered, it pushes every innovation one way."""
+    configuration = truth("closing_with_slip").plan.configuration
+    true = configuration.scene.friction
+    scene = replace(configuration.scene, friction=true + 0.003, friction_stddev=0.003)
+    options = replace(configuration.filter, friction=friction)
+    pipeline = Pipeline(replace(configuration, scene=scene, filter=options))
+    for outputs in pipeline.play(measure(truth("closing_with_slip"), 3)):
+        assert outputs.monitor.get("nis_drift", 0.0) < DRIFTS
+    assert pipeline.counts["innovations_too_large"] == 0
 
 
 def test_noise_alone_is_not_too_large():

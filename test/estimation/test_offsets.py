@@ -13,10 +13,11 @@ from offsets_learnt import Stated
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.kernel.friction_lag import WANDERS_BESIDE
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angles_of, tilt_axes
 from peg_on_hole_ros.mechanics.reference import peg_axes
@@ -85,6 +86,56 @@ def test_equals_the_reference_filter_later(monkeypatch, bag, force, tilt, beside
     assert seen == beside
 
 
+CONSIDERED = pytest.mark.parametrize(
+    "stated",
+    [
+        {"tilt": 0.003, "hole_tilt": "considered"},
+        {"force": 0.05, "torque": 0.001, "wrench_bias": "considered"},
+    ],
+    ids=["tilt", "bias"],
+)
+
+
+def hardly_slipping(stated):
+    """Return a configuration and steps of closing without slip, where slips are hardly told."""
+    read = read_parameters(ROOT / "config" / "closing_without_slip.yaml")
+    configuration = uncertain(from_parameters(read), **stated)
+    steps = bag_steps(ROOT / "bags" / "closing_without_slip.mcap", configuration)[120:320]
+    return configuration, steps
+
+
+@CONSIDERED
+def test_what_is_only_considered_leaves_a_covariance_where_steps_are_not_believed(stated):
+    """Rates from beside kept what it shares with others: eigenvalues of -120, then a restart."""
+    configuration, steps = hardly_slipping(stated)
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    kalman = make_filter(
+        configuration.scene, configuration.filter, reduction.covariance,
+        reduction.offsets(configuration),
+    )  # fmt: skip
+    kalman.start(steps[0].q, steps[0].R)
+    kinds, least = [], []
+    for step in steps[1:]:
+        kalman.hold(step.u)
+        kinds.append(kalman.predict(step.dt, True))
+        if step.q is not None:
+            assert kalman.correct(*kalman.in_hole_axes(step.q, step.R))[0] is not Correction.RESET
+        P = kalman.joint_covariance()
+        known = np.diagonal(P) > 0
+        stddev = np.sqrt(np.diagonal(P)[known])
+        correlation = P[np.ix_(known, known)] / np.outer(stddev, stddev)
+        least.append(np.linalg.eigvalsh(correlation).min())
+    # Where rates beside would be taken.
+    assert (Prediction.CONTACT, Prediction.SLOW) in zip(kinds, kinds[1:])
+    assert min(least) > -1e-12
+
+
+@pytest.mark.xdist_group("filterpy")
+@CONSIDERED
+def test_equals_the_reference_filter_where_steps_are_not_believed(stated):
+    assert_equal(*hardly_slipping(stated))
+
+
 @pytest.mark.parametrize(
     ("stated", "learnt"),
     [
@@ -99,6 +150,27 @@ def test_what_is_known_or_only_considered_is_not_learnt(stated, learnt):
     """Where nothing is, steps are not believed again sooner for its sake."""
     kalman = Pipeline(uncertain(Configuration(), **stated)).filter
     assert part(kalman.memory, "OFFSETS")[2:].tolist() == list(learnt)
+
+
+@pytest.mark.parametrize(
+    ("stated", "beside"),
+    [
+        ({"tilt": 0.003}, WANDERS_BESIDE),
+        ({"tilt": 0.003, "hole_tilt": "considered"}, 1.0),
+        ({"force": 0.5, "wrench_bias": "considered"}, 1.0),
+        ({"force": 0.5, "tilt": 0.003, "wrench_bias": "considered"}, WANDERS_BESIDE),
+        ({"force": 0.5, "friction": "considered"}, 0.0),
+    ],
+)
+def test_friction_walks_farther_beside_what_is_learnt(stated, beside):
+    configuration = uncertain(Configuration(), **stated)
+    expected = (beside * configuration.filter.friction_noise) ** 2
+    assert Pipeline(configuration).filter.process.friction_density == expected
+    # And beside a clearance that is learnt, whatever the offsets are.
+    scene = replace(configuration.scene, clearance_stddev=1e-6)
+    expected = (WANDERS_BESIDE * configuration.filter.friction_noise) ** 2 if beside else 0.0
+    kalman = Pipeline(replace(configuration, scene=scene)).filter
+    assert kalman.process.friction_density == expected
 
 
 def test_the_load_of_bias_and_tilt_is_that_of_the_reduction():

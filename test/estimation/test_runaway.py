@@ -35,10 +35,11 @@ def first_order(truth, k):
     return full, scales, matrix
 
 
-def told_to_run_away(truth, full, scales):
+def told_to_run_away(truth, full, scales, ramp=(0.0,) * 8):
     m = np.zeros(SIZE)
     part(m, "SCENE")[:] = scene_scalars(truth.plan.configuration.scene)
     part(m, "X")[:6], part(m, "U")[:6], part(m, "SCALES")[:3] = full[:6], full[6:12], scales
+    part(m, "RAMP")[:] = ramp
     return runs_away(scene_of(m), m)
 
 
@@ -54,6 +55,20 @@ def test_it_is_told_by_the_fastest_growth_of_the_linearised_motion():
         assert told == (growth > FASTEST_GROWTH), (k, growth)
         found.append(told)
     assert 10 < sum(found) < len(found) - 10
+
+
+def test_it_is_told_by_the_wrench_at_the_end_of_a_part_of_an_interval():
+    truth, told = turning(), []
+    for k in range(60, 160, 10):
+        full, scales, _ = first_order(truth, k)
+        # At its stamp it presses twice as much.
+        later = np.concatenate([full[:6], 2.0 * full[6:12], full[12:]])
+        told.append(told_to_run_away(truth, full, scales))
+        at_its_end = told_to_run_away(truth, later, scales, (*(2.0 * full[6:12]), 0.0, 0.5))
+        assert at_its_end == told[-1]
+        told[-1] = told[-1], told_to_run_away(truth, later, scales)
+    # Which is not the same.
+    assert {(True, True), (False, True)} <= set(told)
 
 
 @pytest.mark.parametrize("k", [120, 150])

@@ -606,21 +606,26 @@ def test_steps_that_noise_pushes_on_do_not_raise_friction():
     assert np.mean(covered) > 0.9
 
 
-@pytest.mark.parametrize("rise, solved", [(0.0, 0), (7.0, 1)])
+@pytest.mark.parametrize(
+    "rise, solved, begin, end",
+    [(0.0, 0, 0.0, 1.0), (7.0, 1, 0.0, 1.0), (7.0, 1, 0.5, 1.0), (7.0, 1, 0.2, 0.4)],
+)
 @pytest.mark.parametrize("share, press", [(1.0, -50.0), (0.05, -500.0)])
-def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solved):
+def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solved, begin, end):
     """The same in numpy, of a fast and a slow slip that would both turn round."""
     h = 1e-3
     part(memory, "X")[3:] *= share
     part(memory, "U")[2] = press
     part(memory, "CROSS")[3:6] = 1e-4
     part(memory, "RAMP")[2] = rise
-    mean = part(memory, "U") - 0.5 * part(memory, "RAMP")[:6]
+    part(memory, "RAMP")[6:] = begin, end
+    # Of the part of the wrench's interval that this is.
+    mean = part(memory, "U") - (1.0 - 0.5 * (begin + end)) * part(memory, "RAMP")[:6]
     full = np.concatenate([part(memory, "X"), mean, part(memory, "SCENE")[[7, 0]]])
     y, dy = solve_with_slopes(Scene(), full, part(memory, "SCALES"))
     q_slopes, v_slopes, rates = dy[:3, :3], dy[:3, 3:6], full[3:6]
     matrix = np.linalg.inv(np.eye(3) - h * v_slopes - h * h * q_slopes)
-    end = rates + h * matrix @ (y[:3] + h * q_slopes @ rates)
+    last = rates + h * matrix @ (y[:3] + h * q_slopes @ rates)
     slopes = h * matrix @ dy[:3]
     slopes[:, 3:6] = matrix
     joint = np.zeros((WIDTH, WIDTH))
@@ -632,12 +637,29 @@ def test_what_a_slip_would_be_without_the_kink(memory, share, press, rise, solve
     told = []
     for J_i in J:
         along = J_i @ rates / np.linalg.norm(J_i @ rates) @ J_i
-        told.append((along @ end) ** 2 / (along @ slopes @ joint @ slopes.T @ along))
+        told.append((along @ last) ** 2 / (along @ slopes @ joint @ slopes.T @ along))
     runs_away(scene_of(memory), memory)
     found, evaluations = slip_without_kink(scene_of(memory), memory, h)
     assert evaluations == solved
     # The kernel's derivatives are generated, these are complex steps: rounding, through 1e5 1/s.
     assert found == pytest.approx(max(told), rel=1e-6)
+
+
+def test_what_noise_selected_in_one_contact_is_not_in_the_next():
+    kalman = sliding(FilterOptions())
+    kalman.spread[0, 0] = 0.05**2
+    # Told from none, and no surer: such a step does not say itself that noise selects none.
+    kalman.Z[range(3, 6), range(3, 6)] = [1e-4, 0.3**2, 0.3**2]
+    before, teaches = kalman.snapshot(), []
+    for in_the_air in (False, True):
+        kalman.restore(before)
+        part(kalman.memory, "STOPPED")[0] = part(kalman.memory, "TOLD_SHARE")[0] = 0.5
+        if in_the_air:
+            kalman.predict(1e-4, False)
+            assert part(kalman.memory, "TOLD_SHARE").item() == 0.0
+        assert kalman.predict(1e-3, True) is Prediction.CONTACT
+        teaches.append(kalman.tells_friction)
+    assert teaches == [False, True]
 
 
 def test_a_slip_that_was_not_told_has_to_be_told_more_surely():
@@ -693,11 +715,11 @@ def test_a_friction_that_is_stated_too_high_is_not_thrown_past_the_true_one():
     assert np.abs(off).max() < 4.0
 
 
-def stopped_by_friction(method="extended", **scene):
+def stopped_by_friction(method="extended", friction="estimated", **scene):
     """A peg that slides; the friction that its filter has learnt leaves no step."""
     x = np.array([0.15, 0.3, -0.4, -0.16, 0.4, 2.0])
     scene = replace(SCENE, friction_stddev=0.05, **scene)
-    kalman = FILTERS[method](scene, FilterOptions(), WRENCH_NOISE)
+    kalman = FILTERS[method](scene, FilterOptions(friction=friction), WRENCH_NOISE)
     kalman.start(x[:3], 1e-8 * np.eye(3))
     kalman.x[3:], kalman.Z[range(3, 6), range(3, 6)] = x[3:], 1e-4
     kalman.scene_values[7], kalman.spread[0, 0] = 1.5, 1e-6
@@ -711,6 +733,15 @@ def stopped_by_friction(method="extended", **scene):
 def goes_on(kalman, h=1e-3):
     kalman.hold(balanced(kalman.x))
     return kalman.predict(h, True)
+
+
+def test_friction_that_is_only_considered_is_not_doubted_without_a_step():
+    kalman = stopped_by_friction(friction="considered")
+    # As it was stated, no less: where it is learnt, it is then sought below at once.
+    kalman.spread[0, 0] = 0.05**2
+    for _ in range(80):
+        assert goes_on(kalman) in NO_STEP
+    assert kalman.friction == pytest.approx((1.5, 0.05), rel=1e-3)
 
 
 def test_without_a_step_the_rates_follow_the_innovations():

@@ -12,6 +12,7 @@ from peg_on_hole_ros.estimation.kernel.friction_doubt import LEARNT_WRONG
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS, LONG_STEP, step_error, take_step
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
+from peg_on_hole_ros.estimation.steps.second_order import SHARE
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
@@ -30,7 +31,7 @@ def one_step(method, x, u, h, scales):
     """Return status, end and the derivatives (6, 12) of the state, angles first."""
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
     status, _ = take_step(
-        INTEGRATORS[method], P, scales, x, u, u, h, x1, y, dy, slopes, np.zeros(192), workspace()
+        INTEGRATORS[method], P, scales, x, u, u, h, x1, y, dy, slopes, np.zeros(96), workspace()
     )
     by_angles = slopes[3:] if method == "second_order" else np.eye(3, WIDTH) + h * slopes[:3]
     return status, x1, np.vstack([by_angles, slopes[:3]])
@@ -44,11 +45,11 @@ def steps(method, x, u, duration, count, scales):
 
 
 def motion(x, u, duration, scales):
-    """The same equations by scipy, far more closely than any step here."""
+    """The same equations by scipy, far more closely than any step here; u may go with time."""
     work, y = workspace(), np.zeros(6)
 
-    def rates(_, state):
-        accelerate(P, scales, state, u, work, y)
+    def rates(t, state):
+        accelerate(P, scales, state, u(t) if callable(u) else u, work, y)
         return np.concatenate([state[3:], y[:3]])
 
     return solve_ivp(rates, (0, duration), x, method="Radau", rtol=1e-11, atol=1e-13).y[:, -1]
@@ -129,13 +130,40 @@ def test_an_estimated_error_is_near_the_true_one():
     scales, u, h = np.full(3, 2e-5), 1.2 * balanced(SLIDING), 0.01
     expected = motion(SLIDING, u, h, scales)
     x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
-    stage, work = np.zeros(192), workspace()
+    stage, work = np.zeros(96), workspace()
     for method in ("implicit_euler", "linearly_implicit"):
         number = INTEGRATORS[method]
         take_step(number, P, scales, SLIDING, u, u, h, x1, y, dy, slopes, stage, work)
-        error, _ = step_error(number, P, scales, SLIDING, u, h, x1, y, slopes, stage, work)
+        error, _ = step_error(number, P, scales, SLIDING, u, u, h, x1, y, slopes, stage, work)
         true = np.abs(x1 - expected)[3:].max()
         assert 0.5 < error / true < 2.0
+
+
+RISE = np.array([0.0, 0.0, 0.0, 0.02, 0.02, 0.02])
+
+
+def test_on_a_ramp_an_estimated_error_is_that_of_the_ramp():
+    """The begin of the step is under the wrench that is there, not under that at its end."""
+    scales, u, h = np.full(3, 2e-5), balanced(SLIDING), 0.005
+    x1, y, dy, slopes = np.zeros(6), np.zeros(6), np.zeros((6, WIDTH)), np.zeros((6, WIDTH))
+    stage, work = np.zeros(96), workspace()
+    begin, number = u - RISE, INTEGRATORS["second_order"]
+    on_the_way = begin + SHARE * RISE
+    take_step(number, P, scales, SLIDING, on_the_way, u, h, x1, y, dy, slopes, stage, work)
+    found, _ = step_error(number, P, scales, SLIDING, begin, u, h, x1, y, slopes, stage, work)
+    expected = motion(SLIDING, lambda t: begin + t / h * RISE, h, scales)
+    true = np.abs(x1 - expected)[3:].max()
+    # Under the wrench at its end 20 times.
+    assert 0.3 < found / true < 3.0
+
+
+def test_a_long_step_on_a_ramp_is_not_divided_for_the_rise_of_its_wrench():
+    kalman = sliding(replace(FilterOptions(), slow_slip=0.0))
+    kalman.hold(kalman.u - RISE)
+    kalman.hold(kalman.u + RISE)
+    assert part(kalman.memory, "RAMP")[:6].any()
+    assert kalman.predict(0.005, True) is Prediction.CONTACT
+    assert (kalman.pieces, kalman.inaccurate) == (1, 0)
 
 
 @pytest.mark.parametrize("method", METHODS)

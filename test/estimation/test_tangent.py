@@ -115,7 +115,7 @@ def test_the_tangent_is_that_of_the_numpy_model_at_these_rates():
     scales, h = np.full(3, 1e-4), 1e-3
     slopes, dy = np.zeros((6, 14)), np.zeros((6, 14))
     tangent_at(
-        scene_scalars(scene), rates, scales, x1, u, h, dy, slopes, np.zeros(192), workspace()
+        scene_scalars(scene), rates, scales, x1, u, h, dy, slopes, np.zeros(96), workspace()
     )
     end = np.concatenate([x1[:3], rates, u, [scene.friction, scene.peg_diameter]])
     expected = implicit_euler_tangent(scene, end, h, scales)[3:]

@@ -160,6 +160,8 @@ class ContactFilter(Estimate):
 
     def _predict_free(self, dt):
         self._slow[0] = self._bridged[0] = self._without_step[0] = self._slid[0] = 0.0
+        # Which steps noise has selected, and what balance told, was of another contact.
+        self._stopped[0] = self._told[0] = 0.0
         self._scales[:] = self.options.slip_velocity_scale
         prediction.predict_free(self._memory, self._slopes, dt, self.options.free_rate_noise**2)
 

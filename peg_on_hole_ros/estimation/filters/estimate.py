@@ -80,6 +80,8 @@ class Estimate:
         self._steps_lean = part(self._memory, "STEPS_LEAN")
         self._doubt = part(self._memory, "DOUBT")
         self._without_step = part(self._memory, "WITHOUT_STEP")
+        self._stopped = part(self._memory, "STOPPED")
+        self._told = part(self._memory, "TOLD_SHARE")
         self._unbalance = part(self._memory, "UNBALANCE")
         self._ramp = part(self._memory, "RAMP")
         self._rate_noise = part(self._memory, "RATE_NOISE")
@@ -210,9 +212,6 @@ class Estimate:
         if not isfinite(friction + diameter + self.spread.sum()):
             # Lost with the covariance, and not to stay so.
             self._take_stated()
-            self.spread[:] = 0.0
-        if not self.spread.any():
-            self.spread[[0, 1], [0, 1]] = self._known
 
     def let_go(self):
         """Hold no wrench: what comes next has nothing to do with what was."""
@@ -224,11 +223,11 @@ class Estimate:
         # When a slip counts as slow follows how well the clearance is known.
         part(self._memory, "PROCESS")[:] = self.process
         self._take_stated()
-        self.spread[[0, 1], [0, 1]] = self._known
 
     def _take_stated(self):
-        """Take friction and peg diameter for what they are stated to be; spread is left alone."""
+        """Take friction and peg diameter for what they are stated to be."""
         self.scene_values[:] = self.scalars
+        self.spread[:] = np.diag(self._known)
         self._friction_lag[:] = self.scalars.f, self._known[0], 0.0
 
 

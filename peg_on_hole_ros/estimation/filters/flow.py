@@ -78,7 +78,7 @@ class Flow:
         self.jumped[:6] = part(memory, "JUMPED")
         self.creep = part(memory, "CREEP").item() * dt
         self.wander = self.process.friction_density * dt if kalman.spread[0, 0] > 0 else 0.0
-        self._buffers = np.zeros((6, WIDTH)), np.zeros((6, WIDTH)), np.zeros(192), workspace()
+        self._buffers = np.zeros((6, WIDTH)), np.zeros((6, WIDTH)), np.zeros(96), workspace()
 
     def _scene(self, full):
         s = self._scalars

@@ -50,32 +50,34 @@ class IteratedFilter(ContactFilter):
         last, self._last = self._last, None
         lag = self._friction_lag.copy()
         result, nis = super().correct(q, R)
-        if result is Correction.USED and last is not None:
-            self._iterate(*last, q)
+        if result is Correction.USED and last is not None and self._iterate(*last, q):
             self._friction_lag[:] = lag
             follow_friction(self._memory)
             self._keep_least_clearance()
         return result, nis
 
     def _iterate(self, prior, P0, flow, q):
-        start = prior
+        """Return whether there was anything to iterate: it is then corrected anew."""
+        start, again = prior, False
         end, F, noise = flow(start)
         stddev = np.sqrt(np.diagonal(P0))
         for _ in range(self.ITERATIONS):
             mean, P = end + F @ (prior - start), F @ P0 @ F.T + noise
             moved = prior + scaled_gain(P0 @ F.T, P) @ (joint_mean(self) - mean)
             if (np.abs(moved - start) <= self.TOLERANCE * stddev).all():
-                return
+                break
             start = moved
             end, F, noise = flow(start)
             if end is None:
-                return
+                break
             kept = self._memory.copy()
             set_joint(self, end + F @ (prior - start), F @ P0 @ F.T + noise)
             if not isfinite(correction.innovation(self._memory, q)):
                 self._memory[:] = kept
-                return
+                break
             correction.correct(self._memory)
+            again = True
+        return again
 
     def snapshot(self):
         """Return what `restore` takes back."""

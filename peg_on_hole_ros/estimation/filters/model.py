@@ -137,7 +137,7 @@ def choose_at(m, choice, y):
 
 @compiled
 def predict_at_constant_rates(m, slopes, dt, rate_noise):
-    """Predict as `kernel.predict_free`, with the friction scales that the reactions need."""
+    """Predict as `prediction.predict_free`, with the friction scales that the reactions need."""
     p, process = scene_of(m), process_of(m)
     friction_scales(p, m, process.slip_velocity_scale, process.slip_widening)
     scales_without_contacts(p, m, process.slip_velocity_scale)

@@ -84,10 +84,10 @@ class OffsetFilter(ContactFilter):
         self._tilted = self.active.stop == COUNT
         # Of bias and tilt where nothing has been learnt: as stated, or as a tare has left it.
         self._unlearnt = np.array(offsets.variance, float)
-        self.process = self.process._replace(
-            friction_density=friction_density(options, alone=False),
-            slow_slip=min(options.slow_slip, SLOW_SLIP),
-        )
+        self.process = self.process._replace(slow_slip=min(options.slow_slip, SLOW_SLIP))
+        if part(self._memory, "OFFSETS")[2:].any():
+            density = friction_density(options, alone=False)
+            self.process = self.process._replace(friction_density=density)
         part(self._memory, "PROCESS")[:] = self.process
         self._begin_anew()
 

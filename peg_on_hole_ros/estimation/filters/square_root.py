@@ -46,8 +46,8 @@ class SquareRootFilter(ContactFilter):
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
-        self._root = np.zeros((WIDTH, WIDTH))
-        # Joint mean, root and variance of friction before a prediction.
+        self._root = _root_of(self.joint_covariance())
+        # Joint mean and root before a prediction.
         self._before = None
 
     def _set(self, mean, factor):
@@ -76,7 +76,7 @@ class SquareRootFilter(ContactFilter):
     def predict(self, dt, in_contact):
         """Predict; the mean is the extended filter's."""
         result = super().predict(dt, in_contact)
-        full, root, friction = self._before
+        full, root = self._before
         if result is Prediction.CONTACT:
             flow = Flow(self, dt)
             for piece in range(flow.pieces):
@@ -88,12 +88,12 @@ class SquareRootFilter(ContactFilter):
             F, added, jumped = np.eye(WIDTH), np.zeros(WIDTH), np.zeros(WIDTH)
             F[range(3), range(3, 6)] = dt
             root = np.hstack([F @ root, walk_factor(noise, dt)])
-            doubted = (self.friction[0], self.spread[0, 0]) != (full[FRICTION], friction)
-            if result in NO_STEP and doubted:
-                # It was given back of its spread, or is sought anew, apart from all else.
-                sought = not part(self._memory, "CROSS")[:12].any()
-                root[FRICTION] *= 0.0 if sought else 1.0
-                added[FRICTION] = max(self.spread[0, 0] - np.sum(root[FRICTION] ** 2), 0.0)
+            shared = part(self._memory, "CROSS")[:12].any() or self.spread[0, 1]
+            if result in NO_STEP and not shared:
+                # It may be sought anew, apart from all else.
+                root[FRICTION] = 0.0
+            # It walks, or was given back of its spread.
+            added[FRICTION] = max(self.spread[0, 0] - np.sum(root[FRICTION] ** 2), 0.0)
         self._set(joint_mean(self), np.hstack([root, np.diag(np.sqrt(added)), jumped[:, None]]))
         return result
 
@@ -101,7 +101,7 @@ class SquareRootFilter(ContactFilter):
         if changed:
             # With a gain of its own.
             self._set_anew()
-        self._before = joint_mean(self), self._root, self.spread.item(0)
+        self._before = joint_mean(self), self._root
 
     def take_friction(self, value, variance):
         """Take friction for a value of its own."""

@@ -255,7 +255,7 @@ def _turning_variance(m, i, stddev, least):
 
 @inlined
 def _friction_gain(m, lower):
-    """Return the gain of friction that the interval before told, if any; keep this one's."""
+    """Return the gain that the last interval to tell of friction gave; keep this one's."""
     g0, g1, g2 = solve(lower, m[WITH], m[WITH + 2], m[WITH + 4])
     share = (g0 * m[WITH] + g1 * m[WITH + 2] + g2 * m[WITH + 4]) / m[SPREAD]
     b0, b1, b2, told = m[TOLD_GAIN], m[TOLD_GAIN + 1], m[TOLD_GAIN + 2], m[TOLD_SHARE]

@@ -1,4 +1,9 @@
-"""What a filter does from one wrench to the next, for compiled loops and `ContactFilter`."""
+"""
+What a filter does from one wrench to the next.
+
+`ContactFilter` is made of parts of it, and does more between them; `predict_or_bridge` and
+`correct_and_follow` put them together for compiled loops, see `study.step_loop`.
+"""
 
 from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.balance import learn_from_balance
@@ -15,6 +20,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     BRIDGED,
     INTERVAL,
     KEPT_FOR,
+    OFFSETS,
     SINCE_CORRECTION,
     SLOW,
     WITHOUT_STEP,
@@ -82,8 +88,11 @@ def resume_constant_rates(m, status, dt):
         Whether angles and rates, at the begin of the interval, were changed.
 
     """
-    # What has been learnt of geometry or bias came with these angles and rates.
-    if not _not_believed(status) or m[SLOW] > 0.0 or learns_geometry_or_bias(m):
+    if not _not_believed(status) or m[SLOW] > 0.0:
+        return False
+    # What has been learnt of geometry or bias came with these angles and rates; and what an
+    # uncertain bias or tilt shares with them is not known of those beside.
+    if learns_geometry_or_bias(m) or m[OFFSETS + 1] > m[OFFSETS]:
         return False
     taken = take_beside(m, dt)
     m[KEPT_FOR] = KEPT if taken else 0.0

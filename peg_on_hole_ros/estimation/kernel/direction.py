@@ -1,7 +1,13 @@
 """Whether the slip keeps its direction over a step, and with it friction."""
 
 from peg_on_hole_ros.estimation.kernel.held_wrench import move_wrench, ramps
-from peg_on_hole_ros.estimation.kernel.memory import BEGIN, X, covariance_entry, times_covariance
+from peg_on_hole_ros.estimation.kernel.memory import (
+    BEGIN,
+    RAMP,
+    X,
+    covariance_entry,
+    times_covariance,
+)
 from peg_on_hole_ros.estimation.kernel.runaway import solve_at_begin
 from peg_on_hole_ros.estimation.kernel.slip import along
 from peg_on_hole_ros.estimation.steps.implicit_euler import fill_slopes, inverse_of, times_column
@@ -39,9 +45,10 @@ def slip_without_kink(p, m, dt):
     evaluations = 0
     if ramps(m):
         # It was filled under the wrench at the end; this asks for the mean one.
-        move_wrench(m, -0.5)
+        back = 1.0 - 0.5 * (m[RAMP + 6] + m[RAMP + 7])
+        move_wrench(m, -back)
         solve_at_begin(p, m)
-        move_wrench(m, 0.5)
+        move_wrench(m, back)
         evaluations = 1
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, m[X])
     r0, r1, r2 = m[X + 3], m[X + 4], m[X + 5]

@@ -5,6 +5,7 @@ from math import sqrt
 from peg_on_hole_ros.estimation.kernel.memory import (
     CROSS,
     FRICTION_LAG,
+    LEARNT,
     OFFSET_SPREAD,
     OFFSETS,
     SCENE,
@@ -62,6 +63,9 @@ def doubt_without_step(m, dt: float, patient: bool):
         Whether noise in the wrench is to blame at first; what is not learnt is sought at once.
 
     """
+    # One that is only considered is what it is stated to be, whatever happens.
+    if m.item(LEARNT) == 0.0:
+        return
     stated, variance = m.item(STATED), m.item(STATED + 1)
     if not patient or m.item(WITHOUT_STEP) + dt > LEARNT_WRONG:
         m[SPREAD] = min(m.item(SPREAD) + variance * dt / FORGET_FRICTION, variance)

@@ -15,6 +15,9 @@ WANDERS_BESIDE = 4.0
 
 def friction_density(options, alone: bool) -> float:
     """Return the density of friction's random walk, learnt alone or beside something [1/s]."""
+    if options.friction != "estimated":
+        # What is only considered is as it is stated, and stays so.
+        return 0.0
     return (options.friction_noise * (1.0 if alone else WANDERS_BESIDE)) ** 2
 
 

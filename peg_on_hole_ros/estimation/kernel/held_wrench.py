@@ -91,13 +91,15 @@ def ramps(m):
 
 @inlined
 def wrench_of_piece(m, piece, pieces):
-    """Fill ENDS with the wrench at the end of one of equal steps and at its first stage."""
+    """Fill ENDS with the wrench of one of equal steps: at its end, its first stage, its begin."""
     over = (m[RAMP + 7] - m[RAMP + 6]) / pieces
+    begin = m[RAMP + 6] + over * piece
     end = m[RAMP + 6] + over * (piece + 1.0)
     stage = m[RAMP + 6] + over * (piece + SHARE)
     for i in range(6):
         m[ENDS + i] = m[U + i] - (1.0 - end) * m[RAMP + i]
         m[ENDS + 6 + i] = m[U + i] - (1.0 - stage) * m[RAMP + i]
+        m[ENDS + 12 + i] = m[U + i] - (1.0 - begin) * m[RAMP + i]
 
 
 @inlined

@@ -68,7 +68,7 @@ def follow_steps(m, dt):
     m : ndarray
         Memory, with the innovation and its root at RESIDUAL and S.
     dt : float
-        Since the last one [s].
+        Since the last orientation that was taken [s].
 
     """
     if m[SLIDING] > 0.0:

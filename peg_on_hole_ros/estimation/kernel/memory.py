@@ -40,7 +40,7 @@ _SIZES = {
     # For how long the contact equations have given no step [s] (bridge_without_step).
     "WITHOUT_STEP": 1,
     # Share of the steps of late that were not believed, see `prediction.SELECTED`
-    # (predict_contact).
+    # (predict_contact; predict ends it in the air).
     "STOPPED": 1,
     # By how much the wrench goes in its interval (hold_wrench); shares gone before, at the end
     # (predict).
@@ -83,9 +83,10 @@ _SIZES = {
     # Friction and its variance after the last correction, and how far it lags behind what
     # corrections tell (follow_friction, take_friction).
     "FRICTION_LAG": 3,
-    # By which balance told of friction in the interval before (learn_from_balance).
+    # By which balance told of friction in the last interval that told (learn_from_balance).
     "TOLD_GAIN": 3,
-    "TOLD_SHARE": 1,  # of what was not known of it; 0: nothing was told
+    # Of what was not known of it; 0: nothing was told (predict ends it in the air).
+    "TOLD_SHARE": 1,
     # 1: forces were weighed, and by how much they were off, white (learn_from_balance; predict
     # ends it).
     "UNBALANCE": 4,
@@ -93,7 +94,7 @@ _SIZES = {
     "NOISE": 36,  # covariance of a new wrench, (6, 6)
     "WEIGHT": 36,  # its inverse
     "JUMPED": 6,  # what JUMP made of the state in a prediction
-    "ENDS": 12,  # wrench at the end of a step and at its first stage
+    "ENDS": 18,  # wrench of a step: at its end, its first stage, its begin (wrench_of_piece)
     "METHOD_USED": 1,  # the integrator's number in the last prediction
     "SCALES": 3,  # velocity scales of friction
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
@@ -119,7 +120,7 @@ _SIZES = {
     "FRICTION": 72,
     "PER_NEWTON": 72,
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
-    "STAGE": 192,  # of a step of two stages or of second derivatives, see steps.choice
+    "STAGE": 96,  # of a step of two stages or of second derivatives, see steps.choice
     "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "LOAD": 48,  # from the offsets to the wrench on the peg, (6, 8)

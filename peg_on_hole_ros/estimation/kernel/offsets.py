@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.kernel.correction import white_innovation
 from peg_on_hole_ros.estimation.kernel.memory import (
     CROSS,
     GAINS,
@@ -239,7 +240,7 @@ def _scatter(m, P):
 
 @compiled
 def innovation_with_offsets(m, q):
-    """As `kernel.innovation`, with what a tilt makes of the measured angles; fills SEEN."""
+    """As `correction.innovation`, with what a tilt makes of the measured angles; fills SEEN."""
     P, seen = m[JOINT : JOINT + 484].reshape(_WIDE, _WIDE), m[SEEN : SEEN + 66].reshape(_WIDE, 3)
     fill_turn(m)
     n = _gather(m, P)
@@ -249,8 +250,6 @@ def innovation_with_offsets(m, q):
             seen[i, r] = P[i, r]
             if tilted:
                 seen[i, r] += P[i, n - 2] * m[TURN + 2 * r] + P[i, n - 1] * m[TURN + 2 * r + 1]
-    nis = 0.0
-    w0 = w1 = 0.0
     for i in range(3):
         residual = q[i] - m[X + i]
         turns = 0.0 if i == 0 else floor(residual / (2.0 * pi) + 0.5)
@@ -262,15 +261,8 @@ def innovation_with_offsets(m, q):
             for k in range(j):
                 total -= m[S + 3 * i + k] * m[S + 3 * j + k]
             m[S + 3 * i + j] = sqrt(total) if i == j else total / m[S + 4 * j]
-        white = m[RESIDUAL + i]
-        if i > 0:
-            white -= m[S + 3 * i] * w0
-        if i > 1:
-            white -= m[S + 3 * i + 1] * w1
-        white /= m[S + 4 * i]
-        w0, w1 = (white, 0.0) if i == 0 else (w0, white)
-        nis += white * white
-    return nis
+    w0, w1, w2 = white_innovation(m)
+    return w0 * w0 + w1 * w1 + w2 * w2
 
 
 @compiled

@@ -128,21 +128,18 @@ def learning_shares(m):
     """
     Return the shares of the optimal gain for friction and peg diameter, and fill HELD_BACK.
 
-    The memory m holds the innovation's factor S, as `kernel.innovation` leaves it.
+    The memory m holds the innovation's factor S, as `correction.innovation` leaves it.
     """
     share = learning_share(m[SPREAD], m[SPREAD + 1], m[SPREAD + 3])
     of_friction, of_diameter = share * m[LEARNT], 0.0
-    m[HELD_BACK] = 0.0
     if learns_clearance(m):
         w0 = m[CROSS + 12] / m[S]
         w1 = (m[CROSS + 13] - m[S + 3] * w0) / m[S + 4]
         w2 = (m[CROSS + 14] - m[S + 6] * w0 - m[S + 7] * w1) / m[S + 8]
         if tells_diameter(m[SPREAD + 3], w0 * w0 + w1 * w1 + w2 * w2, m[INTERVAL]):
             of_diameter = share
-        if of_diameter < 1.0:
-            m[HELD_BACK] = m[SLIDING]
-    if share < 1.0:
-        m[HELD_BACK] = m[SLIDING]
+    partly = (of_friction < 1.0 and m[SPREAD] > 0.0) or (of_diameter < 1.0 and m[SPREAD + 3] > 0.0)
+    m[HELD_BACK] = m[SLIDING] if partly else 0.0
     return m[SLIDING] * of_friction, m[SLIDING] * of_diameter
 
 

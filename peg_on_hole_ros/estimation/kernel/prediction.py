@@ -120,8 +120,9 @@ def predict_contact(m, dy, slopes, dt):
     p = scene_of(m)
     process = process_of(m)
     x, u, u_stage = m[X : X + 6], m[ENDS : ENDS + 6], m[ENDS + 6 : ENDS + 12]
+    u_begin = m[ENDS + 12 : ENDS + 18]
     x1, y, mean_rates = m[X1 : X1 + 6], m[Y : Y + 6], m[MEAN_RATES : MEAN_RATES + 3]
-    scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 192]
+    scales, work, stage = m[SCALES : SCALES + 3], m[WORK:], m[STAGE : STAGE + 96]
     integrator, tolerance = int(m[METHOD]), m[METHOD + 1]
     if integrator == IMPLICIT_EULER and ramps(m):
         # Stiff friction follows the wrench at the end of a step, all else its mean.
@@ -175,7 +176,7 @@ def predict_contact(m, dy, slopes, dt):
                     status = FAILED
             if status == CONVERGED and h > LONG_STEP:
                 error, count = step_error(
-                    integrator, p, scales, x, u, h, x1, y, slopes, stage, work
+                    integrator, p, scales, x, u_begin, u, h, x1, y, slopes, stage, work
                 )
                 evaluations += count
                 if not error <= tolerance:

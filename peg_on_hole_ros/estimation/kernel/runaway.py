@@ -1,6 +1,7 @@
 """Whether a motion runs away from its prediction faster than any estimate could follow."""
 
-from peg_on_hole_ros.estimation.kernel.memory import BEGIN, SCALES, WORK, U, X
+from peg_on_hole_ros.estimation.kernel.held_wrench import move_wrench
+from peg_on_hole_ros.estimation.kernel.memory import BEGIN, RAMP, SCALES, WORK, U, X
 from peg_on_hole_ros.estimation.steps.implicit_euler import determinant_of
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate_with_derivatives, compiled, inlined
 
@@ -39,7 +40,12 @@ def runs_away(p, m):
     p : SceneScalars
     m : ndarray
         Memory, with state, wrench and velocity scales of friction at the begin of the interval;
-        BEGIN is filled.
+        BEGIN is filled, under the wrench at its end.
 
     """
-    return determinant_of(1.0 / FASTEST_GROWTH, solve_at_begin(p, m)) < 0.0
+    # The stamp of the wrench may be later.
+    left = 1.0 - m[RAMP + 7]
+    move_wrench(m, -left)
+    dy = solve_at_begin(p, m)
+    move_wrench(m, left)
+    return determinant_of(1.0 / FASTEST_GROWTH, dy) < 0.0

@@ -97,7 +97,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         return self.P[DIAMETER, DIAMETER] > 0
 
     # Bias and tilt, of which there are none here.
-    offsets_are_small, learns_bias = True, False
+    carries_offsets, offsets_are_small, learns_bias = False, True, False
 
     def begin_beside(self):
         """Let constant rates beside it begin where it stands."""
@@ -169,7 +169,8 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_slow(self, dt):
         """Predict as if free: a slip is not told from none."""
-        if not self.slow and self.beside and not self.learns_geometry_or_bias:
+        apart = not (self.learns_geometry_or_bias or self.carries_offsets)
+        if not self.slow and self.beside and apart:
             self._take_beside()
         self.predict_runaway(dt)
         self.slow = True
@@ -201,10 +202,11 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.without_step, self.slid = lasted, False
 
     def _bridge(self, dt):
-        slid = self.slid
+        slid, stopped, balance = self.slid, self.stopped, self.balance
         density = self.rate_noise.density(self.acceleration.mean)
         self.predict_free(dt, np.sqrt(density))
         self.bridged, self.slid = True, slid
+        self.stopped, self.balance = stopped, balance
 
     def _take_beside(self):
         beside = self.beside
@@ -232,7 +234,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
         self.slow = self.bridged = self.sliding = self.slid = False
-        self.without_step = 0.0
+        self.without_step, self.stopped, self.balance = 0.0, 0.0, None
         self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)
         self.F = np.eye(self.dim_x)

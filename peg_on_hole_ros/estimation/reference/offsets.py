@@ -47,7 +47,7 @@ class OffsetReference(ReferenceFilter):
         self._given = np.zeros(6)
         self.touched()
 
-    keeps_sliding = True
+    keeps_sliding = carries_offsets = True
 
     @property
     def learns_geometry_or_bias(self):

@@ -153,7 +153,7 @@ def _derivatives_of_step(slopes, h):
 
 def second_order(scene: Scene, full, stage_wrench, h, slip_velocity_scale):
     """
-    Return what `implicit_euler` does, by two such stages; see `steps_second_order`.
+    Return what `implicit_euler` does, by two such stages; see `steps.second_order`.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ INTEGRATORS = {
     "second_order": SECOND_ORDER,
 }
 
-# Beside CONVERGED and FAILED of `step`: a step that was found, with too large an error.
+# Beside CONVERGED and FAILED of `implicit_euler`: a step that was found, with too large an error.
 INACCURATE = FAILED + 1
 
 # Shorter steps carry no error estimate: at the rates of force sensors, 0.5 kHz and more, what the
@@ -45,7 +45,7 @@ def take_step(integrator, p, scales, x, u_stage, u, h, x1, y, dy, slopes, stage,
 
 
 @compiled
-def step_error(integrator, p, scales, x, u, h, x1, y, slopes, stage, work):
+def step_error(integrator, p, scales, x, u_begin, u, h, x1, y, slopes, stage, work):
     """
     Return the estimated error of the rates after a step, the largest of the three.
 
@@ -57,6 +57,8 @@ def step_error(integrator, p, scales, x, u, h, x1, y, slopes, stage, work):
     ----------
     integrator, p, scales, x, u, h, x1, y, slopes, stage, work
         As given to `take_step`, and as it has left them.
+    u_begin : ndarray, shape (6,)
+        Wrench at the begin of the step; on a ramp it is not that at the end [N], [N m].
 
     Returns
     -------
@@ -68,7 +70,7 @@ def step_error(integrator, p, scales, x, u, h, x1, y, slopes, stage, work):
     """
     begin, end = stage[:6], stage[6:12]
     count = 1
-    accelerate(p, scales, x, u, work, begin)
+    accelerate(p, scales, x, u_begin, work, begin)
     for i in range(6):
         end[i] = y[i]
     if integrator == LINEARLY_IMPLICIT:

@@ -30,7 +30,7 @@ def linearly_implicit_euler(p, scales, x, u, h, x1, y, dy, slopes, stage, work):
     Parameters
     ----------
     p, scales, x, u, h, x1, work
-        As for `step.implicit_euler`.
+        As for `implicit_euler`.
     y, dy : ndarray, shape (6,), (6, WIDTH)
         Filled with accelerations and reactions at the start, and their derivatives.
     slopes : ndarray, shape (>= 3, WIDTH)

@@ -22,7 +22,7 @@ def sdirk2(p, scales, x, u_stage, u, h, x1, y, dy, slopes, stage, work):
     Parameters
     ----------
     p, scales, x, u, h, x1, work
-        As for `step.implicit_euler`; u is the wrench at the end.
+        As for `implicit_euler`; u is the wrench at the end.
     u_stage : ndarray, shape (6,)
         Wrench at SHARE of the step [N], [N m].
     y, dy : ndarray, shape (6,), (6, WIDTH)
