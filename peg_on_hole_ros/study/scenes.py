@@ -176,10 +176,11 @@ def bound_along(truth: Truth) -> Bound:
         configuration.joints.position_stddev,
         np.arange(len(truth.t_ns)) % every == 0,
     )
+    learnt = scene.friction_stddev > 0.0 and options.friction == "estimated"
     return posterior_bound(
         scene, truth.t_ns * 1e-9, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
         options.initial_rate_stddev, truth.plan.slip_velocity_scale, options.acceleration_stddev,
-        options.friction_noise if scene.friction_stddev else 0.0,
+        options.friction_noise if learnt else 0.0,
     )  # fmt: skip
 
 
