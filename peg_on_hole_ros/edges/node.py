@@ -27,7 +27,6 @@ from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.pipeline import TARE_PAUSE_NS
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
@@ -35,6 +34,8 @@ NO_CLOCK = (
     "use_sim_time is set, but no /clock has come: estimates go on by the stamps of the messages, "
     "their latency is unknown"
 )
+# A sensor that has been silent for so long, by this machine's clock, is not tared.
+SILENT_NS = 1_000_000_000
 SILENT = "no wrench has come for a second, the sensor may carry something else by now"
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -234,7 +235,7 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             if not self._while_active:
                 response.success, response.message = False, "the node is not active"
                 return response
-            if name == "tare" and time.monotonic_ns() - self._heard_ns > TARE_PAUSE_NS:
+            if name == "tare" and time.monotonic_ns() - self._heard_ns > SILENT_NS:
                 # No part of what has arrived: a replay, which has stamps only, would take it.
                 answer = self._stream.pipeline.refuse_tare(SILENT)
                 response.success, response.message = answer
