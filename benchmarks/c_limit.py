@@ -22,6 +22,8 @@ from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.study.step_loop import run_steps
 
 LARGEST_RATIO = 2.5
+# Other orders of rounding over a bag's steps, through corrections that amplify it.
+LARGEST_DIFFERENCE = 1e-8
 
 
 class Race:
@@ -55,11 +57,12 @@ class Race:
         self.run(function)
         # Entries that cancel to nothing are compared with the typical size of their kind.
         scale = np.maximum(np.abs(kept), 1e-9)
-        return float(np.nanmax(np.abs(self.memory - kept) / scale))
+        unset = np.isnan(kept) & np.isnan(self.memory)
+        return float(np.where(unset, 0.0, np.abs(self.memory - kept) / scale).max())
 
 
 def main(arguments=None) -> int:
-    """Measure and print; 1 where the kernel is too far from the limit."""
+    """Measure and print; 1 where the kernel is too far from the limit, or the two differ."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--bag", type=Path, default=ROOT / "bags" / f"{SAMPLE}.mcap")
     parser.add_argument("--config", type=Path, default=ROOT / "config" / f"{SAMPLE}.yaml")
@@ -73,7 +76,8 @@ def main(arguments=None) -> int:
         print(f"skipped: {text}")
         return 0
     race = Race(from_parameters(read_parameters(options.config)), options.bag)
-    print(f"{text}; largest relative difference of the results {race.difference(limit):.1e}")
+    difference = race.difference(limit)
+    print(f"{text}; largest relative difference of the results {difference:.1e}")
     # In turn, so that a busy machine slows both alike.
     pairs = np.array([(race.run(run_steps), race.run(limit)) for _ in range(options.repetitions)])
     ratio = float(np.median(pairs[:, 0] / pairs[:, 1]))
@@ -81,7 +85,7 @@ def main(arguments=None) -> int:
         print(f"{name:8s} median {np.median(column):6.2f} us  least {column.min():6.2f} us")
     least = float(np.divide(*pairs.min(axis=0)))
     print(f"kernel over C: {ratio:.2f} (median of pairs), {least:.2f} (least)")
-    return int(ratio > LARGEST_RATIO)
+    return int(ratio > LARGEST_RATIO or not difference < LARGEST_DIFFERENCE)
 
 
 if __name__ == "__main__":

@@ -134,7 +134,7 @@ def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
     reaction, mean [N]; and determined, the share of such samples.
     """
     error, stddev, normal, declared = residuals(trace(name), seeds, noise)
-    error, stddev, mean = error[declared], stddev[declared], normal.mean(axis=0)
+    error, stddev, mean = error[declared], stddev[declared], normal[declared].mean(axis=0)
     return {
         "relative": np.sqrt((error**2).mean(axis=0)) / mean,
         "coverage": (np.abs(error) < 1.96 * stddev).mean(axis=0),

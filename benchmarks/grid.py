@@ -18,7 +18,7 @@ from grid_cells import FULL, FULL_HELD_OUT, NOISE, QUICK, SMALLEST, Motion, trut
 from grid_score import QUANTITIES, score_cell
 from grid_summary import flat_rows, summary
 from peg_on_hole_ros.simulation.measure import sensor_wrench
-from resumable import keep, work_through
+from resumable import ESTIMATE, keep, work_through
 from resumable import kept as kept_tree
 from resumable import sources_key as sources_key_of
 
@@ -26,15 +26,12 @@ HERE = Path(__file__).parent
 SPREAD = 0.0
 FIRST_SEED = 40_000
 FIRST_START_SEED = 90_000
-# What the numbers depend on.
-SOURCES = ("mechanics", "estimation", "monitoring", "simulation")
 
 
 def sources_key() -> str:
     """Return a name for the state of everything that the figures come from."""
     own = ("grid_cells.py", "grid_score.py", "consistency.py")
-    parts = ("pipeline.py", "processing.py", "options.py", "records.py", *SOURCES)
-    return sources_key_of(parts, [HERE / name for name in own])
+    return sources_key_of(ESTIMATE, [HERE / name for name in own])
 
 
 def file_of(folder: Path, motion: Motion, noise: str) -> Path:

@@ -138,7 +138,7 @@ def truth_of(motion: Motion):
         `complete`, or what cut the motion short.
 
     """
-    best, best_end = None, "no three-point contact at the begin"
+    best, best_end, kept_share = None, "no three-point contact at the begin", 1
     for share, press in itertools.product(SHARES, PRESSES):
         plan, duration = plan_of(motion, press, share)
         try:
@@ -149,13 +149,14 @@ def truth_of(motion: Motion):
         count = touching(truth)
         if best is None or count > len(best.t_ns):
             best = first_samples(truth, count)
-            best_end = truth.ended_by
+            best_end, kept_share, whole = truth.ended_by, share, duration
         if count >= ENOUGH * duration * plan.wrench_rate:
             break
     if best is None or len(best.t_ns) < SHORTEST:
         return None, best_end
-    whole = len(best.t_ns) >= duration * best.plan.wrench_rate
-    return best, ("complete" if whole else best_end) + ("" if share == 1 else f", {share:g} of it")
+    complete = len(best.t_ns) >= whole * best.plan.wrench_rate
+    nearer = "" if kept_share == 1 else f", {kept_share:g} of it"
+    return best, ("complete" if complete else best_end) + nearer
 
 
 def touching(truth) -> int:

@@ -32,7 +32,8 @@ COST_LIMIT = 1.3
 def key() -> str:
     """Return a name for the state of everything that the figures come from."""
     own = [HERE / name for name in ("ladder_run.py", "ladder_scenes.py")]
-    return sources_key(("mechanics", "ladder", "estimation"), own)
+    truths = "study/steps.py", "study/problems.py"
+    return sources_key(("options.py", "mechanics", "ladder", "estimation", *truths), own)
 
 
 def chunk(task):
@@ -78,7 +79,7 @@ def ratios(rows: list[dict], level: str) -> np.ndarray:
         rung = cheapest(row, level)
         if rung is not None:
             pairs.append((row[level][-1], row[level][rung]))
-    return np.array(pairs)
+    return np.array(pairs).reshape(-1, 2)
 
 
 def summary(rows: list[dict]) -> str:
@@ -98,6 +99,9 @@ def summary(rows: list[dict]) -> str:
             )
     for level, name in LEVELS.items():
         pairs = ratios(rows, level)
+        if not len(pairs):
+            lines.append(f"cost, {name}: no scene has one")
+            continue
         ratio = pairs[:, 0] / pairs[:, 1]
         full = [row[level][DYNAMIC] for row in rows if row[level] is not None]
         lines.append(

@@ -1,7 +1,7 @@
 """
 Hold the recursive mode probability against an interacting-multiple-model filter.
 
-    python benchmarks/modes_imm.py [--scenes 9] --out DIR
+    python benchmarks/modes_imm.py [--scenes 6] --out DIR
 
 Both see the same measurements of a handful of the scenes. The IMM is filterpy's, over three
 filters on the numpy model: three-point contact, constant rates (the peg is guided by the hole),

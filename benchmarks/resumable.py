@@ -14,7 +14,10 @@ from pathlib import Path
 from peg_on_hole_ros.numba_cache import PACKAGE
 
 # Of the package, what figures of the whole estimate come from.
-ESTIMATE = ("estimation", "mechanics", "monitoring", "simulation", "pipeline.py", "processing.py")
+ESTIMATE = (
+    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "ladder",
+    "estimation", "monitoring", "simulation",
+)  # fmt: skip
 
 
 def parsed(text: str, parts: Iterable[str], seeds: int, folder: Path, arguments=None):

@@ -19,7 +19,7 @@ from functools import cache
 from pathlib import Path
 
 import scenes_engine
-from resumable import keep, kept, sources_key, work_through
+from resumable import ESTIMATE, keep, kept, sources_key, work_through
 from scenes_draw import FAMILIES, Case, estimator_of, noise_seeds, plan_of
 from scenes_labels import labels_of
 from scenes_play import play, truth_of
@@ -32,11 +32,6 @@ OWN = [
     f"scenes_{name}.py"
     for name in ("setting", "families", "draw", "labels", "play", "score", "engine")
 ]
-# What the figures depend on.
-PARTS = (
-    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "estimation",
-    "monitoring", "simulation",
-)  # fmt: skip
 # What the estimator is told; the second try is that of a mismatch which has been through one.
 VARIANTS = ("matched", "mismatch", "second_try")
 MARKS = "<!-- tables -->", "<!-- end of tables -->"
@@ -47,7 +42,7 @@ QUICK_RUNS = 2 * len(FAMILIES)
 @cache
 def figures_key() -> str:
     """Return a name for the state of everything that the figures come from."""
-    return sources_key(PARTS, [HERE / name for name in OWN])
+    return sources_key(ESTIMATE, [*(HERE / name for name in OWN), scenes_engine.TRACES])
 
 
 def cases(runs: int, of: str = "scoring") -> list[Case]:
@@ -59,7 +54,8 @@ def at_rate(plan, rate: int | None):
     """Return a plan with wrenches at a rate [Hz], orientations at no more; None: as it is."""
     if rate is None:
         return plan
-    return replace(plan, wrench_rate=rate, joint_rate=min(rate, plan.joint_rate))
+    # Each orientation comes with a wrench.
+    return replace(plan, wrench_rate=rate, joint_rate=rate // -(-rate // plan.joint_rate))
 
 
 def file_of(folder: Path, case: Case, variant: str, rate: int | None = None) -> Path:

@@ -95,7 +95,9 @@ def _integrated(plan):
 def _plan_key(plan):
     scene = plan.configuration.scene
     moved = replace(plan, configuration=None)
-    content = f"{sources_key(TRUTH_SOURCES, [])} {scene} {moved}"
+    # Where the holder takes hold.
+    sensor = plan.configuration.wrench.sensor_xyz
+    content = f"{sources_key(TRUTH_SOURCES, [])} {scene} {sensor} {moved}"
     return hashlib.sha256(content.encode()).hexdigest()[:24]
 
 

@@ -129,8 +129,9 @@ def judge_alarm(raised, events, also, end, near=()) -> dict:
     dict
         `events`: for each its cause, the lead [s] (negative: late) or None, and the lead from the
         event's onset; `right`, `false`, `near`: of the times it was raised; `unjudged`: raised
-        less than 50 ms before the record ends; `open`: events that nothing was said of, less than
-        50 ms before the record ends; `near_events`: how many leave it open.
+        less than 50 ms before the record ends; `open`: events that nothing was said of, less
+        than 50 ms before the record ends; `near_events`: how many leave it open; `near_met`: at
+        how many of these it was raised.
 
     """
     found, unsaid = [], 0
@@ -154,6 +155,7 @@ def judge_alarm(raised, events, also, end, near=()) -> dict:
     return {
         "events": found, "right": right, "false": false, "near": nearly, "unjudged": unjudged,
         "open": unsaid, "near_events": len(near),
+        "near_met": sum(any(_belongs(r, c, event) for r, c in raised) for event in near),
     }  # fmt: skip
 
 

@@ -116,7 +116,7 @@ def _alarm(runs, name, level):
         "precision": share(right, right + false),
         # Those raised where the peg nearly stalls count as false here.
         "precision_strict": share(right, right + false + near),
-        "near": share(near, sum(j["near_events"] for j in judged)),
+        "near": share(sum(j["near_met"] for j in judged), sum(j["near_events"] for j in judged)),
         "false_runs": sum(j["false"] > 0 for j in judged),
         "unjudged": sum(j["unjudged"] for j in judged),
         "open": sum(j["open"] for j in judged),

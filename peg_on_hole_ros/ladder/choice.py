@@ -144,12 +144,15 @@ def decide(c, p, scales, x, u, work, y):
             change = max(change, fabs(apart - c[at + i]))
             c[at + i] = apart
         c[_ERRORS + r] = error
-        if last >= 0.0:
+        if last < 0.0:
+            keeps = FIRST_HOLD if error < FIRST * c[_TOLERANCE] else 0.0
+        elif since > 0.0:
             # How fast it changes has a peak as well, which a decision may miss.
             change = c[_CHANGE + r] = max(change / since, FORGET * c[_CHANGE + r])
             keeps = GROWTH * (MOST * c[_TOLERANCE] - error) / (change + 1e-12)
         else:
-            keeps = FIRST_HOLD if error < FIRST * c[_TOLERANCE] else 0.0
+            # It was decided at this very sample, and then a contact pulled.
+            keeps = 0.0
         keeps = min(keeps, longest)
         if keeps >= (WORTH if r < before and last >= 0.0 and longest > WORTH else 1.0):
             found, rung, hold = True, r, keeps

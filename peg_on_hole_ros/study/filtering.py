@@ -31,7 +31,7 @@ class Variant(NamedTuple):
     scene : dict
         Of Scene.
     every : int
-        Only each so many-th wrench is used.
+        Only each so many-th wrench is used, and the orientations that come with these.
     contact : bool
         Contact dynamics; else constant rates, and no reactions.
     seeds : int
@@ -64,7 +64,7 @@ VARIANTS = (
     Variant("wrench held as measured", {"wrench_jump": 0.0}),
     Variant("no prior on accelerations", {"acceleration_stddev": 1e6}),
     Variant("wrench at 500 Hz", every=2),
-    Variant("wrench at 100 Hz", every=10),
+    Variant("wrench, orientation at 100 Hz", every=10),
     Variant("constant rates, no contact model", contact=False),
 )
 SLOW_SEEDS = 2

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import grid
+import grid_cells
 import grid_score
 from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth_of, with_noise
 from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
 from grid_summary import flat_rows, medians, summary, verdicts
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
 
@@ -225,3 +227,22 @@ def test_friction_is_learnt_from_half_and_from_half_as_much_again(start):
     # The noise of the wrench leaves 0.2 % after 0.1 s of sliding.
     np.testing.assert_allclose(found[300:], 0.2, rtol=0.05)
     assert found[-1] == pytest.approx(0.2, rel=0.01)
+
+
+def test_a_motion_says_how_the_one_that_is_kept_ended(monkeypatch):
+    """Not how the last one ended that was tried from nearer, and was refused."""
+    whole, _ = truth_of(SMALLEST[0])
+    count = len(whole.t_ns) // 3
+    opened = grid_cells.first_samples(whole, count)
+    opened = replace(opened, ended_by="contact K opened")
+    asked = []
+
+    def integrate(plan):
+        asked.append(plan)
+        if len(asked) > 1:
+            raise PegOnHoleError("refused")
+        return opened
+
+    monkeypatch.setattr(grid_cells, "integrate", integrate)
+    truth, end = truth_of(SMALLEST[0])
+    assert len(asked) > 1 and len(truth.t_ns) == count and end == "contact K opened"

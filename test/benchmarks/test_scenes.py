@@ -219,9 +219,20 @@ def test_an_alarm_at_a_near_stall_is_neither_right_nor_false():
     judged = judge_alarm([(0.55, 0.8)], [EVENT], [], 1.0, [near])
     assert (judged["right"], judged["false"], judged["near"]) == (0, 0, 1)
     assert judged["near_events"] == 1 and judged["events"][0][1] is None
+    # Raised twice at one, it is still one that it was raised at.
+    judged = judge_alarm([(0.55, 0.6), (0.65, 0.8)], [EVENT], [], 1.0, [near])
+    assert (judged["near"], judged["near_met"]) == (2, 1)
     # Where an event is, it is right all the same.
     judged = judge_alarm([(0.15, 0.8)], [EVENT], [], 1.0, [near])
     assert (judged["right"], judged["near"]) == (1, 0)
+
+
+@pytest.mark.parametrize("rate", [100, 250, 750, 1000, 2000])
+def test_orientations_come_with_wrenches_at_no_more_than_the_plans_own_rate(rate):
+    plan = scenes.plan_of(scenes.cases(1)[0])
+    slow = scenes.at_rate(plan, rate)
+    assert slow.wrench_rate == rate and slow.joint_rate <= plan.joint_rate
+    assert rate % slow.joint_rate == 0
 
 
 def test_an_event_at_the_end_of_a_record_cannot_be_missed():
