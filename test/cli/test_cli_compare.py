@@ -24,6 +24,11 @@ CHANGES = {
     # No part of the numbers of an estimate.
     "contacts": lambda message: message["position"].__setitem__(0, 0.0),
 }
+# Without a stamp, published on change: they hold for all estimates that follow.
+DECLARED = {
+    "contact_mode": lambda message: message.update(data="two_point"),
+    "transition": lambda message: message.update(data=True),
+}
 
 
 def output(path, changed=(), without=(), lost=()):
@@ -35,7 +40,7 @@ def output(path, changed=(), without=(), lost=()):
             for topic, ros_type, fields in stream.messages(estimate(t_ns)):
                 fields = copy.deepcopy(fields)
                 if topic in changed:
-                    CHANGES[topic](fields)
+                    (CHANGES | DECLARED)[topic](fields)
                 if topic not in without and (topic, i) not in lost:
                     writer.write(f"/peg_on_hole/{topic}", ros_type, fields, t_ns)
     return path
@@ -78,6 +83,16 @@ def test_a_difference_in_any_of_them_is_one(own, tmp_path, capsys, topic):
         "bit for bit the same: no",
         f"  stamps at which messages differ: {topic} at {at}",
     ]
+
+
+@pytest.mark.parametrize("topic", DECLARED)
+def test_a_difference_in_what_is_declared_is_one(own, tmp_path, capsys, topic):
+    other = output(tmp_path / "other.mcap", changed=[topic])
+    result, lines = compared(capsys, own, other)
+    assert result["differs"] and not result["identical"]
+    assert lines == ["bit for bit the same: no"]
+    agrees = {name: result[f"{name}_agrees"] for name in DECLARED}
+    assert agrees == {name: float(name != topic) for name in DECLARED}
 
 
 def test_a_message_that_one_side_lacks_is_a_difference(own, tmp_path, capsys):

@@ -9,6 +9,13 @@ from simulated import SAMPLES, truth
 # The closing scenes are short: with fewer seeds chance alone moves an error by a tenth.
 SEEDS = {"working_cycle": range(7000, 7003)}
 MANY_SEEDS = range(7000, 7020)
+# Where nothing is promised: contacts stand still only without the slip that carries them, and only
+# this closing goes on until it wedges; the cycle has both in its turns.
+UNPROMISED = {
+    "closing_without_slip": {"reversal", "singular"},
+    "closing_with_slip": set(),
+    "working_cycle": {"reversal", "singular"},
+}
 
 
 @pytest.fixture(scope="module", params=SAMPLES)
@@ -43,8 +50,8 @@ def test_angles_are_better_than_they_are_measured(scored):
 
 
 def test_nothing_diverges_where_nothing_is_promised(scored):
-    _, found, _ = scored
-    for kind in ("reversal", "singular"):
-        if kind in found:
-            assert (found[kind]["rms"][0] < 1e-3).all()
-            assert (found[kind]["rms"][1:3] < 0.02).all()
+    name, found, _ = scored
+    assert found.keys() - {"steady"} == UNPROMISED[name]
+    for kind in UNPROMISED[name]:
+        assert found[kind]["rms"][0] < 1e-3
+        assert (found[kind]["rms"][1:3] < 0.02).all()

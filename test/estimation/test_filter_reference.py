@@ -33,7 +33,8 @@ def differences(name, count=None, **scene):
 
 
 def largest(found):
-    return {name: max(getattr(item, name) for item in found) for name in found[0]._fields[:5]}
+    # Python's max passes over a NaN that is not the first; NumPy's is one.
+    return {name: np.max([getattr(item, name) for item in found]) for name in found[0]._fields[:5]}
 
 
 def steps_of(truth, count):

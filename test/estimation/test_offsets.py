@@ -55,7 +55,7 @@ def assert_equal(configuration, steps):
     found = list(compared(configuration, steps))
     # In standard deviations; rounding of steps solved to 1e-11 rad/s stays a thousandth of it.
     for name in ("mean", "covariance", "reactions", "reactions_covariance"):
-        assert max(getattr(item, name) for item in found) < 1e-6, name
+        assert np.max([getattr(item, name) for item in found]) < 1e-6, name
 
 
 @pytest.mark.xdist_group("filterpy")

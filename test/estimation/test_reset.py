@@ -93,6 +93,31 @@ def test_an_outlier_is_refused_and_leaves_nothing_behind(method):
     assert ratio.max() < 1.5
 
 
+def test_where_all_orientations_are_far_the_filter_begins_anew_with_its_mode():
+    """Another zero of psi, by a radian: the wrench, in the axes of the peg, is the same."""
+    configuration, samples = sliding()
+    pipeline = Pipeline(configuration)
+    place = [i for i, each in enumerate(samples) if isinstance(each, JointSample)][-40]
+    before = list(pipeline.play(samples[:place]))
+    assert before[-1].contact_mode == "three_point"
+    restarted, found = [], []
+    for each in samples[place:]:
+        if isinstance(each, JointSample):
+            gamma, psi, phi = each.position
+            each = each._replace(position=(gamma, psi + 1.0, phi))
+        found += pipeline.play([each])
+        restarted.append(pipeline.counts["filter_restarted"])
+    # Once: from then on they are where they are foreseen.
+    assert restarted[-1] == 1
+    assert pipeline.counts["joints_gated"] == configuration.filter.gate_reset_count
+    states = np.array([outputs.state for outputs in found])
+    (begin,) = np.flatnonzero(np.diff(states[:, 1]) > 0.5)
+    assert np.abs(states[: begin + 1, 1] - before[-1].state[1]).max() < 0.1
+    told = [outputs.contact_mode for outputs in found]
+    assert set(told[: begin + 1]) == {"three_point"}
+    assert told[begin + 1] == "unknown" and told[-1] == "three_point"
+
+
 def test_a_motion_that_is_faster_than_predicted_is_still_followed():
     """Of a jump by half a rad/s nothing is refused."""
     configuration, samples = sliding()

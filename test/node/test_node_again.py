@@ -7,6 +7,7 @@ import pytest
 import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, node_process
 from inputs import closing, joints, wrench
@@ -102,6 +103,33 @@ def test_an_activation_that_fails_says_why_and_leaves_nothing(topic, capfd):
         assert answer.successful, answer.reason
         assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
         assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+
+
+def monitored(node, *stamps_ms):
+    """Return the names on ~/monitor after a joint state and a wrench of each stamp."""
+    told, publish = [], node._outputs.publish
+    node._outputs.publish = told.extend
+    feed(node, *stamps_ms)
+    node._outputs.publish = publish
+    (*_, names) = (fields["name"] for topic, _, fields in told if topic == "monitor")
+    return names
+
+
+def test_a_cleanup_forgets_a_tare_and_a_deactivation_does_not():
+    with configured() as node:
+        node.trigger_activate()
+        assert "bias_force_x" not in monitored(node, 1000, 1001)
+        answer = node._service("tare")(None, Trigger.Response())
+        assert answer.success, answer.message
+        assert "bias_force_x" in monitored(node, 1002)
+        node.trigger_deactivate()
+        node.trigger_activate()
+        assert "bias_force_x" in monitored(node, 1003)
+        node.trigger_deactivate()
+        node.trigger_cleanup()
+        node.trigger_configure()
+        node.trigger_activate()
+        assert "bias_force_x" not in monitored(node, 1004, 1005)
 
 
 def state(node):

@@ -8,11 +8,13 @@ import pytest
 
 from inputs import closing
 from peg_on_hole_ros import pipeline, processing
-from peg_on_hole_ros.edges.messages import decode
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges import replay
+from peg_on_hole_ros.edges.messages import decode, stream
 from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.estimation import measurement, orientation
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.estimation.filters.offset import NAMES as OFFSETS
 from peg_on_hole_ros.parameter_table import PARAMETERS
 from simulated import ROOT
 
@@ -34,12 +36,31 @@ def counts():
     for module in (measurement, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"
+    # What never reached the pipeline, of either source or, where an error may be, of a service.
+    for module in (stream, replay):
+        for name in literals(module, r'f"\{(?:source|what)\}(_dropped_\w+)"'):
+            for source in ("wrench", "joints"):
+                yield f"{source}{name}"
+    for service in literals(stream, r'"(\w+)": self\.pipeline\.'):
+        yield f"{service}_dropped_internal_error"
+
+
+def explained(name):
+    """Return whether the guide has a name, or its end where that is the same of both sources."""
+    source, _, end = name.partition("_")
+    short = f"..._{end}" if "malformed" in end else f"{source}_..."
+    return name in QUOTED or short in QUOTED
 
 
 def test_every_count_is_explained():
     found = Counter(counts())
     assert len(found) > 30 and "step_limited" in found
-    assert [name for name in found if name not in QUOTED] == []
+    ends = "overload", "not_received", "internal_error", "after_last_wrench"
+    assert {f"{source}_dropped_{end}" for source in ("wrench", "joints") for end in ends} < set(
+        found
+    )
+    assert "tare_dropped_internal_error" in found
+    assert [name for name in found if not explained(name)] == []
     for reason in literals(decode, r'Malformed\("(\w+)"\)'):
         names = {f"..._dropped_malformed_{reason}", f"joints_dropped_malformed_{reason}"}
         assert names & QUOTED, reason
@@ -52,17 +73,43 @@ def test_every_topic_is_explained():
     assert LATCHED == ("transition", "contact_mode")
 
 
-def test_every_number_of_the_monitor_is_explained():
-    stream, names = message_stream(Configuration()), set()
+def offsets_explained():
+    """Return the names of bias and tilt that the guide has, one by one or from one to another."""
+    names = {name for name in OFFSETS if name in QUOTED}
+    for first, last in re.findall(r"`(\w+)` to `(\w+)`", TEXT):
+        if {first, last} <= set(OFFSETS):
+            names |= set(OFFSETS[OFFSETS.index(first) : OFFSETS.index(last) + 1])
+    assert re.search(r"each with its\s`_stddev`", TEXT)
+    return names | {f"{name}_stddev" for name in names}
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({}, {"friction", "jamming_risk", "time_to_transition"}),
+        (
+            {
+                "wrench.bias_force_stddev": 0.5,
+                "wrench.bias_torque_stddev": 0.005,
+                "joints.hole_tilt_stddev": 0.002,
+            },
+            {"bias_force_x", "bias_torque_z_stddev", "hole_tilt_y"},
+        ),
+        ({"filter.model": "auto"}, {"model", "model_error"}),
+    ],
+    ids=["default", "bias_and_tilt", "model"],
+)
+def test_every_number_of_the_monitor_is_explained(settings, told):
+    line, names = message_stream(from_parameters(settings)), set()
     for source, message in closing(300):
         if source == "joints":
-            stream.on_joints(message)
+            line.on_joints(message)
             continue
-        for suffix, _, fields in stream.on_wrench(message):
+        for suffix, _, fields in line.on_wrench(message):
             if suffix == "monitor":
                 names |= set(fields["name"])
-    assert {"friction", "jamming_risk", "time_to_transition"} <= names
-    assert names - {"time_to_transition_stddev"} <= QUOTED
+    assert told <= names
+    assert names - {"time_to_transition_stddev"} - offsets_explained() <= QUOTED
 
 
 def test_parameters_that_are_named_exist():

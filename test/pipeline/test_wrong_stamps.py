@@ -7,6 +7,7 @@ from late_samples import MS, ordered, pipeline, play, total
 from peg_on_hole_ros.edges.cycles import CycleList
 from peg_on_hole_ros.edges.messages.output import OutputStream
 from peg_on_hole_ros.edges.summary import Summary
+from peg_on_hole_ros.pipeline import MAX_WAITING
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 AT = 150
@@ -137,3 +138,48 @@ def test_a_try_and_its_duration_go_on_over_it():
     assert len(tries[0]) == len(tries[1]) == 1
     assert tries[1][0]["duration"] == tries[0][0]["duration"] > 0.2
     assert durations[1] == pytest.approx(durations[0], abs=1e-9)
+
+
+def test_a_joint_state_far_ahead_waits_and_holds_up_no_other():
+    samples = ordered()
+    i = of_kind(samples, JointSample, AT)
+    wrong = samples[i]._replace(t_ns=samples[i].t_ns + 10_000 * MS)
+    first, second = pipeline(), pipeline()
+    expected = play(first, samples)
+    found = play(second, [*samples[: i + 1], wrong, *samples[i + 1 :]])
+    for one, other in zip(expected, found, strict=True):
+        assert other.t_ns == one.t_ns and other.contact_mode == one.contact_mode
+        np.testing.assert_array_equal(other.state, one.state)
+        np.testing.assert_array_equal(other.state_covariance, one.state_covariance)
+        np.testing.assert_array_equal(other.normal_stddev, one.normal_stddev)
+        assert other.monitor == one.monitor
+    # All that follow come behind it and go before it; it has no wrench yet, and no fate.
+    events = apart(second.counts, first.counts)
+    assert set(events) == {"joints_reordered"} and events["joints_reordered"] > 50
+    assert total(second.counts) == len(samples)
+
+
+def test_of_joint_states_without_a_wrench_the_oldest_goes():
+    """A wrench's clock that stands still: 512 wait, and the first of 513 is not used."""
+    samples = ordered()
+    i = of_kind(samples, WrenchSample, AT)
+    at, last = samples[i].t_ns, samples[of_kind(samples, JointSample, i)]
+    step_ns = 10 * MS // (MAX_WAITING + 2)
+    ahead = [last._replace(t_ns=at + k * step_ns) for k in range(1, MAX_WAITING + 2)]
+    wrench = samples[i]._replace(t_ns=at + 10 * MS)
+
+    def given(waiting):
+        line = pipeline()
+        (outputs,) = play(line, [*samples[: i + 1], *waiting, wrench])[-1:]
+        return line.counts, outputs
+
+    assert len(ahead) == MAX_WAITING + 1 == 513
+    counts, found = given(ahead)
+    full, expected = given(ahead[1:])
+    assert apart(counts, full) == {"joints_dropped_without_wrench": 1}
+    assert full["joints_dropped_without_wrench"] == 0
+    np.testing.assert_array_equal(found.state, expected.state)
+    np.testing.assert_array_equal(found.state_covariance, expected.state_covariance)
+    # The newest does matter.
+    _, other = given(ahead[:-1])
+    assert (found.state != other.state).any()
