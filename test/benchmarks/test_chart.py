@@ -84,7 +84,11 @@ def clock():
 
 def test_default_filter_is_near_the_bound_and_others_are_not(motion):
     by_name = {v.name: v for v in filtering.variants({}.get)}
-    names = (filtering.DEFAULT, "wrench, orientation at 100 Hz", "constant rates, no contact model")
+    names = (
+        filtering.DEFAULT,
+        "wrench, orientation at 100 Hz",
+        "constant rates, no contact model",
+    )
     default, slow, bare = filtering.scores([by_name[n] for n in names], "a", motion, clock)
     # Two seeds of 0.2 s: chance moves the ratio by some tenths.
     assert 0.7 < default.state_ratio < 1.4 and 0.6 < default.reaction_ratio < 1.4
