@@ -2,8 +2,10 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 from peg_on_hole_ros.cli.main import main
@@ -11,6 +13,18 @@ from peg_on_hole_ros.cli.main import main
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "docs" / "summary.schema.json").read_text(encoding="utf-8"))
 COMMANDS = ["replay", "simulate", "solve", "inspect", "calibrate", "compare", "node"]
+
+
+@contextmanager
+def largest_file(size):
+    """Let no file grow beyond a number of bytes: to whoever writes that is a full disk."""
+    # Python ignores the signal.
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def command(*arguments, cwd=None):

@@ -199,9 +199,12 @@ class Alarms:
             # The cause is kept while the alarm is held.
             self._cause = jamming_cause(risk)
         text = _said(self._jamming, self._cause[level - 1] if level else NO_JAMMING)
-        names = _HOLE_NAMES if risk.insertion else _ABOVE_NAMES
-        where = (6, 8) if risk.insertion else (4, 6)
-        jamming = Alarm("jamming", level, text, names, risk[:4] + risk[slice(*where)])
+        causes = risk.wedging, risk.stall, risk.load, risk.risk
+        if risk.insertion:
+            names, numbers = _HOLE_NAMES, (*causes, risk.insertion, risk.margin)
+        else:
+            names, numbers = _ABOVE_NAMES, (*causes, risk.determinant, risk.with_slip)
+        jamming = Alarm("jamming", level, text, names, numbers)
         return jamming, self._contact_loss(t, mode, shown), self._over(t, mode, risk, normal)
 
     def _over(self, t, mode, risk, normal):

@@ -229,13 +229,7 @@ class Assessment:
         normal = estimate.normal.tolist()
         if not blind:
             self._told = self._alarms.update(t, mode, risk, shown, normal)
+        alarms = self._told
         return Outputs(
-            t_ns,
-            *estimate[:6],
-            estimate.normal > 0,
-            *estimate[6:],
-            monitor,
-            mode,
-            flag,
-            self._told,
+            t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
         )

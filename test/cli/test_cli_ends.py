@@ -1,18 +1,16 @@
 """Ends that nobody plans: full disks, signals, errors of the system; one line and no half file."""
 
 import os
-import resource
 import signal
 import subprocess
 import sys
 import threading
 import time
-from contextlib import contextmanager
 
 import pytest
 
 import peg_on_hole_ros.cli.solve as solve_command
-from cli_helpers import ROOT, fails
+from cli_helpers import ROOT, fails, largest_file
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import BagWriter
@@ -20,17 +18,6 @@ from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 SOLVE = "solve", "--state", "0.2,0,0,0,0,1"
-
-
-@contextmanager
-def largest_file(size):
-    """Let no file grow beyond a number of bytes: to whoever writes that is a full disk."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("chunk_bytes", [2000, 1 << 20])

@@ -1,14 +1,12 @@
 """What commands write goes nowhere where something is read, and is tried before the work."""
 
 import os
-import resource
-from contextlib import contextmanager
 from functools import partial
 
 import pytest
 
 import peg_on_hole_ros.cli.replay as replay_command
-from cli_helpers import config, fails
+from cli_helpers import config, fails, largest_file
 from peg_on_hole_ros.cli import demo
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.places import write_text
@@ -153,23 +151,12 @@ def test_a_text_on_a_full_disk_is_an_error_that_names_it():
     assert os.path.exists("/dev/full")
 
 
-@contextmanager
-def files_of_at_most(size):
-    """Refuse to write beyond, as a full disk does: Python ignores the signal."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-
 def test_a_text_that_cannot_be_finished_leaves_what_was_there(tmp_path):
     path = tmp_path / "summary.json"
     path.write_text("kept")
     for name in (path, tmp_path / "new.json"):
         refused = pytest.raises(PegOnHoleError, match=f"^cannot write {name}: File too large$")
-        with files_of_at_most(1000), refused:
+        with largest_file(1000), refused:
             write_text(name, "x" * 10_000)
     assert contents(tmp_path) == {"summary.json": b"kept"}
     write_text(path, "whole")
