@@ -93,15 +93,12 @@ def integrate(plan: Plan, progress: Callable[[float], None] | None = None) -> Tr
             f"nothing is left to record: {run.events[-1][1]} when the lead-in of "
             f"{plan.lead_in:g} s was over; begin with a pose and load that press all contacts"
         )
-    step = 1_000_000_000 // plan.wrench_rate
-    first = int(round(plan.lead_in * plan.wrench_rate))
-    ticks = np.round(t[keep] * plan.wrench_rate).astype(np.int64) - first
     names = np.array([phase.name for phase in plan.phases])
     phase = names[[run.phase_index(ti) for ti in t[keep]]]
     events = tuple((int(round((ti - plan.lead_in) * 1e9)), text) for ti, text in run.events)
     return Truth(
         plan=plan,
-        t_ns=ticks * step,
+        t_ns=np.round((t[keep] - plan.lead_in) * 1e9).astype(np.int64),
         phase=phase,
         ended_by=run.ended_by,
         events=events,

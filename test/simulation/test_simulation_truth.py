@@ -63,6 +63,18 @@ def test_motion_on_three_contacts_balances_forces_and_moments():
     assert result.normal.min() > 1
 
 
+def test_samples_are_stamped_from_the_end_of_the_lead_in_whatever_their_rate():
+    # 20 ms are 2.5 samples of 125 Hz: the first after them comes 4 ms later.
+    turning = contact_plan([0.3, 0.5, 0.3], [-0.16, 0.4, 1.5], [-2e-4, 1e-4, -1e-3])
+    finely = integrate(replace(turning, wrench_rate=1000))
+    coarsely = integrate(replace(turning, wrench_rate=125, joint_rate=125))
+    assert coarsely.t_ns[:2].tolist() == [4_000_000, 12_000_000]
+    same = np.searchsorted(finely.t_ns, coarsely.t_ns)
+    np.testing.assert_array_equal(finely.t_ns[same], coarsely.t_ns)
+    # Both are read off the integrator's polynomials, to its tolerance.
+    np.testing.assert_allclose(finely.q[same], coarsely.q, rtol=0, atol=1e-7)
+
+
 @pytest.mark.parametrize("mode", ["open", "two_point"])
 def test_guided_motion_balances_forces_and_moments(mode):
     result = truth("working_cycle")
