@@ -27,6 +27,8 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
 )
 from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
 from peg_on_hole_ros.estimation.identification.recording import (
+    load,
+    motion,
     recording,
     shortfall,
     slow_slip,
@@ -37,9 +39,11 @@ from peg_on_hole_ros.estimation.identification.recording import (
 from peg_on_hole_ros.estimation.identification.selection import conditional, kept_ones
 from peg_on_hole_ros.estimation.measurement import (
     PegJoints,
+    WrenchReduction,
     angle_covariance,
     rotation_from_rpy,
 )
+from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
@@ -447,6 +451,24 @@ def test_a_stated_delay_of_the_stamps_moves_no_part_that_slides_steadily(delay):
     stated = replace(start, joints=replace(start.joints, delay=delay))
     assert len(steady(record, start)) == 4
     assert steady(late, stated) == steady(record, start)
+
+
+def test_a_steady_load_is_read_up_to_both_ends_and_no_later_than_it_is():
+    start = Configuration()
+    ramp = np.linspace(20.0, 40.0, 60)
+    wrenches = [WrenchSample(k * 4_000_000, (0.0, 0.0, f), (0.0,) * 3) for k, f in enumerate(ramp)]
+    upright = np.array([0.3, 0.0, 0.0])
+    angles = [AngleMeasurement(k * 4_000_000, upright, np.eye(3)) for k in range(60)]
+    record = recording(wrenches, angles)
+    carried = load(record, motion(record), start)
+    reduction = WrenchReduction(start.wrench, start.scene)
+    weight = start.scene.peg_mass * np.array(start.scene.gravity) @ peg_axes(upright)
+    read = np.array([reduction.matrix[:3, :3] @ (0.0, 0.0, f) * reduction.sign for f in ramp])
+    exact = np.linalg.norm(read + weight, axis=1)
+    # A mean over eleven of what grows steadily is what is in the middle; but for the ends.
+    np.testing.assert_allclose(carried[5:-5], exact[5:-5], rtol=1e-9)
+    assert np.all(np.diff(carried) > 0.0)
+    assert carried[[0, -1]] == pytest.approx(exact[[0, -1]], abs=0.02 * 40.0)
 
 
 @pytest.mark.parametrize(

@@ -126,10 +126,15 @@ def smoothed(record: Recording, width: float = SMOOTHING) -> Recording:
     sample: with that the likelihood of a delay jumps with how samples and steps happen to lie.
     """
     count = 2 * round(width / np.median(np.diff(record.wrench_t)) / 2) + 1
-    weights = np.hanning(count + 2)[1:-1]
-    padded = np.pad(record.wrench, ((count // 2, count // 2), (0, 0)), mode="edge")
+    return record._replace(wrench=_averaged(record.wrench, np.hanning(count + 2)[1:-1]))
+
+
+def _averaged(rows, weights):
+    """Return the centred mean of rows over an odd number of them; ends are taken to go on."""
+    half = len(weights) // 2
+    padded = np.pad(rows, ((half, half), (0, 0)), mode="edge")
     columns = (np.convolve(column, weights / weights.sum(), "valid") for column in padded.T)
-    return record._replace(wrench=np.column_stack(list(columns)))
+    return np.column_stack(list(columns))
 
 
 def quiet(record: Recording) -> Recording:
@@ -164,10 +169,9 @@ def load(record: Recording, moved: Motion, configuration: Configuration) -> np.n
     scene, options = configuration.scene, configuration.wrench
     reduction = WrenchReduction(options, scene)
     force = record.wrench[:, :3] * reduction.sign - reduction.tare[:3]
-    window = np.ones(HALF_WINDOW) / HALF_WINDOW
-    smooth = (np.convolve(column, window, "same") for column in force.T)
+    smooth = _averaged(force, np.ones(2 * (HALF_WINDOW // 2) + 1))
     t = record.joint_t - configuration.joints.delay
-    at = np.array([np.interp(t, record.wrench_t, column) for column in smooth])
+    at = np.array([np.interp(t, record.wrench_t, column) for column in smooth.T])
     weight = (scene.peg_mass + options.payload_mass) * np.array(scene.gravity)
     weight_P = np.einsum("ijk,i->jk", peg_axes(moved.q.T), weight)
     return np.linalg.norm(reduction.matrix[:3, :3] @ at + weight_P, axis=0)
