@@ -1,5 +1,30 @@
 """Time that passes along stamps of outputs, which may go back."""
 
+from dataclasses import dataclass
+
+
+@dataclass
+class Run:
+    """
+    Stamps from one fall to the next.
+
+    Attributes
+    ----------
+    first_ns, last_ns : int
+        Stamps [ns].
+    before_ns : int
+        Time that had passed at the first [ns].
+
+    """
+
+    first_ns: int
+    last_ns: int
+    before_ns: int
+
+    def passed(self, t_ns):
+        """Return the passed time of a stamp, or of an array of them [ns]."""
+        return self.before_ns + t_ns - self.first_ns
+
 
 class PassedTime:
     """
@@ -10,27 +35,36 @@ class PassedTime:
 
     Attributes
     ----------
-    first_ns : int or None
-        The first stamp [ns].
-    ns : int
-        What has passed [ns].
+    runs : list of Run
 
     """
 
     def __init__(self):
-        self.first_ns: int | None = None
-        self.ns = 0
-        self._last_ns = 0
-        self._before: tuple[int, int] | None = None
+        self.runs: list[Run] = []
+        self._before_ns: int | None = None
+
+    @property
+    def first_ns(self) -> int | None:
+        """The first stamp [ns]; None: there was none."""
+        return self.runs[0].first_ns if self.runs else None
+
+    @property
+    def ns(self) -> int:
+        """What has passed [ns]."""
+        return self.runs[-1].passed(self.runs[-1].last_ns) if self.runs else 0
 
     def take(self, t_ns: int) -> bool:
         """Take the next stamp [ns]; return whether the clock went back."""
-        if self.first_ns is None:
-            self.first_ns = self._last_ns = t_ns
-        if t_ns < self._last_ns and self._before and t_ns > self._before[0]:
-            self._last_ns, self.ns = self._before
-        back = t_ns < self._last_ns
-        self._before = None if back else (self._last_ns, self.ns)
-        self.ns += max(t_ns - self._last_ns, 0)
-        self._last_ns = t_ns
-        return back
+        if not self.runs:
+            self.runs.append(Run(t_ns, t_ns, 0))
+            return False
+        run = self.runs[-1]
+        if t_ns < run.last_ns and self._before_ns is not None and t_ns > self._before_ns:
+            run.last_ns = self._before_ns
+        if t_ns < run.last_ns:
+            self.runs.append(Run(t_ns, t_ns, self.ns))
+            self._before_ns = None
+            return True
+        if t_ns > run.last_ns:
+            self._before_ns, run.last_ns = run.last_ns, t_ns
+        return False

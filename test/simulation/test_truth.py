@@ -277,3 +277,17 @@ def test_time_goes_on_where_the_clock_goes_back():
         assert estimated.get_ydata() == pytest.approx(expected, abs=1e-9)
     bars = [c.get_paths()[0].get_extents() for c in fig.axes[3].collections]
     assert [(bar.x0, bar.x1) for bar in bars] == 2 * [(0, 3), (3, 5), (5, 8), (8, 8)]
+
+
+def test_an_estimate_of_a_stamp_that_was_wrong_is_let_go():
+    series = Series()
+    # The fourth was 900 s ahead, and was undone by the wrench after it.
+    for t, mode in ((1, "open"), (2, "open"), (3, "open"), (903, "unknown"), (4, "three_point")):
+        series.declared(t * S, mode, mode == "unknown")
+        series.row(t * S, np.full(6, t), ONES, {})
+    assert (series.arrays()[0] / S).tolist() == [0, 1, 2, 3]
+    assert series.arrays()[1][:, 0].tolist() == [1, 2, 3, 4]
+    assert series.passed_ns == 3 * S
+    assert series.modes == [(0, "open"), (3 * S, "unknown"), (3 * S, "three_point")]
+    assert series.flags == [(0, False), (3 * S, True), (3 * S, False)]
+    assert [(run.first_ns, run.last_ns) for run in series.runs] == [(S, 4 * S)]

@@ -1,10 +1,9 @@
 """Estimates over time for a plot, thinned so that a bag of any length fits."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from peg_on_hole_ros.edges.messages.output import Message
+from peg_on_hole_ros.edges.passed_time import PassedTime, Run
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 MOST_ROWS = 40_000  # more than a plot has pixels
@@ -17,41 +16,17 @@ MONITORED = (
 COLUMNS = (*ANGLES, *CONTACTS)
 
 
-@dataclass
-class Run:
-    """
-    Stamps from one fall to the next.
-
-    Attributes
-    ----------
-    first_ns, last_ns : int
-        Stamps [ns].
-    before_ns : int
-        Time that had passed at the first [ns].
-
-    """
-
-    first_ns: int
-    last_ns: int
-    before_ns: int
-
-    def passed(self, t_ns):
-        """Return the passed time of a stamp, or of an array of them [ns]."""
-        return self.before_ns + t_ns - self.first_ns
-
-
 class Series:
     """
     Collects a replay's output; beyond MOST_ROWS every second row is let go, again and again.
 
     Changes of mode and flag are all kept. Time is what has passed since the first estimate: where
-    stamps fall it goes on from where it was.
+    stamps fall it goes on from where it was. An estimate of a stamp that was wrong is let go.
 
     Attributes
     ----------
     modes, flags : list of (int, str), list of (int, bool)
         Passed time [ns] and what holds from there on.
-    runs : list of Run
 
     """
 
@@ -61,12 +36,17 @@ class Series:
         self._seen = 0
         self.modes: list[tuple[int, str]] = []
         self.flags: list[tuple[int, bool]] = []
-        self.runs: list[Run] = []
+        self._time = PassedTime()
+
+    @property
+    def runs(self) -> list[Run]:
+        """Stamps from one fall to the next."""
+        return self._time.runs
 
     @property
     def passed_ns(self) -> int:
         """Time that has passed up to the latest estimate [ns]."""
-        return self.runs[-1].passed(self.runs[-1].last_ns)
+        return self._time.ns
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
@@ -101,12 +81,15 @@ class Series:
         self._seen += 1
 
     def _passed(self, t_ns):
-        if not self.runs:
-            self.runs.append(Run(t_ns, t_ns, 0))
-        elif t_ns < self.runs[-1].last_ns:
-            self.runs.append(Run(t_ns, t_ns, self.passed_ns))
-        self.runs[-1].last_ns = t_ns
-        return self.passed_ns
+        before = self.passed_ns
+        self._time.take(t_ns)
+        passed = self.passed_ns
+        if passed < before:
+            while self._rows and self._rows[-1][0] > passed:
+                self._rows.pop()
+            for changes in (self.modes, self.flags):
+                changes[:] = [(min(at, passed), what) for at, what in changes]
+        return passed
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """
