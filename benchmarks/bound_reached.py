@@ -193,13 +193,17 @@ def main():
     error = np.array([track.error for track in tracks]) / sigma
     stddev = np.array([track.stddev for track in tracks]) / sigma
     print(f"{motion} {asked.noise}, over the bound: {', '.join(QUANTITIES)}, friction")
+    sound = bound.meaning[:rows] == Meaning.SOUND
     for part in np.array_split(np.arange(1, rows), 4):
-        sound = (bound.meaning[part] == Meaning.SOUND).mean()
+        told = part[sound[part]]
+        if not told.size:
+            print(f"{truth.t_ns[part[0]] * 1e-9:.3f} s: the bound means nothing")
+            continue
         print(
             f"{truth.t_ns[part[0]] * 1e-9:.3f} s: error",
-            np.sqrt((error[:, part] ** 2).mean(axis=(0, 1))).round(2),
-            "spread", np.sqrt((stddev[:, part] ** 2).mean(axis=(0, 1))).round(2),
-            f"bound sound in {sound:.0%}",
+            np.sqrt((error[:, told] ** 2).mean(axis=(0, 1))).round(2),
+            "spread", np.sqrt((stddev[:, told] ** 2).mean(axis=(0, 1))).round(2),
+            f"in the {told.size / part.size:.0%} of the samples whose bound is sound",
         )  # fmt: skip
 
 

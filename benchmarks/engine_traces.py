@@ -15,6 +15,9 @@ to row, in UNITS.
 Sensors add white noise of what the configuration states. Compared is after 0.3 s, with the mean
 reaction over the interval of the wrench; and as long as all contacts slide: the engine lets a
 contact that sticks creep, and what friction it then carries is its own.
+
+Beside it stands the Cramér-Rao bound along each trace: how near any estimator can come with such
+sensors, that knows friction. It is one of tangents, and counts where it means something.
 """
 
 import argparse
@@ -22,7 +25,10 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from scipy.signal import savgol_filter
 
+from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
+from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.pipeline import Pipeline
@@ -36,6 +42,8 @@ AFTER_NS = 300_000_000
 SLIDES = 0.98
 # Rows over which friction is looked at, so that a facet of the rim is no stick.
 AROUND = 21
+# Rows over which angles are parabolas, for the rates that the bound is taken at.
+RATES_OVER = 9
 
 
 def names() -> list[str]:
@@ -82,12 +90,47 @@ def _slides(slid):
     return int(stuck[0]) if stuck.size else len(slid)
 
 
+def bound_along(truth):
+    """
+    Return how well any estimator can know the reactions that are compared, knowing friction.
+
+    Returns
+    -------
+    stddev : ndarray, shape (n, 3)
+        [N].
+    sound : ndarray of bool, shape (n,)
+        Where it means something.
+
+    """
+    configuration, n = truth.plan.configuration, len(truth.t_ns)
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    rates = savgol_filter(truth.q, RATES_OVER, 2, deriv=1, delta=1e-3, axis=0)
+    every = truth.plan.wrench_rate // truth.plan.joint_rate
+    options = configuration.filter
+    bound = posterior_bound(
+        configuration.scene,
+        truth.t_ns * 1e-9,
+        np.hstack([truth.q, rates]),
+        reduction.sign * truth.wrench @ reduction.matrix.T,
+        Sensors(
+            reduction.covariance,
+            configuration.joints.position_stddev,
+            np.arange(n) % every == 0,
+        ),
+        options.initial_rate_stddev,
+        options.slip_velocity_scale,
+        options.acceleration_stddev,
+    )
+    stddev = np.sqrt(np.diagonal(bound.reactions, axis1=1, axis2=2))
+    return stddev, bound.meaning == Meaning.SOUND
+
+
 def residuals(truth, seeds, noise=True):
     """
-    Return reactions' errors and stated deviations [N], true reactions, and what is determined.
+    Return reactions' errors and stated deviations [N], true reactions, what is determined, rows.
 
-    The first three are (n, 3), of all samples; the last (n,) says which of them the estimate
-    declares determined.
+    The first three are (n, 3), of all samples; the others (n,) say which of them the estimate
+    declares determined, and which row of the trace each is.
 
     Parameters
     ----------
@@ -119,11 +162,10 @@ def residuals(truth, seeds, noise=True):
             row = (sample.t_ns - START_NS) // 1_000_000
             if outputs is None or sample.t_ns - START_NS < AFTER_NS or row >= truth.slides:
                 continue
-            normal = truth.normal[row]
-            declared = np.full(3, outputs.monitor["reactions_determined"])
-            found.append((outputs.normal - normal, outputs.normal_stddev, normal, declared))
-    error, stddev, normal, declared = np.array(found).transpose(1, 0, 2)
-    return error, stddev, normal, declared[:, 0] > 0
+            normal, declared = truth.normal[row], outputs.monitor["reactions_determined"]
+            found.append((outputs.normal - normal, outputs.normal_stddev, normal, declared, row))
+    error, stddev, normal, declared, rows = (np.array(part) for part in zip(*found, strict=True))
+    return error, stddev, normal, declared > 0, rows
 
 
 def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
@@ -131,17 +173,34 @@ def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
     Return the figures of a trace, shape (3,) each, of the samples that are declared determined.
 
     relative (rms error over mean reaction), coverage of 95 % bounds, stated deviation over mean
-    reaction, mean [N]; and determined, the share of such samples.
+    reaction, mean [N]; and determined, the share of such samples. With noise also what the bound
+    means something for, declared determined or not: over_bound, the rms error there over the
+    bound's, bound over mean reaction, and sound, the share of these samples.
     """
-    error, stddev, normal, declared = residuals(trace(name), seeds, noise)
+    truth = trace(name)
+    error, stddev, normal, declared, rows = residuals(truth, seeds, noise)
+    figures = {}
+    if noise:
+        least, sound = bound_along(truth)
+        told = sound[rows]
+        bound = _rms(least[rows[told]])
+        figures = {
+            "bound": bound / normal[told].mean(axis=0),
+            "over_bound": _rms(error[told]) / bound,
+            "sound": told.mean(),
+        }
     error, stddev, mean = error[declared], stddev[declared], normal[declared].mean(axis=0)
-    return {
-        "relative": np.sqrt((error**2).mean(axis=0)) / mean,
+    return figures | {
+        "relative": _rms(error) / mean,
         "coverage": (np.abs(error) < 1.96 * stddev).mean(axis=0),
         "stated": stddev.mean(axis=0) / mean,
         "mean": mean,
         "determined": declared.mean(),
     }
+
+
+def _rms(values):
+    return np.sqrt((values**2).mean(axis=0))
 
 
 def main(arguments=None):
@@ -162,6 +221,12 @@ def main(arguments=None):
             mean = np.array2string(found["mean"], precision=1)
             print(f"  {'noise' if noise else 'as is'}: {shown}; mean {mean} N; determined "
                   f"{100 * found['determined']:.1f} %", flush=True)  # fmt: skip
+            if noise:
+                bound, over = (
+                    np.array2string(scale * found[kind], precision=2)
+                    for kind, scale in (("bound", 100), ("over_bound", 1))
+                )
+                print(f"  bound {bound} %, error over it {over}, in {found['sound']:.0%}")
 
 
 if __name__ == "__main__":
