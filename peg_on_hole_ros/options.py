@@ -50,7 +50,6 @@ class FilterOptions:
     slow_slip: float = 1.5
     slow_rate_noise: float = 0.05
     wrench_jump: float = 1.0
-    creep_time: float = 0.05
     method: str = "extended"
     integrator: str = "implicit_euler"
     model: str = "dynamic"

@@ -241,13 +241,6 @@ PARAMETERS: tuple[Parameter, ...] = (
         1e3,
     ),
     _filter(
-        "creep_time",
-        "how long the model's creep of a stuck peg may last; 0 trusts it",
-        "s",
-        0.0,
-        100.0,
-    ),
-    _filter(
         "method",
         "Kalman filter; all but extended run in Python and are slow, for reference",
         choices=("extended", "iterated", "unscented", "square_root"),

@@ -12,7 +12,7 @@ SCENE = Scene(friction_stddev=0.0)
 P = scene_scalars(SCENE)
 # Friction without its memory of the covariance, so that a prediction is a function of the state.
 # Nor is a step divided for its error: what one step does is looked at here.
-PLAIN = FilterOptions(slip_widening=0.0, creep_time=0.0, slow_slip=0.0, step_tolerance=1e3)
+PLAIN = FilterOptions(slip_widening=0.0, slow_slip=0.0, step_tolerance=1e3)
 WRENCH_NOISE = np.diag([0.2**2] * 3 + [0.005**2] * 3)
 
 

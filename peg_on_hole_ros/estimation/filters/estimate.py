@@ -54,7 +54,6 @@ class Estimate:
             options.contact_rate_noise**2,
             options.slip_velocity_scale,
             options.slip_widening,
-            options.creep_time,
             friction_density(options, not _learns_clearance(scene, options)),
             options.slow_slip,
             options.wrench_jump,

@@ -76,7 +76,6 @@ class Flow:
         self._mean_rates = part(memory, "MEAN_RATES").copy() if at_mean else None
         self.jumped = np.zeros(WIDTH)
         self.jumped[:6] = part(memory, "JUMPED")
-        self.creep = part(memory, "CREEP").item() * dt
         self.wander = self.process.friction_density * dt if kalman.spread[0, 0] > 0 else 0.0
         self._buffers = np.zeros((6, WIDTH)), np.zeros((6, WIDTH)), np.zeros(96), workspace()
 
@@ -143,7 +142,7 @@ class Flow:
     def added(self):
         """Return the variances that are added at the end of the prediction, shape (14,)."""
         variance = np.zeros(WIDTH)
-        variance[:3], variance[FRICTION] = self.creep, self.wander
+        variance[FRICTION] = self.wander
         return variance
 
     def __call__(self, full):

@@ -121,7 +121,6 @@ _SIZES = {
     "PER_NEWTON": 72,
     "WITH": 12,  # covariance of what was computed with friction and peg diameter, (6, 2)
     "STAGE": 96,  # of a step of two stages or of second derivatives, see steps.choice
-    "CREEP": 1,  # growth of the angles' variance that was added in a prediction [rad^2/s]
     "REFUSED": 2,  # attempts at a prediction refused: no step found, error above its tolerance
     "LOAD": 48,  # from the offsets to the wrench on the peg, (6, 8)
     "UNLOAD": 36,  # back from that to a bias, (6, 6)
@@ -228,7 +227,7 @@ RATES_BEFORE, ACCELERATION_BEFORE, CHANGES_SEEN = (
 INTERVAL, HELD_BACK = _AT["INTERVAL"], _AT["HELD_BACK"]
 LOAD, MASSES, GRAVITY, TURN = (_AT[name] for name in ("LOAD", "MASSES", "GRAVITY", "TURN"))
 JOINT, SEEN, GAINS = (_AT[name] for name in ("JOINT", "SEEN", "GAINS"))
-METHOD, STAGE, CREEP, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "CREEP", "REFUSED"))
+METHOD, STAGE, REFUSED = (_AT[name] for name in ("METHOD", "STAGE", "REFUSED"))
 
 
 def part(memory: np.ndarray, name: str, shape=None) -> np.ndarray:
@@ -248,7 +247,7 @@ def process_of(m):
     """Return how far the contact dynamics are trusted, as it lies in the memory."""
     q = PROCESS
     return Process(
-        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7], m[q + 8]
+        m[q], m[q + 1], m[q + 2], m[q + 3], m[q + 4], m[q + 5], m[q + 6], m[q + 7]
     )  # fmt: skip
 
 

@@ -10,7 +10,6 @@ from peg_on_hole_ros.estimation.kernel.held_wrench import (
 from peg_on_hole_ros.estimation.kernel.lean import doubted
 from peg_on_hole_ros.estimation.kernel.memory import (
     AT_MEAN,
-    CREEP,
     ENDS,
     KEPT_FOR,
     MEAN_RATES,
@@ -30,13 +29,11 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     X1,
     X,
     Y,
-    Z,
     process_of,
 )
 from peg_on_hole_ros.estimation.kernel.parameters import learns_clearance, learns_geometry_or_bias
 from peg_on_hole_ros.estimation.kernel.runaway import runs_away
 from peg_on_hole_ros.estimation.kernel.slip import (
-    creep_variance,
     friction_scales,
     slip,
     slow_slip,
@@ -133,8 +130,7 @@ def predict_contact(m, dy, slopes, dt):
     saved = 184 + 12 * int(m[OFFSETS + 1])
     for i in range(saved):
         m[SAVED + i] = m[X + i]
-    smallest = process.slip_velocity_scale
-    friction_scales(p, m, smallest, process.slip_widening)
+    friction_scales(p, m, process.slip_velocity_scale, process.slip_widening)
     within = process.slow_slip
     constants = learns_geometry_or_bias(m)
     if m[SLOW] > 0.0:
@@ -148,7 +144,6 @@ def predict_contact(m, dy, slopes, dt):
         return SLOW_SLIP, 0, 0
     if runs_away(p, m):
         return RUNS_AWAY, 1, 0
-    creep = m[CREEP] = creep_variance(p, m, smallest, process.creep_time)
     m[SLIDING] = surely_sliding(m)
     # Steps that noise has selected make a clearance seem smaller; their own tangents, larger. With
     # these at the mean there as well, N_K on a peg of 10 mm was covered in 71 for 91 %.
@@ -221,8 +216,6 @@ def predict_contact(m, dy, slopes, dt):
             if m[STOPPED] > (HIDDEN if learns_clearance(m) else SELECTED):
                 m[SLIDING] = 0.0
             add_jump(m, slopes, pieces, dt / pieces, integrator)
-            for i in range(3):
-                m[Z + 13 * i] += creep * dt
             if m[SPREAD] > 0.0:
                 m[SPREAD] += process.friction_density * dt
             return CONVERGED, evaluations, pieces

@@ -13,8 +13,8 @@ class Process(NamedTuple):
         Longest integration step [s].
     rate_density : float
         Spectral density of the random walk added to each rate [rad^2/s^3].
-    slip_velocity_scale, slip_widening, creep_time : float
-        See `friction_scales` and `creep_variance` [m/s], [-], [s].
+    slip_velocity_scale, slip_widening : float
+        See `friction_scales` [m/s], [-].
     friction_density : float
         Spectral density of the random walk of the friction coefficient [1/s].
     slow_slip : float
@@ -30,7 +30,6 @@ class Process(NamedTuple):
     rate_density: float
     slip_velocity_scale: float
     slip_widening: float
-    creep_time: float
     friction_density: float
     slow_slip: float
     wrench_jump: float

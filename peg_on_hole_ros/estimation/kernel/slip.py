@@ -194,22 +194,6 @@ def friction_scales(p, m, slip_velocity_scale, widening):
         )
 
 
-@compiled
-def creep_variance(p, m, slip_velocity_scale, creep_time):
-    """
-    Return the growth of each angle's variance while no contact slides [rad^2/s].
-
-    Regularised friction lets a stuck peg creep at up to its velocity scale, and dry friction does
-    not: the difference is a slow error of the model, here white with the power of one that lasts
-    for creep_time [s].
-    """
-    fastest = max(m[SPEEDS], m[SPEEDS + 2], m[SPEEDS + 4])
-    scale2 = slip_velocity_scale * slip_velocity_scale
-    stuck = scale2 / (scale2 + fastest * fastest)
-    rate = 2.0 * slip_velocity_scale / p.D
-    return rate * rate * stuck * creep_time
-
-
 @inlined
 def surely_sliding(m):
     """Return 1.0 if every contact's slip is a standard deviation from rest, else 0.0."""

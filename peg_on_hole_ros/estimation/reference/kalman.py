@@ -125,7 +125,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         self.slow, self.bridged, self.without_step = False, False, 0.0
         self.since_correction += dt
-        smallest = self.process.slip_velocity_scale
         speed, variance = slip(self)
         self.sliding = bool((speed**2 >= variance).all())
         at_mean = self.learns_geometry_or_bias and not self.ramp.any()
@@ -157,9 +156,6 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.sliding = self.slid = self.sliding and not selected
         jumped = pieces * F[:, WRENCH] @ self.jump
         self.P[STATE, STATE] += np.outer(jumped, jumped)
-        stuck = smallest**2 / (smallest**2 + speed.max() ** 2)
-        creep = (2 * smallest / self.scene.hole_diameter) ** 2 * stuck
-        self.P[range(3), range(3)] += creep * self.process.creep_time * dt
         if self.P[FRICTION, FRICTION] > 0:
             self.P[FRICTION, FRICTION] += self.process.friction_density * dt
 
