@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
+OTHER := .venv-other
 EXTRAS ?= ros,report,urdf,dev
 WORKERS ?= 2
 PYTEST_ARGS ?=
@@ -14,7 +15,7 @@ export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
-.PHONY: run test test-oldest lint format setup clean
+.PHONY: run test test-oldest test-other lint format setup clean
 
 run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
 	$(BIN)/python -m peg_on_hole_ros.cli.demo
@@ -29,6 +30,10 @@ test-oldest: $(STAMP)  ## the tests with the oldest dependencies that setup.py a
 	$(OLDEST)/bin/python -m pip install -qq --disable-pip-version-check -r $(VENV)/oldest.txt
 	$(OLDEST)/bin/python -m pip install -qq --disable-pip-version-check --no-deps --editable .
 	$(OLDEST)/bin/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
+
+test-other:  ## the tests on another Python: make test-other PYTHON=/path/to/python3.12
+	$(MAKE) setup VENV=$(OTHER)
+	$(OTHER)/bin/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -63,6 +68,6 @@ $(STAMP): setup.py
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(OLDEST) .numba_cache .pytest_cache .ruff_cache .import_linter_cache .mypy_cache \
+	rm -rf $(VENV) $(OLDEST) $(OTHER) .numba_cache .pytest_cache .ruff_cache .import_linter_cache .mypy_cache \
 	    .hypothesis build install log *.egg-info out
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
