@@ -1,7 +1,7 @@
 """
 Another engine's reactions against the estimate's, over traces with one setting for all.
 
-    python benchmarks/engine_traces.py [--seeds 10]
+    python benchmarks/engine_traces.py [--seeds 20]
 
 `data/mujoco_traces.npz` holds four motions that MuJoCo 4.0.0 simulated, by a simulation that
 shares nothing with this package, nor with `mujoco_peg.py`: a rim of 1440 boxes, a peg of 48 mm
@@ -206,7 +206,7 @@ def _rms(values):
 def main(arguments=None):
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument("--seeds", type=int, default=10, help="noise seeds a trace (10)")
+    parser.add_argument("--seeds", type=int, default=20, help="noise seeds a trace (20)")
     options = parser.parse_args(arguments)
     for name in names():
         truth = trace(name)
