@@ -17,7 +17,7 @@ reaction over the interval of the wrench; and as long as all contacts slide: the
 contact that sticks creep, and what friction it then carries is its own.
 
 Beside it stands the Cramér-Rao bound along each trace: how near any estimator can come with such
-sensors, that knows friction. It is one of tangents, and counts where it means something.
+sensors, told what the filter is told. It is one of tangents, and counts where it means something.
 """
 
 import argparse
@@ -27,7 +27,8 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.signal import savgol_filter
 
-from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
+from grid_score import bound_along
+from peg_on_hole_ros.estimation.bound import Meaning
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
@@ -71,7 +72,10 @@ def trace(name: str):
         }
     scene = Scene(D, d, H, mass, f, gravity=(0.0, 0.0, -g))
     configuration = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, H)))
-    plan = SimpleNamespace(configuration=configuration, seed=0, wrench_rate=1000, joint_rate=500)
+    plan = SimpleNamespace(
+        configuration=configuration, seed=0, wrench_rate=1000, joint_rate=500,
+        slip_velocity_scale=configuration.filter.slip_velocity_scale,
+    )  # fmt: skip
     return SimpleNamespace(
         plan=plan,
         t_ns=np.arange(len(rows["q"])) * 1_000_000,
@@ -90,9 +94,9 @@ def _slides(slid):
     return int(stuck[0]) if stuck.size else len(slid)
 
 
-def bound_along(truth):
+def least_stddev(truth):
     """
-    Return how well any estimator can know the reactions that are compared, knowing friction.
+    Return how well any estimator can know the reactions that are compared.
 
     Returns
     -------
@@ -102,25 +106,11 @@ def bound_along(truth):
         Where it means something.
 
     """
-    configuration, n = truth.plan.configuration, len(truth.t_ns)
+    configuration = truth.plan.configuration
     reduction = WrenchReduction(configuration.wrench, configuration.scene)
     rates = savgol_filter(truth.q, RATES_OVER, 2, deriv=1, delta=1e-3, axis=0)
-    every = truth.plan.wrench_rate // truth.plan.joint_rate
-    options = configuration.filter
-    bound = posterior_bound(
-        configuration.scene,
-        truth.t_ns * 1e-9,
-        np.hstack([truth.q, rates]),
-        reduction.sign * truth.wrench @ reduction.matrix.T,
-        Sensors(
-            reduction.covariance,
-            configuration.joints.position_stddev,
-            np.arange(n) % every == 0,
-        ),
-        options.initial_rate_stddev,
-        options.slip_velocity_scale,
-        options.acceleration_stddev,
-    )
+    wrench = reduction.sign * truth.wrench @ reduction.matrix.T
+    bound = bound_along(truth.plan, truth.t_ns, np.hstack([truth.q, rates]), wrench)
     stddev = np.sqrt(np.diagonal(bound.reactions, axis1=1, axis2=2))
     return stddev, bound.meaning == Meaning.SOUND
 
@@ -181,7 +171,7 @@ def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
     error, stddev, normal, declared, rows = residuals(truth, seeds, noise)
     figures = {}
     if noise:
-        least, sound = bound_along(truth)
+        least, sound = least_stddev(truth)
         told = sound[rows]
         bound = _rms(least[rows[told]])
         figures = {

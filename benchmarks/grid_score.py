@@ -69,18 +69,24 @@ def peg_wrench(truth):
 
 def bound_of(truth, acceleration_stddev=None):
     """Return the bound along a truth; with what is known of the accelerations, None: as stated."""
-    settings = truth.plan.configuration
+    state = np.hstack([truth.q, truth.rates])
+    return bound_along(truth.plan, truth.t_ns, state, peg_wrench(truth), acceleration_stddev)
+
+
+def bound_along(plan, t_ns, state, wrench, acceleration_stddev=None):
+    """Return the bound along a motion with the scene, sensors and settings of a plan."""
+    settings = plan.configuration
     stated = settings.filter.acceleration_stddev
-    scene, t = settings.scene, truth.t_ns * 1e-9
-    every = truth.plan.wrench_rate // truth.plan.joint_rate
+    scene, t = settings.scene, t_ns * 1e-9
+    every = plan.wrench_rate // plan.joint_rate
     sensors = Sensors(
         WrenchReduction(settings.wrench, scene).covariance,
         settings.joints.position_stddev,
         np.arange(len(t)) % every == 0,
     )
     return posterior_bound(
-        scene, t, np.hstack([truth.q, truth.rates]), peg_wrench(truth), sensors,
-        settings.filter.initial_rate_stddev, truth.plan.slip_velocity_scale,
+        scene, t, state, wrench, sensors,
+        settings.filter.initial_rate_stddev, plan.slip_velocity_scale,
         stated if acceleration_stddev is None else acceleration_stddev,
         settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip

@@ -19,7 +19,7 @@ import pickle
 import shutil
 import subprocess
 import sys
-from multiprocessing.pool import ThreadPool
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ from grid_cells import FULL, NOISE, QUICK, Motion, truth_of
 from grid_score import score_cell
 from grid_summary import verdicts
 from peg_on_hole_ros.simulation.measure import sensor_wrench
-from resumable import ESTIMATE, keep, kept, sources_key
+from resumable import ESTIMATE, keep, kept, sources_key, work_through
 from rules import RULES
 
 HERE = Path(__file__).parent
@@ -109,19 +109,25 @@ def row(cells, base) -> list[str]:
         for both in PROMISES.values()
     ]
     for part in ERRORS.values():
-        of_kinds = []
-        for kind in ("outside", "window"):
-            ratios = []
-            for cell, other in zip(cells, base, strict=True):
-                both = [c["classes"].get(kind) for c in (cell, other)]
-                if None not in both:
-                    own, all_rules = (np.array(figures["rms"])[part] for figures in both)
-                    ratios.append(np.exp(np.log(own / all_rules).mean()))
-            if ratios:
-                mean = np.exp(np.mean(np.log(ratios)))
-                of_kinds.append(f"{mean:.2f} ({min(ratios):.2g} to {max(ratios):.2g})")
-        shown.append("; ".join(of_kinds))
+        of_kinds = (_ratios(cells, base, kind, part) for kind in ("outside", "window"))
+        shown.append("; ".join(_spread(ratios) for ratios in of_kinds if ratios))
     return shown
+
+
+def _ratios(cells, base, kind, part):
+    """Return each cell's errors over those of all rules, where it has samples of the kind."""
+    found = []
+    for cell, other in zip(cells, base, strict=True):
+        own, of_all = (c["classes"].get(kind) for c in (cell, other))
+        if own and of_all:
+            ratio = np.array(own["rms"])[part] / np.array(of_all["rms"])[part]
+            found.append(np.exp(np.log(ratio).mean()))
+    return found
+
+
+def _spread(ratios):
+    mean = np.exp(np.mean(np.log(ratios)))
+    return f"{mean:.2f} ({min(ratios):.2g} to {max(ratios):.2g})"
 
 
 def table(found: dict) -> list[str]:
@@ -174,9 +180,7 @@ def main(arguments=None):
     tasks = [
         (rule, folder, asked) for rule in rules if kept(folder / f"{rule}.json", asked) is None
     ]
-    with ThreadPool(options.workers) as pool:
-        for rule, end in pool.imap_unordered(measured, tasks):
-            print(f"{rule}: {end}", file=sys.stderr, flush=True)
+    work_through(measured, tasks, options.workers, partial(print, file=sys.stderr, flush=True))
     trees = {rule: kept(folder / f"{rule}.json", asked) for rule in rules}
     found = {rule: tree["cells"] for rule, tree in trees.items() if tree}
     if "all" not in found:
