@@ -171,26 +171,26 @@ RULES = {
         "LEARNT_WRONG = 0.02",
         "LEARNT_WRONG = 1e9",
     ),
-    "points": Rule(
-        "answers around the estimate are weighed",
+    "misfit": Rule(
+        "reactions whose accelerations no held peg has are those of a slow slip",
         KERNEL + "reactions.py",
-        "if least > SURPRISE_LIMIT:",
-        "if least > 1e300:",
+        "return m[SURPRISE] <= SURPRISE_LIMIT",
+        "return m[SURPRISE] <= 1e300",
     ),
-    "bends": Rule(
-        "and what bends between them is added",
+    "set_down": Rule(
+        "and those of a peg that comes from the air",
         KERNEL + "reactions.py",
-        "m[REACTIONS + 6 * i + j] += bend_i * bend_j",
-        "m[REACTIONS + 6 * i + j] += 0.0 * bend_j",
+        "if m[ON_CONTACTS] > 0.0 and m[SLOW] == 0.0:",
+        "if m[SLOW] == 0.0:",
     ),
-    "surprise": Rule(
-        "reactions that do not fit are widened",
-        KERNEL + "reactions.py",
-        "growth = max(1.0, least / SURPRISE_LIMIT)",
-        "growth = 1.0",
+    "pulls": Rule(
+        "of one that pulls friction is as unknown as of one that presses",
+        KERNEL + "slow_reactions.py",
+        "fabs(m[ANSWERS + 3 + i])",
+        "m[ANSWERS + 3 + i]",
     ),
     "slow_surprise": Rule(
-        "and those of a slow slip",
+        "what does not fit in the balance of a slow slip is widened",
         KERNEL + "slow_reactions.py",
         "growth = max(1.0, m[SURPRISE] / SURPRISE_LIMIT)",
         "growth = 1.0",

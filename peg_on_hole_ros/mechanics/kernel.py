@@ -182,44 +182,11 @@ def _wrench_in_hez(p, geo, x, u, work):
 
 @compiled
 def pose_of(p, x, u, work):
-    """Return what the six equations take from angles and wrench, for `accelerate_at`."""
+    """Return what the six equations take from angles and wrench."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
     F_h, F_e, F_z, M_h, M_e, M_z = applied
     return geo, (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
-
-
-@compiled
-def accelerate_at(p, scales, pose, rates, work):
-    """
-    Solve the six equations at given rates, for as many rates as wanted at one pose.
-
-    Parameters
-    ----------
-    p, scales, work
-        As for `accelerate`.
-    pose : tuple
-        From `pose_of`.
-    rates : tuple of 3 float
-        [rad/s].
-
-    Returns
-    -------
-    determinant : float
-        As of `accelerate`.
-    answer : tuple of 6 float
-        gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N].
-
-    """
-    geo, wrench = pose
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
-    determinant = _eliminate(p, geo, work)
-    r = _R
-    answer = _solve(
-        _factors(p, geo, work),
-        work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5],
-    )  # fmt: skip
-    return determinant, answer
 
 
 @compiled
@@ -247,9 +214,14 @@ def accelerate(p, scales, x, u, work, y):
         Determinant over its frictionless value; see `reference.ContactSolution`.
 
     """
+    geo, wrench = pose_of(p, x, u, work)
     rates = (x[3], x[4], x[5])
-    determinant, answer = accelerate_at(p, scales, pose_of(p, x, u, work), rates, work)
-    y[0], y[1], y[2], y[3], y[4], y[5] = answer
+    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
+    determinant = _eliminate(p, geo, work)
+    factors, r = _factors(p, geo, work), _R
+    y[0], y[1], y[2], y[3], y[4], y[5] = _solve(
+        factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
+    )
     return determinant
 
 

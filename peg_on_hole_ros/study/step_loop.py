@@ -35,7 +35,7 @@ def run_steps(
     covariances : ndarray, shape (count * 9,)
         Of the angles [rad^2].
     acceleration_stddev : float
-        See `reactions.fuse_reactions` [rad/s^2].
+        See `reactions.react` [rad/s^2].
     free_rate_noise : float
         Least random walk of the rates where the contact equations give no step [rad/s^1.5].
 

@@ -35,7 +35,7 @@ def told(coefficient, **filter_options):
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_friction_stated_far_too_high_opens_no_contact(seed, monkeypatch):
     def run():
-        pipeline = Pipeline(told(0.165))
+        pipeline = Pipeline(told(0.2))
         modes = [outputs.contact_mode for outputs in pipeline.play(measure(closing(), seed))]
         return pipeline, modes
 
@@ -47,7 +47,7 @@ def test_a_friction_stated_far_too_high_opens_no_contact(seed, monkeypatch):
     assert abs(friction - 0.05) < 3 * stddev < 0.002
     monkeypatch.setattr(FirstContact, "update", lambda *arguments: None)
     pipeline, modes = run()
-    assert not pipeline.counts["friction_sought"] and modes[60:].count("unknown") > 50
+    assert not pipeline.counts["friction_sought"] and modes[60:].count("unknown") > 40
 
 
 def test_a_friction_that_is_not_learnt_is_not_sought():

@@ -159,7 +159,8 @@ class ContactFilter(Estimate):
         """Take note of whether the peg hangs free under the wrench that is held; some learn."""
 
     def _predict_free(self, dt):
-        self._slow[0] = self._bridged[0] = self._without_step[0] = self._slid[0] = 0.0
+        self._on_contacts[0] = self._slow[0] = self._bridged[0] = 0.0
+        self._without_step[0] = self._slid[0] = 0.0
         # Which steps noise has selected, and what balance told, was of another contact.
         self._stopped[0] = self._told[0] = 0.0
         self._scales[:] = self.options.slip_velocity_scale

@@ -72,6 +72,7 @@ class Estimate:
         self._interval = part(self._memory, "INTERVAL")
         self._since_correction = part(self._memory, "SINCE_CORRECTION")
         self._held_back = part(self._memory, "HELD_BACK")
+        self._on_contacts = part(self._memory, "ON_CONTACTS")
         self._slow = part(self._memory, "SLOW")
         self._bridged = part(self._memory, "BRIDGED")
         self._beside = part(self._memory, "BESIDE_X"), part(self._memory, "BESIDE_P", (6, 6))

@@ -21,6 +21,7 @@ from peg_on_hole_ros.estimation.kernel.memory import (
     INTERVAL,
     KEPT_FOR,
     OFFSETS,
+    ON_CONTACTS,
     SINCE_CORRECTION,
     SLOW,
     WITHOUT_STEP,
@@ -56,6 +57,7 @@ def bridge_unless_stepped(m, slopes, status, dt, free_rate_noise):
         Least random walk of the rates where the contact equations give no step [rad/s^1.5].
 
     """
+    m[ON_CONTACTS] = 1.0
     # A slip that is not told from none is harder to tell the next time.
     m[SLOW] = 1.0 if _not_believed(status) else 0.0
     m[KEPT_FOR] = m[KEPT_FOR] - dt if m[SLOW] > 0.0 else 0.0

@@ -35,6 +35,7 @@ _SIZES = {
     "HELD_BACK": 1,
     "SLIDING": 1,  # 1: every contact surely slides (predict_contact, predict_free)
     "SLID": 1,  # 1: they did in a step since the last correction (predict; correct ends it)
+    "ON_CONTACTS": 1,  # 1: the last prediction was on three contacts (predict)
     "SLOW": 1,  # 1: a slip is not told from none (predict)
     "BRIDGED": 1,  # 1: the last prediction was at constant rates (bridge; predict ends it)
     # For how long the contact equations have given no step [s] (bridge_without_step).
@@ -111,10 +112,10 @@ _SIZES = {
     "R": 9,  # covariance of the measured angles, (3, 3)
     "REACTIONS": 36,  # covariance of Y, (6, 6)
     "LASTING": 12,  # what friction and peg diameter make of Y, a standard deviation, (2, 6)
-    # Answers at the estimate, then ahead of and behind it in each rate, (7, 6); in a slow slip
-    # what is found, what it is found from, and what a lower friction makes of it, (3, 6).
-    "POINTS": 42,
-    "SURPRISE": 7,  # how far each of them is from what a held peg can accelerate, squared
+    # What is found for Y; what it is found from in a slow slip, and what a lower friction makes of
+    # it, (3, 6).
+    "ANSWERS": 18,
+    "SURPRISE": 1,  # how far it was from what a held peg can accelerate, squared
     # What unknown friction makes of Y, see `slow_friction`, (12, 6), and for each newton of the
     # reaction that it is with.
     "FRICTION": 72,
@@ -159,11 +160,11 @@ class Cleared(NamedTuple):
 
 CLEARED = Cleared(
     start=(
-        "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "SLOW", "BRIDGED", "WITHOUT_STEP",
-        "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE", "CHANGES",
-        "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN", "STEPS_LEAN",
-        "BESIDE_X", "BESIDE_P",
-        "BESIDE_SINCE", "BESIDE_RATE_NOISE", "BESIDE_LEAN", "BESIDE_ACCELERATION",
+        "X", "Z", "CROSS", "OFFSET_CROSS", "SCALES", "SLID", "ON_CONTACTS", "SLOW", "BRIDGED",
+        "WITHOUT_STEP", "STOPPED", "ACCELERATION", "RATES_BEFORE", "ACCELERATION_BEFORE",
+        "CHANGES", "CHANGES_SEEN", "SINCE_CORRECTION", "RATES_KNOWN", "RATE_NOISE", "LEAN",
+        "STEPS_LEAN", "BESIDE_X", "BESIDE_P", "BESIDE_SINCE", "BESIDE_RATE_NOISE",
+        "BESIDE_LEAN", "BESIDE_ACCELERATION",
         "BESIDE_RATES_BEFORE", "BESIDE_ACCELERATION_BEFORE", "BESIDE_CHANGES",
         "BESIDE_CHANGES_SEEN", "KEPT_FOR", "DOUBT", "TOLD_GAIN", "TOLD_SHARE", "MEAN_RATES",
         "RATES_WEIGHT", "AIR", "AIR_TOLD",
@@ -198,8 +199,8 @@ CHANGES, RATES_KNOWN, SINCE_CORRECTION = (
 )
 SAVED, ROWS, GAIN, JOSEPH = (_AT[name] for name in ("SAVED", "ROWS", "GAIN", "JOSEPH"))
 RESIDUAL, S, R = (_AT[name] for name in ("RESIDUAL", "S", "R"))
-REACTIONS, POINTS, SURPRISE, WITH, WORK = (
-    _AT[name] for name in ("REACTIONS", "POINTS", "SURPRISE", "WITH", "WORK")
+REACTIONS, ANSWERS, SURPRISE, WITH, WORK = (
+    _AT[name] for name in ("REACTIONS", "ANSWERS", "SURPRISE", "WITH", "WORK")
 )
 OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
     _AT[name] for name in ("OFFSET", "OFFSETS", "OFFSET_CROSS", "OFFSET_SPREAD")
@@ -207,7 +208,7 @@ OFFSET, OFFSETS, OFFSET_CROSS, OFFSET_SPREAD = (
 AIR, AIR_TOLD, UNLOAD, HANGING = (_AT[name] for name in ("AIR", "AIR_TOLD", "UNLOAD", "HANGING"))
 ACROSS, BEGIN, PER_NEWTON = _AT["ACROSS"], _AT["BEGIN"], _AT["PER_NEWTON"]
 LASTING, STOPPED = _AT["LASTING"], _AT["STOPPED"]
-LEAN = _AT["LEAN"]
+LEAN, ON_CONTACTS = _AT["LEAN"], _AT["ON_CONTACTS"]
 BESIDE_X, BESIDE_P, BESIDE_SINCE, BESIDE_RATE_NOISE, BESIDE_LEAN, BESIDE_ACCELERATION = (
     _AT[f"BESIDE_{name}"] for name in ("X", "P", "SINCE", "RATE_NOISE", "LEAN", "ACCELERATION")
 )

@@ -1,13 +1,13 @@
 """Reactions where no slip has a sure direction: a balance of forces, friction its noise."""
 
-from math import sqrt
+from math import fabs, sqrt
 
 from peg_on_hole_ros.estimation.kernel.forces import rim_load
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
+    ANSWERS,
     FRICTION,
     LASTING,
-    POINTS,
     REACTIONS,
     SCALES,
     SPREAD,
@@ -69,7 +69,8 @@ def balance_reactions(p, m, dy, acceleration_stddev):
     last pass has them. What state, wrench, friction and its direction leave unknown of A y - r is
     the noise of that balance, and the prior of the accelerations is weighed against it. Friction
     is unknown by as much as reactions UPPER standard deviations higher make of it: its noise grows
-    with them, and an estimate that is too low would otherwise be too sure as well.
+    with them, and an estimate that is too low would otherwise be too sure as well. So would one
+    that pulls, which may be the answer of a slip that points elsewhere: its size counts.
 
     Reactions go up faster with less friction than they go down with more. Where friction is hardly
     known, what it makes of them is half of what they differ by at a friction two deviations lower.
@@ -83,12 +84,12 @@ def balance_reactions(p, m, dy, acceleration_stddev):
         As for `reactions.react`; dy is changed.
 
     """
-    low, hardly = POINTS + 12, not friction_known_to(m, HARDLY_KNOWN)
+    low, hardly = ANSWERS + 12, not friction_known_to(m, HARDLY_KNOWN)
     if hardly:
         lower = max(p.f - LOWER * sqrt(m[SPREAD]), LEAST_FRICTION)
         _balance(with_friction(p, lower), m, dy, acceleration_stddev)
         for i in range(6):
-            m[low + i] = m[POINTS + i]
+            m[low + i] = m[ANSWERS + i]
     _balance(p, m, dy, acceleration_stddev)
     if hardly:
         _secant(m, low)
@@ -96,14 +97,14 @@ def balance_reactions(p, m, dy, acceleration_stddev):
     for i in range(36):
         m[REACTIONS + i] *= growth
     for i in range(6):
-        m[Y + i] = m[POINTS + i]
+        m[Y + i] = m[ANSWERS + i]
 
 
 @compiled
 def _balance(p, m, dy, acceleration_stddev):
-    """Fill POINTS, REACTIONS, LASTING and SURPRISE at the friction of a scene."""
+    """Fill ANSWERS, REACTIONS, LASTING and SURPRISE at the friction of a scene."""
     x, u, y, work = m[X : X + 6], m[U : U + 6], m[Y : Y + 6], m[WORK:]
-    scales, answer = m[SCALES : SCALES + 3], m[POINTS + 6 : POINTS + 12]
+    scales, answer = m[SCALES : SCALES + 3], m[ANSWERS + 6 : ANSWERS + 12]
     accelerate(p, scales, x, u, work, answer)
     force, couple = rim_load(m)
     load = force + 2.0 * couple / p.d
@@ -124,14 +125,14 @@ def _balance(p, m, dy, acceleration_stddev):
                 m[REACTIONS + 6 * j + i] = total
         fill_lasting(m, uncertain)
         for i in range(6):
-            m[POINTS + i] = answer[i]
-        weigh_accelerations(m, 1, WAYS, uncertain, acceleration_stddev)
+            m[ANSWERS + i] = answer[i]
+        weigh_accelerations(m, WAYS, uncertain, acceleration_stddev)
         _add_unweighed(m)
         weigh_loads(m, CARRIED * holding, holding, uncertain)
         for i in range(3):
             upper = UPPER * sqrt(max(m[REACTIONS + 7 * (3 + i)], 0.0))
-            y[i] = m[POINTS + i]
-            y[3 + i] = max(m[POINTS + 3 + i] + upper, LEAST_LOAD * load)
+            y[i] = m[ANSWERS + i]
+            y[3 + i] = max(fabs(m[ANSWERS + 3 + i]) + upper, LEAST_LOAD * load)
 
 
 @inlined
@@ -150,7 +151,7 @@ def _secant(m, low):
     """Take friction's part of the covariance from the answer at a lower one, if that is more."""
     more = 0.0
     for i in range(6):
-        m[low + i] = (m[low + i] - m[POINTS + i]) / LOWER
+        m[low + i] = (m[low + i] - m[ANSWERS + i]) / LOWER
         if i >= 3:
             more += m[low + i] * m[low + i] - m[LASTING + i] * m[LASTING + i]
     if more > 0.0:

@@ -3,9 +3,9 @@
 from peg_on_hole_ros.estimation.kernel.acceleration import LEAST, acceleration_variance
 from peg_on_hole_ros.estimation.kernel.memory import (
     ACCELERATION,
+    ANSWERS,
     FRICTION,
     LASTING,
-    POINTS,
     REACTIONS,
     SURPRISE,
 )
@@ -16,41 +16,37 @@ SURPRISE_LIMIT = 9.0
 
 
 @inlined
-def weigh_accelerations(m, points, ways, uncertain, acceleration_stddev):
+def weigh_accelerations(m, ways, uncertain, acceleration_stddev):
     """
-    Correct answers and their covariance by what a held peg can accelerate; fill SURPRISE.
+    Correct an answer and its covariance by what a held peg can accelerate; fill SURPRISE.
 
     Parameters
     ----------
     m : ndarray
-        Memory: answers at POINTS, their covariance at REACTIONS, what friction and peg diameter
-        make of them at LASTING.
-    points : int
-        How many answers there are.
+        Memory: the answer at ANSWERS, its covariance at REACTIONS, what friction and peg diameter
+        make of it at LASTING. SURPRISE is how far its accelerations are from those, squared.
     ways : int
         How many of FRICTION there are: what else moves the answer, a standard deviation each.
     uncertain : bool
         Whether friction or peg diameter take part.
     acceleration_stddev : float
-        As for `reactions.fuse_reactions`.
+        As for `reactions.react`.
 
     """
-    for n in range(points):
-        m[SURPRISE + n] = 0.0
+    m[SURPRISE] = 0.0
     # One acceleration at a time: three scalar updates need no matrix inverse.
     for a in range(3):
         expected = m[ACCELERATION + a]
         variance = acceleration_variance(m, a, acceleration_stddev, LEAST)
-        for n in range(points):
-            off = m[POINTS + 6 * n + a] - expected
-            m[SURPRISE + n] += off * off / (m[REACTIONS + 7 * a] + variance)
-        _weigh(m, a, expected, variance, points, ways, uncertain)
+        off = m[ANSWERS + a] - expected
+        m[SURPRISE] += off * off / (m[REACTIONS + 7 * a] + variance)
+        _weigh(m, a, expected, variance, ways, uncertain)
 
 
 @inlined
 def weigh_loads(m, expected, stddev, uncertain):
     """
-    Correct one answer and its covariance by what the reactions may be.
+    Correct an answer and its covariance by what the reactions may be.
 
     Parameters
     ----------
@@ -61,19 +57,18 @@ def weigh_loads(m, expected, stddev, uncertain):
 
     """
     for i in range(3):
-        _weigh(m, 3 + i, expected, stddev * stddev, 1, 0, uncertain)
+        _weigh(m, 3 + i, expected, stddev * stddev, 0, uncertain)
 
 
 @inlined
-def _weigh(m, k, expected, variance, points, ways, uncertain):
+def _weigh(m, k, expected, variance, ways, uncertain):
     """Correct all by what one of Y is expected to be, within a variance."""
     at = REACTIONS + 6 * k
     column = (m[at], m[at + 1], m[at + 2], m[at + 3], m[at + 4], m[at + 5])
     over = 1.0 / (m[at + k] + variance)
-    for n in range(points):
-        off = m[POINTS + 6 * n + k] - expected
-        for i in range(6):
-            m[POINTS + 6 * n + i] -= column[i] * over * off
+    off = m[ANSWERS + k] - expected
+    for i in range(6):
+        m[ANSWERS + i] -= column[i] * over * off
     for n in range(2 if uncertain else 0):
         shared = m[LASTING + 6 * n + k] * over
         for i in range(6):

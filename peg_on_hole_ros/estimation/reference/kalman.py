@@ -77,7 +77,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         self.scales = np.full(3, process.slip_velocity_scale)
         self.across = np.zeros(3)
         # slid: all contacts did in a step since the last correction.
-        self.sliding = self.slid = self.slow = self.bridged = False
+        self.sliding = self.slid = self.slow = self.bridged = self.on_contacts = False
         self.stopped = self.without_step = 0.0
         self.rate_noise = RateNoise(process.slow_rate_noise)
         # Constant rates beside it.
@@ -124,6 +124,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
     def predict_contact(self, dt, pieces=1):
         """Predict over dt [s] in equal pieces by filterpy's own covariance equation."""
         self.slow, self.bridged, self.without_step = False, False, 0.0
+        self.on_contacts = True
         self.since_correction += dt
         speed, variance = slip(self)
         self.sliding = bool((speed**2 >= variance).all())
@@ -201,7 +202,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
         slid, stopped, balance = self.slid, self.stopped, self.balance
         density = self.rate_noise.density(self.acceleration.mean)
         self.predict_free(dt, np.sqrt(density))
-        self.bridged, self.slid = True, slid
+        self.bridged, self.on_contacts, self.slid = True, True, slid
         self.stopped, self.balance = stopped, balance
 
     def _take_beside(self):
@@ -229,7 +230,7 @@ class ReferenceFilter(ExtendedKalmanFilter):
 
     def predict_free(self, dt, rate_noise):
         """Predict over dt [s] at constant rates, with their random walk(s) [rad/s^1.5]."""
-        self.slow = self.bridged = self.sliding = self.slid = False
+        self.slow = self.bridged = self.sliding = self.slid = self.on_contacts = False
         self.without_step, self.stopped, self.balance = 0.0, 0.0, None
         self.since_correction += dt
         self.scales = np.full(3, self.process.slip_velocity_scale)

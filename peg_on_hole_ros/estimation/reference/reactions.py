@@ -17,7 +17,7 @@ from peg_on_hole_ros.estimation.kernel.slow_reactions import (
     WEIGHED,
 )
 from peg_on_hole_ros.estimation.kernel.weighing import SURPRISE_LIMIT
-from peg_on_hole_ros.estimation.reference.slip import slip
+from peg_on_hole_ros.estimation.reference.slip import bridged_scales, slip
 from peg_on_hole_ros.estimation.reference.steps import (
     DIAMETER,
     FRICTION,
@@ -73,41 +73,24 @@ def reactions(kalman, acceleration_stddev):
         How a held peg may accelerate [rad/s^2].
 
     """
-    if kalman.slow:
-        return balanced_reactions(kalman, acceleration_stddev)
-    y, dy = solve_with_slopes(kalman.scene, kalman.x[:SIZE], kalman.scales)
-    C = dy @ kalman.P[:SIZE, :SIZE] @ dy.T
-    held = kalman.acceleration.covariance(acceleration_stddev, LEAST, kalman.since_correction)
-    inverse = np.linalg.inv(C[:3, :3] + held)
-    gain = C[:, :3] @ inverse
-    C = C - gain @ C[:3, :]
-    answers = [y]
-    for column in np.linalg.cholesky(kalman.P[RATES, RATES]).T:
-        for sign in (1, -1):
-            moved = kalman.x[:SIZE].copy()
-            moved[RATES] += sign * column
-            answers.append(solve(kalman.scene, moved, kalman.scales))
-    answers = np.array(answers)
-    off = answers[:, :3] - kalman.acceleration.mean
-    surprise = np.einsum("ni,ij,nj->n", off, inverse, off)
-    points = answers - off @ gain.T
-    mean, least, spread = points[0], surprise[0], np.zeros((6, 6))
-    if least > SURPRISE_LIMIT:
-        least = surprise.min()
-        weights = np.exp((least - surprise) / 2)
-        weights /= weights.sum()
-        mean = weights @ points
-        spread = (points - mean).T @ np.diag(weights) @ (points - mean)
-    C = (C + spread) * max(1.0, least / SURPRISE_LIMIT)
-    for n in (1, 3, 5):
-        bend = points[n : n + 2].mean(axis=0) - points[0]
-        C = C + np.outer(bend, bend)
-    return mean[3:], C[3:, 3:]
+    if kalman.on_contacts and not kalman.slow:
+        y, dy = solve_with_slopes(kalman.scene, kalman.x[:SIZE], kalman.scales)
+        C = dy @ kalman.P[:SIZE, :SIZE] @ dy.T
+        held = kalman.acceleration.covariance(acceleration_stddev, LEAST, kalman.since_correction)
+        S = C[:3, :3] + held
+        off = y[:3] - kalman.acceleration.mean
+        if off @ np.linalg.solve(S, off) <= SURPRISE_LIMIT:
+            gain = C[:, :3] @ np.linalg.inv(S)
+            mean, C = y - gain @ off, C - gain @ C[:3, :]
+            return mean[3:], C[3:, 3:]
+    if not kalman.slow:
+        kalman.scales = bridged_scales(kalman)
+    return balanced_reactions(kalman, acceleration_stddev)
 
 
 def balanced_reactions(kalman, acceleration_stddev):
     """
-    Return what `reactions` does where no slip has a direction: a balance of forces with noise.
+    Return reactions and covariance where no slip has a direction: a balance of forces with noise.
 
     The unknowns y of A y = r are weighed by least squares: against how a held peg accelerates, and
     against what state, wrench and friction leave unknown of A y - r where the last pass has y.
@@ -148,7 +131,7 @@ def _balanced(kalman, friction, acceleration_stddev):
         mean = mean + by_load @ (CARRIED * holding - mean[3:])
         kept = np.eye(6) - by_load @ np.eye(6)[3:]
         C, left = kept @ C, kept @ left
-        upper = mean[3:] + UPPER * np.sqrt(np.diag(C)[3:])
+        upper = np.abs(mean[3:]) + UPPER * np.sqrt(np.diag(C)[3:])
         y = np.concatenate([mean[:3], np.maximum(upper, LEAST_LOAD * load)])
     by_friction = left @ dy @ P[:, FRICTION] / np.sqrt(P[FRICTION, FRICTION] + 1e-300)
     return mean, C, by_friction, off @ np.linalg.solve(S, off)
