@@ -1,13 +1,15 @@
 """What is known of friction, clearance and reactions: with every mode, and without any."""
 
-from math import sqrt
+from math import fabs, sqrt
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimation.kernel.memory import REACTIONS, SCENE, SPREAD, Y
+from peg_on_hole_ros.estimation.kernel.memory import LASTING, REACTIONS, SCENE, SPREAD, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
-# Reactions are known where no spread is more than a third of their mean.
-_SHARE = 9.0
+# Reactions are known where no spread is more than a third of their mean, and what friction makes
+# of none more than half of that: with a friction that is too high reactions come out too low, and
+# too sure, so that a limit on their spread alone picks those that are wrong.
+_SHARE, _BY_FRICTION = 9.0, 18.0
 
 
 class Known(NamedTuple):
@@ -56,4 +58,5 @@ def fill_known(f, determinant, band, out):
     for i in range(3):
         # Beside the singular set little is known.
         clear = clear and sqrt(max(f[REACTIONS + 21 + 7 * i], 0.0)) <= total / _SHARE
+        clear = clear and fabs(f[LASTING + 3 + i]) <= total / _BY_FRICTION
     out[4] = 1.0 if clear else 0.0
