@@ -78,12 +78,13 @@ def test_reactions_of_a_slow_closing_are_near_the_true_ones(clearance, friction,
     assert (np.abs(error) <= 1.96 * stddev).mean(axis=(0, 1)).min() > 0.9
 
 
-@pytest.mark.parametrize("noise", ["low", "nominal", "high"])
-def test_none_that_is_called_determined_is_far_off(noise):
+@pytest.mark.parametrize(("clearance", "friction", "noise", "largest"), CLOSINGS)
+def test_none_that_is_called_determined_is_far_off(clearance, friction, noise, largest):
     """One of the twelve starts with a friction that is off by two deviations, and stays so."""
-    error, stddev, determined, _ = slow_closing(2e-5, 0.5, noise)
+    error, stddev, determined, _ = slow_closing(clearance, friction, noise)
     off = (np.abs(error) / stddev).max(axis=2)
-    assert np.quantile(off[determined], 0.99) < 4.0
+    # With f 0.2 hardly any is called so, and with 0.02 mm none.
+    assert (off[determined] >= 4.0).sum() <= 0.01 * determined.sum()
 
 
 def test_reactions_of_a_peg_that_is_set_down_are_not_told_too_surely():
