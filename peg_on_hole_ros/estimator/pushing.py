@@ -1,6 +1,6 @@
 """Reactions as closed contacts can have them: they push, and never pull."""
 
-from peg_on_hole_ros.estimation.kernel.memory import REACTIONS, WORK, Y
+from peg_on_hole_ros.estimator.record import REACTIONS, WORK, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # A pass leaves of what is still to go the square of the correlation of those that would pull.
@@ -22,7 +22,7 @@ def fill_pushing(m, out, normal):
     Parameters
     ----------
     m : ndarray
-        Memory, after `reactions.react`.
+        Record, see `record`.
     out : ndarray
         Filled at three places.
     normal : int

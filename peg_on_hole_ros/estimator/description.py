@@ -5,11 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.forces import contact_forces, tilt_on_contacts
-from peg_on_hole_ros.estimation.kernel.memory import REACTIONS, SPEEDS, X, Z
-from peg_on_hole_ros.estimation.kernel.pose import fill_pose
-from peg_on_hole_ros.estimation.kernel.pushing import fill_pushing
-from peg_on_hole_ros.estimation.kernel.slip import slip
+from peg_on_hole_ros.estimator.forces import contact_forces, tilt_on_contacts
+from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, P, X
+from peg_on_hole_ros.estimator.pose import fill_pose
+from peg_on_hole_ros.estimator.pushing import fill_pushing
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 
 
@@ -51,12 +50,12 @@ _SIZE = 120
 
 def description(memory, peg_height: float, on_contacts: bool, wide: float) -> Description:
     """
-    Return the description of the estimate in a filter's memory.
+    Return the description of an estimate by its record.
 
     Parameters
     ----------
     memory : ndarray
-        After `reactions.react`.
+        From `fill_record`.
     peg_height : float
         H [m].
     on_contacts : bool
@@ -90,11 +89,10 @@ def describe(m, peg_height, on_contacts, wide, out):
     for i in range(6):
         out[i] = m[X + i]
         for j in range(6):
-            out[_COVARIANCE + 6 * i + j] = m[Z + 12 * i + j]
+            out[_COVARIANCE + 6 * i + j] = m[P + 6 * i + j]
     for i in range(1, 3):
         out[i] -= 2.0 * pi * ceil((out[i] - pi) / (2.0 * pi))
     tilt = tilt_on_contacts(p, m[X])
-    slip(p, m, tilt)
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
         stddev = sqrt(max(m[REACTIONS + 21 + 7 * i], 0.0))

@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from peg_on_hole_ros.estimation.kernel.memory import X, Z
+from peg_on_hole_ros.estimator.record import P, X
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 
 
@@ -59,9 +59,9 @@ def fill_pose(p, m, peg_height, position_free, out, position, rotation, covarian
     )
     for i in range(6):
         a, b, f = J[i]
-        k0 = a * m[Z] + b * m[Z + 12] + f * m[Z + 24]
-        k1 = a * m[Z + 1] + b * m[Z + 13] + f * m[Z + 25]
-        k2 = a * m[Z + 2] + b * m[Z + 14] + f * m[Z + 26]
+        k0 = a * m[P] + b * m[P + 6] + f * m[P + 12]
+        k1 = a * m[P + 1] + b * m[P + 7] + f * m[P + 13]
+        k2 = a * m[P + 2] + b * m[P + 8] + f * m[P + 14]
         for j in range(i + 1):
             value = k0 * J[j][0] + k1 * J[j][1] + k2 * J[j][2]
             if position_free and j < 3:

@@ -2,7 +2,7 @@
 
 from math import cos, sin, sqrt
 
-from peg_on_hole_ros.estimation.kernel.memory import SCALES, WORK, U, X
+from peg_on_hole_ros.estimator.record import SCALES, WORK, U, X
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, equations, scene_of
 
 

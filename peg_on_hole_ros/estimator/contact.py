@@ -1,0 +1,247 @@
+"""The six equations of a peg on three contacts as a measurement of the wrench."""
+
+from math import atan2, cos, exp, sin, sqrt
+
+from peg_on_hole_ros.estimator.direction import add_unknown_direction, direction_moments
+from peg_on_hole_ros.estimator.state import (
+    ACCELERATION,
+    BIAS,
+    CLEARANCE,
+    COMPLIANCE,
+    FRICTION,
+    FRICTION_K,
+    RATE,
+    TILT,
+)
+from peg_on_hole_ros.mechanics.kernel import (
+    SceneScalars,
+    closed_forms,
+    compiled,
+    derivatives,
+    equations,
+)
+
+# The equations are taken no nearer to the tilt at which three contacts become two [rad].
+NEAREST = 1e-5
+# A clearance is learnt within a factor of e^3 of the stated one.
+_MOST_LOG = 3.0
+_LEAST_CLEARANCE = 1e-7
+
+
+@compiled
+def scene_at(p, x, at, load):
+    """Return the scene with the clearance of a component: as learnt, less what a load takes."""
+    if at[CLEARANCE] < 0 and at[COMPLIANCE] < 0:
+        return p
+    clearance = p.D - p.d
+    if at[CLEARANCE] >= 0:
+        clearance *= exp(min(max(x[at[CLEARANCE]], -_MOST_LOG), _MOST_LOG))
+    if at[COMPLIANCE] >= 0:
+        clearance = max(clearance - x[at[COMPLIANCE]] * load, _LEAST_CLEARANCE)
+    d = p.D - clearance
+    gamma0 = atan2(sqrt(clearance * (p.D + d)), d)
+    return SceneScalars(d, p.D, p.H_c, gamma0, p.m, p.Ie, p.Iz, p.f, p.g_x, p.g_y, p.g_z)
+
+
+@compiled
+def wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, columns, j):
+    """Put the six equations' right side for a wrench in (h, e, z) into a column."""
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    columns[0, j] = F_h * dh_c + F_z * dz_c - M_e
+    columns[1, j] = F_e * h_c + M_z
+    columns[2, j] = c * M_z - s * M_h
+    columns[3, j] = F_h
+    columns[4, j] = F_e
+    columns[5, j] = F_z
+
+
+@compiled
+def straighten(p, x, P, n, at, u, noise, bias_map, load, share, friction_force2, scratch):
+    """
+    Fill in residual, slopes and noise of the six equations at the mean of a component.
+
+    Parameters
+    ----------
+    p : SceneScalars
+        The scene as stated.
+    x, P : ndarray
+        Mean and covariance of the component.
+    n : int
+        How many values stand before the reactions.
+    at : ndarray, shape (6,)
+        Places of the open quantities, see `places`.
+    u : ndarray, shape (6,)
+        The wrench on the peg about its mass centre, peg axes [N], [N m].
+    noise : ndarray, shape (6, 6)
+        Its covariance.
+    bias_map : ndarray, shape (6, 6)
+        What one unit of the sensor's bias adds to u.
+    load : float
+        [N].
+    share : float
+        `direction_share`.
+    friction_force2 : ndarray, shape (3,)
+        Mean square of the friction at each contact [N^2].
+    scratch : Scratch
+        residual, E, R and unknown are filled.
+
+    """
+    p = scene_at(p, x, at, load)
+    work, columns, E, residual = scratch.work, scratch.columns, scratch.E, scratch.residual
+    gamma = max(x[0], p.gamma0 + NEAREST)
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
+    direction_moments(p, geo, x, P, share, scratch.scales, scratch.left)
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
+    if at[BIAS] >= 0:
+        b = x[at[BIAS] : at[BIAS] + 6]
+        u0 -= _row(bias_map, 0, b)
+        u1 -= _row(bias_map, 1, b)
+        u2 -= _row(bias_map, 2, b)
+        u3 -= _row(bias_map, 3, b)
+        u4 -= _row(bias_map, 4, b)
+        u5 -= _row(bias_map, 5, b)
+    if at[TILT] >= 0:
+        t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
+        g_x, g_y, g_z = g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y
+    sp, cp, sps, cps = sin(x[2]), cos(x[2]), sin(x[1]), cos(x[1])
+    r00, r01, r02 = c * cp, -c * sp, -s
+    r10, r11 = sp, cp
+    r20, r21, r22 = s * cp, -s * sp, c
+    F_h, F_e, F_z = r00 * u0 + r01 * u1 + r02 * u2, r10 * u0 + r11 * u1, r20 * u0 + r21 * u1
+    F_z += r22 * u2
+    M_h, M_e, M_z = r00 * u3 + r01 * u4 + r02 * u5, r10 * u3 + r11 * u4, r20 * u3 + r21 * u4
+    M_z += r22 * u5
+    g_h, g_e = p.m * (cps * g_x + sps * g_y), p.m * (cps * g_y - sps * g_x)
+    wrench = (F_h + g_h, F_e + g_e, F_z + p.m * g_z, M_h, M_e, M_z)
+    rates = (x[RATE], x[RATE + 1], x[RATE + 2])
+    scales = (scratch.scales[0], scratch.scales[1], scratch.scales[2])
+    for i in range(6):
+        for j in range(n):
+            E[i, j] = 0.0
+    a0, a1, a2 = x[ACCELERATION], x[ACCELERATION + 1], x[ACCELERATION + 2]
+    E[0, 6] = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
+    E[1, 7] = p.m * h_c * h_c + p.Ie * s * s + p.Iz * c * c
+    E[1, 8] = E[2, 7] = p.Iz * c
+    E[2, 8] = p.Iz
+    E[3, 6] = p.m * dh_c
+    E[4, 7] = p.m * h_c
+    E[5, 6] = p.m * dz_c
+    f = x[FRICTION]
+    if at[FRICTION_K] >= 0:
+        _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), scratch)
+    else:
+        equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
+        y = (a0, a1, a2, x[n], x[n + 1], x[n + 2])
+        derivatives(
+            p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, work[24:60]
+        )  # fmt: skip
+        for i in range(6):
+            E[i, FRICTION] = work[24 + 6 * i + 4]
+    for i in range(6):
+        for j in range(3):
+            E[i, n + j] = -work[3 * i + j]
+            E[i, RATE + j] = work[24 + 6 * i + 1 + j]
+        residual[i] = -work[18 + i]
+        for j in range(3):
+            residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
+            residual[i] += E[i, n + j] * x[n + j]
+    # The wrench turns with gamma about -e, with phi about the peg's axis; gravity with psi.
+    wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, columns, 0)
+    wrench_column(geo, g_e, -g_h, 0.0, 0.0, 0.0, 0.0, columns, 1)
+    wrench_column(
+        geo, -c * F_e, c * F_h + s * F_z, -s * F_e, -c * M_e, c * M_h + s * M_z, -s * M_e,
+        columns, 2,
+    )  # fmt: skip
+    wrench_column(geo, r00, r10, r20, 0.0, 0.0, 0.0, columns, 3)
+    wrench_column(geo, r01, r11, r21, 0.0, 0.0, 0.0, columns, 4)
+    wrench_column(geo, r02, 0.0, r22, 0.0, 0.0, 0.0, columns, 5)
+    wrench_column(geo, 0.0, 0.0, 0.0, r00, r10, r20, columns, 6)
+    wrench_column(geo, 0.0, 0.0, 0.0, r01, r11, r21, columns, 7)
+    wrench_column(geo, 0.0, 0.0, 0.0, r02, 0.0, r22, columns, 8)
+    for i in range(6):
+        E[i, 0] = work[24 + 6 * i] - columns[i, 0]
+        E[i, 1] = -columns[i, 1]
+        E[i, 2] = -columns[i, 2]
+        if at[CLEARANCE] >= 0:
+            # To the diameter, of which the clearance is what is left.
+            grown = (p.D - p.d) + (x[at[COMPLIANCE]] * load if at[COMPLIANCE] >= 0 else 0.0)
+            E[i, at[CLEARANCE]] = -work[24 + 6 * i + 5] * grown
+        if at[COMPLIANCE] >= 0:
+            E[i, at[COMPLIANCE]] = work[24 + 6 * i + 5] * load
+        if at[BIAS] >= 0:
+            for j in range(6):
+                t = 0.0
+                for k in range(6):
+                    t += columns[i, 3 + k] * bias_map[k, j]
+                E[i, at[BIAS] + j] = t
+    if at[TILT] >= 0:
+        # Gravity leans by -g_z t_y, g_z t_x in the hole's axes.
+        for j in range(2):
+            l_x, l_y = (0.0, p.m * p.g_z) if j == 0 else (-p.m * p.g_z, 0.0)
+            l_z = -p.m * p.g_y if j == 0 else p.m * p.g_x
+            wrench_column(
+                geo, cps * l_x + sps * l_y, cps * l_y - sps * l_x, l_z, 0.0, 0.0, 0.0, columns, 1
+            )
+            for i in range(6):
+                E[i, at[TILT] + j] = -columns[i, 1]
+    _noise(columns, noise, scratch.root, scratch.R)
+    add_unknown_direction(p, geo, scratch.left, friction_force2, scratch.unknown)
+
+
+@compiled
+def _row(matrix, i, b):
+    t = 0.0
+    for j in range(6):
+        t += matrix[i, j] * b[j]
+    return t
+
+
+@compiled
+def _noise(columns, noise, product, R):
+    """Fill R with the wrench's noise as the six equations see it."""
+    for i in range(6):
+        for j in range(6):
+            t = 0.0
+            for k in range(6):
+                t += columns[i, 3 + k] * noise[k, j]
+            product[i, j] = t
+    for i in range(6):
+        for j in range(i + 1):
+            t = 0.0
+            for k in range(6):
+                t += product[i, k] * columns[j, 3 + k]
+            R[i, j] = t
+            R[j, i] = t
+
+
+@compiled
+def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
+    """Fill in equations and slopes where K has a friction of its own: they are linear in each."""
+    work, E = scratch.work, scratch.E
+    f_K, f = x[at[FRICTION_K]], x[FRICTION]
+    slopes = work[24:60]
+    total = scratch.columns.reshape(54)
+    # K alone with its friction, then what does not depend on K, then both others.
+    y = (a[0], a[1], a[2], x[n], 0.0, 0.0)
+    derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
+    for i in range(36):
+        total[i] = slopes[i]
+    y = (a[0], a[1], a[2], 0.0, 0.0, 0.0)
+    derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
+    for i in range(36):
+        total[i] -= slopes[i]
+    y = (a[0], a[1], a[2], 0.0, x[n + 1], x[n + 2])
+    derivatives(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, slopes)
+    for i in range(6):
+        E[i, at[FRICTION_K]] = total[6 * i + 4]
+        E[i, FRICTION] = slopes[6 * i + 4]
+    for i in range(36):
+        slopes[i] += total[i]
+    equations(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, work)
+    for i in range(6):
+        total[i] = work[3 * i]
+    equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
+    for i in range(6):
+        work[3 * i] = total[i]

@@ -1,0 +1,146 @@
+"""The direction of friction where the slip is known only so well: its mean, and what is left."""
+
+from math import sqrt
+
+from peg_on_hole_ros.estimator.state import RATE
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# Below these nothing is told apart [m/s, squared].
+_LEAST_VARIANCE = 1e-24
+_LEAST_SCALE2 = 1e-16
+
+
+@compiled
+def slip_jacobian(p, geo, contact):
+    """
+    Return the slip's components by the rates at a contact, three rows of three.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    geo : tuple
+        From `closed_forms`.
+    contact : int
+        0, 1, 2 for K, B1, B2.
+
+    """
+    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
+    if contact == 0:
+        return (
+            (2.0 * a1, 0.0, 0.0),
+            (0.0, -0.5 * p.D, -0.5 * p.d),
+            (-2.0 * a1 * c / s, 0.0, 0.0),
+        )
+    e = b if contact == 1 else -b
+    return (2.0 * a1, e, e * c), (0.0, S1, S2), (2.0 * S1, 0.0, e * s)
+
+
+@compiled
+def direction_moments(p, geo, x, P, share, scales, left):
+    """
+    Fill in how well the direction of friction is known at each contact.
+
+    For a slip v that is normal with variances along and across it, v / sqrt(v^2 + s^2) is the
+    mean direction where s is the scale that is filled in; its derivative is the slope of the mean
+    (Stein's lemma).
+
+    Parameters
+    ----------
+    p : SceneScalars
+    geo : tuple
+        From `closed_forms`.
+    x : ndarray
+        Mean of the component.
+    P : ndarray
+        Its covariance.
+    share : float
+        Of the rates' variance.
+    scales : ndarray, shape (3,)
+        Filled with the scales of K, B1, B2 [m/s].
+    left : ndarray, shape (3,)
+        Filled with the share of the friction that no slope explains, 0 to 1.
+
+    """
+    w0, w1, w2 = x[RATE], x[RATE + 1], x[RATE + 2]
+    q00, q01, q02 = P[RATE, RATE], P[RATE, RATE + 1], P[RATE, RATE + 2]
+    q11, q12, q22 = P[RATE + 1, RATE + 1], P[RATE + 1, RATE + 2], P[RATE + 2, RATE + 2]
+    for i in range(3):
+        speed2, total, d0, d1, d2 = 0.0, 0.0, 0.0, 0.0, 0.0
+        for a, b, c in slip_jacobian(p, geo, i):
+            v = a * w0 + b * w1 + c * w2
+            speed2 += v * v
+            d0 += v * a
+            d1 += v * b
+            d2 += v * c
+            total += a * a * q00 + b * b * q11 + c * c * q22
+            total += 2.0 * (a * b * q01 + a * c * q02 + b * c * q12)
+        along = d0 * d0 * q00 + d1 * d1 * q11 + d2 * d2 * q22
+        along += 2.0 * (d0 * d1 * q01 + d0 * d2 * q02 + d1 * d2 * q12)
+        total = max(total, _LEAST_VARIANCE)
+        along = min(max(along / max(speed2, 1e-30), 0.0), total)
+        across = total - along
+        mean = 0.5 * total
+        ratio = speed2 / mean
+        blend = (across * ratio + 2.0 * mean) / (ratio + 2.0)
+        s2 = share * (1.0 + 1.55 / (1.0 + 0.27 * ratio)) * blend
+        w = 1.0 / (speed2 + s2)
+        scales[i] = sqrt(s2 + _LEAST_SCALE2)
+        left[i] = max(1.0 - speed2 * w - w * across - s2 * s2 * w * w * w * along, 0.0)
+
+
+@compiled
+def add_unknown_direction(p, geo, left, friction_force2, unknown):
+    """
+    Fill in the six equations' covariance by friction whose direction no slope tells.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    geo : tuple
+        From `closed_forms`.
+    left, friction_force2 : ndarray, shape (3,)
+        From `direction_moments`, and the mean square of the friction there [N^2].
+    unknown : ndarray, shape (6, 6)
+        Filled.
+
+    """
+    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
+    over = 1.0 / sqrt(S1 * S1 + b * b + a1 * a1)
+    for j in range(6):
+        for k in range(6):
+            unknown[j, k] = 0.0
+    for i in range(3):
+        amount = 0.5 * left[i] * friction_force2[i]
+        if amount <= 0.0:
+            continue
+        if i == 0:
+            n0, n1, n2 = c, 0.0, s
+            rows = (
+                (2.0 * a1, 0.0, -2.0 * a1 * c / s),
+                (0.0, -0.5 * p.D, 0.0),
+                (0.0, -0.5 * p.d, 0.0),
+                (1.0, 0.0, 0.0),
+                (0.0, 1.0, 0.0),
+                (0.0, 0.0, 1.0),
+            )
+        else:
+            e = b if i == 1 else -b
+            n0, n1, n2 = -S1 * over, e * over, a1 * over
+            rows = (
+                (2.0 * a1, 0.0, 2.0 * S1),
+                (e, S1, 0.0),
+                (e * c, S2, e * s),
+                (1.0, 0.0, 0.0),
+                (0.0, 1.0, 0.0),
+                (0.0, 0.0, 1.0),
+            )
+        for j in range(6):
+            r0, r1, r2 = rows[j]
+            along = r0 * n0 + r1 * n1 + r2 * n2
+            for k in range(j + 1):
+                t0, t1, t2 = rows[k]
+                other = t0 * n0 + t1 * n1 + t2 * n2
+                value = amount * (r0 * t0 + r1 * t1 + r2 * t2 - along * other)
+                unknown[j, k] += value
+                if k != j:
+                    unknown[k, j] += value

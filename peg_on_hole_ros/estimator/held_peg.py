@@ -1,0 +1,385 @@
+"""The estimator of a held peg: orientations and wrenches in, state and reactions out."""
+
+from enum import Enum
+from math import isfinite, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimator import step
+from peg_on_hole_ros.estimator.description import Description, description
+from peg_on_hole_ros.estimator.forces import rim_load
+from peg_on_hole_ros.estimator.mixture import predict
+from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
+from peg_on_hole_ros.estimator.record import DETERMINANT, SIZE, fill_record, part
+from peg_on_hole_ros.estimator.settings import Settings, default_settings
+from peg_on_hole_ros.estimator.state import (
+    BIAS,
+    CLEARANCE,
+    FRICTION,
+    OPEN,
+    TILT,
+    new_scratch,
+    new_state,
+    places,
+)
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import FilterOptions
+
+
+class Correction(Enum):
+    """What became of an orientation; the values are advice."""
+
+    USED = "used"
+    GATED = "refused: further from the prediction than both covariances allow"
+    RESET = "restarted from the measurement: refused too often in a row, or covariance lost"
+
+
+class ContactSet(Enum):
+    """Which contacts a wrench is weighed with."""
+
+    THREE = "three contacts: K, B1, B2"
+    NONE = "none: the peg hangs free"
+    UNKNOWN = "not told: the wrench says nothing of the motion"
+
+
+class HeldPeg:
+    """
+    A mixture of extended Kalman filters on how a held peg moves, and on what its contacts carry.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : FilterOptions
+    wrench_noise : ndarray, shape (6, 6)
+        Covariance of the wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
+    offsets : Offsets, optional
+        What is not known of the sensor's zero and of the hole's direction.
+    constants : Settings, optional
+        The tuned constants; None: as shipped.
+
+    Attributes
+    ----------
+    x : ndarray, shape (6,)
+        gamma, psi, phi [rad], psi and phi unwrapped, and Euler rates [rad/s].
+    P : ndarray, shape (6, 6)
+        Its covariance.
+    record : ndarray
+        All that the last wrench has said, see `record`.
+
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        options: FilterOptions,
+        wrench_noise: np.ndarray,
+        offsets: Offsets | None = None,
+        constants: Settings | None = None,
+    ):
+        self.scene, self.options = scene, options
+        self.scalars = scene_scalars(scene)
+        self.offsets = offsets or Offsets.none()
+        self.constants = constants or default_settings()
+        names, mean, stddev, walk, learnt = _open_quantities(scene, options, self.offsets)
+        self._at, self._n = places(names)
+        several = scene.friction_stddev > 0.0 and options.friction == "estimated"
+        sizes = self._n, self.constants.frictions if several else 1, len(self.constants.level)
+        self._memory, self.state = new_state(*sizes)
+        self._scratch = new_scratch(*sizes)
+        self._open_mean, self._stated = mean, stddev
+        # What was learnt outlives a motion: friction and what is open begin from it.
+        self._open_stddev = stddev.copy()
+        self._walk = np.zeros(self._n)
+        self._walk[FRICTION] = options.friction_noise**2 if scene.friction_stddev else 0.0
+        self._walk[OPEN:] = np.square(walk)
+        self._learnt = np.ones(self._n + 3)
+        self._learnt[FRICTION] = options.friction == "estimated"
+        self._learnt[OPEN : self._n] = learnt
+        self.wrench_noise = np.array(wrench_noise, float)
+        self._bias_map = np.ascontiguousarray(-self.offsets.load)
+        self._u = np.zeros(6)
+        self.record = np.zeros(SIZE)
+        part(self.record, "NOISE", (6, 6))[:] = wrench_noise
+        self._refused = 0
+        self.x, self.P = self.state.mean[:6], self.state.covariance[:6, :6]
+        self.friction_start = scene.friction, scene.friction_stddev
+
+    def start(self, q, R):
+        """Start from an orientation q [rad] with covariance R, at unknown rates."""
+        step.start(
+            self.state,
+            self.constants,
+            self._n,
+            np.asarray(q, float),
+            np.asarray(R, float),
+            self.options.initial_rate_stddev,
+            *self.friction_start,
+            self._open_mean,
+            self._open_stddev,
+        )
+        self._refused = 0
+        self._fill()
+
+    def let_go(self):
+        """Let go of the motion; what was learnt stays for the next start."""
+        if self.state.since[0] > 0.0:
+            self._keep_learnt()
+        self._refused = 0
+        self._u[:] = 0.0
+
+    def _keep_learnt(self):
+        s = self.state
+        value, variance = s.mean.item(FRICTION), s.covariance.item(FRICTION, FRICTION)
+        self.friction_start = value, sqrt(max(variance, 0.0))
+        for i in range(OPEN, self._n):
+            self._open_mean[i - OPEN] = s.mean[i]
+            self._open_stddev[i - OPEN] = sqrt(max(s.covariance[i, i], 0.0))
+
+    def forget(self):
+        """Take what was learnt as it was stated again."""
+        self.friction_start = self.scene.friction, self.scene.friction_stddev
+        self._open_mean[:] = 0.0
+        self._open_stddev[:] = self._stated
+
+    def snapshot(self):
+        """Return everything that the estimate depends on, for `restore`."""
+        learnt = self.friction_start, self._open_mean.copy(), self._open_stddev.copy()
+        return self._memory.copy(), self._u.copy(), self.record.copy(), self._refused, learnt
+
+    def restore(self, snapshot):
+        """Go back to a snapshot; what follows is then bit for bit what followed it."""
+        self._memory[:], self._u[:], self.record[:], self._refused, learnt = snapshot
+        self.friction_start = learnt[0]
+        self._open_mean[:], self._open_stddev[:] = learnt[1:]
+
+    def predict(self, dt: float):
+        """Move the estimate on by dt [s]."""
+        s = self.state
+        predict(s, self._scratch, self.constants, self._walk, self._n, dt)
+        step.pass_time(s, dt)
+        step.combine(s, self._n)
+
+    def correct(self, q, R) -> tuple[Correction, float]:
+        """
+        Correct with an orientation.
+
+        Parameters
+        ----------
+        q : ndarray, shape (3,)
+            gamma, psi, phi [rad]; psi and phi may be off by turns.
+        R : ndarray, shape (3, 3)
+            Covariance [rad^2].
+
+        Returns
+        -------
+        Correction
+            After RESET the filter has been started from the orientation.
+        nis : float
+            Normalised innovation squared, 3 degrees of freedom.
+
+        """
+        q, R = np.asarray(q, float), np.asarray(R, float)
+        s, scratch = self.state, self._scratch
+        nis = step.expect(s, scratch, self._at, q, R)
+        if not isfinite(nis):
+            self.start(q, R)
+            return Correction.RESET, nis
+        if nis > self.options.gate_threshold:
+            self._refused += 1
+            if self._refused <= self.options.gate_reset_count:
+                return Correction.GATED, nis
+            self.let_go()
+            self.start(q, R)
+            return Correction.RESET, nis
+        self._refused = 0
+        step.orient(s, scratch, self.constants, self._at, self._n, self._learnt, q, R)
+        step.combine(s, self._n)
+        return Correction.USED, nis
+
+    def weigh(self, u, contacts: ContactSet):
+        """
+        Take a wrench on the peg, and fill in the record.
+
+        Parameters
+        ----------
+        u : ndarray, shape (6,)
+            Force and moment about the mass centre, peg axes [N], [N m].
+        contacts : ContactSet
+
+        """
+        self._u[:] = u
+        if not np.isfinite(self.x[0]):
+            return
+        step.weigh(
+            self.state,
+            self._scratch,
+            self.constants,
+            self.scalars,
+            self._at,
+            self._n,
+            self._learnt,
+            self._u,
+            self.wrench_noise,
+            self._bias_map,
+            _SETS[contacts],
+        )
+        self._fill()
+
+    def _fill(self):
+        fill_record(
+            self.record,
+            self.state,
+            self._at,
+            self._n,
+            self.scalars,
+            self._u,
+            self._bias_map,
+            self.constants.direction_share,
+            self._scratch.left,
+        )
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """The friction coefficient as it is now, and its standard deviation."""
+        s = self.state
+        return s.mean.item(FRICTION), sqrt(max(s.covariance.item(FRICTION, FRICTION), 0.0))
+
+    @property
+    def clearance(self) -> tuple[float, float]:
+        """D - d as it is now, and its standard deviation [m]."""
+        scene = part(self.record, "SCENE")
+        return scene.item(1) - scene.item(0), sqrt(max(part(self.record, "SPREAD").item(3), 0.0))
+
+    @property
+    def gamma0(self) -> float:
+        """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
+        return part(self.record, "SCENE").item(3)
+
+    @property
+    def determinant(self) -> float:
+        """Determinant of the six equations over its frictionless value."""
+        return self.record.item(DETERMINANT)
+
+    @property
+    def wrench_nis(self) -> float:
+        """How far the last wrench was from what three contacts can carry: 3 degrees of freedom."""
+        return self.state.nis.item(1)
+
+    @property
+    def innovation(self) -> tuple[float, ...]:
+        """The last orientation's innovation over the lower root of its covariance."""
+        return tuple(self.state.innovation.tolist())
+
+    @property
+    def frictions(self) -> int:
+        """How many frictions are followed."""
+        return int(self.state.alive.sum())
+
+    @property
+    def gravity(self) -> np.ndarray | None:
+        """Gravity in the axes of the hole as it is now taken to lie; None: as configured."""
+        at = self._at[TILT]
+        if at < 0:
+            return None
+        (t_x, t_y), (g_x, g_y, g_z) = self.state.mean[at : at + 2], self.scene.gravity
+        return np.array([g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y])
+
+    def reactions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the reactions N_K, N_B1, N_B2 of the last wrench and their deviations [N]."""
+        n, s = self._n, self.state
+        variance = np.diagonal(s.covariance)[n:]
+        return s.mean[n:].copy(), np.sqrt(np.maximum(variance, 0.0))
+
+    def rim_load(self) -> tuple[float, float]:
+        """Return the sizes of the force [N] and the couple [N m] that the rim carries."""
+        return rim_load(self.record)
+
+    def describe(self, on_contacts: bool, wide: float) -> Description:
+        """Return the estimate with the last reactions if on_contacts, and else without any."""
+        return description(self.record, self.scene.peg_height, on_contacts, wide)
+
+    def tared(self, variance):
+        """Begin the bias anew: known to a variance from here on, shape (6,)."""
+        first = self._at[BIAS]
+        if first < 0:
+            return
+        s, last = self.state, first + 6
+        stddev = np.sqrt(np.minimum(variance, self.offsets.variance[:6]))
+        self._open_mean[first - OPEN : last - OPEN] = 0.0
+        self._open_stddev[first - OPEN : last - OPEN] = stddev
+        for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
+            x[first:last] = 0.0
+            P[first:last] = P[:, first:last] = 0.0
+            P[range(first, last), range(first, last)] = stddev**2
+
+    def learnt(self, taken) -> dict[str, float]:
+        """
+        Return what is learnt of bias and tilt, with standard deviations, by name.
+
+        Parameters
+        ----------
+        taken : ndarray, shape (6,)
+            The bias that is taken off already, as the sensor reports it [N], [N m].
+
+        """
+        found, s = {}, self.state
+        for quantity, names, off in ((BIAS, NAMES[:6], taken), (TILT, NAMES[6:], (0.0, 0.0))):
+            first = self._at[quantity]
+            if first < 0:
+                continue
+            for i, name in enumerate(names):
+                found[name] = s.mean.item(first + i) + float(off[i])
+                variance = s.covariance.item(first + i, first + i)
+                found[f"{name}_stddev"] = sqrt(max(variance, 0.0))
+        return found
+
+    @property
+    def bias(self) -> np.ndarray:
+        """The sensor's bias beyond what is taken off, shape (6,) [N], [N m]."""
+        first = self._at[BIAS]
+        return np.zeros(6) if first < 0 else self.state.mean[first : first + 6].copy()
+
+    @property
+    def learns_clearance(self) -> bool:
+        """Whether the clearance is open."""
+        return bool(self._at[CLEARANCE] >= 0)
+
+
+_SETS = {ContactSet.THREE: 3, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
+
+
+def _open_quantities(scene, options, offsets):
+    """Return what a configuration leaves open: names, means, deviations, walks, if learnt."""
+    clearance = scene.hole_diameter - scene.peg_diameter
+    rows = [
+        (
+            "clearance",
+            [scene.clearance_stddev / clearance],
+            [scene.clearance_drift / clearance],
+            options.clearance,
+        ),
+        ("friction_k", [scene.friction_k_stddev], [0.0], "estimated"),
+        ("bias", np.sqrt(offsets.variance[:6]), offsets.bias_drift, _word(offsets.bias_learnt)),
+        ("tilt", np.sqrt(offsets.variance[6:]), [0.0] * 2, _word(offsets.tilt_learnt)),
+        ("delay", [offsets.delay_stddev], [0.0], "considered"),
+        ("compliance", [scene.compliance_stddev], [0.0], "estimated"),
+    ]
+    names, stddevs, walks, learnt = [], [], [], []
+    for name, stddev, walk, how in rows:
+        if np.any(stddev) or np.any(walk):
+            names.append(name)
+            stddevs.extend(stddev)
+            walks.extend(walk)
+            learnt.extend([how == "estimated"] * len(stddev))
+    return (
+        tuple(names),
+        np.zeros(len(stddevs)),
+        np.array(stddevs, float),
+        np.array(walks, float),
+        learnt,
+    )
+
+
+def _word(learnt):
+    return "estimated" if learnt else "considered"

@@ -1,0 +1,224 @@
+"""A mixture of frictions and of levels of acceleration: mixing, weights, and their mean."""
+
+from math import exp, log, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.motion import move_on
+from peg_on_hole_ros.estimator.state import FRICTION
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# A level never goes below this weight among those of its friction.
+_LEAST_LEVEL = 1e-9
+# Changes of level are taken in slices no longer than this [s]: beyond, more than all would change.
+_SLICE = 0.002
+_MOST_RATIO = -50.0
+
+
+@compiled
+def predict(s, scratch, o, walk, n, dt):
+    """
+    Mix the levels of each friction, then move every component on.
+
+    Parameters
+    ----------
+    s : State
+        Changed.
+    scratch : Scratch
+    o : Settings
+    walk : ndarray, shape (n,)
+        See `move_on`.
+    n : int
+    dt : float
+        [s].
+
+    """
+    levels, frictions = len(o.level), len(s.alive)
+    if levels > 1:
+        shut = o.top_waits > 0.0 and s.alive.sum() > 1.5
+        time = min(dt, _SLICE)
+        for g in range(frictions):
+            if s.alive[g] > 0.0:
+                _mix(s, scratch, o, n, g * levels, shut, time)
+    for j in range(frictions * levels):
+        if s.alive[j // levels] > 0.0:
+            l = j % levels
+            move_on(s.x[j], s.P[j], n, dt, o.level[l], o.time[l], o.around_axes, walk)
+
+
+@compiled
+def _mix(s, scratch, o, n, first, shut, time):
+    """Let the levels of one friction change into one another (interacting multiple models)."""
+    levels, share, w = len(o.level), scratch.share, n + 3
+    top = levels - 1
+    for i in range(levels):
+        stays = 1.0
+        for j in range(levels):
+            if i == j:
+                continue
+            change = (o.up[j] if j > i else o.down) * time
+            if shut and j == top:
+                change = 0.0
+            share[i, j] = change * s.weight[first + i]
+            stays -= change
+        share[i, i] = stays * s.weight[first + i]
+    for j in range(levels):
+        total = 0.0
+        for i in range(levels):
+            total += share[i, j]
+        for i in range(levels):
+            share[i, j] /= total
+        scratch.log_likelihood[first + j] = total
+        x, P = scratch.x[first + j], scratch.P[first + j]
+        for a in range(w):
+            t = 0.0
+            for i in range(levels):
+                t += share[i, j] * s.x[first + i, a]
+            x[a] = t
+        for a in range(n):
+            for b in range(a + 1):
+                t = 0.0
+                for i in range(levels):
+                    y = s.x[first + i]
+                    t += share[i, j] * (s.P[first + i, a, b] + (y[a] - x[a]) * (y[b] - x[b]))
+                P[a, b] = t
+                P[b, a] = t
+    for j in range(first, first + levels):
+        s.weight[j] = scratch.log_likelihood[j]
+        for a in range(w):
+            s.x[j, a] = scratch.x[j, a]
+        for a in range(n):
+            for b in range(n):
+                s.P[j, a, b] = scratch.P[j, a, b]
+
+
+@compiled
+def reweigh(s, scratch, o):
+    """
+    Weigh the components by how likely the last measurement was with each.
+
+    Levels count in full. For frictions a measurement counts by the share that is told: where the
+    direction of friction is unknown, noise is not white, and the same sample would count again
+    and again. The friction that knows the direction best says which share that is.
+
+    Parameters
+    ----------
+    s : State
+        Changed.
+    scratch : Scratch
+        With log likelihoods, and doubts of the last wrench.
+    o : Settings
+
+    """
+    levels, frictions = len(o.level), len(s.alive)
+    several = s.alive.sum() > 1.5
+    best = -1e300
+    for g in range(frictions):
+        if s.alive[g] == 0.0:
+            continue
+        first, top, held = g * levels, -1e300, 0.0
+        for j in range(first, first + levels):
+            top = max(top, scratch.log_likelihood[j])
+            held += s.weight[j]
+        total = 0.0
+        for j in range(first, first + levels):
+            s.weight[j] *= exp(max(scratch.log_likelihood[j] - top, _MOST_RATIO)) / held
+            total += s.weight[j]
+        kept = 0.0
+        for j in range(first, first + levels):
+            s.weight[j] = max(s.weight[j] / total, _LEAST_LEVEL)
+            kept += s.weight[j]
+        for j in range(first, first + levels):
+            s.weight[j] /= kept
+        evidence = log(held) + (s.told[0] if several else 1.0) * (top + log(total))
+        scratch.evidence[g] = evidence
+        best = max(best, evidence)
+    total = 0.0
+    for g in range(frictions):
+        if s.alive[g] > 0.0:
+            total += exp(scratch.evidence[g] - best)
+    left = 0.0
+    for g in range(frictions):
+        if s.alive[g] == 0.0:
+            continue
+        weight = exp(scratch.evidence[g] - best) / total
+        if weight < o.dropped:
+            s.alive[g], weight = 0.0, 0.0
+        left += weight
+        for j in range(g * levels, g * levels + levels):
+            s.weight[j] *= weight
+    for j in range(frictions * levels):
+        s.weight[j] /= left
+
+
+@compiled
+def friction_told(s, scratch, o):
+    """Fill in the share of a wrench's evidence that counts for the choice of a friction."""
+    levels, told = len(o.level), 0.0
+    for g in range(len(s.alive)):
+        if s.alive[g] == 0.0:
+            continue
+        held, doubt = 0.0, 0.0
+        for j in range(g * levels, g * levels + levels):
+            held += s.weight[j]
+            doubt += s.weight[j] * scratch.doubt[j]
+        told = max(told, 1.0 / (1.0 + o.doubt * doubt / held))
+    s.told[0] = told
+
+
+@compiled
+def merge(s, o):
+    """Let frictions that have become one be one: the heavier stays."""
+    levels, frictions = len(o.level), len(s.alive)
+    for g in range(frictions):
+        for h in range(g):
+            if s.alive[g] == 0.0 or s.alive[h] == 0.0:
+                continue
+            w_g, f_g, v_g = _friction_of(s, levels, g)
+            w_h, f_h, v_h = _friction_of(s, levels, h)
+            if (f_g - f_h) ** 2 < o.merged**2 * min(v_g, v_h):
+                big, small = (g, h) if w_g > w_h else (h, g)
+                for j in range(levels):
+                    s.weight[big * levels + j] *= (w_g + w_h) / max(w_g, w_h)
+                    s.weight[small * levels + j] = 0.0
+                s.alive[small] = 0.0
+
+
+@compiled
+def _friction_of(s, levels, g):
+    w, f, v = 0.0, 0.0, 0.0
+    for j in range(g * levels, g * levels + levels):
+        w += s.weight[j]
+        f += s.weight[j] * s.x[j, FRICTION]
+        v += s.weight[j] * s.P[j, FRICTION, FRICTION]
+    return w, f / w, v / w
+
+
+@compiled
+def combine(s, n):
+    """Fill in mean and covariance of the whole mixture, and the mean square of friction."""
+    m, w = len(s.weight), n + 3
+    for a in range(w):
+        t = 0.0
+        for j in range(m):
+            if s.weight[j] > 0.0:
+                t += s.weight[j] * s.x[j, a]
+        s.mean[a] = t
+        for b in range(a + 1):
+            s.covariance[a, b] = 0.0
+    for j in range(m):
+        weight = s.weight[j]
+        if weight == 0.0:
+            continue
+        x, P = s.x[j], s.P[j]
+        for a in range(w):
+            d = x[a] - s.mean[a]
+            for b in range(a + 1):
+                s.covariance[a, b] += weight * (P[a, b] + d * (x[b] - s.mean[b]))
+    for a in range(w):
+        for b in range(a):
+            s.covariance[b, a] = s.covariance[a, b]
+    f2 = s.mean[FRICTION] ** 2
+    for i in range(3):
+        N = s.mean[n + i]
+        s.friction_force2[i] = f2 * (N * N + s.covariance[n + i, n + i])

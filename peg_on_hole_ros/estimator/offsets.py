@@ -1,0 +1,45 @@
+"""What is not known of the sensor's zero, of the hole's direction and of the clocks."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+NAMES = (
+    *(f"bias_force_{axis}" for axis in "xyz"),
+    *(f"bias_torque_{axis}" for axis in "xyz"),
+    "hole_tilt_x",
+    "hole_tilt_y",
+)
+
+
+class Offsets(NamedTuple):
+    """
+    What is not known of the sensor's zero, of the hole's direction and of the clocks.
+
+    Attributes
+    ----------
+    variance : ndarray, shape (8,)
+        Of force bias [N^2], torque bias [N^2 m^2], as the sensor reports them, and of the tilt of
+        the hole about its configured x and y [rad^2]; 0: known.
+    load : ndarray, shape (6, 6)
+        From a bias to what has to be added to the wrench about the mass centre, peg axes.
+    bias_drift : ndarray, shape (6,)
+        By which the bias walks [N], [N m] per root second.
+    bias_learnt, tilt_learnt : bool
+        Whether they are estimated, or only widen the bounds.
+    delay_stddev : float
+        Of the delay between joint states and wrench [s].
+
+    """
+
+    variance: np.ndarray
+    load: np.ndarray
+    bias_drift: np.ndarray
+    bias_learnt: bool = True
+    tilt_learnt: bool = True
+    delay_stddev: float = 0.0
+
+    @staticmethod
+    def none() -> "Offsets":
+        """Return what a cell is that knows all of them."""
+        return Offsets(np.zeros(8), np.zeros((6, 6)), np.zeros(6))

@@ -1,0 +1,329 @@
+"""What an orientation and a wrench make of the state: the compiled step."""
+
+from math import log, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.contact import straighten
+from peg_on_hole_ros.estimator.free import balance_free
+from peg_on_hole_ros.estimator.mixture import combine, friction_told, merge, reweigh
+from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, OPEN, RATE
+from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# A wrench is not taken for more frequent than this [s].
+_LEAST_STEP = 1e-4
+_GRAVITY = 9.81
+
+
+@compiled
+def start(s, o, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
+    """
+    Start from an orientation, at unknown rates.
+
+    Parameters
+    ----------
+    s : State
+        Filled.
+    o : Settings
+    n : int
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad].
+    R : ndarray, shape (3, 3)
+        Their covariance [rad^2].
+    rate_stddev : float
+        [rad/s].
+    friction, friction_stddev : float
+        As stated.
+    open_mean, open_stddev : ndarray, shape (n - 10,)
+        Of what else is open.
+
+    """
+    levels, frictions = len(o.level), len(s.alive)
+    spacing = 2.0 * o.reach / max(frictions - 1, 1)
+    total = 0.0
+    for g in range(frictions):
+        at = -o.reach + g * spacing if frictions > 1 else 0.0
+        f = friction + at * friction_stddev
+        s.alive[g] = 1.0 if f > 0.0 else 0.0
+        own = np.exp(-0.5 * at * at) * s.alive[g]
+        wide = (o.width * spacing if frictions > 1 else 1.0) * friction_stddev
+        shut = levels > 1 and frictions > 1 and o.top_waits > 0.0
+        for j in range(g * levels, g * levels + levels):
+            s.weight[j] = own / levels
+            if shut and j == g * levels + levels - 1:
+                s.weight[j] = 1e-9 * own
+            total += s.weight[j]
+            x, P = s.x[j], s.P[j]
+            x[:] = 0.0
+            P[:, :] = 0.0
+            for i in range(3):
+                x[i] = q[i]
+                for k in range(3):
+                    P[i, k] = R[i, k]
+                P[RATE + i, RATE + i] = rate_stddev * rate_stddev
+                P[ACCELERATION + i, ACCELERATION + i] = o.acceleration_start**2
+            x[FRICTION], P[FRICTION, FRICTION] = f, wide * wide
+            for i in range(OPEN, n):
+                x[i], P[i, i] = open_mean[i - OPEN], open_stddev[i - OPEN] ** 2
+    for j in range(levels * frictions):
+        s.weight[j] /= total
+    s.told[0] = 1.0
+    s.load[0] = -1.0
+    s.since[0], s.since[1] = 0.0, -1.0
+    s.step[0] = 0.0
+    s.nis[:] = np.nan
+    combine(s, n)
+
+
+@compiled
+def pass_time(s, dt):
+    """Take note of a time that has been predicted [s]."""
+    s.since[0] += dt
+    s.step[0] += dt
+
+
+@compiled
+def expect(s, scratch, at, q, R):
+    """
+    Return the normalised innovation squared of an orientation; nothing is corrected.
+
+    The innovation over the lower root of its covariance is left in the state.
+    """
+    E, residual, root, white = scratch.E, scratch.residual, scratch.root, s.innovation
+    w = len(s.mean)
+    orientation_slopes(s.mean, at, w, E)
+    orientation_residual(s.mean, at, q, E, residual)
+    nis = 0.0
+    for i in range(3):
+        for k in range(w):
+            t = 0.0
+            for l in range(w):
+                t += E[i, l] * s.covariance[l, k]
+            scratch.gain[k, i] = t
+        for k in range(i + 1):
+            v = R[i, k]
+            for l in range(w):
+                v += scratch.gain[l, i] * E[k, l]
+            for a in range(k):
+                v -= root[i, a] * root[k, a]
+            if i == k:
+                root[i, i] = sqrt(max(v, 1e-300))
+            else:
+                root[i, k] = v / root[k, k]
+        t = residual[i]
+        for a in range(i):
+            t -= root[i, a] * white[a]
+        white[i] = t / root[i, i]
+        nis += white[i] * white[i]
+    s.nis[0] = nis
+    return nis
+
+
+@compiled
+def orient(s, scratch, o, at, n, learnt, q, R):
+    """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
+    levels = len(o.level)
+    for j in range(len(s.weight)):
+        scratch.log_likelihood[j] = 0.0
+        if s.alive[j // levels] == 0.0:
+            continue
+        x = s.x[j]
+        orientation_slopes(x, at, n, scratch.E)
+        orientation_residual(x, at, q, scratch.E, scratch.residual)
+        scratch.log_likelihood[j], _ = update(
+            s.P[j], n, learnt, scratch.residual, scratch.E, R, 3,
+            scratch.root, scratch.gain, scratch.white, scratch.step,
+        )  # fmt: skip
+        for i in range(n):
+            x[i] += scratch.step[i]
+        x[FRICTION] = max(x[FRICTION], 0.0)
+    reweigh(s, scratch, o)
+
+
+@compiled
+def follow_load(s, o, p, u, dt):
+    """Follow how much the rim may carry: what the wrench and the weight can amount to there."""
+    force = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+    couple = sqrt(u[3] * u[3] + u[4] * u[4] + u[5] * u[5])
+    now = force + 2.0 * couple / p.d + p.m * _GRAVITY
+    if s.load[0] < 0.0:
+        s.load[0] = now
+    else:
+        s.load[0] += (now - s.load[0]) * min(dt / o.load_time, 1.0)
+
+
+@compiled
+def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
+    """
+    Take a wrench: correct every component by the equations of the contacts that carry.
+
+    Parameters
+    ----------
+    s : State
+        Changed; mean and covariance are filled in.
+    scratch : Scratch
+    o : Settings
+    p : SceneScalars
+    at : ndarray, shape (6,)
+    n : int
+    learnt : ndarray, shape (n + 3,)
+        See `update`.
+    u : ndarray, shape (6,)
+        On the peg about its mass centre, peg axes [N], [N m].
+    noise, bias_map : ndarray, shape (6, 6)
+        See `straighten`.
+    contacts : int
+        How many carry: 3, or 0 for a peg that hangs free; below zero: not told.
+
+    """
+    dt = s.step[0]
+    s.step[0] = 0.0
+    follow_load(s, o, p, u, dt)
+    s.nis[1] = np.nan
+    prior = (o.reaction_prior * s.load[0]) ** 2
+    if contacts != 3 or s.since[0] < o.settling:
+        s.since[1] = -1.0
+        for j in range(len(s.weight)):
+            for i in range(n, n + 3):
+                s.x[j, i] = 0.0
+            _forget_reactions(s.P[j], n, prior)
+            if contacts == 0 and at[BIAS] >= 0 and s.alive[j // len(o.level)] > 0.0:
+                _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
+        combine(s, n)
+        return
+    levels = len(o.level)
+    begins = s.since[1] < 0.0
+    s.since[1] = 0.0 if begins else s.since[1] + dt
+    if begins:
+        for i in range(3):
+            s.friction_force2[i] = (s.mean[FRICTION] * s.load[0]) ** 2
+    late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
+    several = s.alive.sum() > 1.5
+    nis = 0.0
+    for j in range(len(s.weight)):
+        scratch.log_likelihood[j] = 0.0
+        if s.alive[j // levels] == 0.0:
+            continue
+        _forget_reactions(s.P[j], n, prior)
+        passes = o.passes if begins else 1
+        value = _by_equations(
+            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
+        )
+        nis += s.weight[j] * value
+        if several:
+            scratch.doubt[j] = _relative_doubt(scratch)
+        scratch.log_likelihood[j] = scratch.evidence_of_wrench[0]
+    s.nis[1] = nis
+    if several:
+        friction_told(s, scratch, o)
+    reweigh(s, scratch, o)
+    if several:
+        merge(s, o)
+    combine(s, n)
+
+
+@compiled
+def _forget_reactions(P, n, prior):
+    for i in range(n, n + 3):
+        for j in range(n + 3):
+            P[i, j] = 0.0
+            P[j, i] = 0.0
+        P[i, i] = prior
+
+
+@compiled
+def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
+    """Correct one component by the balance of a peg that hangs free; only the bias is told."""
+    late = max(o.free_time / max(dt, _LEAST_STEP), 1.0)
+    moved = late * (p.m * o.free_acceleration) ** 2
+    turned = late * (p.Ie * o.level[len(o.level) // 2]) ** 2
+    balance_free(p, x, n, at, u, noise, bias_map, moved, turned, scratch)
+    for a in range(6):
+        scratch.residual[a] = -scratch.residual[a]
+    update(
+        P, n, learnt, scratch.residual, scratch.E, scratch.R, 6,
+        scratch.root, scratch.gain, scratch.white, scratch.step,
+    )  # fmt: skip
+    for a in range(n):
+        x[a] += scratch.step[a]
+
+
+@compiled
+def _by_equations(
+    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
+):  # fmt: skip
+    """Correct one component; the equations are straightened again where the prior was far off."""
+    w = n + 3
+    before, P_before = scratch.before, scratch.P_before
+    if passes > 1:
+        before[:] = x
+        P_before[:, :] = P
+    nis = 0.0
+    for k in range(passes):
+        if k > 0:
+            P[:, :] = P_before
+        straighten(
+            p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, s.friction_force2,
+            scratch,
+        )  # fmt: skip
+        E, residual, R = scratch.E, scratch.residual, scratch.R
+        for a in range(6):
+            t = -residual[a]
+            if k > 0:
+                for b in range(w):
+                    t -= E[a, b] * (before[b] - x[b])
+            residual[a] = t
+        _keep(R, scratch.known)
+        for a in range(6):
+            for b in range(6):
+                R[a, b] += late * scratch.unknown[a, b]
+        value, nis = update(
+            P, w, learnt, residual, E, R, 6, scratch.root, scratch.gain, scratch.white, scratch.step
+        )
+        scratch.evidence_of_wrench[0] = value
+        for a in range(w):
+            x[a] = (before[a] if passes > 1 else x[a]) + scratch.step[a]
+        x[FRICTION] = max(x[FRICTION], 0.0)
+    return nis
+
+
+@compiled
+def _keep(R, known):
+    for a in range(6):
+        for b in range(6):
+            known[a, b] = R[a, b]
+
+
+@compiled
+def _relative_doubt(scratch):
+    """Return how much friction of unknown direction weighs against the wrench's noise."""
+    L, unknown, v = scratch.root, scratch.unknown, scratch.white
+    R = scratch.known
+    for a in range(6):
+        for c in range(a + 1):
+            t = R[a, c]
+            for q in range(c):
+                t -= L[a, q] * L[c, q]
+            if a == c:
+                L[a, a] = sqrt(max(t, 1e-300))
+            else:
+                L[a, c] = t / L[c, c]
+    # The trace of inv(R) unknown, column by column of inv(L).
+    total = 0.0
+    for k in range(6):
+        for a in range(k, 6):
+            t = 1.0 if a == k else 0.0
+            for q in range(k, a):
+                t -= L[a, q] * v[q]
+            v[a] = t / L[a, a]
+        # v is column k of inv(L); inv(R) = sum over rows, so it is gathered below.
+        for a in range(k, 6):
+            scratch.columns[a, k] = v[a]
+    for i in range(6):
+        for j in range(6):
+            t = 0.0
+            for a in range(max(i, j), 6):
+                t += scratch.columns[a, i] * scratch.columns[a, j]
+            total += t * unknown[i, j]
+    return total

@@ -1,0 +1,121 @@
+"""Kalman's update of one component, by an orientation and by the six equations."""
+
+from math import cos, log, pi, sin, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.state import DELAY, RATE, TILT
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+_LEAST_PIVOT = 1e-300
+
+
+@compiled
+def update(P, w, learnt, residual, E, R, k, root, gain, white, step):
+    """
+    Update a covariance by a residual r = E (truth - mean) + noise.
+
+    Parameters
+    ----------
+    P : ndarray, shape (w, w)
+        Changed.
+    w : int
+        How many values there are.
+    learnt : ndarray, shape (w,)
+        0 for a value that is considered: it widens all others, and is not corrected (Schmidt).
+    residual : ndarray, shape (k,)
+    E : ndarray, shape (k, w)
+    R : ndarray, shape (k, k)
+    k : int
+        How many residuals there are, at most 6.
+    root, gain, white : ndarray
+        Filled: lower root of the innovation's covariance, P E' over it, and the residual over it.
+    step : ndarray, shape (w,)
+        Filled with what is to be added to the mean.
+
+    Returns
+    -------
+    log_likelihood, nis : float
+
+    """
+    for i in range(w):
+        for a in range(k):
+            t = 0.0
+            for j in range(w):
+                t += P[i, j] * E[a, j]
+            gain[i, a] = t
+    log_root, nis = 0.0, 0.0
+    for a in range(k):
+        for c in range(a + 1):
+            t = R[a, c]
+            for j in range(w):
+                t += E[a, j] * gain[j, c]
+            for q in range(c):
+                t -= root[a, q] * root[c, q]
+            if a == c:
+                root[a, a] = sqrt(max(t, _LEAST_PIVOT))
+            else:
+                root[a, c] = t / root[c, c]
+        t = residual[a]
+        for q in range(a):
+            t -= root[a, q] * white[q]
+        white[a] = t / root[a, a]
+        nis += white[a] * white[a]
+        log_root += log(root[a, a])
+    for i in range(w):
+        t = 0.0
+        for a in range(k):
+            v = gain[i, a]
+            for q in range(a):
+                v -= root[a, q] * gain[i, q]
+            v /= root[a, a]
+            gain[i, a] = v
+            t += v * white[a]
+        step[i] = t * learnt[i]
+        for j in range(i + 1):
+            if learnt[i] + learnt[j] == 0.0:
+                continue
+            v = P[i, j]
+            for a in range(k):
+                v -= gain[i, a] * gain[j, a]
+            P[i, j] = v
+            P[j, i] = v
+    return -0.5 * nis - log_root, nis
+
+
+@compiled
+def orientation_slopes(x, at, w, E):
+    """
+    Fill in how the residual of an orientation moves with the values.
+
+    A hole that is tilted by (t_x, t_y) is measured as a peg that is turned by them; one that is
+    stamped too late by a delay is where the peg was.
+    """
+    for i in range(3):
+        for j in range(w):
+            E[i, j] = 0.0
+        E[i, i] = 1.0
+    if at[TILT] >= 0:
+        j = at[TILT]
+        s, c = sin(x[1]), cos(x[1])
+        over = 1.0 / max(sin(x[0]), 1e-6)
+        E[0, j], E[0, j + 1] = s, -c
+        E[2, j], E[2, j + 1] = -c * over, -s * over
+        E[1, j], E[1, j + 1] = cos(x[0]) * c * over, cos(x[0]) * s * over
+    if at[DELAY] >= 0:
+        for i in range(3):
+            E[i, at[DELAY]] = -x[RATE + i]
+
+
+@compiled
+def orientation_residual(x, at, q, E, residual):
+    """Fill in an orientation less what is expected of it; psi and phi may be off by turns."""
+    for i in range(3):
+        t = q[i] - x[i]
+        if at[TILT] >= 0:
+            t -= E[i, at[TILT]] * x[at[TILT]] + E[i, at[TILT] + 1] * x[at[TILT] + 1]
+        if at[DELAY] >= 0:
+            t -= E[i, at[DELAY]] * x[at[DELAY]]
+        if i > 0:
+            t -= 2.0 * pi * np.round(t / (2.0 * pi))
+        residual[i] = t
