@@ -13,7 +13,7 @@ from math import isfinite, radians
 
 from peg_on_hole_ros.errors import PegOnHoleError, slipped
 from peg_on_hole_ros.options import Configuration, NodeOptions
-from peg_on_hole_ros.parameter_table import PARAMETERS, Parameter
+from peg_on_hole_ros.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
 
@@ -73,7 +73,12 @@ def to_parameters(configuration: Configuration, node: NodeOptions | None = None)
 
 
 def check(parameters: dict[str, object]) -> dict[str, object]:
-    """Return a value for every row of the table, each checked on its own; arrays are tuples."""
+    """
+    Return a value for every row of the table, each checked on its own; arrays are tuples.
+
+    What is of an older version, and has no place any more, counts as not given: `superseded`.
+    """
+    parameters = _of_this_version(parameters)
     for name in parameters:
         if name not in BY_NAME and name not in ROS_NAMES and not name.startswith(_ROS_PREFIX):
             raise PegOnHoleError(_unknown(name))
@@ -84,6 +89,30 @@ def check(parameters: dict[str, object]) -> dict[str, object]:
             found = _WORDS.get(type(value), f"a {type(value).__name__}")
             raise PegOnHoleError(f"{name} = {value!r} is {found}, not a bool: true or false")
     return {row.name: checked(row, parameters.get(row.name, row.default)) for row in PARAMETERS}
+
+
+def superseded(parameters: dict[str, object]) -> list[str]:
+    """Return a line for each parameter that is of an older version: what took its place."""
+    lines = [
+        f"{name} is gone, and is not used: {SUPERSEDED[name]}"
+        for name in parameters
+        if name in SUPERSEDED
+    ]
+    if parameters.get("filter.method") in OLD_METHODS:
+        method = parameters["filter.method"]
+        lines.append(f"filter.method = {method!r} is gone: {_default_method()!r} took its place")
+    return lines
+
+
+def _of_this_version(parameters):
+    kept = {name: value for name, value in parameters.items() if name not in SUPERSEDED}
+    if kept.get("filter.method") in OLD_METHODS:
+        kept["filter.method"] = _default_method()
+    return kept
+
+
+def _default_method():
+    return BY_NAME["filter.method"].default
 
 
 def checked(row: Parameter, value: object) -> object:
@@ -228,13 +257,6 @@ def _check_together(configuration):
         for name in ("urdf", "tip_frame"):
             if not getattr(joints, name):
                 raise PegOnHoleError(f"joints.{name} is empty, but joints.source robot needs it")
-    for name, value in uncertain_offsets(configuration):
-        if configuration.filter.method != "extended":
-            raise PegOnHoleError(
-                f"{name} = {value:g} needs filter.method 'extended', which is "
-                f"{configuration.filter.method!r}: the others do not carry bias and tilt; set it "
-                "to 0.0 or take 'extended'"
-            )
     for low, high in (
         ("transition_probability_off", "transition_probability_on"),
         ("jamming_warn", "jamming_error"),

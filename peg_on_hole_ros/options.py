@@ -18,6 +18,8 @@ class WrenchInput:
     bias_torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bias_force_stddev: float = 0.0
     bias_torque_stddev: float = 0.0
+    bias_force_drift: float = 0.0
+    bias_torque_drift: float = 0.0
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -43,35 +45,19 @@ class JointInput:
 
 @dataclass(frozen=True)
 class FilterOptions:
-    """Numerics and trust of the extended Kalman filter."""
+    """What the estimator learns, how long it trusts, and when it gives a motion up."""
 
-    slip_velocity_scale: float = 2.0e-5
-    slip_widening: float = 0.5
-    slow_slip: float = 1.5
-    slow_rate_noise: float = 0.05
-    wrench_jump: float = 1.0
-    method: str = "extended"
-    integrator: str = "implicit_euler"
-    model: str = "dynamic"
-    reaction_tolerance: float = 0.05
-    max_step: float = 0.02
-    step_tolerance: float = 0.01
-    max_evaluations: int = 100
+    method: str = "mixture"
     max_gap: float = 0.1
     max_joint_gap: float = 0.5
     late_window: float = 0.05
     late_tolerance: float = 0.004
     initial_rate_stddev: float = 1.0
-    free_rate_noise: float = 0.3
-    contact_rate_noise: float = 0.005
     friction: str = "estimated"
     wrench_bias: str = "estimated"
     hole_tilt: str = "estimated"
     clearance: str = "estimated"
     friction_noise: float = 0.0005
-    friction_rivals: bool = True
-    acceleration_stddev: float = 20.0
-    inflation_threshold: float = 14.0
     gate_threshold: float = 50.0
     gate_reset_count: int = 2
 

@@ -92,6 +92,15 @@ PARAMETERS: tuple[Parameter, ...] = (
         "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
     ),
     _scene("friction_stddev", "of the friction coefficient; 0: known, and not estimated"),
+    _scene(
+        "clearance_drift",
+        "by which the effective clearance walks, as no rim is an ideal circle; 0: it is",
+    ),
+    _scene("friction_k_stddev", "by which friction at K may differ from f; 0: one friction"),
+    _scene(
+        "compliance_stddev",
+        "how much of the clearance a newton of load may take; 0: rigid contacts",
+    ),
     _wrench(
         "acts_on",
         "whose wrench the sensor reports; the wrong one flips every sign",
@@ -129,6 +138,20 @@ PARAMETERS: tuple[Parameter, ...] = (
         "N m",
         0.0,
         1e4,
+    ),
+    _wrench(
+        "bias_force_drift",
+        "random walk of the force's zero, followed in free air; per root of a second",
+        "N",
+        0.0,
+        1e3,
+    ),
+    _wrench(
+        "bias_torque_drift",
+        "random walk of the torque's zero, followed in free air; per root of a second",
+        "N m",
+        0.0,
+        1e3,
     ),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
@@ -202,82 +225,10 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.2,
     ),
     _filter(
-        "slip_velocity_scale",
-        "of regularised friction; 1e-3 destroys consistency, 1e-7 costs steps",
-        "m/s",
-        1e-7,
-        1e-2,
-    ),
-    _filter(
-        "slip_widening",
-        "share of the slip's standard deviation that smooths friction near stick; 0: none",
-        "",
-        0.0,
-        5.0,
-    ),
-    _filter(
-        "slow_slip",
-        "standard deviations of a slip within which it is not told from none, and the rates are "
-        "predicted as constant; 0: never",
-        "",
-        0.0,
-        10.0,
-    ),
-    _filter(
-        "wrench_jump",
-        "share of a wrench's jump between two samples that counts as a ramp, and as unknown in "
-        "time, within the interval; 0: the wrench is held as measured",
-        "",
-        0.0,
-        1.0,
-    ),
-    _filter(
-        "slow_rate_noise",
-        "random walk of rates that change while a slip is not told from none: it follows the "
-        "innovations, and is never less than this (half of it for the tilt, more above 0.2 "
-        "rad/s); 0.002 for a robot whose rates are known to be steady; per root of a second",
-        "rad/s",
-        1e-6,
-        1e3,
-    ),
-    _filter(
         "method",
-        "Kalman filter; all but extended run in Python and are slow, for reference",
-        choices=("extended", "iterated", "unscented", "square_root"),
-    ),
-    _filter(
-        "integrator",
-        "method of a step; linearly_implicit costs less and errs where slip reverses",
-        choices=("implicit_euler", "linearly_implicit", "second_order"),
-    ),
-    _filter(
-        "model",
-        "of the contact: the cheapest that keeps to reaction_tolerance (auto), or always one; the "
-        "first two predict constant rates and learn no friction",
-        choices=("dynamic", "auto", "small_angle", "quasi_static", "align", "align_slip"),
-    ),
-    _filter(
-        "reaction_tolerance",
-        "error that model auto may make in a reaction, over the largest of the three",
-        "",
-        1e-6,
-        1.0,
-    ),
-    _filter("max_step", "longest integration step; a longer interval is divided", "s", 1e-5, 1.0),
-    _filter(
-        "step_tolerance",
-        "error of a rate that a step above 2.5 ms may make before it is divided",
-        "rad/s",
-        1e-6,
-        1e3,
-    ),
-    _filter(
-        "max_evaluations",
-        "solutions of the contact equations for each max_step of an interval; without a step by "
-        "then: constant rates",
-        "",
-        30,
-        100_000,
+        "the estimator: a mixture of frictions and of levels of acceleration; one level and one "
+        "friction; the wide-prior limit, driven by the dynamic equations; no inertia",
+        choices=("mixture", "one_level", "dde_driven", "quasi_static"),
     ),
     _filter(
         "max_gap",
@@ -311,21 +262,6 @@ PARAMETERS: tuple[Parameter, ...] = (
         1.0,
     ),
     _filter(
-        "free_rate_noise",
-        "random walk of the rates where no contact model holds, and the least where the model has "
-        "no step; per root of a second",
-        "rad/s",
-        1e-6,
-        1e3,
-    ),
-    _filter(
-        "contact_rate_noise",
-        "random walk of the rates in contact, beside the wrench's noise; per root of a second",
-        "rad/s",
-        0.0,
-        1e3,
-    ),
-    _filter(
         "friction",
         "what an uncertain friction (scene.friction_stddev) is: learnt, or only a wider bound",
         choices=("estimated", "considered"),
@@ -349,37 +285,14 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "friction_noise",
-        "random walk of an estimated friction coefficient, beside a clearance, a bias or a tilt "
-        "that is estimated four times as much; per root of a second",
+        "random walk of an estimated friction coefficient; per root of a second",
         "",
         0.0,
         1.0,
     ),
     _filter(
-        "friction_rivals",
-        "whether other coefficients are followed beside the estimated one until it is told which "
-        "fits; false: half of the work meanwhile, and a wrong one may be stated surely",
-    ),
-    _filter(
-        "acceleration_stddev",
-        "how far a held peg's acceleration is, at most, from that of the last 10 ms; how far it "
-        "is follows how it changed in the last 50 ms; bounds the reactions",
-        "rad/s^2",
-        1e-3,
-        1e9,
-    ),
-    _filter(
-        "inflation_threshold",
-        "NIS (3 angles) above which the covariance of the rates is widened, at most to three "
-        "times initial_rate_stddev; below 3, which is expected, as 3",
-        "",
-        1.0,
-        1e6,
-    ),
-    _filter(
         "gate_threshold",
-        "NIS, after any widening of the rates, above which an angle measurement is not used, only "
-        "counted: one leaves nothing behind, two in a row leave the rates widened",
+        "NIS (3 angles) above which an angle measurement is not used, only counted",
         "",
         1.0,
         1e9,
@@ -482,3 +395,28 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _row("markers_rate", "most marker messages per second of stamp time", "Hz", 0.0, 1000.0),
 )
+
+_BY_MODEL = "the estimator weighs the wrench itself, so that no step needs it"
+_BY_SPREAD = "the spread of the slip says how well friction's direction is known"
+_BY_LEVELS = "levels of acceleration follow how a held peg moves"
+# Parameters that are gone, each with what took its place.
+SUPERSEDED = {
+    "filter.slip_velocity_scale": _BY_SPREAD,
+    "filter.slip_widening": _BY_SPREAD,
+    "filter.slow_slip": _BY_SPREAD,
+    "filter.wrench_jump": _BY_MODEL,
+    "filter.slow_rate_noise": _BY_LEVELS,
+    "filter.integrator": _BY_MODEL,
+    "filter.model": "filter.method names the reduced estimators",
+    "filter.reaction_tolerance": "filter.method names the reduced estimators",
+    "filter.max_step": _BY_MODEL,
+    "filter.step_tolerance": _BY_MODEL,
+    "filter.max_evaluations": _BY_MODEL,
+    "filter.free_rate_noise": _BY_LEVELS,
+    "filter.contact_rate_noise": _BY_LEVELS,
+    "filter.friction_rivals": "several frictions are always followed until one is told",
+    "filter.acceleration_stddev": _BY_LEVELS,
+    "filter.inflation_threshold": "the widest level of acceleration takes up surprises",
+}
+# Values of `filter.method` that are gone.
+OLD_METHODS = ("extended", "iterated", "unscented", "square_root")

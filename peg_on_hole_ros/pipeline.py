@@ -4,11 +4,11 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.processing import Processor
 from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outputs, WrenchSample
@@ -58,7 +58,7 @@ class Pipeline:
         self,
         configuration: Configuration,
         orientation=None,
-        make: Callable[..., ContactFilter] = make_filter,
+        make: Callable[..., HeldPeg] = make_filter,
     ):
         self.configuration = configuration
         self.scene = configuration.scene
@@ -92,7 +92,7 @@ class Pipeline:
         return self.processor.model
 
     @property
-    def filter(self) -> ContactFilter:
+    def filter(self) -> HeldPeg:
         """The filter, for those who made it."""
         return self.processor.filter
 

@@ -11,7 +11,6 @@ from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.advice import Seen, apart, remedy, shifted
 from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.stamps import StampStatistics
-from peg_on_hole_ros.edges.contact_steps import foreseen, foreseen_content
 from peg_on_hole_ros.edges.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
@@ -23,10 +22,8 @@ from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.estimation.identification.slip_noise import SlipNoiseOf
 from peg_on_hole_ros.estimation.measurement import NamedPositions
 from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.records import AngleMeasurement
 
 
 def run(arguments) -> int:
@@ -99,20 +96,17 @@ def inspect(
         "clock": {},
         "oddities": {},
         "replay": {"possible": False, "reason": trouble, "used": {}, "dropped": {}},
-        "contact_steps": None,
     }
     try:
         check_bag(bag, configuration)
     except BagError as error:
         result["replay"]["reason"] = trouble or str(error)
-    readers, motion = {}, SlipNoiseOf(configuration)
+    readers = {}
     seen, sources = Seen(configuration.joints.names), {wrench: "wrench", joints: "joints"}
     if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
-        readers[wrench] = lambda message: _wrench(message, motion)
+        readers[wrench] = wrench_sample
     if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
-        readers[joints] = lambda message: _joints(
-            message, configuration.joints.names, orientation, motion
-        )
+        readers[joints] = lambda message: _joints(message, configuration.joints.names, orientation)
     see = {topic: partial(seen.add, source) for topic, source in sources.items()}
     statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, see)
     result["oddities"] = {topic: seen.odd(sources[topic]) for topic in sorted(readers)}
@@ -146,30 +140,15 @@ def inspect(
                 apart(*statistics[wrench].span, *statistics[joints].span, configuration) or None
             )
             replay["possible"] = replay["reason"] is None
-    if replay["possible"]:
-        period = result["clock"][wrench]["median_period"]
-        found = motion.result(period) if period else None
-        result["contact_steps"] = foreseen_content(found, period) if found else None
     return result
 
 
-def _wrench(message, motion):
-    sample = wrench_sample(message)
-    if not isinstance(sample, Malformed):
-        motion.wrench(sample)
-    return sample
-
-
-def _joints(message, names, orientation, motion):
+def _joints(message, names, orientation):
     sample = joint_sample(message, names)
     if isinstance(sample, Malformed):
         return sample
     measurement = orientation(sample)
-    if isinstance(measurement, str):
-        return Malformed(measurement)
-    if isinstance(measurement, AngleMeasurement):
-        motion.angles(measurement)
-    return sample
+    return Malformed(measurement) if isinstance(measurement, str) else sample
 
 
 def _read(bag, readers, max_gap, see):
@@ -235,9 +214,6 @@ def _text(result):
     lines += [f"  dropped, {reason}: {count}" for reason, count in replay["dropped"].items()]
     if not any(replay["used"].values()):
         lines.append("  nothing")
-    steps = result["contact_steps"]
-    doubt = foreseen(steps) if steps else ""
-    lines += ["", doubt] if doubt else []
     return "\n".join(lines)
 
 

@@ -13,7 +13,6 @@ from peg_on_hole_ros.edges.advice import lines as doubts_of
 from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import CycleList, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.edges.oddities import two_robots
@@ -44,8 +43,7 @@ def run(arguments) -> int:
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         write_text(arguments.cycles, "".join(lines))
-    bridged = told(result["contact_steps"], result["messages"]["events"], configuration)
-    print(_text(result, score, [*doubts, *([bridged] if bridged else [])]))
+    print(_text(result, score, doubts))
     if not configuration.monitor.modes:
         print(Unjudged.line)
     if bag.damage:
@@ -104,7 +102,6 @@ def replay(
             "dropped": replayed.dropped,
             "events": replayed.events,
         },
-        "contact_steps": replayed.contact_steps.content(),
         **summary.content(),
         "cycles": cycles.records,
     }

@@ -2,7 +2,7 @@
 
 import sys
 
-from peg_on_hole_ros.configuration import from_parameters, half_stated, node_options
+from peg_on_hole_ros.configuration import from_parameters, half_stated, node_options, superseded
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
@@ -16,6 +16,8 @@ def load(path: str | None) -> tuple[Configuration, NodeOptions]:
         configuration, node = from_parameters(parameters), node_options(parameters)
     except PegOnHoleError as error:
         raise PegOnHoleError(f"{path}: {error}") from None
+    for line in superseded(parameters):
+        print(f"configuration: {line}", file=sys.stderr)
     remark(configuration)
     return configuration, node
 

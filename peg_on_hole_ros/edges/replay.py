@@ -6,19 +6,18 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
-from peg_on_hole_ros.configuration import from_parameters, node_options, uncertain_offsets
+from peg_on_hole_ros.configuration import from_parameters, node_options
 from peg_on_hole_ros.edges.advice import Seen, remedy
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.edges.bags.reader import Bag, BagMessage, absolute
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.edges.contact_steps import ContactSteps
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream, orientation_of
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
-from peg_on_hole_ros.estimation.filters.methods import make_filter
-from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 _REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"
@@ -47,7 +46,6 @@ class Replayed(NamedTuple):
         What else was counted: late but used, restarts, gaps, ...
     seconds : float
         Of the wall clock, without compiling [s].
-    contact_steps : ContactSteps
         How many steps on three contacts were believed.
     by_source : dict of str to int
         Messages in the bag of `wrench` and `joints`.
@@ -61,7 +59,6 @@ class Replayed(NamedTuple):
     dropped: dict[str, int]
     events: dict[str, int]
     seconds: float
-    contact_steps: ContactSteps
     by_source: dict[str, int]
     seen: Seen
 
@@ -144,22 +141,7 @@ def replay_bag(
     BagError
         A needed topic is missing or of another type, no message could be used, or no joint state
         is of a time of the wrench's.
-    PegOnHoleError
-        Smoothing is asked for with another filter than the extended one, or with an uncertain
-        bias or hole tilt.
-
     """
-    if smoothed and configuration.filter.method != "extended":
-        raise PegOnHoleError(
-            f"filter.method = {configuration.filter.method!r} cannot be smoothed; the smoother "
-            "works on 'extended'"
-        )
-    if smoothed:
-        for name, value in uncertain_offsets(configuration):
-            raise PegOnHoleError(
-                f"{name} = {value:g} cannot be smoothed: the smoother carries neither bias nor "
-                "tilt; set it to 0.0 and state what `calibrate` finds, or leave out --smooth"
-            )
     needed = check_bag(bag, configuration)
     wrench_topic, joints_topic = list(needed)[:2]
     total = sum(bag.topics[topic].count for topic in needed)
@@ -167,9 +149,8 @@ def replay_bag(
     # A URDF that cannot be used is refused before the long work of compiling.
     orientation_of(configuration.joints)
     warm(configuration)
-    make = SmoothingFilter if smoothed else make_filter
-    steps, seen = ContactSteps(), Seen(configuration.joints.names)
-    stream = message_stream(configuration, markers_rate, steps.watched(make))
+    seen = Seen(configuration.joints.names)
+    stream = message_stream(configuration, markers_rate, Smoother if smoothed else make_filter)
     unreadable = Counter(bag.undecodable)
     begun = time.perf_counter()
     for count, item in enumerate(bag.messages(needed)):
@@ -201,7 +182,7 @@ def replay_bag(
             f"{remedy(dropped, configuration.joints.names, seen)}"
         )
     total = sum(read.values())
-    return Replayed(total, used, dropped, events, seconds, steps, read, seen)
+    return Replayed(total, used, dropped, events, seconds, read, seen)
 
 
 def hand_over(stream: MessageStream, item: BagMessage, needed: Iterable[str]) -> list[Message]:

@@ -4,7 +4,7 @@ from math import atan2, copysign, cos, hypot, isfinite, pi, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.offsets import Offsets
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
@@ -99,7 +99,7 @@ class WrenchReduction:
         self._payload_mass = options.payload_mass
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         self._payload_arm = skew(payload_P - center_P)
-        self._peg_mass, self._peg_distance = scene.peg_mass, float(np.linalg.norm(r_P))
+        self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity)
 
     def offsets(self, configuration: Configuration) -> Offsets:
@@ -107,19 +107,14 @@ class WrenchReduction:
         wrench, options = configuration.wrench, configuration.filter
         stddev = [wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3
         stddev += [configuration.joints.hole_tilt_stddev] * 2
-        weight = np.vstack([np.eye(3) * self._peg_mass, np.zeros((3, 3))])
-        weight[:3] += self._payload_mass * np.eye(3)
-        weight[3:] += self._payload_mass * self._payload_arm
-        far = self._peg_mass * self._peg_distance
-        far += self._payload_mass * float(np.linalg.norm(wrench.payload_com))
+        drift = [wrench.bias_force_drift] * 3 + [wrench.bias_torque_drift] * 3
         return Offsets(
             np.square(stddev),
             -self.sign * self.matrix,
-            weight,
-            self.noise,
-            np.square([self._peg_mass + self._payload_mass, far]).repeat(3),
+            np.array(drift),
             options.wrench_bias == "estimated",
             options.hole_tilt == "estimated",
+            configuration.joints.delay_stddev,
         )
 
     @property

@@ -56,7 +56,7 @@ def wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, columns, j):
 
 
 @compiled
-def straighten(p, x, P, n, at, u, noise, bias_map, load, share, friction_force2, scratch):
+def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, friction_force2, scratch):
     """
     Fill in residual, slopes and noise of the six equations at the mean of a component.
 
@@ -78,8 +78,8 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, friction_force2,
         What one unit of the sensor's bias adds to u.
     load : float
         [N].
-    share : float
-        `direction_share`.
+    share, inertia : float
+        `direction_share` and `inertia`.
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     scratch : Scratch
@@ -120,14 +120,18 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, friction_force2,
     for i in range(6):
         for j in range(n):
             E[i, j] = 0.0
-    a0, a1, a2 = x[ACCELERATION], x[ACCELERATION + 1], x[ACCELERATION + 2]
-    E[0, 6] = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
-    E[1, 7] = p.m * h_c * h_c + p.Ie * s * s + p.Iz * c * c
-    E[1, 8] = E[2, 7] = p.Iz * c
-    E[2, 8] = p.Iz
-    E[3, 6] = p.m * dh_c
-    E[4, 7] = p.m * h_c
-    E[5, 6] = p.m * dz_c
+    a0, a1, a2 = (
+        inertia * x[ACCELERATION],
+        inertia * x[ACCELERATION + 1],
+        inertia * x[ACCELERATION + 2],
+    )
+    E[0, 6] = inertia * (p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie)
+    E[1, 7] = inertia * (p.m * h_c * h_c + p.Ie * s * s + p.Iz * c * c)
+    E[1, 8] = E[2, 7] = inertia * p.Iz * c
+    E[2, 8] = inertia * p.Iz
+    E[3, 6] = inertia * p.m * dh_c
+    E[4, 7] = inertia * p.m * h_c
+    E[5, 6] = inertia * p.m * dz_c
     f = x[FRICTION]
     if at[FRICTION_K] >= 0:
         _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), scratch)

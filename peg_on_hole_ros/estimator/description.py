@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimator.forces import contact_forces, tilt_on_contacts
-from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, P, X
 from peg_on_hole_ros.estimator.pose import fill_pose
 from peg_on_hole_ros.estimator.pushing import fill_pushing
+from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, P, X
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 
 

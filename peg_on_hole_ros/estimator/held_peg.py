@@ -226,6 +226,9 @@ class HeldPeg:
         )
         self._fill()
 
+    def mark(self, t_ns: int):
+        """Take note of the stamp [ns] of a wrench that has been taken; a smoother does."""
+
     def _fill(self):
         fill_record(
             self.record,
@@ -250,6 +253,12 @@ class HeldPeg:
         """D - d as it is now, and its standard deviation [m]."""
         scene = part(self.record, "SCENE")
         return scene.item(1) - scene.item(0), sqrt(max(part(self.record, "SPREAD").item(3), 0.0))
+
+    @property
+    def diameters(self) -> tuple[tuple[float, float], float]:
+        """The diameters d, D as they are now [m], and the variance of d [m^2]."""
+        d, D = part(self.record, "SCENE")[:2].tolist()
+        return (d, D), part(self.record, "SPREAD").item(3)
 
     @property
     def gamma0(self) -> float:

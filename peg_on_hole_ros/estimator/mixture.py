@@ -1,8 +1,6 @@
 """A mixture of frictions and of levels of acceleration: mixing, weights, and their mean."""
 
-from math import exp, log, sqrt
-
-import numpy as np
+from math import exp, log
 
 from peg_on_hole_ros.estimator.motion import move_on
 from peg_on_hole_ros.estimator.state import FRICTION

@@ -47,6 +47,8 @@ class Settings(NamedTuple):
         Deviation of accelerations at the start [rad/s^2].
     free_acceleration, free_time : float
         How a holder moves a peg in the air [m/s^2], and for how long one way [s].
+    inertia : float
+        0: accelerations are left out of the equations, as in a quasi-static balance.
 
     """
 
@@ -71,6 +73,7 @@ class Settings(NamedTuple):
     acceleration_start: float = 20.0
     free_acceleration: float = 2.0
     free_time: float = 0.02
+    inertia: float = 1.0
 
 
 def default_settings(**changed) -> Settings:

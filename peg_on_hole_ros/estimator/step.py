@@ -1,6 +1,6 @@
 """What an orientation and a wrench make of the state: the compiled step."""
 
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -264,8 +264,8 @@ def _by_equations(
         if k > 0:
             P[:, :] = P_before
         straighten(
-            p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, s.friction_force2,
-            scratch,
+            p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
+            s.friction_force2, scratch,
         )  # fmt: skip
         E, residual, R = scratch.E, scratch.residual, scratch.R
         for a in range(6):
@@ -279,7 +279,17 @@ def _by_equations(
             for b in range(6):
                 R[a, b] += late * scratch.unknown[a, b]
         value, nis = update(
-            P, w, learnt, residual, E, R, 6, scratch.root, scratch.gain, scratch.white, scratch.step
+            P,
+            w,
+            learnt,
+            residual,
+            E,
+            R,
+            6,
+            scratch.root,
+            scratch.gain,
+            scratch.white,
+            scratch.step,
         )
         scratch.evidence_of_wrench[0] = value
         for a in range(w):

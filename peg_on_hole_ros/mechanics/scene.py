@@ -20,6 +20,9 @@ RANGES = {
     "gravity": (-100.0, 100.0, "m/s^2"),
     "clearance_stddev": (0.0, 0.01, "m"),
     "friction_stddev": (0.0, 1.0, ""),
+    "clearance_drift": (0.0, 0.01, "m/s^0.5"),
+    "friction_k_stddev": (0.0, 1.0, ""),
+    "compliance_stddev": (0.0, 1e-5, "m/N"),
 }
 
 
@@ -46,6 +49,12 @@ class Scene:
         Standard deviation of D - d [m].
     friction_stddev : float
         Standard deviation of f.
+    clearance_drift : float
+        By which the effective clearance walks, as no rim is an ideal circle [m] per root second.
+    friction_k_stddev : float
+        By which friction at K may differ from f; 0: one friction.
+    compliance_stddev : float
+        By how much a load may take from the effective clearance [m/N]; 0: rigid.
 
     """
 
@@ -60,6 +69,9 @@ class Scene:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
     clearance_stddev: float = 0.0
     friction_stddev: float = 0.05
+    clearance_drift: float = 0.0
+    friction_k_stddev: float = 0.0
+    compliance_stddev: float = 0.0
 
     def __post_init__(self):
         """Refuse sizes that are no peg and hole, and units slipped by 1000."""

@@ -1,10 +1,9 @@
 """What an estimate says of the contact: mode, transition, risk, alarms, and what is published."""
 
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.alarms import Alarms
 from peg_on_hole_ros.monitoring.evidence import Shown, force_noise
-from peg_on_hole_ros.monitoring.first_contact import FirstContact
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.judgement import (
     KNOWN,
@@ -49,7 +48,6 @@ class Assessment:
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
         self._options = options
         self._mode = ContactMode(options)
-        self._first = FirstContact()
         self._flag = TransitionFlag(options)
         self._alarms = Alarms(options)
         self._force_stddev = force_noise(scene, wrench_covariance)
@@ -80,20 +78,16 @@ class Assessment:
         return self._mode.mode == "three_point" or self._on_trial
 
     @property
-    def friction_seems_high(self) -> bool:
-        """Whether a contact would pull by a friction that may be stated too high."""
-        return self._first.friction_seems_high
-
-    def friction_sought(self):
-        """Forget the mode: the estimate has begun anew with a lower friction."""
-        self._first.sought()
-        self.restart_mode()
+    def contacts(self) -> ContactSet:
+        """Which contacts the next wrench is weighed with."""
+        if self.on_contacts:
+            return ContactSet.THREE
+        return ContactSet.NONE if self._mode.mode == "open" else ContactSet.UNKNOWN
 
     def restart(self):
         """Forget mode, flag, alarms and the motion."""
         self.restart_mode()
         forget_motion(self._memory)
-        self._first.restart()
         self._flag.restart()
         self._alarms.restart()
         self._told: tuple[Alarm, ...] = ()
@@ -128,9 +122,9 @@ class Assessment:
         if not foreseen:
             break_course(self._memory)
 
-    def placed(self, measurement, kalman: ContactFilter):
+    def placed(self, measurement, kalman: HeldPeg):
         """Take a measurement with a place of the peg; `kalman` knows the clearance."""
-        self._misfit = misfit(measurement, kalman.scene_values, kalman.spread.item(3))
+        self._misfit = misfit(measurement, *kalman.diameters)
 
     def snapshot(self):
         """Return all that the next outputs depend on beside the filter, for `restore`."""
@@ -140,15 +134,15 @@ class Assessment:
         """Go back to a snapshot."""
         recall(snapshot)
 
-    def outputs(self, t_ns: int, kalman: ContactFilter, nis: float, blind: bool) -> Outputs:
+    def outputs(self, t_ns: int, kalman: HeldPeg, nis: float, blind: bool) -> Outputs:
         """
         Return what is published at a stamp.
 
         Parameters
         ----------
         t_ns : int
-        kalman : ContactFilter
-            Predicted up to the stamp; its reactions are filled in.
+        kalman : HeldPeg
+            Which has taken the wrench of the stamp.
         nis : float
             Running mean of the normalised innovation squared (3 degrees of freedom).
         blind : bool
@@ -161,18 +155,17 @@ class Assessment:
         t = t_ns * 1e-9
         dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) * 1e-9
         self._t_ns = t_ns
-        determinant = kalman.react()
+        determinant = kalman.determinant
         since = 0.0 if self._oriented_ns is None else (t_ns - self._oriented_ns) * 1e-9
         # Constant rates say nothing for or against three contacts.
         nis = nis if self.on_contacts else -1.0
         displaced = 0.0 if self._misfit is None else self._misfit.evidence
-        judge(kalman.memory, self._memory, dt, since, nis, determinant, displaced)
+        judge(kalman.record, self._memory, dt, since, nis, determinant, displaced)
         numbers = self._memory[SHOWN:].tolist()
         shown = Shown._make(numbers[: RISK - SHOWN])
         risk = Risk._make(numbers[RISK - SHOWN : KNOWN - SHOWN])
         known = Known._make(numbers[KNOWN - SHOWN :])
         mode = self._mode.update(t, shown)
-        self._first.update(t, mode, shown.opened, kalman.friction_is_open)
         if not blind:
             self._flag.update(t, shown.below, 1.0 - shown.free)
         flag = self._flag.raised

@@ -4,15 +4,7 @@ from math import cos, exp, fabs, nan, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.memory import (
-    LOAD,
-    NOISE,
-    OFFSET_SPREAD,
-    OFFSETS,
-    RATES,
-    U,
-    X,
-)
+from peg_on_hole_ros.estimator.record import NOISE, RATES, U, X
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.monitoring.trend import is_number
 
@@ -45,7 +37,7 @@ def carried_load(f, means, dt, time):
     Parameters
     ----------
     f : ndarray
-        Memory of the filter.
+        Record of the estimate.
     means : ndarray
         From `new_means`; changed.
     dt : float
@@ -108,34 +100,6 @@ def carried_load(f, means, dt, time):
     # Contacts push; where they pull, by friction, they are squeezed, and a couple shows it.
     pull = max(s * means[_FORCE] + c * means[_FORCE + 2], 0.0)
     squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
-    rates = f[RATES] + s * s * f[RATES + 13]
+    rates = f[RATES] + s * s * f[RATES + 7]
     turned = over_radius * p.Ie / time
     return sqrt(squares), means[_SHARE] * noise + turned * turned * rates
-
-
-@compiled
-def unknown_load(f):
-    """
-    Return what is not known of bias and tilt makes of the square of a carried load, in the mean.
-
-    Parameters
-    ----------
-    f : ndarray
-        Memory of the filter.
-
-    Returns
-    -------
-    variance : float
-        As that of `carried_load`, but the same in all wrenches; 0 where both are known [N^2].
-
-    """
-    begin, end = int(f[OFFSETS]), int(f[OFFSETS + 1])
-    over_radius = 2.0 / scene_of(f).d
-    total = 0.0
-    for i in range(6):
-        weight = 1.0 if i < 3 else over_radius * over_radius
-        for a in range(begin, end):
-            for b in range(begin, end):
-                spread = f[OFFSET_SPREAD + 10 * a + 2 + b]
-                total += weight * f[LOAD + 8 * i + a] * spread * f[LOAD + 8 * i + b]
-    return max(total, 0.0)

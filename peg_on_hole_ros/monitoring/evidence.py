@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.forces import rim_load
-from peg_on_hole_ros.estimation.kernel.memory import LASTING, REACTIONS, SCENE, SPREAD, X, Y, Z
+from peg_on_hole_ros.estimator.forces import rim_load
+from peg_on_hole_ros.estimator.record import BIAS_LOAD, LASTING, REACTIONS, SCENE, SPREAD, P, X, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitoring.carried import carried_load, unknown_load
+from peg_on_hole_ros.monitoring.carried import carried_load
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
     FREE,
@@ -141,7 +141,7 @@ def gamma0_variance(f):
 @compiled
 def below_gamma0(f):
     """Return the probability that gamma is below gamma0."""
-    return below((f[SCENE + 3] - f[X]) / sqrt(max(f[Z] + gamma0_variance(f), 1e-24)))
+    return below((f[SCENE + 3] - f[X]) / sqrt(max(f[P] + gamma0_variance(f), 1e-24)))
 
 
 @compiled
@@ -187,7 +187,7 @@ def show(
     Parameters
     ----------
     f : ndarray
-        Memory of the filter, after `reactions.react`.
+        Record of the estimate.
     hypotheses, means, motion : ndarray
         Of `contacts.no_knowledge`, `carried.new_means` and `trend.new_trend`.
     options : ndarray
@@ -197,7 +197,7 @@ def show(
     nis : float
         Running mean of the normalised innovation squared.
     determinant : float
-        What `reactions.react` returned.
+        Of the six equations, over its frictionless value.
     displaced : float
         `place.Misfit.evidence` of the last place that was measured; 0: none was.
     out : ndarray
@@ -222,7 +222,7 @@ def show(
     # A rim that touches is told from noise, from a zero of the sensor that is not known, and from
     # a holder that moves the peg in the air.
     load, variance = carried_load(f, means, dt, o[2])
-    variance += unknown_load(f)
+    variance += f[BIAS_LOAD]
     moved = f[SCENE + 4] * o[7]
     load = load_evidence(load, sqrt(o[0] * o[0] + moved * moved + NOISE_ROOM * variance))
     p = hypotheses

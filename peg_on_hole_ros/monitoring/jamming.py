@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.kernel.memory import NOISE, REACTIONS, SPREAD, WORK, U, X, Y
+from peg_on_hole_ros.estimator.record import NOISE, REACTIONS, SPREAD, WORK, U, X, Y
 from peg_on_hole_ros.mechanics.kernel import (
     closed_forms,
     compiled,
@@ -149,7 +149,7 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     Parameters
     ----------
     f : ndarray
-        Memory of the filter, after `reactions.react`.
+        Record of the estimate.
     motion : ndarray
         Memory of `trend`.
     j : ndarray

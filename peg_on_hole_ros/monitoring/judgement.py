@@ -79,7 +79,7 @@ def judge(f, m, dt, since, nis, determinant, displaced):
     Parameters
     ----------
     f : ndarray
-        Memory of the filter, after `reactions.react`.
+        Record of the estimate.
     m : ndarray
         Memory, from `new_judgement`.
     dt, since : float

@@ -3,7 +3,7 @@
 from math import fabs, sqrt
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimation.kernel.memory import LASTING, REACTIONS, SCENE, SPREAD, Y
+from peg_on_hole_ros.estimator.record import LASTING, REACTIONS, SCENE, SPREAD, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # Reactions are known where no spread is more than a third of their mean, and what friction makes
@@ -42,7 +42,7 @@ def fill_known(f, determinant, band, out):
     Parameters
     ----------
     f : ndarray
-        Memory of the filter, after `reactions.react`.
+        Record of the estimate.
     determinant : float
         Of the six equations over its frictionless value.
     band : float

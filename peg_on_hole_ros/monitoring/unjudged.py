@@ -4,7 +4,7 @@ from math import fabs
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.evidence import (
@@ -45,7 +45,6 @@ class Unjudged:
 
     mode = "unknown"
     doubtful = False
-    friction_seems_high = False
     line = "modes, forecast, risk and alarms are off (monitor.modes)"
 
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
@@ -57,8 +56,13 @@ class Unjudged:
 
     @property
     def on_contacts(self) -> bool:
-        """Whether the peg is to be predicted on three contacts."""
+        """Whether the peg is taken as on three contacts."""
         return self._on_contacts
+
+    @property
+    def contacts(self) -> ContactSet:
+        """Which contacts the next wrench is weighed with."""
+        return ContactSet.THREE if self._on_contacts else ContactSet.UNKNOWN
 
     def restart(self):
         """Lower the flag."""
@@ -72,7 +76,7 @@ class Unjudged:
     def oriented(self, t_ns: int, q, R, foreseen: bool):
         """Take no notice of an orientation: there is no forecast."""
 
-    def placed(self, measurement, kalman: ContactFilter):
+    def placed(self, measurement, kalman: HeldPeg):
         """Take no notice of a place either."""
 
     def snapshot(self):
@@ -83,10 +87,10 @@ class Unjudged:
         """Go back to a snapshot."""
         recall(snapshot)
 
-    def outputs(self, t_ns: int, kalman: ContactFilter, nis: float, blind: bool) -> Outputs:
+    def outputs(self, t_ns: int, kalman: HeldPeg, nis: float, blind: bool) -> Outputs:
         """Return what is published at a stamp; see `Assessment.outputs`."""
-        options, determinant = self._options, kalman.react()
-        look(kalman.memory, self._force_stddev, options.singular_band, determinant, self._seen)
+        options, determinant = self._options, kalman.determinant
+        look(kalman.record, self._force_stddev, options.singular_band, determinant, self._seen)
         below, usable, wedged, *numbers = self._seen.tolist()
         known = Known._make(numbers)
         flag = self._flag.raised if blind else self._flag.update(t_ns * 1e-9, below, 1.0)
@@ -116,13 +120,13 @@ def look(f, force_stddev, band, determinant, out):
     Parameters
     ----------
     f : ndarray
-        Memory of the filter, after `reactions.react`.
+        Record of the estimate.
     force_stddev : float
         Of a force that the rim carries [N].
     band : float
         `monitor.singular_band`.
     determinant : float
-        What `reactions.react` returned.
+        Of the six equations, over its frictionless value.
     out : ndarray
         Filled: probability that gamma is below gamma0; 1 where the reactions can be used; what the
         rim may wedge [N]; then as `Known`.

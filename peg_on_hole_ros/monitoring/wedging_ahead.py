@@ -2,7 +2,7 @@
 
 from math import fabs, inf, isfinite, sqrt
 
-from peg_on_hole_ros.estimation.kernel.memory import RATES, SPREAD, WORK, X
+from peg_on_hole_ros.estimator.record import RATES, SPREAD, WORK, X
 from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
 from peg_on_hole_ros.monitoring.contacts import below
 
@@ -28,7 +28,7 @@ def wedging_ahead(p, f, rate, turn, turn_variance, rest_rate, horizon):
     """
     ratio = p.d / p.D
     along = f[X + 4] + ratio * f[X + 5]
-    variance = f[RATES + 13] + ratio * (2.0 * f[RATES + 14] + ratio * f[RATES + 26])
+    variance = f[RATES + 7] + ratio * (2.0 * f[RATES + 8] + ratio * f[RATES + 14])
     # psi' and phi' alone are hardly known at a small tilt; they count where their slip is known.
     dpsi = f[X + 4] if along * along > 9.0 * variance else 0.0
     # A holder that does not turn the peg does not turn it by the noise of an estimate either, and

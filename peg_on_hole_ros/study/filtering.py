@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimation.bound import Bound, Meaning
-from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration, FilterOptions
 from peg_on_hole_ros.study.scenes import Recording
 

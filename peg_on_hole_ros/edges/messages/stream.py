@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages.output import Message, OutputStream
-from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.measurement import PegJoints
+from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import Answer

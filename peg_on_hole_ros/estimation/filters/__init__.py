@@ -1,1 +1,0 @@
-"""Filters on one interface, and what they say of a prediction and a correction."""

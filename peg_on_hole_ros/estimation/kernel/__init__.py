@@ -1,1 +1,0 @@
-"""The compiled kernel: scalar code that works in one flat memory."""

@@ -1,1 +1,0 @@
-"""Integration steps of the six equations."""
