@@ -56,7 +56,7 @@ def wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, columns, j):
 
 
 @compiled
-def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, friction_force2, scratch):
+def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, held, friction_force2, scratch):
     """
     Fill in residual, slopes and noise of the six equations at the mean of a component.
 
@@ -80,17 +80,24 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
         [N].
     share, inertia : float
         `direction_share` and `inertia`.
+    held : ndarray, shape (3,)
+        Reactions at which the slopes are taken [N].
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     scratch : Scratch
         residual, E, R and unknown are filled.
+
+    Returns
+    -------
+    turned : float
+        See `direction_moments`.
 
     """
     p = scene_at(p, x, at, load)
     work, columns, E, residual = scratch.work, scratch.columns, scratch.E, scratch.residual
     gamma = max(x[0], p.gamma0 + NEAREST)
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
-    direction_moments(p, geo, x, P, share, scratch.scales, scratch.left)
+    turned = direction_moments(p, geo, x, P, share, scratch.scales, scratch.left)
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
     g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
@@ -134,10 +141,10 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
     E[5, 6] = inertia * p.m * dz_c
     f = x[FRICTION]
     if at[FRICTION_K] >= 0:
-        _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), scratch)
+        _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), held, scratch)
     else:
         equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
-        y = (a0, a1, a2, x[n], x[n + 1], x[n + 2])
+        y = (a0, a1, a2, held[0], held[1], held[2])
         derivatives(
             p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, work[24:60]
         )  # fmt: skip
@@ -192,6 +199,7 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
                 E[i, at[TILT] + j] = -columns[i, 1]
     _noise(columns, noise, scratch.root, scratch.R)
     add_unknown_direction(p, geo, scratch.left, friction_force2, scratch.unknown)
+    return turned
 
 
 @compiled
@@ -221,14 +229,14 @@ def _noise(columns, noise, product, R):
 
 
 @compiled
-def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
+def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, held, scratch):
     """Fill in equations and slopes where K has a friction of its own: they are linear in each."""
     work, E = scratch.work, scratch.E
     f_K, f = x[at[FRICTION_K]], x[FRICTION]
     slopes = work[24:60]
     total = scratch.columns.reshape(54)
     # K alone with its friction, then what does not depend on K, then both others.
-    y = (a[0], a[1], a[2], x[n], 0.0, 0.0)
+    y = (a[0], a[1], a[2], held[0], 0.0, 0.0)
     derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(36):
         total[i] = slopes[i]
@@ -236,7 +244,7 @@ def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
     derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(36):
         total[i] -= slopes[i]
-    y = (a[0], a[1], a[2], 0.0, x[n + 1], x[n + 2])
+    y = (a[0], a[1], a[2], 0.0, held[1], held[2])
     derivatives(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(6):
         E[i, at[FRICTION_K]] = total[6 * i + 4]

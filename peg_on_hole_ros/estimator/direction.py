@@ -60,7 +60,13 @@ def direction_moments(p, geo, x, P, share, scales, left):
     left : ndarray, shape (3,)
         Filled with the share of the friction that no slope explains, 0 to 1.
 
+    Returns
+    -------
+    turned : float
+        How far the slip may point elsewhere: the square of its sine, a mean over the contacts.
+
     """
+    turned = 0.0
     w0, w1, w2 = x[RATE], x[RATE + 1], x[RATE + 2]
     q00, q01, q02 = P[RATE, RATE], P[RATE, RATE + 1], P[RATE, RATE + 2]
     q11, q12, q22 = P[RATE + 1, RATE + 1], P[RATE + 1, RATE + 2], P[RATE + 2, RATE + 2]
@@ -86,6 +92,8 @@ def direction_moments(p, geo, x, P, share, scales, left):
         w = 1.0 / (speed2 + s2)
         scales[i] = sqrt(s2 + _LEAST_SCALE2)
         left[i] = max(1.0 - speed2 * w - w * across - s2 * s2 * w * w * w * along, 0.0)
+        turned += across / (speed2 + across) / 3.0
+    return turned
 
 
 @compiled

@@ -30,6 +30,8 @@ class Settings(NamedTuple):
         A friction goes below this weight, and joins another within so many deviations.
     doubt : float
         How much less a sample tells of friction where its direction is unknown; see `mixture`.
+    friction_doubt : float
+        Friction is learnt no better than to this share of what a slip elsewhere would make of it.
     direction_time : float
         Friction of unknown direction is one force for so long, no white noise [s].
     direction_share : float
@@ -37,6 +39,9 @@ class Settings(NamedTuple):
     reaction_prior : float
         What a reaction may be, over the load, before the wrench is looked at. Wide: it only
         keeps the singular set finite.
+    reaction_walk : float
+        By how many loads a reaction may walk in a root second; it only says over how many
+        wrenches the slope by friction is taken, since the noise of one would hide friction.
     load_time : float
         The load is followed within this time [s].
     settling : float
@@ -64,9 +69,11 @@ class Settings(NamedTuple):
     dropped: float = 1e-4
     merged: float = 0.5
     doubt: float = 20.0
+    friction_doubt: float = 0.7
     direction_time: float = 0.01
     direction_share: float = 1.0
     reaction_prior: float = 3.0
+    reaction_walk: float = 3.0
     load_time: float = 0.01
     settling: float = 0.020
     passes: int = 4

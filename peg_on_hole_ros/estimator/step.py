@@ -132,7 +132,7 @@ def orient(s, scratch, o, at, n, learnt, q, R):
         orientation_slopes(x, at, n, scratch.E)
         orientation_residual(x, at, q, scratch.E, scratch.residual)
         scratch.log_likelihood[j], _ = update(
-            s.P[j], n, learnt, scratch.residual, scratch.E, R, 3,
+            s.P[j], n, learnt, 0.0, scratch.residual, scratch.E, R, 3,
             scratch.root, scratch.gain, scratch.white, scratch.step,
         )  # fmt: skip
         for i in range(n):
@@ -187,6 +187,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         for j in range(len(s.weight)):
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
+                s.held[j, i - n] = 0.0
             _forget_reactions(s.P[j], n, prior)
             if contacts == 0 and at[BIAS] >= 0 and s.alive[j // len(o.level)] > 0.0:
                 _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
@@ -199,6 +200,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         for i in range(3):
             s.friction_force2[i] = (s.mean[FRICTION] * s.load[0]) ** 2
     late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
+    growth = (o.reaction_walk * s.load[0]) ** 2 * dt
     several = s.alive.sum() > 1.5
     nis = 0.0
     for j in range(len(s.weight)):
@@ -208,7 +210,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         _forget_reactions(s.P[j], n, prior)
         passes = o.passes if begins else 1
         value = _by_equations(
-            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
+            s.x[j], s.P[j], j, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, growth
         )
         nis += s.weight[j] * value
         if several:
@@ -242,7 +244,7 @@ def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
     for a in range(6):
         scratch.residual[a] = -scratch.residual[a]
     update(
-        P, n, learnt, scratch.residual, scratch.E, scratch.R, 6,
+        P, n, learnt, 0.0, scratch.residual, scratch.E, scratch.R, 6,
         scratch.root, scratch.gain, scratch.white, scratch.step,
     )  # fmt: skip
     for a in range(n):
@@ -251,7 +253,7 @@ def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
 
 @compiled
 def _by_equations(
-    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
+    x, P, j, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, growth
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
@@ -263,10 +265,11 @@ def _by_equations(
     for k in range(passes):
         if k > 0:
             P[:, :] = P_before
-        straighten(
+        turned = straighten(
             p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
-            s.friction_force2, scratch,
+            s.held[j], s.friction_force2, scratch,
         )  # fmt: skip
+        least = (o.friction_doubt * turned * max(x[FRICTION], p.f)) ** 2
         E, residual, R = scratch.E, scratch.residual, scratch.R
         for a in range(6):
             t = -residual[a]
@@ -279,10 +282,7 @@ def _by_equations(
             for b in range(6):
                 R[a, b] += late * scratch.unknown[a, b]
         value, nis = update(
-            P,
-            w,
-            learnt,
-            residual,
+            P, w, learnt, least, residual,
             E,
             R,
             6,
@@ -295,7 +295,22 @@ def _by_equations(
         for a in range(w):
             x[a] = (before[a] if passes > 1 else x[a]) + scratch.step[a]
         x[FRICTION] = max(x[FRICTION], 0.0)
+        if passes > 1:
+            for i in range(3):
+                s.held[j, i], s.held_variance[j, i] = x[n + i], P[n + i, n + i]
+    if passes == 1:
+        _hold(s.held[j], s.held_variance[j], x, P, n, growth)
     return nis
+
+
+@compiled
+def _hold(held, variance, x, P, n, growth):
+    """Follow the reactions over as many wrenches as their noise asks for."""
+    for i in range(3):
+        spread = variance[i] + growth
+        gain = spread / (spread + max(P[n + i, n + i], 1e-30))
+        held[i] += gain * (x[n + i] - held[i])
+        variance[i] = (1.0 - gain) * spread
 
 
 @compiled

@@ -4,14 +4,14 @@ from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.state import DELAY, RATE, TILT
+from peg_on_hole_ros.estimator.state import DELAY, FRICTION, RATE, TILT
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 _LEAST_PIVOT = 1e-300
 
 
 @compiled
-def update(P, w, learnt, residual, E, R, k, root, gain, white, step):
+def update(P, w, learnt, least_friction, residual, E, R, k, root, gain, white, step):
     """
     Update a covariance by a residual r = E (truth - mean) + noise.
 
@@ -23,6 +23,8 @@ def update(P, w, learnt, residual, E, R, k, root, gain, white, step):
         How many values there are.
     learnt : ndarray, shape (w,)
         0 for a value that is considered: it widens all others, and is not corrected (Schmidt).
+    least_friction : float
+        Variance below which friction is learnt no better, by a part of its gain.
     residual : ndarray, shape (k,)
     E : ndarray, shape (k, w)
     R : ndarray, shape (k, k)
@@ -80,7 +82,24 @@ def update(P, w, learnt, residual, E, R, k, root, gain, white, step):
                 v -= gain[i, a] * gain[j, a]
             P[i, j] = v
             P[j, i] = v
+    _keep_doubt(P, k, least_friction, gain, step)
     return -0.5 * nis - log_root, nis
+
+
+@compiled
+def _keep_doubt(P, k, least, gain, step):
+    """Take back the part of friction's gain that has made it surer than is allowed."""
+    told = 0.0
+    for a in range(k):
+        told += gain[FRICTION, a] * gain[FRICTION, a]
+    after = P[FRICTION, FRICTION]
+    if after >= least or told <= 0.0:
+        return
+    before, share = after + told, 0.0
+    if before > least:
+        share = 1.0 - sqrt(max(1.0 - (before - least) / told, 0.0))
+    step[FRICTION] *= share
+    P[FRICTION, FRICTION] = before - (2.0 * share - share * share) * told
 
 
 @compiled
