@@ -56,7 +56,7 @@ def wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, columns, j):
 
 
 @compiled
-def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, held, friction_force2, scratch):
+def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, friction_force2, scratch):
     """
     Fill in residual, slopes and noise of the six equations at the mean of a component.
 
@@ -80,8 +80,6 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, held, f
         [N].
     share, inertia : float
         `direction_share` and `inertia`.
-    held : ndarray, shape (3,)
-        Reactions at which the slopes are taken [N].
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     scratch : Scratch
@@ -141,10 +139,10 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, held, f
     E[5, 6] = inertia * p.m * dz_c
     f = x[FRICTION]
     if at[FRICTION_K] >= 0:
-        _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), held, scratch)
+        _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), scratch)
     else:
         equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
-        y = (a0, a1, a2, held[0], held[1], held[2])
+        y = (a0, a1, a2, x[n], x[n + 1], x[n + 2])
         derivatives(
             p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, work[24:60]
         )  # fmt: skip
@@ -229,14 +227,14 @@ def _noise(columns, noise, product, R):
 
 
 @compiled
-def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, held, scratch):
+def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
     """Fill in equations and slopes where K has a friction of its own: they are linear in each."""
     work, E = scratch.work, scratch.E
     f_K, f = x[at[FRICTION_K]], x[FRICTION]
     slopes = work[24:60]
     total = scratch.columns.reshape(54)
     # K alone with its friction, then what does not depend on K, then both others.
-    y = (a[0], a[1], a[2], held[0], 0.0, 0.0)
+    y = (a[0], a[1], a[2], x[n], 0.0, 0.0)
     derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(36):
         total[i] = slopes[i]
@@ -244,7 +242,7 @@ def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, held, scratch):
     derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(36):
         total[i] -= slopes[i]
-    y = (a[0], a[1], a[2], 0.0, held[1], held[2])
+    y = (a[0], a[1], a[2], 0.0, x[n + 1], x[n + 2])
     derivatives(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(6):
         E[i, at[FRICTION_K]] = total[6 * i + 4]

@@ -73,12 +73,6 @@ def _mix(s, scratch, o, n, first, shut, time):
             for i in range(levels):
                 t += share[i, j] * s.x[first + i, a]
             x[a] = t
-        for a in range(3):
-            t, v = 0.0, 0.0
-            for i in range(levels):
-                t += share[i, j] * s.held[first + i, a]
-                v += share[i, j] * s.held_variance[first + i, a]
-            scratch.held[j, a], scratch.held[j, 3 + a] = t, v
         for a in range(n):
             for b in range(a + 1):
                 t = 0.0
@@ -91,9 +85,6 @@ def _mix(s, scratch, o, n, first, shut, time):
         s.weight[j] = scratch.log_likelihood[j]
         for a in range(w):
             s.x[j, a] = scratch.x[j, a]
-        for a in range(3):
-            s.held[j, a] = scratch.held[j - first, a]
-            s.held_variance[j, a] = scratch.held[j - first, 3 + a]
         for a in range(n):
             for b in range(n):
                 s.P[j, a, b] = scratch.P[j, a, b]

@@ -39,9 +39,6 @@ class Settings(NamedTuple):
     reaction_prior : float
         What a reaction may be, over the load, before the wrench is looked at. Wide: it only
         keeps the singular set finite.
-    reaction_walk : float
-        By how many loads a reaction may walk in a root second; it only says over how many
-        wrenches the slope by friction is taken, since the noise of one would hide friction.
     load_time : float
         The load is followed within this time [s].
     settling : float
@@ -73,7 +70,6 @@ class Settings(NamedTuple):
     direction_time: float = 0.01
     direction_share: float = 1.0
     reaction_prior: float = 3.0
-    reaction_walk: float = 3.0
     load_time: float = 0.01
     settling: float = 0.020
     passes: int = 4

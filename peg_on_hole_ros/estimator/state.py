@@ -39,10 +39,6 @@ class State(NamedTuple):
         Probability of each component.
     alive : ndarray, shape (frictions,)
         1 while a friction is followed.
-    held : ndarray, shape (m, 3)
-        Reactions of late, where the next wrench's equations are straightened [N].
-    held_variance : ndarray, shape (m, 3)
-        Of them [N^2].
     told : ndarray, shape (1,)
         Share of a sample's evidence that counts for the choice of a friction.
     load : ndarray, shape (1,)
@@ -68,8 +64,6 @@ class State(NamedTuple):
     P: np.ndarray
     weight: np.ndarray
     alive: np.ndarray
-    held: np.ndarray
-    held_variance: np.ndarray
     told: np.ndarray
     load: np.ndarray
     since: np.ndarray
@@ -104,8 +98,6 @@ class Scratch(NamedTuple):
     columns : ndarray, shape (6, 9)
         Slopes by tilt, slide and slip of the wrench, and by the wrench itself.
     share : ndarray, shape (levels, levels)
-    held : ndarray, shape (levels, 6)
-        Held reactions and their variances, after mixing.
     work : ndarray
         Of the mechanics.
     step : ndarray, shape (n + 3,)
@@ -136,7 +128,6 @@ class Scratch(NamedTuple):
     left: np.ndarray
     columns: np.ndarray
     share: np.ndarray
-    held: np.ndarray
     work: np.ndarray
     step: np.ndarray
     evidence: np.ndarray
@@ -172,8 +163,6 @@ def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
         "P": (m, w, w),
         "weight": (m,),
         "alive": (frictions,),
-        "held": (m, 3),
-        "held_variance": (m, 3),
         "told": (1,),
         "load": (1,),
         "since": (2,),
@@ -210,7 +199,6 @@ def new_scratch(n: int, frictions: int, levels: int) -> Scratch:
         np.zeros(3),
         np.zeros((6, 9)),
         np.zeros((levels, levels)),
-        np.zeros((levels, 6)),
         workspace(),
         np.zeros(w),
         np.zeros(frictions),

@@ -187,7 +187,6 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         for j in range(len(s.weight)):
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
-                s.held[j, i - n] = 0.0
             _forget_reactions(s.P[j], n, prior)
             if contacts == 0 and at[BIAS] >= 0 and s.alive[j // len(o.level)] > 0.0:
                 _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
@@ -200,7 +199,6 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         for i in range(3):
             s.friction_force2[i] = (s.mean[FRICTION] * s.load[0]) ** 2
     late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
-    growth = (o.reaction_walk * s.load[0]) ** 2 * dt
     several = s.alive.sum() > 1.5
     nis = 0.0
     for j in range(len(s.weight)):
@@ -210,7 +208,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         _forget_reactions(s.P[j], n, prior)
         passes = o.passes if begins else 1
         value = _by_equations(
-            s.x[j], s.P[j], j, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, growth
+            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
         )
         nis += s.weight[j] * value
         if several:
@@ -253,7 +251,7 @@ def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
 
 @compiled
 def _by_equations(
-    x, P, j, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, growth
+    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
@@ -267,7 +265,7 @@ def _by_equations(
             P[:, :] = P_before
         turned = straighten(
             p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
-            s.held[j], s.friction_force2, scratch,
+            s.friction_force2, scratch,
         )  # fmt: skip
         least = (o.friction_doubt * turned * max(x[FRICTION], p.f)) ** 2
         E, residual, R = scratch.E, scratch.residual, scratch.R
@@ -282,7 +280,11 @@ def _by_equations(
             for b in range(6):
                 R[a, b] += late * scratch.unknown[a, b]
         value, nis = update(
-            P, w, learnt, least, residual,
+            P,
+            w,
+            learnt,
+            least,
+            residual,
             E,
             R,
             6,
@@ -295,22 +297,7 @@ def _by_equations(
         for a in range(w):
             x[a] = (before[a] if passes > 1 else x[a]) + scratch.step[a]
         x[FRICTION] = max(x[FRICTION], 0.0)
-        if passes > 1:
-            for i in range(3):
-                s.held[j, i], s.held_variance[j, i] = x[n + i], P[n + i, n + i]
-    if passes == 1:
-        _hold(s.held[j], s.held_variance[j], x, P, n, growth)
     return nis
-
-
-@compiled
-def _hold(held, variance, x, P, n, growth):
-    """Follow the reactions over as many wrenches as their noise asks for."""
-    for i in range(3):
-        spread = variance[i] + growth
-        gain = spread / (spread + max(P[n + i, n + i], 1e-30))
-        held[i] += gain * (x[n + i] - held[i])
-        variance[i] = (1.0 - gain) * spread
 
 
 @compiled
