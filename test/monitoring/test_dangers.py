@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from consistency import residuals
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction
-from peg_on_hole_ros.estimation.kernel import prediction
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
 from peg_on_hole_ros.mechanics.reference import Outcome, solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -24,6 +23,7 @@ from peg_on_hole_ros.simulation.measure import measure, measured_angles
 from peg_on_hole_ros.simulation.truth import integrate
 from peg_on_hole_ros.study.stability import DEFAULT, Place, Truth, Verdict, examine
 from simulated import contact_plan
+from under_way import placed, press
 
 DEFAULTS = Configuration()
 GOOD = (Verdict.STABLE, Verdict.STATED)
@@ -77,17 +77,6 @@ def test_steps_run_over_gamma0(method):
     assert found[DEFAULT] is Verdict.REFUSED
 
 
-def test_a_refused_prediction_stays_finite_and_widens():
-    scene = Scene()
-    kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
-    kalman.start(np.array([scene.gamma0 + 2e-5, 0.3, 0.0]), angle_covariance(0.063, 1e-4))
-    kalman.x[3:] = -1.0, 0.0, 2.0
-    before = kalman.P.trace()
-    kalman.predict(0.004, in_contact=True)
-    assert np.isfinite(kalman.x).all() and np.linalg.eigvalsh(kalman.Z).min() > -1e-12
-    assert kalman.P.trace() > before
-
-
 def test_at_the_singular_set_steps_invent_a_motion():
     # The paper's scene, closing without turning, between its singular tilt and gamma0.
     gamma0 = Scene().gamma0
@@ -99,21 +88,16 @@ def test_at_the_singular_set_steps_invent_a_motion():
 
 
 def test_at_the_singular_set_the_six_equations_say_nothing_of_the_reactions():
-    scene = Scene()
+    scene = Scene(friction_stddev=0.0)
     noise = WrenchReduction(WrenchInput(), scene).covariance
-    stddev = {}
-    for known in (1e6, FilterOptions().acceleration_stddev):
-        kalman = ContactFilter(scene, FilterOptions(acceleration_stddev=known), noise)
-        kalman.start(np.array([0.0655, 0.0, 0.0]), angle_covariance(0.0655, 1e-5))
-        kalman.x[3:] = -0.16, 0.0, 0.0
-        kalman.Z[range(3, 6), range(3, 6)] = 1e-8
-        kalman.hold(np.zeros(6))
-        # As after a step, whose slip is told.
-        kalman._on_contacts[:] = 1.0
-        stddev[known] = kalman.reactions().normal_stddev[0]
-    plain, default = stddev.values()
-    assert plain > 50
-    assert default < plain / 10
+    stddev = []
+    for known in (1e6, 1e-12):
+        kalman = placed([0.0655, 0.0, 0.0], (-0.16, 0.0, 0.0), scene, noise, 1e-10, 1e-8)
+        # Any acceleration, or none: the equations alone, or with what a held peg can do.
+        kalman.state.P[:, range(6, 9), range(6, 9)] = known
+        press(kalman, np.zeros(6), ContactSet.THREE)
+        stddev.append(kalman.reactions()[1][0])
+    assert stddev[0] > 10 * stddev[1]
 
 
 def test_slow_slip_blows_up_explicit_steps():
@@ -166,7 +150,7 @@ def test_three_angles_are_not_independent_at_small_tilt():
 
 def test_angles_wrap():
     scene = Scene()
-    kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
+    kalman = HeldPeg(scene, FilterOptions(), np.eye(6) * 1e-4)
     R = angle_covariance(0.1, 1e-4)
     kalman.start(np.array([0.1, np.pi - 1e-4, 0.0]), R)
     measured = np.array([0.1, -np.pi + 1e-4, 0.0])
@@ -177,15 +161,6 @@ def test_angles_wrap():
 
 
 def test_late_and_repeated_stamps():
-    # Taking the difference of stamps as it comes runs the filter backwards: the noise of the
-    # model is taken off the covariance, which is none any more.
-    scene = Scene()
-    kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
-    kalman.start(np.array([0.1, 0.0, 0.0]), angle_covariance(0.1, 1e-4))
-    for _ in range(20):
-        prediction.predict_free(kalman._memory, kalman._slopes, -0.005, 0.3**2)
-        kalman.Z[3:6, 3:6] *= 0.5
-    assert np.linalg.eigvalsh(kalman.P).min() < 0
     samples = list(measure(closing(), 1))[:300]
     tangled = []
     for k, sample in enumerate(samples):

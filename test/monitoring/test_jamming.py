@@ -10,7 +10,7 @@ from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging
@@ -24,6 +24,7 @@ from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import ROOT, truth
+from under_way import placed, press
 
 SCENE = Scene(friction_stddev=0.0)
 
@@ -34,7 +35,6 @@ def risk(
     """Return the risk of a peg that has moved at given rates for a while, by orientations."""
     options = options or MonitorOptions()
     noise = np.diag([1e-4] * 3 + [1e-7] * 3)
-    kalman = ContactFilter(scene, replace(FilterOptions(), slip_velocity_scale=1e-7), noise)
     motion, ratio = new_trend(), scene.peg_diameter / scene.hole_diameter
     R, rates = np.eye(3) * 1e-10, np.array(rates, float)
     spread, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
@@ -42,16 +42,13 @@ def risk(
     for k in range(200):
         q = end - (199 - k) * 2e-3 * rates
         follow(motion, -1.0 if k == 0 else 2e-3, q, R, ratio, spread, memory)
-    kalman.start(end, R)
-    kalman.x[3:] = rates
-    kalman.Z[range(3, 6), range(3, 6)] = 1e-6
-    kalman.hold(np.array(wrench, float))
-    kalman.reactions()
+    kalman = placed(end, rates, scene, noise, 1e-10, 1e-6)
+    record = press(kalman, wrench)
     out = np.zeros(len(Risk._fields))
     j, limits = jamming.new_memory(), jamming.limits(options)
     for _ in range(times):
         jamming.assess(
-            kalman.memory, motion, j, limits, 1e-3, 0.0, 1.0, under, -1.0, under < 0.5, out
+            record, motion, j, limits, 1e-3, 0.0, 1.0, under, -1.0, under < 0.5, out
         )
     return Risk(*out.tolist())
 
@@ -60,7 +57,7 @@ def risk(
 def test_determinant_is_that_of_the_six_equations(rates):
     found = risk(0.13, rates).determinant
     expected = solve_contact(SCENE, [0.13, 0, 0], rates, [0, 0, 0], [0, 0, 0]).determinant
-    # Friction of the filter is regularised at 1e-7 m/s, and turning estimated to 1e-3.
+    # The slip is known to 1e-3 rad/s, and turning estimated to as much.
     assert found == pytest.approx(expected, rel=2e-3)
 
 

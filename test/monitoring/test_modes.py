@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from grid_cells import Motion, truth_of, with_noise
 from late_samples import ordered
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.kernel import memory
+from peg_on_hole_ros.estimator import record as estimate
+from peg_on_hole_ros.estimator.record import DETERMINANT
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import contacts
 from peg_on_hole_ros.monitoring.carried import LIFT, SIZE, carried_load, new_means
@@ -43,11 +43,12 @@ from peg_on_hole_ros.monitoring.evidence import (
 from peg_on_hole_ros.monitoring.mode import ContactMode
 from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
-from peg_on_hole_ros.options import FilterOptions, MonitorOptions
+from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
 from simulated import truth
+from under_way import move, placed, press
 
 OPTIONS = MonitorOptions()
 SCENE = Scene()
@@ -196,16 +197,12 @@ def test_evidence_counts_by_time_and_not_by_messages():
 
 def shown(gamma, force=-30.0, scene=SCENE):
     """What a pressed peg at rest shows after a while."""
-    kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
-    kalman.start(np.array([gamma, 0.3, 0.1]), np.eye(3) * 1e-8)
-    kalman.hold(np.array([0.0, 0.0, force, 0.0, 0.0, 0.0]))
+    record = press(placed([gamma, 0.3, 0.1], scene=scene), [0.0, 0.0, force, 0.0, 0.0, 0.0])
     p, means, out = no_knowledge(), new_means(), np.zeros(WIDTH)
     motion = new_trend()
     for _ in range(100):
-        solution = kalman.reactions()
-        determinant = float("nan") if solution is None else solution.determinant
-        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, determinant, 0.0, out)
-        show(kalman.memory, p, means, motion, *arguments)
+        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, record[DETERMINANT], 0.0, out)
+        show(record, p, means, motion, *arguments)
     return Shown(*out.tolist())
 
 
@@ -237,11 +234,9 @@ def carried(kalman, wrenches, rates=None, dt=1e-3, time=5e-3):
     """Return carried load and its variance after wrenches in a row, turning along with rates."""
     means = new_means()
     for k, wrench in enumerate(wrenches):
-        kalman.u[:] = wrench
         if rates is not None:
-            kalman.x[:3] += dt * kalman.x[3:]
-            kalman.x[3:] = rates[k]
-        found = carried_load(kalman.memory, means, dt, time)
+            move(kalman, rates[k], 0.0, kalman.x[:3] + dt * kalman.x[3:])
+        found = carried_load(press(kalman, wrench), means, dt, time)
     assert means.shape == (SIZE,)
     return found
 
@@ -249,9 +244,7 @@ def carried(kalman, wrenches, rates=None, dt=1e-3, time=5e-3):
 def test_noise_is_averaged_out_and_what_is_left_is_foretold():
     rng = np.random.default_rng(4)
     noise = np.diag([0.04] * 3 + [2.5e-5] * 3)
-    kalman = ContactFilter(SCENE, FilterOptions(), noise)
-    kalman.start(np.array([0.1, 0.3, 0.7]), np.eye(3) * 1e-8)
-    kalman.Z[3:6, 3:6] = 0.0
+    kalman = placed([0.1, 0.3, 0.7], scene=SCENE, noise=noise, rate_variance=0.0)
     hanging = -0.5 * np.array(SCENE.gravity) @ peg_axes(kalman.x[:3])
     weight = np.array([*hanging, 0.0, 0.0, 0.0])
     squares, foretold = [], 0.0
@@ -270,9 +263,7 @@ def peg_axes(q):
 
 
 def test_a_load_that_changes_is_seen_at_once():
-    kalman = ContactFilter(SCENE, FilterOptions(), np.eye(6) * 1e-6)
-    kalman.start(np.array([0.1, 0.0, 0.0]), np.eye(3) * 1e-8)
-    kalman.Z[3:6, 3:6] = 0.0
+    kalman = placed([0.1, 0.0, 0.0], scene=SCENE, noise=1e-6, rate_variance=0.0)
     pressed = [np.array([0.0, 0.0, -30.0, 0.0, 0.0, 0.0])] * 20
     hanging = np.array([*(-0.5 * np.array(SCENE.gravity) @ peg_axes(kalman.x[:3])), 0, 0, 0])
     assert carried(kalman, pressed)[0] == pytest.approx(30 + 0.5 * 9.80665, rel=0.01)
@@ -285,15 +276,15 @@ def test_a_free_peg_that_turns_carries_nothing():
     inertia, dt = np.diag([Ie, Ie, Iz]), 2e-4
     rng = np.random.default_rng(2)
     axes, spin = peg_axes([0.4, 0.2, 0.9]), np.array([1.0, -2.0, 3.0])
-    kalman = ContactFilter(SCENE, FilterOptions(), np.diag([0.04] * 3 + [2.5e-5] * 3))
-    kalman.start(np.array([0.4, 0.2, 0.9]), np.eye(3) * 1e-12)
-    kalman.Z[3:6, 3:6] = 0.0
+    noise = np.diag([0.04] * 3 + [2.5e-5] * 3)
+    kalman = placed([0.4, 0.2, 0.9], scene=SCENE, noise=noise, rate_variance=0.0)
     means, couple = new_means(), rng.uniform(-0.05, 0.05, 3)
     for k in range(121):
         moment = couple * np.sin(2 * np.pi * k * dt / 0.06)
-        kalman.x[:3], kalman.x[3:] = euler_state(axes, spin)
-        kalman.u[:3], kalman.u[3:] = -0.5 * np.array(SCENE.gravity) @ axes, moment
-        load, _ = carried_load(kalman.memory, means, dt, 2e-3)
+        q, rates = euler_state(axes, spin)
+        move(kalman, rates, 0.0, q)
+        record = press(kalman, [*(-0.5 * np.array(SCENE.gravity) @ axes), *moment])
+        load, _ = carried_load(record, means, dt, 2e-3)
         change = np.linalg.solve(inertia, moment - np.cross(spin, inertia @ spin))
         middle = spin + 0.5 * dt * change
         change = np.linalg.solve(inertia, moment - np.cross(middle, inertia @ middle))
@@ -316,9 +307,7 @@ def euler_state(axes, spin):
 
 
 def test_a_rim_pushes_and_does_not_pull():
-    kalman = ContactFilter(SCENE, FilterOptions(), np.eye(6) * 1e-6)
-    kalman.start(np.array([0.1, 0.2, 0.3]), np.eye(3) * 1e-8)
-    kalman.Z[3:6, 3:6] = 0.0
+    kalman = placed([0.1, 0.2, 0.3], scene=SCENE, noise=1e-6, rate_variance=0.0)
     axes = peg_axes(kalman.x[:3])
     for force, counted in ((3.0, 3.0 / LIFT), (-3.0, 3.0)):
         total = np.array([0.0, 0.0, force]) - 0.5 * np.array(SCENE.gravity)
@@ -435,7 +424,6 @@ def test_dwell_and_thresholds_are_those_of_the_options():
 
 
 def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread():
-    kalman = ContactFilter(SCENE, FilterOptions(), np.eye(6) * 1e-4)
     motion, rate, gamma0 = new_trend(), -0.16, SCENE.gamma0
     for k in range(200):
         gamma = gamma0 + 0.05 + rate * 2e-3 * k / 2
@@ -444,10 +432,10 @@ def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread(
     found = []
     for clearance_stddev in (0.0, 2e-5):
         out = np.zeros(WIDTH)
-        kalman.start(np.array([gamma, 0.3, 0.1]), np.eye(3) * 1e-8)
+        record = press(placed([gamma, 0.3, 0.1], scene=SCENE), np.zeros(6))
         options = settings(OPTIONS, 0.3, clearance_stddev)
         p, means = no_knowledge(), new_means()
-        show(kalman.memory, p, means, motion, options, 1e-3, 0.0, -1.0, 1.0, 0.0, out)
+        show(record, p, means, motion, options, 1e-3, 0.0, -1.0, 1.0, 0.0, out)
         found.append(Shown(*out.tolist()))
     by_clearance = 0.05 * 2e-5 / (SCENE.hole_diameter * np.sin(gamma0)) / (-rate / 2)
     more = np.sqrt(found[1].time_stddev ** 2 - found[0].time_stddev ** 2)
@@ -481,8 +469,8 @@ def test_a_thrown_innovation_is_no_other_contact():
 
 
 def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave():
-    m = np.zeros(memory.SIZE)
-    part = memory.part
+    m = np.zeros(estimate.SIZE)
+    part = estimate.part
     part(m, "REACTIONS", (6, 6))[4, 4] = 4.0
     part(m, "LASTING", (2, 6))[:, 4] = 1.0, np.sqrt(2.0)
     part(m, "Y")[4] = -5.9
@@ -496,11 +484,9 @@ def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave():
 
 def test_what_a_rim_may_wedge_is_never_below_what_it_carries():
     """A tilt beyond a right angle is none, and has no negative sine."""
-    kalman = ContactFilter(Scene(), FilterOptions(), np.diag([0.04] * 3 + [2.5e-5] * 3))
     loads = []
     for gamma in (0.0, 0.15, 0.5 * np.pi, 4.0, -4.0):
-        kalman.start(np.array([gamma, 0.0, 0.0]), 1e-8 * np.eye(3))
-        loads.append(wedged_load(kalman.memory, 0.2))
+        loads.append(wedged_load(press(placed([gamma, 0.0, 0.0]), np.zeros(6)), 0.2))
     # Gravity alone is carried.
     assert min(loads) == pytest.approx(0.5 * 9.80665 + 0.2, rel=1e-9)
     assert loads[2] == loads[3] and loads[0] == loads[4] > loads[1]

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
-from peg_on_hole_ros.monitoring.carried import unknown_load
+from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.record import BIAS_LOAD
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from simulated import truth
+from under_way import press
 
 SENSOR = replace(
     Configuration().wrench, sensor_xyz=(0.01, -0.02, 0.09), sensor_rpy=(3.0, 0.2, 0.7)
@@ -29,10 +30,10 @@ def test_an_unknown_bias_loads_the_rim_as_drawn_ones_do(force, torque):
     )
     q = np.array([0.2, 0.9, -2.0])
     kalman.start(q, np.eye(3) * 1e-8)
-    kalman.hold(reduction.on_peg((0.0, 0.0, -5.0), (0.0, 0.0, 0.0), q))
+    record = press(kalman, reduction.on_peg((0.0, 0.0, -5.0), (0.0, 0.0, 0.0), q))
     if force == torque == 0.0:
         # Not a hair: with a known zero nothing is different.
-        assert unknown_load(kalman.memory) == 0.0
+        assert record[BIAS_LOAD] == 0.0
         return
     unbiased = reduction.on_peg((0.0,) * 3, (0.0,) * 3, q)
     rng = np.random.default_rng(1)
@@ -42,7 +43,7 @@ def test_an_unknown_bias_loads_the_rim_as_drawn_ones_do(force, torque):
         made = reduction.on_peg(bias[:3], bias[3:], q) - unbiased
         squares.append(made[:3] @ made[:3] + made[3:] @ made[3:] * (2 / scene.peg_diameter) ** 2)
     # The mean of 4000 such squares is told to some 2 %.
-    assert unknown_load(kalman.memory) == pytest.approx(np.mean(squares), rel=0.07)
+    assert record[BIAS_LOAD] == pytest.approx(np.mean(squares), rel=0.07)
 
 
 @pytest.mark.parametrize("bias", [0.0, 1.0])

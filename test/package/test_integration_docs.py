@@ -14,7 +14,7 @@ from peg_on_hole_ros.edges.messages import decode, stream
 from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.estimation import measurement, orientation
-from peg_on_hole_ros.estimation.filters.offset import NAMES as OFFSETS
+from peg_on_hole_ros.estimator.offsets import NAMES as OFFSETS
 from peg_on_hole_ros.parameter_table import PARAMETERS
 from simulated import ROOT
 

@@ -2,11 +2,12 @@
 
 import subprocess
 import sys
+from dataclasses import asdict
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.estimation.reference.steps import with_parameters
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import friction_cubic, six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -31,6 +32,14 @@ def random_case(rng):
     tilt = scene.gamma0 + 10 ** rng.uniform(-3, 0) * (1.4 - scene.gamma0)
     x = np.array([tilt, *rng.uniform(-3, 3, 2), *rng.normal(size=3)])
     return scene, x, rng.normal(size=6) * [20, 20, 20, 1, 1, 1]
+
+
+def with_parameters(scene, friction, peg_diameter):
+    """Return a scene of another friction and diameter, which may be complex; mass is kept."""
+    values = {**asdict(scene), "friction": friction, "peg_diameter": peg_diameter}
+    clearance = scene.hole_diameter - peg_diameter
+    gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
+    return SimpleNamespace(**values, gamma0=gamma0)
 
 
 def solve_reference(scene, xu):

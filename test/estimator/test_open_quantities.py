@@ -1,0 +1,220 @@
+"""What a scene leaves open is learnt where a motion tells of it, and its bounds hold."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import takewhile
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.study import scenes
+from simulated import truth
+
+pytestmark = pytest.mark.xdist_group("simulation")
+SECONDS = 1e9
+# The first of a motion, in which friction and rates are found.
+SETTLED_NS = 50_000_000
+
+
+@cache
+def closing(name):
+    """Return a truth: `closing_with_slip`, `reversals` or another case."""
+    case = next(case for case in scenes.CASES if case.name == name)
+    return scenes.truth_of(case, Configuration())
+
+
+def played(motion, configuration, seed, bias=np.zeros(6), seconds=10.0, begin_ns=START_NS):
+    """Return a pipeline, and its outputs of a measurement by a sensor that is off by a bias."""
+    pipeline = Pipeline(configuration)
+    samples = measure(motion, seed, begin_ns, exact=sensor_wrench(motion) + bias)
+    within = takewhile(lambda sample: sample.t_ns - begin_ns <= seconds * SECONDS, samples)
+    return pipeline, list(pipeline.play(within))
+
+
+def inside(motion, outputs):
+    """Return which share of the determined reactions lies in its 95 % bounds, shape (3,)."""
+    hits = [
+        np.abs(row.normal - motion.normal[k]) <= 1.96 * row.normal_stddev
+        for row in outputs
+        for k in [np.searchsorted(motion.t_ns, row.t_ns - START_NS)]
+        if row.monitor["reactions_determined"] and motion.t_ns[k] > SETTLED_NS
+    ]
+    return np.mean(hits, axis=0), len(hits)
+
+
+def told_wrongly(off, **filtering):
+    """Return a truth and a configuration whose clearance is off by a share of the true one."""
+    motion = truth("closing_with_slip")
+    configuration = motion.plan.configuration
+    scene = configuration.scene
+    true = scene.hole_diameter - scene.peg_diameter
+    told = true * (1 + off)
+    scene = replace(
+        scene, peg_diameter=scene.hole_diameter - told, clearance_stddev=abs(off) * true
+    )
+    options = replace(configuration.filter, **filtering)
+    return motion, replace(configuration, scene=scene, filter=options), true, told
+
+
+@pytest.mark.parametrize("off", [0.2, -0.2])
+def test_a_clearance_is_learnt_in_sliding_and_forgotten_by_a_reset(off):
+    motion, configuration, true, told = told_wrongly(off)
+    pipeline, outputs = played(motion, configuration, 1, seconds=0.4)
+    first, last = outputs[0].monitor, outputs[-1].monitor
+    assert first["clearance"] == pytest.approx(told)
+    assert last["clearance_stddev"] < 0.1 * abs(off) * true
+    assert abs(last["clearance"] - true) < 4 * last["clearance_stddev"]
+    share, count = inside(motion, outputs)
+    assert count > 200 and share.min() > 0.9
+    pipeline.reset()
+    anew = list(pipeline.play(list(measure(motion, 3, START_NS + 9_000_000_000))[:20]))
+    assert anew[0].monitor["clearance"] == pytest.approx(told)
+    assert anew[0].monitor["friction"] == pytest.approx(configuration.scene.friction, rel=0.02)
+
+
+def test_what_was_learnt_outlives_a_pause():
+    motion, configuration, *_ = told_wrongly(0.2)
+    pipeline, outputs = played(motion, configuration, 1, seconds=0.3)
+    learnt = outputs[-1].monitor
+    later = list(measure(motion, 2, START_NS + 8_000_000_000))[:40]
+    again = list(pipeline.play(later))[0].monitor
+    assert again["clearance"] == pytest.approx(learnt["clearance"], rel=1e-2)
+    assert again["clearance_stddev"] < 2 * learnt["clearance_stddev"]
+
+
+def test_a_clearance_that_is_only_considered_stays_and_widens_the_bounds():
+    motion, configuration, _, told = told_wrongly(0.02, clearance="considered")
+    _, outputs = played(motion, configuration, 1, seconds=0.4)
+    for row in outputs:
+        assert row.monitor["clearance"] == pytest.approx(told, rel=1e-12)
+        assert row.monitor["clearance_stddev"] == outputs[0].monitor["clearance_stddev"]
+    known = replace(configuration, scene=replace(configuration.scene, clearance_stddev=0.0))
+    _, sure = played(motion, known, 1, seconds=0.4)
+    assert sure[-1].normal_stddev[0] < outputs[-1].normal_stddev[0]
+
+
+@pytest.mark.parametrize("off", [2e-6, -2e-6, 1e-5, -1e-5])
+def test_reactions_keep_their_bounds_with_a_peg_that_is_not_as_stated(off):
+    motion = truth("closing_with_slip")
+    configuration = motion.plan.configuration
+    scene = configuration.scene
+    scene = replace(scene, peg_diameter=scene.peg_diameter + off, clearance_stddev=abs(off))
+    shares = []
+    for seed in (41, 42, 43):
+        _, outputs = played(motion, replace(configuration, scene=scene), seed)
+        share, count = inside(motion, outputs)
+        assert count > 400
+        shares.append(share)
+    assert np.mean(shares, axis=0).min() > 0.9
+
+
+BIAS = np.array([0.7, -1.6, 0.6, 0.01, 0.004, -0.02])
+
+
+def uncertain(configuration, force=2.0, torque=0.02, **more):
+    wrench = replace(
+        configuration.wrench, bias_force_stddev=force, bias_torque_stddev=torque, **more
+    )
+    return replace(configuration, wrench=wrench)
+
+
+def test_a_bias_is_learnt_while_the_peg_slides():
+    motion = closing("reversals")
+    pipeline, outputs = played(motion, uncertain(motion.plan.configuration), 7, BIAS)
+    monitor = outputs[-1].monitor
+    names = [f"bias_force_{axis}" for axis in "xyz"] + [f"bias_torque_{axis}" for axis in "xyz"]
+    stddev = np.array([monitor[f"{name}_stddev"] for name in names])
+    off = np.array([monitor[name] for name in names]) - BIAS
+    # A chi-squared of six, three in a thousand of chance and the filter's own linearisation.
+    assert ((off / stddev) ** 2).max() < chi2(1).isf(1e-3)
+    assert stddev[0] < 0.1 and stddev[1] < 0.1
+    share, _ = inside(motion, outputs)
+    assert share.min() > 0.9
+    np.testing.assert_array_equal(pipeline.processor.bias, [monitor[name] for name in names])
+
+
+def test_a_bias_is_learnt_in_free_air_and_nothing_is_taken_for_a_contact():
+    motion = truth("working_cycle")
+    down = next(t for t, text in motion.events if text.startswith("touch-down")) * 1e-9
+    configuration = uncertain(motion.plan.configuration)
+    _, outputs = played(motion, configuration, 3, BIAS, seconds=down - 0.05)
+    monitor = outputs[-1].monitor
+    for axis, value in zip("xyz", BIAS[:3], strict=True):
+        stddev = monitor[f"bias_force_{axis}_stddev"]
+        assert stddev < 0.5
+        assert abs(monitor[f"bias_force_{axis}"] - value) < 4 * stddev
+    modes = {row.contact_mode for row in outputs[100:]}
+    assert modes == {"open"}
+    assert not any(alarm.level for row in outputs for alarm in row.alarms)
+
+
+def test_a_bias_that_is_considered_or_known_is_not_learnt():
+    motion = truth("working_cycle")
+    configuration = uncertain(motion.plan.configuration)
+    options = replace(configuration.filter, wrench_bias="considered")
+    _, outputs = played(motion, replace(configuration, filter=options), 3, BIAS, seconds=0.5)
+    assert outputs[-1].monitor["bias_force_x"] == 0.0
+    assert outputs[-1].monitor["bias_force_x_stddev"] == 2.0
+    _, outputs = played(motion, motion.plan.configuration, 3, seconds=0.1)
+    assert "bias_force_x" not in outputs[-1].monitor
+
+
+def test_a_drifting_zero_is_followed_in_free_air():
+    motion = truth("working_cycle")
+    configuration = uncertain(motion.plan.configuration, 0.1, 0.001, bias_force_drift=0.5)
+    pipeline, last = Pipeline(configuration), None
+    for sample in measure(motion, 3):
+        t = (sample.t_ns - START_NS) * 1e-9
+        if t > 1.1:
+            break
+        if isinstance(sample, WrenchSample):
+            x, y, z = sample.force
+            sample = sample._replace(force=(x + 2.0 * t, y, z))
+        last = pipeline.on_sample(sample) or last
+    stddev = last.monitor["bias_force_x_stddev"]
+    assert abs(last.monitor["bias_force_x"] - 2.2) < 4 * stddev < 2.5
+
+
+def test_a_tilted_hole_is_learnt():
+    motion = closing("reversals")
+    tilt = np.radians([0.1, -0.2])
+    configuration = motion.plan.configuration
+    joints = replace(configuration.joints, hole_tilt_stddev=0.005)
+    pipeline = Pipeline(replace(configuration, joints=joints))
+    last = None
+    for sample in measure(motion, 7):
+        if isinstance(sample, JointSample):
+            gamma, psi, phi = sample.position
+            # To first order what a small turn of the hole makes of the angles.
+            s, c, over = np.sin(psi), np.cos(psi), 1.0 / np.sin(gamma)
+            turned = (c * tilt[0] + s * tilt[1]) * over
+            moved = gamma + s * tilt[0] - c * tilt[1], psi + np.cos(gamma) * turned, phi - turned
+            sample = sample._replace(position=moved)
+        last = pipeline.on_sample(sample) or last
+    for axis, value in zip("xy", tilt, strict=True):
+        stddev = last.monitor[f"hole_tilt_{axis}_stddev"]
+        assert stddev < 0.002
+        # Second order of the tilt at a tilt of 0.1 rad: some 1e-4 rad.
+        assert abs(last.monitor[f"hole_tilt_{axis}"] - value) < 4 * stddev + 2e-4
+
+
+def test_a_tare_begins_the_bias_anew():
+    configuration = uncertain(Configuration())
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    kalman = make_filter(
+        configuration.scene, configuration.filter, reduction.covariance,
+        reduction.offsets(configuration),
+    )  # fmt: skip
+    kalman.start(np.array([0.2, 0.1, 0.3]), 1e-8 * np.eye(3))
+    kalman.tared(reduction.noise / 100)
+    found = kalman.learnt(np.zeros(6))
+    assert found["bias_force_x"] == 0.0
+    assert found["bias_force_x_stddev"] == pytest.approx(0.02)
+    assert found["bias_torque_z_stddev"] == pytest.approx(0.0005)
