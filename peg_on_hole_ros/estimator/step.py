@@ -6,7 +6,13 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.free import balance_free
-from peg_on_hole_ros.estimator.mixture import combine, friction_told, merge, reweigh
+from peg_on_hole_ros.estimator.mixture import (
+    combine,
+    friction_told,
+    keep_friction_force,
+    merge,
+    reweigh,
+)
 from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, OPEN, RATE
 from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -221,6 +227,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     if several:
         merge(s, o)
     combine(s, n)
+    keep_friction_force(s, n)
 
 
 @compiled
