@@ -21,8 +21,9 @@ from peg_on_hole_ros.mechanics.kernel import (
     equations,
 )
 
-# The equations are taken no nearer to the tilt at which three contacts become two [rad].
-NEAREST = 1e-5
+# The equations are taken no nearer to the tilt at which three contacts become two, and for no peg
+# that lies, where the closed forms end [rad].
+NEAREST, STEEPEST = 1e-5, 1.5
 # A clearance is learnt within a factor of e^3 of the stated one.
 MOST_LOG = 3.0
 LEAST_CLEARANCE = 1e-7
@@ -93,7 +94,7 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
     """
     p = scene_at(p, x, at, load)
     work, columns, E, residual = scratch.work, scratch.columns, scratch.E, scratch.residual
-    gamma = max(x[0], p.gamma0 + NEAREST)
+    gamma = min(max(x[0], p.gamma0 + NEAREST), STEEPEST)
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     turned = direction_moments(p, geo, x, P, share, scratch.scales, scratch.left)
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
