@@ -21,11 +21,12 @@ from peg_on_hole_ros.mechanics.kernel import (
     equations,
 )
 
-# The equations are taken no nearer to the tilt at which three contacts become two [rad].
-NEAREST = 1e-5
+# The equations are taken no nearer to the tilt at which three contacts become two, and for no peg
+# that lies, where the closed forms end [rad].
+NEAREST, STEEPEST = 1e-5, 1.5
 # A clearance is learnt within a factor of e^3 of the stated one.
-_MOST_LOG = 3.0
-_LEAST_CLEARANCE = 1e-7
+MOST_LOG = 3.0
+LEAST_CLEARANCE = 1e-7
 
 
 @compiled
@@ -35,9 +36,9 @@ def scene_at(p, x, at, load):
         return p
     clearance = p.D - p.d
     if at[CLEARANCE] >= 0:
-        clearance *= exp(min(max(x[at[CLEARANCE]], -_MOST_LOG), _MOST_LOG))
+        clearance *= exp(min(max(x[at[CLEARANCE]], -MOST_LOG), MOST_LOG))
     if at[COMPLIANCE] >= 0:
-        clearance = max(clearance - x[at[COMPLIANCE]] * load, _LEAST_CLEARANCE)
+        clearance = max(clearance - x[at[COMPLIANCE]] * load, LEAST_CLEARANCE)
     d = p.D - clearance
     gamma0 = atan2(sqrt(clearance * (p.D + d)), d)
     return SceneScalars(d, p.D, p.H_c, gamma0, p.m, p.Ie, p.Iz, p.f, p.g_x, p.g_y, p.g_z)
@@ -93,7 +94,7 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
     """
     p = scene_at(p, x, at, load)
     work, columns, E, residual = scratch.work, scratch.columns, scratch.E, scratch.residual
-    gamma = max(x[0], p.gamma0 + NEAREST)
+    gamma = min(max(x[0], p.gamma0 + NEAREST), STEEPEST)
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     turned = direction_moments(p, geo, x, P, share, scratch.scales, scratch.left)
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
@@ -228,9 +229,10 @@ def _noise(columns, noise, product, R):
 
 @compiled
 def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
-    """Fill in equations and slopes where K has a friction of its own: they are linear in each."""
+    """Fill in equations and slopes where friction at K differs: they are linear in each."""
     work, E = scratch.work, scratch.E
-    f_K, f = x[at[FRICTION_K]], x[FRICTION]
+    f = x[FRICTION]
+    f_K = f + x[at[FRICTION_K]]
     slopes = work[24:60]
     total = scratch.columns.reshape(54)
     # K alone with its friction, then what does not depend on K, then both others.
@@ -246,7 +248,7 @@ def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
     derivatives(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, slopes)
     for i in range(6):
         E[i, at[FRICTION_K]] = total[6 * i + 4]
-        E[i, FRICTION] = slopes[6 * i + 4]
+        E[i, FRICTION] = slopes[6 * i + 4] + total[6 * i + 4]
     for i in range(36):
         slopes[i] += total[i]
     equations(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, work)

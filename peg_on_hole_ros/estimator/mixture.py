@@ -194,7 +194,7 @@ def _friction_of(s, levels, g):
 
 @compiled
 def combine(s, n):
-    """Fill in mean and covariance of the whole mixture, and the mean square of friction."""
+    """Fill in mean and covariance of the whole mixture."""
     m, w = len(s.weight), n + 3
     for a in range(w):
         t = 0.0
@@ -216,6 +216,11 @@ def combine(s, n):
     for a in range(w):
         for b in range(a):
             s.covariance[b, a] = s.covariance[a, b]
+
+
+@compiled
+def keep_friction_force(s, n):
+    """Keep the mean square of friction at each contact, which the next wrench is weighed with."""
     f2 = s.mean[FRICTION] ** 2
     for i in range(3):
         N = s.mean[n + i]

@@ -14,6 +14,8 @@ class Settings(NamedTuple):
     level, time : ndarray, shape (levels,)
         Stationary deviation of a held peg's accelerations [rad/s^2], and the time in which they
         fade [s]. A robot at rest or in steady motion, one that turns round, a peg that jumps.
+        An infinite time: accelerations are held until the next wrench, which finds them anew
+        within the level; with a wide level the wrench drives the motion.
     up : ndarray, shape (levels,)
         How often a second the motion changes to a level from one below it [1/s].
     down : float

@@ -6,7 +6,13 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.free import balance_free
-from peg_on_hole_ros.estimator.mixture import combine, friction_told, merge, reweigh
+from peg_on_hole_ros.estimator.mixture import (
+    combine,
+    friction_told,
+    keep_friction_force,
+    merge,
+    reweigh,
+)
 from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, OPEN, RATE
 from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -187,7 +193,9 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         for j in range(len(s.weight)):
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
-            _forget_reactions(s.P[j], n, prior)
+            _forget(s.P[j], n, n, prior)
+            if np.isinf(o.time[j % len(o.level)]):
+                _forget(s.P[j], ACCELERATION, n, o.acceleration_start**2)
             if contacts == 0 and at[BIAS] >= 0 and s.alive[j // len(o.level)] > 0.0:
                 _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
         combine(s, n)
@@ -205,7 +213,9 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         scratch.log_likelihood[j] = 0.0
         if s.alive[j // levels] == 0.0:
             continue
-        _forget_reactions(s.P[j], n, prior)
+        _forget(s.P[j], n, n, prior)
+        if np.isinf(o.time[j % levels]):
+            _forget(s.P[j], ACCELERATION, n, o.level[j % levels] ** 2)
         passes = o.passes if begins else 1
         value = _by_equations(
             s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
@@ -221,11 +231,13 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     if several:
         merge(s, o)
     combine(s, n)
+    keep_friction_force(s, n)
 
 
 @compiled
-def _forget_reactions(P, n, prior):
-    for i in range(n, n + 3):
+def _forget(P, first, n, prior):
+    """Take three values from a place on as new, with a variance."""
+    for i in range(first, first + 3):
         for j in range(n + 3):
             P[i, j] = 0.0
             P[j, i] = 0.0

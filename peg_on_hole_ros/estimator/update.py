@@ -1,6 +1,6 @@
 """Kalman's update of one component, by an orientation and by the six equations."""
 
-from math import cos, log, pi, sin, sqrt
+from math import atan2, cos, log, pi, sin, sqrt
 
 import numpy as np
 
@@ -129,12 +129,39 @@ def orientation_slopes(x, at, w, E):
 @compiled
 def orientation_residual(x, at, q, E, residual):
     """Fill in an orientation less what is expected of it; psi and phi may be off by turns."""
+    seen = (q[0], q[1], q[2])
+    if at[TILT] >= 0:
+        seen = _turned_back(seen, x[at[TILT]], x[at[TILT] + 1])
     for i in range(3):
-        t = q[i] - x[i]
-        if at[TILT] >= 0:
-            t -= E[i, at[TILT]] * x[at[TILT]] + E[i, at[TILT] + 1] * x[at[TILT] + 1]
+        t = seen[i] - x[i]
         if at[DELAY] >= 0:
             t -= E[i, at[DELAY]] * x[at[DELAY]]
         if i > 0:
             t -= 2.0 * pi * np.round(t / (2.0 * pi))
         residual[i] = t
+
+
+@compiled
+def _turned_back(q, t_x, t_y):
+    """Return gamma, psi, phi in the axes of a hole that is turned by (t_x, t_y, 0) [rad]."""
+    s, c, sps, cps, sp, cp = sin(q[0]), cos(q[0]), sin(q[1]), cos(q[1]), sin(q[2]), cos(q[2])
+    turn2 = t_x * t_x + t_y * t_y
+    turn = sqrt(turn2)
+    a = sin(turn) / turn if turn > 0.0 else 1.0
+    b = 2.0 * (sin(0.5 * turn) / turn) ** 2 if turn > 0.0 else 0.5
+    # The peg's axis in the hole's axes, then the hole's in the peg's.
+    x, y, z = -cps * s, -sps * s, c
+    axis_x = x - a * t_y * z - b * t_y * (t_y * x - t_x * y)
+    axis_y = y + a * t_x * z + b * t_x * (t_y * x - t_x * y)
+    axis_z = z + a * (t_y * x - t_x * y) - b * turn2 * z
+    up_x = s * cp * (1.0 - b * turn2) + a * (
+        t_y * (cps * c * cp - sps * sp) - t_x * (sps * c * cp + cps * sp)
+    )
+    up_y = -s * sp * (1.0 - b * turn2) - a * (
+        t_y * (cps * c * sp + sps * cp) - t_x * (sps * c * sp - cps * cp)
+    )
+    return (
+        atan2(sqrt(up_x * up_x + up_y * up_y), axis_z),
+        atan2(-axis_y, -axis_x),
+        atan2(-up_y, up_x),
+    )
