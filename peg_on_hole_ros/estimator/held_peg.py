@@ -109,7 +109,9 @@ class HeldPeg:
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
         step.start(
             self.state,
+            self._scratch,
             self.constants,
+            self._at,
             self._n,
             np.asarray(q, float),
             np.asarray(R, float),

