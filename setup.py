@@ -37,7 +37,6 @@ CHECKS = [
     "pytest>=8,<9.2",
     "pytest-timeout>=2.3",
     "pytest-xdist>=3.6",
-    "rosbags==0.11.9",
     "ruff==0.17.5",
     "sympy>=1.12",
 ]
@@ -56,12 +55,16 @@ setup(
     python_requires=">=3.10",
     install_requires=[
         "filterpy>=1.4.5",
+        "lz4>=4.0",
         "mcap>=1.6",
         "mcap-ros2-support>=0.6",
         "numba>=0.58",
         "numpy>=1.25",
         "pyyaml>=6",
+        # Bags in SQLite.
+        "rosbags>=0.11",
         "scipy>=1.10",
+        "zstandard>=0.20",
     ],
     extras_require={
         "ros": ROS,

@@ -47,7 +47,8 @@ def from_parameters(parameters: dict[str, object]) -> Configuration:
     groups = {}
     for group in fields(Configuration):
         record = type(group.default_factory())
-        given = {f.name: values[f"{group.name}.{f.name}"] for f in fields(record)}
+        names = {f.name: f"{group.name}.{f.name}" for f in fields(record)}
+        given = {field: values[name] for field, name in names.items() if name in values}
         groups[group.name] = record(**given)
     configuration = Configuration(**groups)
     _check_together(configuration)

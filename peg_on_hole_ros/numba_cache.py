@@ -9,7 +9,9 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them.
-COMPILED = ("mechanics", "ladder", "estimation", "monitoring", "simulation", "study")
+COMPILED = (
+    "mechanics", "ladder", "estimation", "monitoring", "simulation", "study", "edges/bags/walk.py",
+)  # fmt: skip
 
 
 def source_key() -> str:
@@ -21,7 +23,7 @@ def source_key() -> str:
     """
     digest = hashlib.sha256()
     for part in COMPILED:
-        for path in sorted((PACKAGE / part).rglob("*.py")):
+        for path in sorted((PACKAGE / part).rglob("*.py")) or [PACKAGE / part]:
             name = path.relative_to(PACKAGE).as_posix()
             digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

@@ -41,6 +41,8 @@ class JointInput:
     hole_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     hole_xyz_stddev: float = 0.0
     hole_tilt_stddev: float = 0.0
+    # Text of the URDF, where it is at hand: then no file is read. No parameter.
+    description: str = ""
 
 
 @dataclass(frozen=True)

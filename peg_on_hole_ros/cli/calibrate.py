@@ -2,14 +2,14 @@
 
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import open_recording
+from peg_on_hole_ros.cli.recording import Reading, open_recording
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.edges import calibration_text
 from peg_on_hole_ros.edges.advice import apart
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
-from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.edges.messages.decode import Malformed
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.replay import check_bag
 from peg_on_hole_ros.errors import BagDamaged, BagError
@@ -24,11 +24,12 @@ _FEWEST = 50
 def run(arguments) -> int:
     """Calibrate, write the configuration, print what was found; exit code 4 for a damaged bag."""
     bag, configuration, _, stored = open_recording(
-        arguments.bag, arguments.config, texts=[arguments.out]
+        arguments.bag, arguments.config, texts=[arguments.out], reading=Reading.of(arguments)
     )
     start, origin = {}, "the defaults"
     if arguments.config:
         start, origin = read_parameters(arguments.config), arguments.config
+        start |= {k: v for k, v in to_parameters(configuration).items() if k.startswith("topics.")}
     elif stored:
         start, origin = to_parameters(configuration), f"that in {bag.path}"
     record = read_recording(bag, configuration)
@@ -61,17 +62,15 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
     wrenches, measurements = [], []
     total = sum(bag.topics[topic].count for topic in (wrench_topic, joints_topic))
     with Progress("decoding") as progress:
-        for count, item in enumerate(bag.messages((wrench_topic, joints_topic))):
+        items = bag.items(dict(list(needed.items())[:2]), configuration.joints.names)
+        for count, item in enumerate(items):
             progress(count / total)
+            if isinstance(item.sample, Malformed):
+                continue
             if item.topic == wrench_topic:
-                sample = wrench_sample(item.message)
-                if not isinstance(sample, Malformed):
-                    wrenches.append(sample)
+                wrenches.append(item.sample)
                 continue
-            sample = joint_sample(item.message, configuration.joints.names)
-            if isinstance(sample, Malformed):
-                continue
-            measurement = orientation(sample)
+            measurement = orientation(item.sample)
             if not isinstance(measurement, str):
                 measurements.append(measurement)
     for topic, kept in ((wrench_topic, wrenches), (joints_topic, measurements)):

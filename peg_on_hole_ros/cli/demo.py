@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from peg_on_hole_ros.cli.places import check_places, out_folder
@@ -82,12 +83,22 @@ def run(path: str, rate: float, out: str) -> None:
         raise BagDamaged(bag.damage)
 
 
+def _with_urdf(configuration, path):
+    """Return a configuration that names a file with the description that a bag brings."""
+    joints = configuration.joints
+    if not joints.description:
+        return configuration
+    path.write_text(joints.description, encoding="utf-8")
+    return replace(configuration, joints=replace(joints, urdf=str(path)))
+
+
 def _play(bag, rate, out, recorded, configuration):
     # Before rclpy is loaded: it reads these when it starts.
     os.environ.update(environment(free_domain()))
     from peg_on_hole_ros.edges.live.player import Player
 
     with tempfile.TemporaryDirectory() as folder, (out / "node.log").open("w") as log:
+        configuration = _with_urdf(configuration, Path(folder) / "robot.urdf")
         parameters = Path(folder) / "parameters.yaml"
         parameters.write_text(write_parameters(to_parameters(configuration)), encoding="utf-8")
         command = [sys.executable, "-m", "peg_on_hole_ros.edges.node"]

@@ -1,26 +1,18 @@
 """`peg-on-hole inspect`: what a bag holds, and what a replay would use of it."""
 
-from collections import Counter
 from collections.abc import Callable
-from functools import partial
 
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import configuration_in, open_bag
+from peg_on_hole_ros.cli.recording import Reading, configuration_in, open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.advice import Seen, apart, remedy, shifted
-from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.bags.stamps import StampStatistics
-from peg_on_hole_ros.edges.messages.decode import (
-    JOINTS_TYPE,
-    WRENCH_TYPE,
-    Malformed,
-    joint_sample,
-    wrench_sample,
-)
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.oddities import two_robots
-from peg_on_hole_ros.edges.replay import check_bag
+from peg_on_hole_ros.edges.replay import BadFile, check_bag, sources_of
+from peg_on_hole_ros.edges.would_use import WouldUse
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import NamedPositions
 from peg_on_hole_ros.options import Configuration
@@ -28,13 +20,14 @@ from peg_on_hole_ros.options import Configuration
 
 def run(arguments) -> int:
     """Print a report; exit code 4 for a cut-off or damaged bag."""
-    configuration, _ = load(arguments.config)
-    bag = open_bag(arguments.bag)
+    (configuration, _), reading = load(arguments.config), Reading.of(arguments)
+    bag = open_bag(arguments.bag, reading.most_chunk)
     if arguments.config is None:
-        configuration, orientation, trouble = _stored(bag, configuration)
+        configuration, orientation, error = _stored(bag, configuration, reading.any_urdf)
     else:
-        orientation, trouble = orientation_of(configuration.joints), None
-    result = inspect(bag, configuration, orientation, trouble)
+        orientation, error = orientation_of(configuration.joints), None
+    configuration = reading.of_topics(configuration)
+    result = inspect(bag, configuration, orientation, str(error) if error else None)
     told = None
     if arguments.observability and result["replay"]["possible"]:
         # It compiles the filter; the rest of the command does without.
@@ -46,23 +39,25 @@ def run(arguments) -> int:
     if told and not arguments.json:
         text = [_text(result), "", "of these parameters the motion tells"]
         print("\n".join([*text, *(f"  {line}" for line in observability_text.lines(told))]))
-        return _ended(bag)
+        return _ended(bag, error)
     print(to_json(result) if arguments.json else _text(result))
-    return _ended(bag)
+    return _ended(bag, error)
 
 
-def _stored(bag, default):
-    """Return configuration and orientation of a bag, and why a replay cannot use them or None."""
+def _stored(bag, default, any_urdf):
+    """Return configuration and orientation of a bag, and why a replay refuses them or None."""
     configuration = default
     try:
-        configuration = configuration_in(bag) or default
+        configuration = configuration_in(bag, any_urdf) or default
         return configuration, orientation_of(configuration.joints), None
     except PegOnHoleError as error:
         # All else that the bag holds is told nevertheless.
-        return configuration, NamedPositions(configuration.joints.names), str(error)
+        return configuration, NamedPositions(configuration.joints.names), error
 
 
-def _ended(bag):
+def _ended(bag, error):
+    if isinstance(error, BadFile):
+        raise error
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
@@ -84,94 +79,85 @@ def inspect(
         Why a replay would refuse the configuration.
 
     """
-    wrench, joints = (
-        absolute(configuration.topics.wrench),
-        absolute(configuration.topics.joint_states),
-    )
+    sources = sources_of(configuration)
+    wrench, joints = sources
     result = {
         "bag": str(bag.path),
         "damage": bag.damage or None,
         "messages": bag.count,
         "topics": [_topic(bag.topics[name]) for name in sorted(bag.topics)],
+        "remarks": bag.remarks({wrench: WRENCH_TYPE, joints: JOINTS_TYPE}),
         "clock": {},
         "oddities": {},
         "replay": {"possible": False, "reason": trouble, "used": {}, "dropped": {}},
     }
+    types = {}
     try:
-        check_bag(bag, configuration)
+        types = check_bag(bag, configuration)
     except BagError as error:
         result["replay"]["reason"] = trouble or str(error)
-    readers = {}
-    seen, sources = Seen(configuration.joints.names), {wrench: "wrench", joints: "joints"}
-    if bag.topics.get(wrench) and bag.topics[wrench].types == [WRENCH_TYPE]:
-        readers[wrench] = wrench_sample
-    if bag.topics.get(joints) and bag.topics[joints].types == [JOINTS_TYPE]:
-        readers[joints] = lambda message: _joints(message, configuration.joints.names, orientation)
-    see = {topic: partial(seen.add, source) for topic, source in sources.items()}
-    statistics, used, dropped = _read(bag, readers, configuration.filter.max_gap, see)
-    result["oddities"] = {topic: seen.odd(sources[topic]) for topic in sorted(readers)}
-    result["clock"] = {topic: statistics[topic].summary() for topic in sorted(readers)}
+        for topic, ros_type in ((wrench, WRENCH_TYPE), (joints, JOINTS_TYPE)):
+            info = bag.topics.get(topic)
+            if info and info.count and info.types == [ros_type]:
+                types[topic] = ros_type
+    seen = Seen(configuration.joints.names)
+    heard = WouldUse(configuration, orientation, {t: sources[t] for t in sources if t in types})
+    with Progress("decoding") as progress:
+        total, count = sum(bag.topics[topic].count for topic in types), 0
+        for batch in bag.batches(types):
+            seen.add(batch, sources)
+            heard.add(batch)
+            count += len(batch)
+            progress(count / total)
+    for topic, lost in bag.undecodable.items():
+        for _ in range(lost):
+            heard.stream.unreadable(sources[topic])
+    readers = sorted(topic for topic in types if topic in sources)
+    result["oddities"] = {topic: seen.odd(sources[topic]) for topic in readers}
+    result["clock"] = {topic: heard.statistics[topic].summary() for topic in readers}
+    if seen.loop:
+        result["remarks"].append(seen.loop)
     apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)
     if apart_by_name and wrench in readers:
         result["oddities"][wrench].append(apart_by_name)
-    if all(used[topic] for topic in (wrench, joints)):
+    read = {sources[topic]: bag.topics[topic].count for topic in readers}
+    both = len(read) == 2 and all(heard.usable.values())
+    spans = [end for topic in sources for end in heard.span(topic)] if both else []
+    clocks = apart(*spans, configuration) if both else ""
+    used, dropped = heard.fates(read) if both and not clocks else heard.alone(read)
+    if both:
         offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
         told = shifted(*offsets, configuration.joints.delay)
         result["oddities"][joints] += [told] if told else []
     replay = result["replay"]
-    replay["used"] = {topic: used[topic] for topic in sorted(readers)}
+    replay["used"] = {topic: used[sources[topic]] for topic in readers}
     replay["dropped"] = {
-        f"{topic}: {reason}": count for (topic, reason), count in sorted(dropped.items())
+        f"{topic}: {_reason(name)}": count
+        for topic in readers
+        for name, count in sorted(dropped.items())
+        if name.startswith(sources[topic])
     }
+    replay["reason"] = replay["reason"] or clocks or None
     if replay["reason"] is None:
-        empty = [topic for topic in sorted(readers) if not used[topic]]
-        if empty:
-            lost = {
-                f"{sources[topic]}_dropped_{reason}": count
-                for (topic, reason), count in sorted(dropped.items())
-                if topic in empty
-            }
-            replay["reason"] = (
-                f"no message on {' and '.join(empty)} can be used; "
-                f"{remedy(lost, configuration.joints.names, seen)}"
-            )
-        else:
-            replay["reason"] = (
-                apart(*statistics[wrench].span, *statistics[joints].span, configuration) or None
-            )
-            replay["possible"] = replay["reason"] is None
+        empty = [topic for topic in readers if not used[sources[topic]]]
+        lost = {
+            name: count
+            for name, count in dropped.items()
+            if any(name.startswith(sources[topic]) for topic in empty)
+        }
+        replay["reason"] = (
+            f"no message on {' and '.join(empty)} can be used; "
+            f"{remedy(lost, configuration.joints.names, seen)}"
+            if empty
+            else None
+        )
+        replay["possible"] = replay["reason"] is None
     return result
 
 
-def _joints(message, names, orientation):
-    sample = joint_sample(message, names)
-    if isinstance(sample, Malformed):
-        return sample
-    measurement = orientation(sample)
-    return Malformed(measurement) if isinstance(measurement, str) else sample
-
-
-def _read(bag, readers, max_gap, see):
-    statistics = {topic: StampStatistics(max_gap) for topic in readers}
-    used, dropped = Counter(), Counter()
-    with Progress("decoding") as progress:
-        total = sum(bag.topics[topic].count for topic in readers)
-        for count, (topic, log_ns, message) in enumerate(bag.messages(readers)):
-            sample = readers[topic](message)
-            see[topic](message)
-            if isinstance(sample, Malformed):
-                dropped[topic, sample.reason] += 1
-                continue
-            used[topic] += 1
-            statistics[topic].add(sample.t_ns, log_ns)
-            progress(count / total)
-    for topic, count in bag.undecodable.items():
-        dropped[topic, "unreadable"] += count
-    for topic, found in statistics.items():
-        if found.repeated:
-            used[topic] -= found.repeated
-            dropped[topic, "repeated_stamp"] = found.repeated
-    return statistics, used, dropped
+def _reason(name):
+    """Return why messages are dropped without their source and the word for that."""
+    return name.partition("_")[2].removeprefix("dropped_").removeprefix("malformed_")
 
 
 def _topic(info):
@@ -199,6 +185,7 @@ def _text(result):
     lines = [f"{result['bag']}: {result['messages']} messages"]
     if result["damage"]:
         lines.append(f"damage: {result['damage']}")
+    lines += result["remarks"]
     lines += ["", table(("topic", "type", "messages", "rate [Hz]", "duration [s]"), rows, 2)]
     for topic, clock in result["clock"].items():
         lines += ["", f"clock of {topic}"]

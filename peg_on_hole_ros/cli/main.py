@@ -24,9 +24,9 @@ Contact state of a cylindrical peg being set on a hole: angles, reactions at the
 points, transition to two-point contact and risk of jamming, from wrench and joint states."""
 
 _EPILOG = """\
-BAG is an .mcap file or a rosbag2 folder. CONFIG is a ROS 2 parameters file; without one replay,
-inspect and calibrate use the configuration in the bag, if it has one, and else, as all others,
-the defaults of config/peg_on_hole.yaml.
+BAG is an .mcap or .db3 file (also .zstd) or a rosbag2 folder. CONFIG is a ROS 2 parameters file;
+without one replay, inspect and calibrate use the configuration in the bag, if it has one, and
+else, as all others, the defaults of config/peg_on_hole.yaml.
 exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
 topics (inspect needs none); 4 ended early on a cut-off or damaged bag, with what was read kept"""
 
@@ -102,6 +102,28 @@ def _config(command, **more):
     command.add_argument("--config", metavar="CONFIG", help="ROS 2 parameters file", **more)
 
 
+def _bag(command):
+    command.add_argument(
+        "bag", metavar="BAG", help=".mcap or .db3 file (also .zstd of it), or rosbag2 folder"
+    )
+    for name, what in (("wrench", "wrench"), ("joints", "joint states")):
+        command.add_argument(
+            f"--{name}-topic", metavar="TOPIC", help=f"read the {what} there, whatever is stated"
+        )
+    command.add_argument(
+        "--max-chunk",
+        metavar="MIB",
+        type=float,
+        default=64.0,
+        help="most that a chunk may take unpacked [MiB]; default 64",
+    )
+    command.add_argument(
+        "--bag-urdf",
+        action="store_true",
+        help="let the configuration in the bag name the file that is read as URDF",
+    )
+
+
 def _replay(commands):
     command = _command(
         commands,
@@ -109,7 +131,7 @@ def _replay(commands):
         "run the estimator over a bag, as the node would have run",
         "  peg-on-hole replay bags/working_cycle.mcap --out estimate.mcap --summary summary.json",
     )
-    command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
+    _bag(command)
     _config(command)
     command.add_argument("--out", metavar="OUT.mcap", help="write the node's topics")
     command.add_argument("--report", metavar="REPORT.html", help="write a page with plots")
@@ -192,7 +214,7 @@ def _inspect(commands):
         "  peg-on-hole inspect recording/\n"
         "  peg-on-hole inspect recording/ --config cell.yaml --observability",
     )
-    command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
+    _bag(command)
     _config(command)
     command.add_argument(
         "--observability",
@@ -210,7 +232,7 @@ def _calibrate(commands):
         "  peg-on-hole calibrate recording.mcap --out calibrated.yaml\n"
         "  peg-on-hole replay recording.mcap --config calibrated.yaml",
     )
-    command.add_argument("bag", metavar="BAG", help=".mcap file or rosbag2 folder")
+    _bag(command)
     command.add_argument(
         "--out", metavar="CONFIG.yaml", required=True, help="configuration to write"
     )

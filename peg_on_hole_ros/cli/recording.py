@@ -2,18 +2,25 @@
 
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load, remark
+from peg_on_hole_ros.configuration import BY_NAME, checked
 from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Truth, read_truth
+from peg_on_hole_ros.edges.bags.unpacking import MOST_CHUNK
 from peg_on_hole_ros.edges.replay import stored_configuration, stored_options
-from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.edges.urdf_file import urdf_path
+from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
+
+# Of --max-chunk [MiB].
+_LEAST_CHUNK, _GREATEST_CHUNK = 0.001, 4096.0
 
 
 class Recording(NamedTuple):
@@ -37,10 +44,56 @@ class Recording(NamedTuple):
     stored: bool
 
 
-def open_bag(path: str | Path) -> Bag:
+class Reading(NamedTuple):
+    """
+    How a bag is to be read, by options of a command.
+
+    Attributes
+    ----------
+    wrench_topic, joints_topic : str or None
+        In place of those of the configuration.
+    most_chunk : int
+        Bytes that a chunk may take unpacked.
+    any_urdf : bool
+        Whether the configuration in the bag may choose which file is read as URDF.
+
+    """
+
+    wrench_topic: str | None = None
+    joints_topic: str | None = None
+    most_chunk: int = MOST_CHUNK
+    any_urdf: bool = False
+
+    @classmethod
+    def of(cls, arguments) -> "Reading":
+        """Return what the arguments of a command say."""
+        mebibytes = arguments.max_chunk
+        if not _LEAST_CHUNK <= mebibytes <= _GREATEST_CHUNK:
+            raise PegOnHoleError(
+                f"--max-chunk = {mebibytes:g} MiB is not within {_LEAST_CHUNK:g} to "
+                f"{_GREATEST_CHUNK:g} MiB"
+            )
+        most = round(mebibytes * 2**20)
+        return cls(arguments.wrench_topic, arguments.joints_topic, most, arguments.bag_urdf)
+
+    def of_topics(self, configuration: Configuration) -> Configuration:
+        """Return a configuration with the topics that were given."""
+        given = {"wrench": self.wrench_topic, "joint_states": self.joints_topic}
+        given = {
+            name: checked(BY_NAME[f"topics.{name}"], topic)
+            for name, topic in given.items()
+            if topic is not None
+        }
+        return replace(configuration, topics=replace(configuration.topics, **given))
+
+
+AS_IT_IS = Reading()
+
+
+def open_bag(path: str | Path, most_chunk: int = MOST_CHUNK) -> Bag:
     """Read a bag through, with progress, and say which files of its folder are none of its."""
     with Progress(f"reading {path}") as progress:
-        bag = Bag(path, progress)
+        bag = Bag(path, progress, most_chunk)
     if bag.unnamed:
         names = ", ".join(file.name for file in bag.unnamed)
         print(
@@ -56,6 +109,7 @@ def open_recording(
     config: str | None,
     bags: Iterable[str | None] = (),
     texts: Iterable[str | None] = (),
+    reading: Reading = AS_IT_IS,
 ) -> Recording:
     """
     Read a bag and its configuration, once every place to write has been checked.
@@ -68,6 +122,7 @@ def open_recording(
         ROS 2 parameters file; None: what the bag carries, or the defaults.
     bags, texts : iterable of str or None
         Outputs, see `check_places`.
+    reading : Reading
 
     Raises
     ------
@@ -80,17 +135,17 @@ def open_recording(
     given = [] if config is None else [config]
     read = [*bag_files(path).read(), *given, *_described_by(configuration)]
     check_places(read, bags, texts)
-    bag = open_bag(path)
-    stored = None if given else configuration_in(bag)
+    bag = open_bag(path, reading.most_chunk)
+    stored = None if given else configuration_in(bag, reading.any_urdf)
     if stored is not None:
         configuration, node = stored, stored_options(bag) or node
         check_places(_described_by(configuration), bags, texts)
-    return Recording(bag, configuration, node, stored is not None)
+    return Recording(bag, reading.of_topics(configuration), node, stored is not None)
 
 
-def configuration_in(bag: Bag) -> Configuration | None:
+def configuration_in(bag: Bag, any_urdf: bool = False) -> Configuration | None:
     """Return the configuration that a bag carries and say so, or None."""
-    stored = stored_configuration(bag)
+    stored = stored_configuration(bag, any_urdf)
     if stored is not None:
         print(f"configuration: that in {bag.path}", file=sys.stderr)
         remark(stored)
@@ -111,4 +166,4 @@ def truth_in(bag: Bag) -> Truth | None:
 def _described_by(configuration):
     """Return the URDF of a robot as a list, which is empty without one."""
     joints = configuration.joints
-    return [Path(joints.urdf).expanduser()] if joints.source == "robot" else []
+    return [urdf_path(joints)] if joints.source == "robot" and not joints.description else []

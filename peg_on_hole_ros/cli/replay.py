@@ -5,7 +5,7 @@ from pathlib import Path
 
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import open_recording, truth_in
+from peg_on_hole_ros.cli.recording import Reading, open_recording, truth_in
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
@@ -33,7 +33,7 @@ def run(arguments) -> int:
         raise PegOnHoleError("--smooth adds topics to an output: name one with --out OUT.mcap")
     texts = arguments.report, arguments.summary, arguments.cycles
     bag, configuration, node, _ = open_recording(
-        arguments.bag, arguments.config, [arguments.out], texts
+        arguments.bag, arguments.config, [arguments.out], texts, Reading.of(arguments)
     )
     result, score, doubts = replay(
         bag, configuration, node, arguments.out, arguments.report, arguments.smooth
@@ -74,7 +74,7 @@ def replay(
         Whether to add the smoothed state to `out`.
 
     """
-    check_bag(bag, configuration)
+    needed = check_bag(bag, configuration)
     figures = _plotting() if report_path else None
     truth = truth_in(bag)
     summary, series = Summary(), Series() if report_path else None
@@ -115,7 +115,8 @@ def replay(
     doubts = doubts_of(content, replayed.by_source, configuration, replayed.seen)
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
-    return content, score, [*([mixed] if mixed else []), *doubts]
+    remarks = bag.remarks(needed)
+    return content, score, [*remarks, *([mixed] if mixed else []), *doubts]
 
 
 def _plotting():

@@ -1,11 +1,13 @@
 """What to look at where a recording was hardly used, or fits its configuration badly."""
 
-from contextlib import suppress
+import numpy as np
 
 from peg_on_hole_ros.configuration import BY_NAME
-from peg_on_hole_ros.edges.messages.decode import MISFITS
+from peg_on_hole_ros.edges.bags.batch import Batch, stretches
+from peg_on_hole_ros.edges.loops import Loop
 from peg_on_hole_ros.edges.oddities import Oddities
 from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.pipeline import CLOCK_JUMP_NS
 
 MISFIT = (
     "the motion is not what the wrench makes of it: check sensor_xyz, the tare, payload and "
@@ -15,6 +17,7 @@ MISFIT = (
 MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
 _NO_STAMPS = "those of one are all zero: its driver does not set them, and has to"
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
+_LOOP = "they come again, as in a recording that was played in a loop"
 # By the end of a reason's name; docs/integration.md has the rest.
 _REMEDIES = {
     "missing_joint": "joints.names has to name joints of the joint states: it is {names}, the "
@@ -84,23 +87,51 @@ class Seen:
         self._needed = set(joints)
         self._spans: dict[str, list[int]] = {}
         self._odd = {"wrench": Oddities(), "joints": Oddities(joints)}
+        self._loops = {"wrench": Loop(), "joints": Loop()}
 
-    def add(self, source: str, message) -> None:
-        """Take a message of `wrench` or `joints`; one of another definition tells nothing."""
-        with suppress(*MISFITS):
-            self._add(source, message)
+    def add(self, batch: Batch, sources: dict[str, str]) -> None:
+        """Take a batch; `sources` says which topics are `wrench` and `joints`."""
+        for topic, source in sources.items():
+            if topic not in batch.types:
+                continue
+            found = list(stretches(batch, topic))
+            if found:
+                self._add(source, found)
 
-    def _add(self, source, message):
-        stamp = message.header.stamp
-        t_ns = stamp.sec * 10**9 + stamp.nanosec
-        span = self._spans.setdefault(source, [t_ns, t_ns])
-        span[0], span[1] = min(span[0], t_ns), max(span[1], t_ns)
+    def _add(self, source, found):
+        places = np.concatenate([at for at, _ in found])
+        t_ns = np.concatenate([stretch.t_ns for _, stretch in found])
+        first, last = int(t_ns.min()), int(t_ns.max())
+        span = self._spans.setdefault(source, [first, last])
+        span[0], span[1] = min(span[0], first), max(span[1], last)
         if source == "joints":
-            complete = self._needed <= set(message.name)
-            self.complete |= complete
-            if not complete and not self.lacking:
-                self.lacking = list(message.name)
-        self._odd[source].add(message)
+            short = [(at[0], s.names) for at, s in found if not self._needed <= set(s.names)]
+            self.complete |= len(short) < len(found)
+            if short and not self.lacking:
+                self.lacking = list(min(short)[1])
+        self._odd[source].add(found)
+        self._loops[source].add(t_ns[np.argsort(places)])
+
+    @property
+    def loop(self) -> str:
+        """What there is to say of stamps that come again, or nothing."""
+        back = {source: loop.seconds for source, loop in self._loops.items() if loop.seconds}
+        if not back:
+            return ""
+        seconds = max(back.values())
+        if seconds * 1e9 > CLOCK_JUMP_NS:
+            fate = (
+                "each round is a recording of its own, with clock_jumped_back counted at its begin"
+            )
+        else:
+            fate = (
+                f"rounds of less than {CLOCK_JUMP_NS * 1e-9:g} s are no clock that was set back, "
+                "so one of them is used, and the others count as late"
+            )
+        return (
+            f"loop: the stamps of {' and '.join(back)} begin again, up to {seconds:.3f} s back: a "
+            f"recording that was played in a loop; {fate}"
+        )
 
     def odd(self, source: str) -> list[str]:
         """Return a line for each oddity in what those of `wrench` or `joints` hold."""
@@ -175,6 +206,8 @@ def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
             if reason.endswith(end):
                 if end == "missing_joint" and seen.complete:
                     text = _SHARED
+                if _CLOCKS in text and seen.loop:
+                    text = _LOOP
                 return text.format(names=list(names), lacking=seen.lacking)
     return "docs/integration.md has what each reason asks of you"
 
@@ -213,4 +246,5 @@ def lines(
         told.append(_NEVER.format(configuration.scene.gamma0))
     found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
     told += [f"{source}: {line}" for source in read for line in seen.odd(source)]
+    told += [seen.loop] if seen.loop else []
     return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]

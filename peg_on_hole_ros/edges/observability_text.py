@@ -7,7 +7,7 @@ from math import degrees, isfinite
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.edges.messages.stream import message_stream
-from peg_on_hole_ros.edges.replay import check_bag, hand_over
+from peg_on_hole_ros.edges.replay import check_bag, hand_over, sources_of
 from peg_on_hole_ros.edges.stamp_order import in_order
 from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
 from peg_on_hole_ros.estimation.identification.observability import (
@@ -43,15 +43,15 @@ def observe(
         A needed topic is missing or of another type.
 
     """
-    needed = check_bag(bag, configuration)
+    needed, sources = check_bag(bag, configuration), sources_of(configuration)
     total = sum(bag.topics[topic].count for topic in needed)
     given, wrench = configuration, configuration.wrench
     runs = 2 if wrench.bias_force_stddev or wrench.bias_torque_stddev else 1
 
     def run(configuration, make, begun):
         stream = message_stream(configuration, 0.0, make)
-        for count, item in enumerate(in_order(bag.messages(needed), given)):
-            hand_over(stream, item, needed)
+        for count, item in enumerate(in_order(bag.items(needed, given.joints.names), given)):
+            hand_over(stream, item, sources)
             if count % 256 == 0:
                 progress((begun + count / total) / runs)
         return stream.pipeline.processor

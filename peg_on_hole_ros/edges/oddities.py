@@ -1,11 +1,12 @@
 """What is odd in the messages of one topic, whatever the estimate makes of them."""
 
 from collections import Counter
-from contextlib import suppress
+from collections.abc import Iterable
 
 import numpy as np
 
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, MISFITS, WRENCH_TYPE
+from peg_on_hole_ros.edges.bags.batch import Stretch
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
 _ALIKE = 100
@@ -14,6 +15,7 @@ _ALIKE = 100
 _FASTEST, _STEP = 100.0, 0.01
 _OFTEN = 0.1
 _SHOWN = 4
+_OF_WRENCH = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
 class Oddities:
@@ -29,49 +31,48 @@ class Oddities:
 
     def __init__(self, names=()):
         self._names = tuple(names)
+        self._parts = {"position": slice(None)} if names else _OF_WRENCH
         self._frames: Counter[str] = Counter()
-        self._first: dict[str, tuple] = {}
+        self._first: dict[str, np.ndarray] = {}
         self._changed: set[str] = set()
         self._last: tuple[int, np.ndarray] | None = None
         self._count = self._jumps = 0
         self._widest = 0.0
 
-    def add(self, message) -> None:
-        """Take a message as it was read; joint states without all of the names tell nothing."""
-        with suppress(*MISFITS):  # its definition in the bag is another's: counted elsewhere
-            if self._names:
-                self._joints(message)
-            else:
-                self._wrench(message)
+    def add(self, found: Iterable[tuple[np.ndarray, Stretch]]) -> None:
+        """Take what `stretches` yields; joint states without all of the names tell nothing."""
+        places, stamps, values = [], [], []
+        for at, stretch in sorted(found, key=lambda one: one[0][0]):
+            columns = {name: i for i, name in enumerate(stretch.names)}
+            if not columns.keys() >= set(self._names):
+                continue
+            rows = stretch.values
+            rows = rows[:, [columns[name] for name in self._names]] if self._names else rows
+            self._frames[stretch.frame_id] += len(at)
+            places.append(at)
+            stamps.append(stretch.t_ns)
+            values.append(rows)
+        if places:
+            order = np.argsort(np.concatenate(places))
+            self._take(np.concatenate(stamps)[order], np.concatenate(values)[order])
 
-    def _wrench(self, message):
-        self._frames[message.header.frame_id] += 1
-        self._count += 1
-        for name in ("force", "torque"):
-            vector = getattr(message.wrench, name)
-            self._note(name, (vector.x, vector.y, vector.z))
-
-    def _joints(self, message):
-        at = dict(zip(message.name, message.position))
-        if not all(name in at for name in self._names):
+    def _take(self, t_ns, values):
+        self._count += len(t_ns)
+        for name, part in self._parts.items():
+            first = self._first.setdefault(name, values[0, part])
+            if name not in self._changed and (values[:, part] != first).any():
+                self._changed.add(name)
+        if not self._names:
             return
-        self._frames[message.header.frame_id] += 1
-        self._count += 1
-        position = np.array([at[name] for name in self._names])
-        self._note("position", tuple(position))
-        stamp = message.header.stamp
-        t_ns = stamp.sec * 10**9 + stamp.nanosec
         if self._last is not None:
-            seconds = max((t_ns - self._last[0]) * 1e-9, 0.0)
-            way = np.abs(position - self._last[1]).max()
-            if way > max(_STEP, _FASTEST * seconds):
-                self._jumps += 1
-                self._widest = max(self._widest, float(way))
-        self._last = t_ns, position
-
-    def _note(self, name, value):
-        if name not in self._changed and self._first.setdefault(name, value) != value:
-            self._changed.add(name)
+            t_ns = np.concatenate(([self._last[0]], t_ns))
+            values = np.concatenate(([self._last[1]], values))
+        seconds = np.maximum(np.diff(t_ns) * 1e-9, 0.0)
+        way = np.abs(np.diff(values, axis=0)).max(axis=1, initial=0.0)
+        jumps = way > np.maximum(_STEP, _FASTEST * seconds)
+        self._jumps += int(jumps.sum())
+        self._widest = max(self._widest, float(way[jumps].max(initial=0.0)))
+        self._last = int(t_ns[-1]), values[-1]
 
     def lines(self) -> list[str]:
         """Return what a user has to look at, a line for each oddity."""

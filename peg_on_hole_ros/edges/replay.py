@@ -4,23 +4,33 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 from peg_on_hole_ros.configuration import from_parameters, node_options
 from peg_on_hole_ros.edges.advice import Seen, remedy
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bags.reader import Bag, BagMessage, absolute
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.bags.batch import Item
+from peg_on_hole_ros.edges.bags.reader import Bag, absolute
+from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
 from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream, orientation_of
+from peg_on_hole_ros.edges.urdf_file import check_regular, urdf_path
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
-_REMEDY = "name the topics in the configuration (topics.wrench, topics.joint_states)"
+_REMEDY = (
+    "name the topics by --wrench-topic and --joints-topic, or in the configuration "
+    "(topics.wrench, topics.joint_states)"
+)
+
+
+class BadFile(PegOnHoleError):
+    """A bag names a file that is none to be read, such as a device."""
 
 
 class Sink(Protocol):
@@ -63,26 +73,53 @@ class Replayed(NamedTuple):
     seen: Seen
 
 
+def sources_of(configuration: Configuration) -> dict[str, str]:
+    """Return which topics of a bag are `wrench` and `joints`, in this order."""
+    topics = configuration.topics
+    return {absolute(topics.wrench): "wrench", absolute(topics.joint_states): "joints"}
+
+
 def check_bag(bag: Bag, configuration: Configuration) -> dict[str, str]:
     """Return the topics that a replay reads with their types, or raise BagError."""
-    topics = configuration.topics
-    needed = {absolute(topics.wrench): WRENCH_TYPE, absolute(topics.joint_states): JOINTS_TYPE}
+    needed = dict(zip(sources_of(configuration), (WRENCH_TYPE, JOINTS_TYPE)))
     bag.require(needed, _REMEDY)
     events = bag.topics.get(EVENT_TOPIC)
     return needed | ({EVENT_TOPIC: STRING} if events and events.types == [STRING] else {})
 
 
-def stored_configuration(bag: Bag) -> Configuration | None:
+def stored_configuration(bag: Bag, any_urdf: bool = False) -> Configuration | None:
     """
     Return the configuration that a bag carries, or None.
+
+    Parameters
+    ----------
+    bag : Bag
+    any_urdf : bool
+        Whether it may choose which file is read as URDF, where it has not the text itself.
 
     Raises
     ------
     PegOnHoleError
-        It is not one of this version.
+        It is not one of this version, or names a file that it may not choose.
 
     """
-    return _of_stored(bag, from_parameters)
+    configuration = _of_stored(bag, from_parameters)
+    if configuration is None or configuration.joints.source != "robot":
+        return configuration
+    joints = configuration.joints
+    text = bag.metadata.get(URDF_METADATA, {}).get("text", "")
+    if not text:
+        try:
+            check_regular(urdf_path(joints))
+        except PegOnHoleError as error:
+            raise BadFile(f"the configuration in {bag.path}: {error}") from None
+    if not text and not any_urdf:
+        raise PegOnHoleError(
+            f"the configuration in {bag.path} names a file as URDF, {joints.urdf}, and a bag does "
+            "not choose which files are read: confirm it with --bag-urdf, or give a configuration "
+            "with --config"
+        )
+    return replace(configuration, joints=replace(joints, description=text))
 
 
 def stored_options(bag: Bag) -> NodeOptions | None:
@@ -143,7 +180,7 @@ def replay_bag(
         is of a time of the wrench's.
     """
     needed = check_bag(bag, configuration)
-    wrench_topic, joints_topic = list(needed)[:2]
+    sources = sources_of(configuration)
     total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
     # A URDF that cannot be used is refused before the long work of compiling.
@@ -152,29 +189,29 @@ def replay_bag(
     seen = Seen(configuration.joints.names)
     stream = message_stream(configuration, markers_rate, Smoother if smoothed else make_filter)
     unreadable = Counter(bag.undecodable)
-    begun = time.perf_counter()
-    for count, item in enumerate(bag.messages(needed)):
-        source = {wrench_topic: "wrench", joints_topic: "joints"}.get(item.topic)
-        if source:
-            seen.add(source, item.message)
-        messages = hand_over(stream, item, needed)
-        if messages:
-            for sink in sinks:
-                sink.add(stream.t_ns, messages)
-        if progress and count % 256 == 0:
-            progress(count / total)
+    begun, count = time.perf_counter(), 0
+    for batch in bag.batches(needed):
+        seen.add(batch, sources)
+        for item in batch.items(configuration.joints.names):
+            messages = hand_over(stream, item, sources)
+            if messages:
+                for sink in sinks:
+                    sink.add(stream.t_ns, messages)
+            count += 1
+            if progress and count % 256 == 0:
+                progress(count / total)
     if smoothed:
         for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):
             smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance))
     seconds = time.perf_counter() - begun
-    for topic, source in ((wrench_topic, "wrench"), (joints_topic, "joints")):
+    for topic, source in sources.items():
         for _ in range(bag.undecodable[topic] - unreadable[topic]):
             stream.unreadable(source)
-    read = {"wrench": bag.topics[wrench_topic].count, "joints": bag.topics[joints_topic].count}
+    read = {source: bag.topics[topic].count for topic, source in sources.items()}
     apart = seen.apart(configuration)
     if apart:
         raise BagError(f"{bag.path}: {apart}")
-    used, dropped, events = _fates(stream.counts, read)
+    used, dropped, events = fates(stream.counts, read)
     if not stream.counts.get("wrench_used"):
         reasons = ", ".join(f"{reason} {n}" for reason, n in dropped.items())
         raise BagError(
@@ -182,28 +219,40 @@ def replay_bag(
             f"{remedy(dropped, configuration.joints.names, seen)}"
         )
     total = sum(read.values())
-    return Replayed(total, used, dropped, events, seconds, read, seen)
+    return Replayed(total, sum(used.values()), dropped, events, seconds, read, seen)
 
 
-def hand_over(stream: MessageStream, item: BagMessage, needed: Iterable[str]) -> list[Message]:
+def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> list[Message]:
     """
     Hand a message of a bag to a stream as the node has it; return what it makes known.
 
-    `needed` are the topics that `check_bag` returns, in their order.
+    `sources` are as of `sources_of`; other topics call reset or tare.
     """
-    wrench_topic, joints_topic = list(needed)[:2]
-    if item.topic == wrench_topic:
-        return stream.on_wrench(item.message)
-    if item.topic == joints_topic:
-        stream.on_joints(item.message)
+    source = sources.get(item.topic)
+    if source == "wrench":
+        return stream.take_wrench(item.sample)
+    if source == "joints":
+        stream.take_joints(item.sample)
     # A name that this version does not know changes nothing that it could repeat.
-    elif item.message.data in ("reset", "tare"):
-        stream.on_event(item.message.data)
+    elif item.sample.data in ("reset", "tare"):
+        stream.on_event(item.sample.data)
     return []
 
 
-def _fates(counts, read):
-    """Return how many messages were used, and those dropped and other events, by reason."""
+def fates(
+    counts: dict[str, int], read: dict[str, int]
+) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
+    """
+    Return how many messages were used, and those dropped and other events, by reason.
+
+    Parameters
+    ----------
+    counts : dict of str to int
+        Of a stream.
+    read : dict of str to int
+        Messages in the bag of `wrench` and `joints`; those used are returned likewise.
+
+    """
     dropped, events = {}, {}
     for name, count in sorted(counts.items()):
         if not count or name in ("wrench_used", "joints_used"):
@@ -221,4 +270,4 @@ def _fates(counts, read):
             # These were late, all of them, and were not used.
             events["wrench_late"] = events.get("wrench_late", 0) - waiting
     events = {name: count for name, count in events.items() if count > 0}
-    return sum(used.values()), dropped, events
+    return used, dropped, events

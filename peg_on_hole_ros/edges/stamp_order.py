@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Iterator
 from heapq import heappop, heappush
 
-from peg_on_hole_ros.edges.bags.reader import BagMessage, absolute
-from peg_on_hole_ros.edges.messages.decode import stamp_of
+from peg_on_hole_ros.edges.bags.batch import Item
+from peg_on_hole_ros.edges.bags.reader import absolute
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import CLOCK_JUMP_NS
 
 
-def in_order(messages: Iterable[BagMessage], configuration: Configuration) -> Iterator[BagMessage]:
+def in_order(items: Iterable[Item], configuration: Configuration) -> Iterator[Item]:
     """
     Yield every message, one that is late where it belongs.
 
@@ -22,8 +22,9 @@ def in_order(messages: Iterable[BagMessage], configuration: Configuration) -> It
     window_ns = round(configuration.filter.late_window * 1e9)
     window_ns += max(delay_ns, 0) if window_ns else 0
     waiting, newest = [], None
-    for number, item in enumerate(messages):
-        t_ns = stamp_of(item.message)
+    for number, item in enumerate(items):
+        # A call of reset or tare has none, nor has what is malformed.
+        t_ns = getattr(item.sample, "t_ns", None)
         of_joints = item.topic == joints
         if t_ns is not None and of_joints:
             t_ns -= delay_ns

@@ -1,6 +1,7 @@
 """A robot's description as a chain of joints up to the frame that carries the peg, checked."""
 
 import difflib
+import stat
 import xml.etree.ElementTree as ElementTree
 from math import inf, isfinite
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import NamedTuple
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import JointInput
 
+# A robot's description has some 100 kB.
+MOST_BYTES = 16 * 10**6
 MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -79,8 +82,7 @@ def read_chain(options: JointInput) -> Chain:
         not determine, or names that leave a joint out or have one too many.
 
     """
-    path = Path(options.urdf).expanduser()
-    text = _text(path)
+    path, text = urdf_path(options), description_of(options)
     links, joints = _parts(text, path)
     if options.tip_frame not in links:
         raise PegOnHoleError(
@@ -115,13 +117,50 @@ def read_chain(options: JointInput) -> Chain:
     )
 
 
+def urdf_path(options: JointInput) -> Path:
+    """Return where joints.urdf is, `~` replaced."""
+    try:
+        return Path(options.urdf).expanduser()
+    except RuntimeError as error:
+        raise PegOnHoleError(f"joints.urdf = {options.urdf!r} has no path: {error}") from None
+
+
+def description_of(options: JointInput) -> str:
+    """
+    Return the robot's description, from a file where it is not at hand.
+
+    Raises
+    ------
+    PegOnHoleError
+        No such file, none that is regular, one above MOST_BYTES, or no text.
+
+    """
+    return options.description or _text(urdf_path(options))
+
+
 def _text(path):
+    check_regular(path)
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise PegOnHoleError(f"joints.urdf: there is no file {path.absolute()}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise PegOnHoleError(f"joints.urdf: cannot read {path}: {error}") from None
+
+
+def check_regular(path: Path) -> None:
+    """Refuse what may block or have no end, before it is opened; a file may be missing."""
+    try:
+        found = path.stat()
+    except OSError:
+        return
+    if not stat.S_ISREG(found.st_mode):
+        raise PegOnHoleError(f"joints.urdf: {path} is no regular file, so it is not opened")
+    if found.st_size > MOST_BYTES:
+        raise PegOnHoleError(
+            f"joints.urdf: {path} has {found.st_size / 1e6:.6g} MB, a description at most "
+            f"{MOST_BYTES / 1e6:g} MB"
+        )
 
 
 def _parts(text, path):

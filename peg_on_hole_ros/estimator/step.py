@@ -31,7 +31,9 @@ _GRAVITY = 9.81
 
 
 @compiled
-def start(s, scratch, o, at, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
+def start(
+    s, scratch, o, at, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev
+):
     """
     Start from an orientation, at unknown rates.
 

@@ -183,7 +183,8 @@ def test_bag_without_the_topics_is_exit_code_3_and_says_which_it_has(tmp_path, c
         3,
         f"{path} has no messages on /wrench (geometry_msgs/msg/WrenchStamped); it has: /ft "
         "(geometry_msgs/msg/WrenchStamped, 4), /joint_states (sensor_msgs/msg/JointState, 2); "
-        "name the topics in the configuration (topics.wrench, topics.joint_states)",
+        "name the topics by --wrench-topic and --joints-topic, or in the configuration "
+        "(topics.wrench, topics.joint_states)",
         "replay",
         path,
     )
@@ -199,7 +200,8 @@ def test_topic_of_another_type_is_exit_code_3(tmp_path, capsys):
         3,
         f"{path}: /wrench is sensor_msgs/msg/JointState, not geometry_msgs/msg/WrenchStamped; it "
         "has: /joint_states (sensor_msgs/msg/JointState, 1), /wrench (sensor_msgs/msg/JointState, "
-        "1); name the topics in the configuration (topics.wrench, topics.joint_states)",
+        "1); name the topics by --wrench-topic and --joints-topic, or in the configuration "
+        "(topics.wrench, topics.joint_states)",
         "replay",
         path,
     )

@@ -144,7 +144,7 @@ def test_a_disk_that_fails_gives_what_lies_before(tmp_path, monkeypatch):
     path = write_bag(tmp_path / "a.mcap", count=400, chunk_bytes=4000)
     whole = Bag(path)
     half = path.stat().st_size // 2
-    for module in ("scan", "reader"):
+    for module in ("scan", "content"):
         monkeypatch.setattr(
             f"peg_on_hole_ros.edges.bags.{module}.open_file",
             lambda path: Broken(path.open("rb"), half),

@@ -89,7 +89,16 @@ def test_configuration_and_robot_are_not_overwritten(recording, tmp_path, capsys
     with BagWriter("a.mcap", from_parameters(stored)) as writer:
         writer.write("/wrench", WRENCH, wrench(MS), MS)
         writer.write("/joint_states", JOINTS, joints(MS), MS)
-    fails(capsys, 2, f"cannot write r.urdf: {READ}", "replay", "a.mcap", "--summary", "r.urdf")
+    fails(
+        capsys,
+        2,
+        f"cannot write r.urdf: {READ}",
+        "replay",
+        "a.mcap",
+        "--bag-urdf",
+        "--summary",
+        "r.urdf",
+    )
     message = "result.csv is named as the results that go into .; rename it to .yaml"
     config(tmp_path, "scene: {friction: 0.3}", "result.csv")
     for command in ("chart", "stability"):

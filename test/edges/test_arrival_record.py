@@ -29,6 +29,7 @@ from peg_on_hole_ros.edges.replay import (
     check_bag,
     hand_over,
     replay_bag,
+    sources_of,
     stored_configuration,
     stored_options,
 )
@@ -110,9 +111,9 @@ def replayed(path):
     """Return what the record makes the shared path publish, by topic."""
     bag = Bag(path)
     stream = message_stream(Configuration())
-    expected, needed = {suffix: [] for suffix in TOPICS}, check_bag(bag, Configuration())
-    for item in bag.messages(needed):
-        for suffix, ros_type, fields in hand_over(stream, item, needed):
+    expected, sources = {suffix: [] for suffix in TOPICS}, sources_of(Configuration())
+    for item in bag.items(check_bag(bag, Configuration())):
+        for suffix, ros_type, fields in hand_over(stream, item, sources):
             expected[suffix].append(exact(ros_type, serialize_message(to_ros(ros_type, fields))))
     return expected
 

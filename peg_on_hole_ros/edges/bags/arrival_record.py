@@ -7,7 +7,11 @@ from pathlib import Path
 
 from mcap.writer import CompressionType, IndexType, Writer
 
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, configuration_metadata
+from peg_on_hole_ros.edges.bags.writer import (
+    CONFIGURATION_METADATA,
+    configuration_metadata,
+    description_metadata,
+)
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.edges.messages.output import PREFIX, STRING
@@ -69,6 +73,8 @@ class ArrivalRecord:
         self._writer.add_metadata(
             CONFIGURATION_METADATA, configuration_metadata(configuration, markers_rate)
         )
+        for name, values in description_metadata(configuration).items():
+            self._writer.add_metadata(name, values)
         topics = configuration.topics
         self._channels = (
             (topics.wrench, WRENCH_TYPE),

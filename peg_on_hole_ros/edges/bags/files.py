@@ -1,20 +1,19 @@
-"""Which files a bag consists of: one `.mcap` file, or those of a rosbag2 folder."""
+"""Which files a bag consists of: one `.mcap` or `.db3` file, or those of a rosbag2 folder."""
 
 import re
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
-
+from peg_on_hole_ros.edges.bags.description import Description, read_description
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
 # As a recorder names the parts of a recording in the folder rec: rec_0.mcap, rec_1.mcap, ...
-_PART = re.compile(r"(.+)_(\d+)\.mcap")
+_PART = re.compile(r"(.+)_(\d+)\.(mcap|db3)(\.zstd|\.zst)?")
 _MOST_LISTED = 10
-_OF_BAGS = ("metadata.yaml", "*.mcap")
-_WHOLE = (".zstd", ".zst", ".lz4", ".gz", ".xz")
-# Up to the version before, the recorder put the folder's own name before each file's.
-_WITHOUT_FOLDER = 4
+_STORED = (".mcap", ".db3")
+_PACKED = (".zstd", ".zst")
+# Packed as a whole by what nobody records with, and the command that unpacks it.
+_OTHERS = {".lz4": "lz4 -d", ".gz": "gunzip -k", ".xz": "unxz -k", ".bz2": "bunzip2 -k"}
 
 
 class BagFiles(NamedTuple):
@@ -26,11 +25,13 @@ class BagFiles(NamedTuple):
     path : Path
         As it was given.
     files : tuple of Path
-        MCAP files in their order.
+        In their order; each `.mcap` or `.db3`, or one of them packed as a whole.
     description : Path or None
         metadata.yaml of a folder; None: a single file, or a folder without.
     unnamed : tuple of Path
-        MCAP files in the folder that metadata.yaml does not name: for ROS 2 no part of it.
+        Files of bags in the folder that metadata.yaml does not name: for ROS 2 no part of it.
+    stands_for : dict of str to Path
+        By the name in metadata.yaml: a file that somebody unpacked, and that is read for it.
 
     """
 
@@ -38,6 +39,7 @@ class BagFiles(NamedTuple):
     files: tuple[Path, ...]
     description: Path | None = None
     unnamed: tuple[Path, ...] = ()
+    stands_for: dict[str, Path] = {}
 
     def read(self) -> list[Path]:
         """Return every file that reading the bag rests on, and a folder that nothing describes."""
@@ -47,8 +49,8 @@ class BagFiles(NamedTuple):
 
     def named_by_recorder(self) -> bool:
         """Return whether the files are called after the folder and counted on from 0."""
-        expected = [f"{self.path.resolve().name}_{i}.mcap" for i in range(len(self.files))]
-        return [file.name for file in self.files] == expected
+        expected = [f"{self.path.resolve().name}_{i}" for i in range(len(self.files))]
+        return [file.name.partition(".")[0] for file in self.files] == expected
 
     def remedy(self) -> str:
         """Return what to do with files that do not belong together, for an error message."""
@@ -87,23 +89,19 @@ def _files(path):
     if not path.exists():
         raise BagError(f"there is no bag {path}")
     if not path.is_dir():
-        if path.suffix == ".db3":
-            raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
-        if path.suffix in _WHOLE:
-            raise BagError(f"{path} is compressed as a whole; decompress it first")
+        if path.suffix in _OTHERS:
+            raise BagError(
+                f"{path} is packed as a whole, in a way that is not read; unpack it: "
+                f"{_OTHERS[path.suffix]} {path}"
+            )
         return BagFiles(path, (path,))
     description = path / "metadata.yaml"
     if description.is_file():
-        files = _described_files(description)
-        names = {file.name for file in files}
-        unnamed = [file for file in sorted(path.glob("*.mcap")) if file.name not in names]
-        return BagFiles(path, tuple(files), description, tuple(unnamed))
-    files = sorted(path.glob("*.mcap"), key=_natural)
+        return _described(path, description)
+    files = _bags_in(path)
     if files:
         return _one_recording(BagFiles(path, tuple(files)))
-    if list(path.glob("*.db3")):
-        raise BagError(f"{path} is a bag in SQLite; {_convert(path)}")
-    inner = (file.parent.name for kind in _OF_BAGS for file in path.glob(f"*/{kind}"))
+    inner = (file.parent.name for kind in _in_bags() for file in path.glob(f"*/{kind}"))
     bags = sorted(set(inner), key=lambda name: _natural(Path(name)))
     held = f"; the bags in it are {listed(bags)}: name one of them" if bags else ""
     raise BagError(
@@ -111,11 +109,38 @@ def _files(path):
     )
 
 
+def in_sqlite(path: Path) -> bool:
+    """Return whether a file holds a bag in SQLite, by its name."""
+    return bare(path).suffix == ".db3"
+
+
+def bare(path: Path) -> Path:
+    """Return the name of a file without that of its compression."""
+    return path.with_suffix("") if path.suffix in _PACKED else path
+
+
+def _bags_in(path):
+    """Return the files of bags in a folder, each once: unpacked, where it is there both ways."""
+    found = {}
+    for packed in ("", *_PACKED):
+        for kind in _STORED:
+            for file in path.glob(f"*{kind}{packed}"):
+                found.setdefault(bare(file), file)
+    return sorted(found.values(), key=_natural)
+
+
+def _in_bags():
+    return (
+        "metadata.yaml",
+        *(f"*{kind}{packed}" for kind in _STORED for packed in ("", *_PACKED)),
+    )
+
+
 def _one_recording(found):
     parts = [_PART.fullmatch(file.name) for file in found.files]
     if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):
         raise BagError(
-            f"{found.path} is a folder without metadata.yaml, and its .mcap files are not named "
+            f"{found.path} is a folder without metadata.yaml, and its files are not named "
             f"as the parts of one recording (NAME_0.mcap, NAME_1.mcap, ...): "
             f"{listed([file.name for file in found.files])}; {found.remedy()}"
         )
@@ -128,63 +153,36 @@ def listed(names: list[str]) -> str:
     return ", ".join(names[:_MOST_LISTED]) + more
 
 
-def _described_files(description):
-    path = description.parent
-    try:
-        info = yaml.safe_load(description.read_text(encoding="utf-8"))[
-            "rosbag2_bagfile_information"
-        ]
-        names = info["relative_file_paths"]
-        storage = info.get("storage_identifier", "mcap")
-        mode = str(info.get("compression_mode") or "")
-        old = int(info.get("version", _WITHOUT_FOLDER)) < _WITHOUT_FOLDER
-        if not isinstance(names, list):
-            raise TypeError
-    except (
-        yaml.YAMLError,
-        UnicodeDecodeError,
-        LookupError,
-        TypeError,
-        ValueError,
-        AttributeError,
-    ):
-        raise BagError(
-            f"{description} is not a description of a bag (rosbag2_bagfile_information with "
-            f"relative_file_paths); remove it to read the .mcap files of {path}"
-        ) from None
-    files = [_named(path, str(name), old) for name in names]
-    if storage != "mcap":
-        raise BagError(f"{path} is a bag in {storage}; {_convert(path)}")
-    if not files:
-        raise BagError(
-            f"{description} names no files; remove it to read the .mcap files of {path}"
-        )
-    if mode.upper() == "MESSAGE":
-        raise BagError(
-            f"{path} has every message compressed by itself (compression_mode: {mode}); convert "
-            f"it: ros2 bag convert -i {path} with storage_id mcap and without compression_mode "
-            "for the output"
-        )
-    for file in files:
-        if files.count(file) > 1:
+def _described(path, description):
+    told = read_description(description)
+    files, stands_for = [], {}
+    for name in told.names:
+        file = _named(path, name, told)
+        if told.names.count(name) > 1:
             raise BagError(
-                f"{description} names {file.name} {files.count(file)} times, and its messages "
-                "would be read as often; leave it there once"
+                f"{description} names {file.name} {told.names.count(name)} times, and its "
+                "messages would be read as often; leave it there once"
             )
+        if not file.is_file() and bare(file).is_file():
+            stands_for[file.name] = file = bare(file)
         if not file.is_file():
             raise BagError(f"{description} names {file.name}, which is not in {path}")
-        if file.suffix != ".mcap":
-            raise BagError(f"{file} is compressed as a whole; decompress it first")
-    return files
+        if bare(file).suffix not in _STORED:
+            raise BagError(
+                f"{file} is neither .mcap nor .db3, nor one of them with .zstd: "
+                f"{told.storage or 'its storage'} is not read; convert it: ros2 bag convert -i "
+                f"{path} with storage_id mcap for the output"
+            )
+        files.append(file)
+    known = {bare(file).name for file in files}
+    unnamed = [file for file in _bags_in(path) if bare(file).name not in known]
+    return BagFiles(path, tuple(files), description, tuple(unnamed), stands_for)
 
 
-def _named(path, name, old):
+def _named(path: Path, name: str, told: Description) -> Path:
     beside = path.resolve().parent / name
-    return beside if old and not (path / name).is_file() and beside.is_file() else path / name
-
-
-def _convert(path):
-    return f"convert it: ros2 bag convert -i {path} with storage_id mcap for the output"
+    old = told.with_folder and not (path / name).is_file() and beside.is_file()
+    return beside if old else path / name
 
 
 def _natural(file):

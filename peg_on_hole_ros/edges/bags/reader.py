@@ -1,33 +1,30 @@
-"""Read bags: an `.mcap` file or a rosbag2 folder, in order of log time, in bounded memory."""
+"""Read bags in order of log time, in bounded memory: as arrays, or message by message."""
 
-import heapq
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mcap.records import Schema
-from mcap_ros2.decoder import DecoderFactory
+import numpy as np
 
-from peg_on_hole_ros.edges.bags.files import BagFiles, bag_files, listed
-from peg_on_hole_ros.edges.bags.scan import (
-    Block,
-    Scan,
-    TopicInfo,
-    chunk_content,
-    messages_of,
-    open_file,
-    scan_file,
-)
-from peg_on_hole_ros.edges.messages.definitions import definition
+from peg_on_hole_ros.edges.bags.batch import Batch, Item
+from peg_on_hole_ros.edges.bags.columns import NO_LAYOUT, Layouts
+from peg_on_hole_ros.edges.bags.content import Contents
+from peg_on_hole_ros.edges.bags.decoding import decoders_of
+from peg_on_hole_ros.edges.bags.files import bag_files, in_sqlite, listed
+from peg_on_hole_ros.edges.bags.found import Found, TopicInfo
+from peg_on_hole_ros.edges.bags.one_recording import check_one_recording
+from peg_on_hole_ros.edges.bags.order import in_order
+from peg_on_hole_ros.edges.bags.parts import part_of
+from peg_on_hole_ros.edges.bags.scan import scan_file
+from peg_on_hole_ros.edges.bags.unpacking import MOST_CHUNK
 from peg_on_hole_ros.errors import BagError
 
-# A recorder that splits may put messages that came together into either file, and leaves no gap
-# but that between two messages [ns].
-_APART_NS = 1_000_000_000
 # Of the messages, and of their definitions.
 _ENCODINGS = ("cdr, ros2msg", "cdr, ros2idl", "cdr, ")
+_NAMELESS = "cdr, no schema"
+_ROS1 = "ros1"
 # A payload that does not fit its definition.
 _UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError)
 
@@ -40,7 +37,7 @@ class BagMessage(NamedTuple):
     ----------
     topic : str
     log_ns : int
-        When it was recorded [ns].
+        When it was recorded; where that is wrong, when it must have been [ns].
     message : object
         Fields as attributes, named as in ROS.
 
@@ -63,9 +60,11 @@ class Bag:
     Parameters
     ----------
     path : str or Path
-        An `.mcap` file or a folder of them.
+        An `.mcap` or `.db3` file, packed as a whole or not, or a folder of them.
     progress : callable, optional
         Called with the share of each file that was read.
+    most_chunk : int
+        Bytes that a chunk may take unpacked.
 
     Attributes
     ----------
@@ -77,33 +76,36 @@ class Bag:
     damage : str
         Why reading ended early; empty for a whole bag.
     unnamed : tuple of Path
-        MCAP files of the folder that its metadata.yaml does not name, and that were not read.
+        Files of the folder that its metadata.yaml does not name, and that were not read.
     undecodable : Counter
-        By topic: payloads that `messages` skipped since they do not fit their definition.
+        By topic: payloads that were skipped since they do not fit their definition.
 
     """
 
-    def __init__(self, path: str | Path, progress: Callable[[float], None] | None = None):
+    def __init__(
+        self,
+        path: str | Path,
+        progress: Callable[[float], None] | None = None,
+        most_chunk: int = MOST_CHUNK,
+    ):
         self.path = Path(path)
         self.topics: dict[str, TopicInfo] = {}
         self.undecodable: Counter[str] = Counter()
         self.damage = ""
         self.metadata: dict[str, dict[str, str]] = {}
-        self._scans: list[Scan] = []
+        self._scans: list[Found] = []
+        self._most = most_chunk
         files = bag_files(path)
-        self.unnamed = files.unnamed
+        self.unnamed, self._stands_for = files.unnamed, files.stands_for
         for index, file in enumerate(files.files):
-            scan = scan_file(file, index, self.topics, progress)
+            scan = _scanner(file)(file, index, self.topics, progress, most_chunk)
             self._scans.append(scan)
             self.metadata |= scan.metadata
             if scan.damage:
                 self.damage = f"{file} is {scan.damage}" + _behind(files.files[index + 1 :])
                 break
-        _check_one_recording(files, self._scans)
-        # Sorting is stable: blocks that begin at one time stay in the order of the file.
-        blocks = [block for scan in self._scans for block in scan.blocks]
-        self._order = sorted(range(len(blocks)), key=lambda i: blocks[i].first_ns)
-        self._blocks = blocks
+        check_one_recording(files, self._scans)
+        self._blocks = [block for scan in self._scans for block in scan.blocks]
 
     @property
     def count(self) -> int:
@@ -113,6 +115,8 @@ class Bag:
     def require(self, types: dict[str, str], remedy: str = "") -> None:
         """
         Raise BagError unless each topic is there, with messages, of its type.
+
+        A topic whose type the bag does not name is taken for what it has to be.
 
         Parameters
         ----------
@@ -133,27 +137,71 @@ class Bag:
                     f"{self.path} has no messages on {topic} ({ros_type}); it has: "
                     f"{self.listing()}{remedy}{cut}"
                 )
-            if info.types != [ros_type]:
+            for encoding in info.encodings:
+                self._check_encoding(topic, encoding)
+            if info.types not in ([ros_type], [""]):
                 found = " and ".join(name or "no type" for name in info.types)
                 raise BagError(
                     f"{self.path}: {topic} is {found}, not {ros_type}; it has: {self.listing()}"
                     f"{remedy}"
                 )
-            for encoding in info.encodings:
-                if encoding not in _ENCODINGS:
-                    raise BagError(
-                        f"{self.path}: {topic} is encoded as {encoding}; only messages of ROS 2 "
-                        "(cdr, with ros2msg or ros2idl) can be read"
-                    )
+
+    def _check_encoding(self, topic, encoding):
+        if encoding.startswith(_ROS1):
+            raise BagError(
+                f"{self.path}: {topic} is encoded as {encoding}, so this is a recording of ROS 1; "
+                f"convert the bag it was made of: rosbags-convert --src RECORDING.bag --dst FOLDER"
+            )
+        if encoding not in (*_ENCODINGS, _NAMELESS):
+            raise BagError(
+                f"{self.path}: {topic} is encoded as {encoding}; only messages of ROS 2 "
+                "(cdr, with ros2msg or ros2idl) can be read"
+            )
 
     def listing(self) -> str:
         """Return topics with type and count, for an error message."""
         rows = (
-            f"{info.name} ({' and '.join(info.types)}, {info.count})"
+            f"{info.name} ({' and '.join(name or 'no type' for name in info.types)}, {info.count})"
             for info in sorted(self.topics.values(), key=lambda info: info.name)
             if info.count
         )
         return ", ".join(rows) or "nothing"
+
+    def remarks(self, types: dict[str, str]) -> list[str]:
+        """
+        Return a line for each thing that was not as it should be and could be read all the same.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topics that are of interest, with their types.
+
+        """
+        told = [
+            f"files: {read.name} is read for the {named} of metadata.yaml"
+            for named, read in self._stands_for.items()
+        ]
+        infos = [self.topics[topic] for topic in types if topic in self.topics]
+        wrong = sum(info.wrong_log_times for info in infos)
+        if wrong:
+            topics = ", ".join(
+                f"{info.name} {info.wrong_log_times}" for info in infos if info.wrong_log_times
+            )
+            told.append(
+                f"log time: {wrong} messages ({topics}) have a log time that cannot be, far from "
+                "their stamp and from the messages about them; they are placed by their stamp"
+            )
+        for info in infos:
+            if info.lacking:
+                told.append(
+                    f"definition: that of {' and '.join(info.types)} on {info.name} is incomplete "
+                    f"(it lacks {info.lacking}): read by the type's name"
+                )
+            if info.types == [""]:
+                told.append(
+                    f"definition: {info.name} has no type in the bag; read as {types[info.name]}"
+                )
+        return told
 
     def messages(self, topics: Iterable[str]) -> Iterator[BagMessage]:
         """Yield decoded messages in order of log time, those of one time in the file's order."""
@@ -162,106 +210,92 @@ class Bag:
 
     def with_payloads(self, topics: Iterable[str]) -> Iterator[tuple[BagMessage, bytes]]:
         """Yield what `messages` does, each with the bytes in which it was recorded."""
-        wanted = set(topics)
-        decoders = [_decoders(scan, wanted) for scan in self._scans]
-        for log_ns, file, channel_id, payload in self._payloads(decoders):
-            topic, decode = decoders[file][channel_id]
-            try:
-                message = decode(payload)
-            except _UNDECODABLE:
-                self.undecodable[topic] += 1
-                continue
-            yield BagMessage(topic, log_ns, message), payload
+        names = list(topics)
+        decoders = self._decoders(dict.fromkeys(names))
+        for part in self._parts(decoders, None):
+            columns = part.log_ns, part.topic, part.file, part.channel
+            rows = zip(*(column.tolist() for column in columns), part.payload)
+            for log_ns, topic, file, channel, payload in rows:
+                message = self._decoded(decoders[file][channel], payload)
+                if message is not None:
+                    yield BagMessage(names[topic], log_ns, message), payload
 
-    def _payloads(self, channels):
-        """Merge the blocks: a message waits until no block still to come can precede it."""
-        heap: list = []
-        streams = [open_file(scan.path) for scan in self._scans]
+    def batches(self, types: dict[str, str]) -> Iterator[Batch]:
+        """
+        Yield all messages of some topics in order of log time, as arrays.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topics with their types; wrenches and joint states become numbers.
+
+        """
+        decoders, layouts = self._decoders(types), Layouts()
+        for part in self._parts(decoders, layouts):
+            others, kept = {}, np.ones(len(part.log_ns), bool)
+            for i in np.flatnonzero(part.layout == NO_LAYOUT).tolist():
+                decoder = decoders[int(part.file[i])][int(part.channel[i])]
+                message = self._decoded(decoder, part.payload[i])
+                kept[i] = message is not None
+                if kept[i]:
+                    others[i] = message
+            if not kept.all():
+                now = np.cumsum(kept) - 1
+                others = {int(now[i]): message for i, message in others.items()}
+                part = part.of(kept)
+            numbers = part.topic, part.log_ns, part.t_ns, part.layout, part.values
+            yield Batch(types, layouts.all, *numbers, others)
+
+    def items(self, types: dict[str, str], joints: tuple[str, ...] = ()) -> Iterator[Item]:
+        """
+        Yield the messages of `batches` one by one, as samples.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topics with their types.
+        joints : tuple of str
+            Those whose positions have to be finite; empty: all.
+
+        """
+        for batch in self.batches(types):
+            yield from batch.items(joints)
+
+    def _decoded(self, decoder, payload):
         try:
-            for ordinal in self._order:
-                block = self._blocks[ordinal]
-                while heap and heap[0][0] < block.first_ns:
-                    yield _unpacked(heapq.heappop(heap))
-                content = _content(streams[block.file], block)
-                for position, (channel_id, log_ns, payload) in enumerate(messages_of(content)):
-                    if channel_id in channels[block.file]:
-                        item = (log_ns, ordinal, position, block.file, channel_id, payload)
-                        heapq.heappush(heap, item)
-            while heap:
-                yield _unpacked(heapq.heappop(heap))
-        finally:
-            for stream in streams:
-                stream.close()
+            return decoder.decode(payload)
+        except _UNDECODABLE:
+            self.undecodable[decoder.topic] += 1
+            return None
+
+    def _parts(self, decoders, layouts):
+        """Yield messages of the channels that have a decoder, in their order."""
+        with Contents([scan.path for scan in self._scans], self._most) as contents:
+
+            def load(block):
+                rows = block.in_place(contents.rows(block))
+                return part_of(block.file, rows, decoders[block.file], layouts, self._most)
+
+            yield from in_order(self._blocks, load)
+
+    def _decoders(self, types):
+        return [decoders_of(scan, types) for scan in self._scans]
+
+
+def _scanner(file):
+    if in_sqlite(file):
+        # It takes a while to import, and few need it.
+        try:
+            from peg_on_hole_ros.edges.bags.sqlite import scan_sqlite
+        except ModuleNotFoundError as error:
+            raise BagError(
+                f"{file} is a bag in SQLite, which needs {error.name}: pip install rosbags"
+            ) from None
+        return scan_sqlite
+    return scan_file
 
 
 def _behind(unread):
     """Return which parts are not read, as one before them is damaged, to be added to that."""
     names = listed([file.name for file in unread])
     return f"; the parts behind it are not read: {names}" if unread else ""
-
-
-def _check_one_recording(files: BagFiles, scans: list[Scan]):
-    """
-    Refuse files that no description holds together and that do not follow one another in time.
-
-    A recorder goes on in the next part with the next message. It may have been paused there, so
-    a gap is believed where the files are called as it calls them.
-    """
-    if files.description is not None:
-        return
-    spans = []
-    for scan in scans:
-        if scan.blocks:
-            first = min(block.first_ns for block in scan.blocks)
-            spans.append((first, max(block.last_ns for block in scan.blocks), scan.path.name))
-    for (begun, end, before), (begin, last, after) in zip(spans, spans[1:]):
-        what = ""
-        if begin - end > _APART_NS and not files.named_by_recorder():
-            what = f"{after} begins {(begin - end) * 1e-9:.3f} s after {before} has ended"
-        elif begun >= last:
-            what = f"{after} was recorded before {before}"
-        elif end - begin > min(_APART_NS, (last - begin) // 2, (end - begun) // 2):
-            what = f"{before} and {after} overlap by {(min(end, last) - begin) * 1e-9:.3f} s"
-        if what:
-            raise BagError(
-                f"{files.path} has no metadata.yaml, and {what}, so they are not parts of one "
-                f"recording; {files.remedy()}"
-            )
-
-
-def _unpacked(item):
-    log_ns, _, _, file, channel_id, payload = item
-    return log_ns, file, channel_id, payload
-
-
-def _content(stream, block: Block):
-    try:
-        stream.seek(block.start)
-        body = stream.read(block.length)
-    except OSError as error:
-        raise BagError(f"cannot read {stream.name}: {error.strerror}") from None
-    return chunk_content(body, validate=False) if block.chunk else body
-
-
-def _decoders(scan, wanted):
-    factory = DecoderFactory()
-    decoders = {}
-    for channel in scan.channels.values():
-        schema = scan.schemas.get(channel.schema_id)
-        if channel.topic in wanted and schema is not None:
-            if not schema.data or schema.encoding == "ros2idl":
-                # Some recorders leave the definition out, or have it as IDL, from which the same
-                # bytes come; that of a type known here will do.
-                text = definition(schema.name).encode()
-                schema = Schema(id=schema.id, name=schema.name, encoding="ros2msg", data=text)
-            try:
-                decode = factory.decoder_for(channel.message_encoding, schema)
-            except Exception as error:
-                # The parser of definitions has a dozen exceptions with no base but this.
-                raise BagError(
-                    f"{scan.path}: the definition of {schema.name} on {channel.topic} cannot be "
-                    f"read: {error}"
-                ) from None
-            if decode is not None:
-                decoders[channel.id] = (channel.topic, decode)
-    return decoders

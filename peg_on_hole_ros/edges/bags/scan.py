@@ -7,72 +7,42 @@ where the recorder wrote none. The library's seeking reader gives nothing at all
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Metadata, Schema
-from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
+from mcap.records import Channel, DataEnd, Metadata, Schema, Statistics
 
+from peg_on_hole_ros.edges.bags.found import Block, Found, TopicInfo
+from peg_on_hole_ros.edges.bags.rows import HEAD, rows_in
+from peg_on_hole_ros.edges.bags.unpacking import (
+    MOST_CHUNK,
+    ChecksumError,
+    ZstdFile,
+    chunk_content,
+    open_file,
+    too_large,
+)
 from peg_on_hole_ros.errors import BagError
 
 MAGIC = b"\x89MCAP0\r\n"
-_HEAD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
 # Start of the index, start of its own index, checksum.
 _FOOTER = struct.Struct("<QQI")
+# What a message begins with.
+_CHANNEL = struct.Struct("<H20x")
 # Messages outside chunks are grouped, so that ordering by time holds little in memory.
 _GROUP_BYTES = 1 << 20
-
-
-class Block(NamedTuple):
-    """
-    A chunk, or a run of messages outside chunks.
-
-    Attributes
-    ----------
-    first_ns, last_ns : int
-        Least and greatest log time in it.
-    file, start, length : int
-        Index of the file; where the chunk's content, or the run of records, lies in it.
-    chunk : bool
-
-    """
-
-    first_ns: int
-    last_ns: int
-    file: int
-    start: int
-    length: int
-    chunk: bool
-
-
-@dataclass
-class TopicInfo:
-    """What a scan learnt about one topic; `types` has more than one entry only in an odd bag."""
-
-    name: str
-    types: list[str] = field(default_factory=list)
-    encodings: list[str] = field(default_factory=list)
-    count: int = 0
-    first_ns: int = 0
-    last_ns: int = 0
-
-
-@dataclass
-class Scan:
-    """Content of one file as far as it could be read; `damage` says why it ended early."""
-
-    path: Path
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    blocks: list[Block] = field(default_factory=list)
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    damage: str = ""
+# Of a record that is passed over, at a time.
+_PIECE = 1 << 20
+# Those of which the content is used; a chunk's head takes little more than itself.
+_USED = (
+    Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA,
+    Opcode.DATA_END, Opcode.STATISTICS, Opcode.FOOTER,
+)  # fmt: skip
+_MOST_HEAD = 1 << 10
 
 
 class _Damage(Exception):
@@ -84,7 +54,8 @@ def scan_file(
     index: int,
     topics: dict[str, TopicInfo],
     progress: Callable[[float], None] | None = None,
-) -> Scan:
+    most: int = MOST_CHUNK,
+) -> Found:
     """
     Read a whole file once, in bounded memory, and add what it holds to `topics`.
 
@@ -97,6 +68,8 @@ def scan_file(
         Filled.
     progress : callable, optional
         Called with the share that was read.
+    most : int
+        Bytes that a chunk may take unpacked.
 
     Raises
     ------
@@ -104,23 +77,26 @@ def scan_file(
         The file cannot be opened, or is the first of its bag and no MCAP file.
 
     """
-    scan = Scan(path)
+    found = Found(path, topics)
     with open_file(path) as stream:
-        size = path.stat().st_size
-        magic = stream.read(len(MAGIC))
-        if magic != MAGIC:
-            scan.damage = _no_begin(magic)
-            if not index:
-                raise BagError(f"{path} is {scan.damage}")
-            # Of a recording in parts the last one may have been opened and never written.
-            return scan
+        # Of what is packed as a whole nobody knows how long it is.
+        size = None if isinstance(stream, ZstdFile) else path.stat().st_size
         try:
-            _walk_file(stream, size, scan, index, topics, progress)
+            magic = stream.read(len(MAGIC))
+            if magic == MAGIC:
+                _Walk(stream, size, found, index, progress, most).all()
+                return found
+            found.damage = _no_begin(magic)
         except _Damage as damage:
-            scan.damage = str(damage)
+            found.damage = str(damage)
+            return found
         except OSError as error:  # of the disk
-            scan.damage = f"unreadable after byte {stream.tell()}: {error.strerror}"
-    return scan
+            found.damage = f"unreadable after byte {stream.tell()}: {error.strerror}"
+            return found
+    if not index:
+        raise BagError(f"{path} is {found.damage}")
+    # Of a recording in parts the last one may have been opened and never written.
+    return found
 
 
 def _no_begin(magic):
@@ -132,179 +108,187 @@ def _no_begin(magic):
     return f"not an MCAP file: it begins with {magic!r}"
 
 
-def open_file(path: Path) -> BinaryIO:
-    """Open for reading, with an error that tells what is there instead."""
-    try:
-        return path.open("rb")
-    except FileNotFoundError:
-        raise BagError(f"there is no bag {path}") from None
-    except OSError as error:
-        raise BagError(f"cannot read {path}: {error.strerror}") from None
+class _Walk:
+    """From the first record of a file to its end, or to where it is damaged."""
 
+    def __init__(self, stream, size, found, index, progress, most):
+        self._stream, self._size, self._found, self._index = stream, size, found, index
+        self._progress, self._most = progress or (lambda share: None), most
+        # Messages outside chunks, and where they begin.
+        self._run, self._run_at = bytearray(), 0
 
-def _walk_file(stream, size, scan, index, topics, progress):
-    crc = zlib.crc32(MAGIC)
-    run = None
-    while True:
-        offset = stream.tell()
-        record = _record(stream, size)
-        if record is None:
-            raise _Damage(_cut(size, offset))
-        opcode, head, body = record
+    def all(self):
+        """Walk."""
+        crc = zlib.crc32(MAGIC)
         try:
-            if opcode == Opcode.FOOTER:
-                if stream.read() != MAGIC:
-                    raise _Damage(_cut(size, offset))
-                return
-            if opcode == Opcode.DATA_END:
-                stated = DataEnd.read(_stream_of(body)).data_section_crc
-                if stated and stated != crc:
-                    raise _Damage("damaged: the data section does not fit its checksum")
-                _check_index(stream, size)
-                return
-            crc = zlib.crc32(body, zlib.crc32(head, crc))
-            if opcode == Opcode.CHUNK:
-                start = offset + _HEAD.size
-                times = _scan_records(chunk_content(body, True), scan, topics)
-                if times:
-                    scan.blocks.append(Block(*times, index, start, len(body), True))
-                if progress:
-                    progress(stream.tell() / size)
-            elif opcode == Opcode.METADATA:
-                found = Metadata.read(_stream_of(body))
-                scan.metadata[found.name] = dict(found.metadata)
-            else:
-                times = _scan_records(head + body, scan, topics)
-                if times:
-                    length = len(head) + len(body)
-                    run = _extend_run(scan.blocks, run, times, index, offset, length)
-        except _Damage:
+            while True:
+                offset = self._stream.tell()
+                record = self._record(crc)
+                if record is None:
+                    raise _Damage(self._cut(offset))
+                opcode, head, body, crc_before, crc = record
+                if not opcode:
+                    raise _Damage(f"damaged at byte {offset}: a record of kind 0, of zeros alone")
+                try:
+                    if opcode == Opcode.FOOTER:
+                        self._end_run()
+                        if self._stream.read(len(MAGIC)) != MAGIC:
+                            raise _Damage(self._cut(offset))
+                        return
+                    if opcode == Opcode.DATA_END:
+                        self._end_run()
+                        self._end_of_data(body, crc_before)
+                        return
+                    self._take(offset, opcode, head, body)
+                except _Damage:
+                    raise
+                except ChecksumError:
+                    raise _Damage(
+                        f"damaged: the chunk at byte {offset} does not fit its checksum"
+                    ) from None
+                except Exception as error:
+                    # Rubbish makes parsers and decompressors raise whatever their authors
+                    # thought of.
+                    raise _Damage(f"damaged at byte {offset}: {error}") from None
+        except (_Damage, OSError):
+            with suppress(ValueError):
+                self._end_run()
             raise
-        except CRCValidationError:
-            raise _Damage(
-                f"damaged: the chunk at byte {offset} does not fit its checksum"
-            ) from None
-        except Exception as error:
-            # Rubbish makes parsers and decompressors raise whatever their authors thought of.
-            raise _Damage(f"damaged at byte {offset}: {error}") from None
 
+    def _record(self, crc):
+        """
+        Return the next record, and the checksum before and behind it; None: it is not whole.
 
-def _record(stream, size):
-    """Return opcode, head and content of the next record, or None where it is not whole."""
-    head = stream.read(_HEAD.size)
-    if len(head) < _HEAD.size:
-        return None
-    opcode, length = _HEAD.unpack(head)
-    return None if length > size - stream.tell() else (opcode, head, stream.read(length))
+        That of a kind that is not used has no content, and may have any length.
+        """
+        head = self._stream.read(HEAD.size)
+        if len(head) < HEAD.size:
+            return None
+        opcode, length = HEAD.unpack(head)
+        if self._size is not None and length > self._size - self._stream.tell():
+            return None
+        before, crc = crc, zlib.crc32(head, crc)
+        used = opcode in _USED
+        if used and length > self._most + _MOST_HEAD:
+            at = self._stream.tell() - HEAD.size
+            raise _Damage(f"damaged at byte {at}: {too_large(length, self._most)}")
+        body = self._stream.read(length) if used else b""
+        crc = zlib.crc32(body, crc)
+        left = length - len(body)
+        while left > 0 and not used:
+            piece = self._stream.read(min(left, _PIECE))
+            if not piece:
+                break
+            crc = zlib.crc32(piece, crc)
+            left -= len(piece)
+        return None if left else (opcode, head, body, before, crc)
 
+    def _take(self, offset, opcode, head, body):
+        if opcode in (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL):
+            if self._run and opcode == Opcode.MESSAGE and len(self._run) >= _GROUP_BYTES:
+                self._end_run()
+            if opcode == Opcode.MESSAGE:
+                self._found.check(_CHANNEL.unpack_from(body))
+            else:
+                # Known at once, for the messages behind it.
+                self._declared(body, opcode, 0, len(body))
+            if opcode == Opcode.MESSAGE or self._run:
+                self._run_at = self._run_at if self._run else offset
+                self._run += head + body
+            return
+        self._end_run()
+        if opcode == Opcode.CHUNK:
+            content = chunk_content(body, self._most)
+            rows = rows_in(content, lambda *where: self._declared(content, *where))
+            block = Block(self._index, offset + HEAD.size, len(body), True)
+            self._found.add(rows, block, self._most)
+            self._progress(self._share())
+        elif opcode == Opcode.METADATA:
+            metadata = Metadata.read(_stream_of(body))
+            self._found.metadata[metadata.name] = dict(metadata.metadata)
 
-def _check_index(stream, size):
-    """Read what follows the data and take nothing of it: its definitions are but copies."""
-    crc = 0
-    while True:
-        offset = stream.tell()
-        record = _record(stream, size)
-        if record is None:
-            raise _Damage(_index_lost(stream, size))
-        opcode, head, body = record
-        if opcode in (Opcode.CHUNK, Opcode.MESSAGE):
-            raise _Damage(f"damaged at byte {offset}: messages where the index has to be")
-        if opcode == Opcode.FOOTER:
-            break
-        crc = zlib.crc32(body, zlib.crc32(head, crc))
-    whole = stream.read() == MAGIC and len(body) >= _FOOTER.size
-    start, _, stated = _FOOTER.unpack_from(body) if whole else (0, 0, 0)
-    # All of the footer before its checksum is a part of it; 0: none was taken.
-    crc = zlib.crc32(body[: _FOOTER.size - 4], zlib.crc32(head, crc))
-    if not whole or start and stated not in (0, crc):
-        raise _Damage(_index_lost(stream, size))
+    def _share(self):
+        if self._size is None:
+            return self._stream.share()
+        return self._stream.tell() / self._size
 
-
-def _index_lost(stream, size):
-    """Return what is wrong behind the data of a file of a size, all of which could be read."""
-    stream.seek(size - len(MAGIC))
-    what = "damaged" if stream.read() == MAGIC else f"cut off at byte {size},"
-    return f"{what} within the index at its end: no message of it is lost"
-
-
-def _cut(size, offset):
-    """Return what is lost of a file of a size that ends in the record that begins at offset."""
-    why = "its recorder was stopped, or it was not copied whole"
-    if size == offset:
-        return f"cut off at byte {size}, behind a whole record: {why}"
-    return f"cut off at byte {size}: {why}, and its last {size - offset} bytes cannot be read"
-
-
-def _extend_run(blocks, run, times, index, offset, length):
-    """Add one message outside chunks to the run before it, or begin another; return the run."""
-    adjoins = run is not None and blocks[-1] is run and run.start + run.length == offset
-    if adjoins and run.length < _GROUP_BYTES:
-        first, last = min(run.first_ns, times[0]), max(run.last_ns, times[1])
-        blocks[-1] = Block(first, last, index, run.start, run.length + length, False)
-        return blocks[-1]
-    blocks.append(Block(*times, index, offset, length, False))
-    return blocks[-1]
-
-
-def _scan_records(data, scan, topics):
-    first = last = None
-    for opcode, start, end in walk(data):
-        if opcode == Opcode.MESSAGE:
-            channel_id, _, log_ns, _ = _MESSAGE.unpack_from(data, start)
-            if channel_id not in scan.channels:
-                raise ValueError(f"a message of channel {channel_id}, which is not declared")
-            info = topics[scan.channels[channel_id].topic]
-            if not info.count or log_ns < info.first_ns:
-                info.first_ns = log_ns
-            if not info.count or log_ns > info.last_ns:
-                info.last_ns = log_ns
-            info.count += 1
-            first = log_ns if first is None else min(first, log_ns)
-            last = log_ns if last is None else max(last, log_ns)
-        elif opcode == Opcode.SCHEMA:
+    def _declared(self, data, opcode, start, end):
+        if opcode == Opcode.SCHEMA:
             schema = Schema.read(_stream_of(data[start:end]))
-            scan.schemas[schema.id] = schema
+            self._found.schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            _add_channel(Channel.read(_stream_of(data[start:end])), scan, topics)
-    return None if first is None else (first, last)
+            self._found.add_channel(Channel.read(_stream_of(data[start:end])))
+
+    def _end_run(self):
+        """Note the messages outside chunks since the last other record as a block."""
+        if self._run:
+            data, self._run = bytes(self._run), bytearray()
+            block = Block(self._index, self._run_at, len(data), False)
+            self._found.add(rows_in(data), block, self._most)
+
+    def _end_of_data(self, body, crc):
+        stated = DataEnd.read(_stream_of(body)).data_section_crc
+        if stated and stated != crc:
+            raise _Damage("damaged: the data section does not fit its checksum")
+        statistics = self._check_index()
+        lost = self._found.lost(statistics) if statistics else ""
+        if lost:
+            raise _Damage(f"damaged: {lost}")
+
+    def _check_index(self):
+        """Read what follows the data: its definitions are but copies; return its statistics."""
+        crc, statistics = 0, None
+        while True:
+            offset = self._stream.tell()
+            record = self._record(crc)
+            if record is None:
+                raise _Damage(self._index_lost())
+            opcode, head, body, _, behind = record
+            if opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+                raise _Damage(f"damaged at byte {offset}: messages where the index has to be")
+            if opcode == Opcode.FOOTER:
+                break
+            if not opcode:
+                raise _Damage(self._index_lost())
+            if opcode == Opcode.STATISTICS:
+                statistics = body
+            crc = behind
+        whole = self._stream.read(len(MAGIC)) == MAGIC and len(body) >= _FOOTER.size
+        start, _, stated = _FOOTER.unpack_from(body) if whole else (0, 0, 0)
+        # All of the footer before its checksum is a part of it; 0: none was taken.
+        crc = zlib.crc32(body[: _FOOTER.size - 4], zlib.crc32(head, crc))
+        if not whole or start and stated not in (0, crc):
+            raise _Damage(self._index_lost())
+        return _statistics(statistics)
+
+    def _index_lost(self):
+        """Return what is wrong behind the data, all of which could be read."""
+        if self._size is None:
+            return "damaged or cut off within the index at its end: no message of it is lost"
+        self._stream.seek(self._size - len(MAGIC))
+        whole = self._stream.read(len(MAGIC)) == MAGIC
+        what = "damaged" if whole else f"cut off at byte {self._size},"
+        return f"{what} within the index at its end: no message of it is lost"
+
+    def _cut(self, offset):
+        """Return what is lost of a file that ends in the record that begins at offset."""
+        why = "its recorder was stopped, or it was not copied whole"
+        size = self._stream.tell() if self._size is None else self._size
+        if size == offset:
+            return f"cut off at byte {size}, behind a whole record: {why}"
+        return f"cut off at byte {size}: {why}, and its last {size - offset} bytes cannot be read"
 
 
-def _add_channel(channel, scan, topics):
-    scan.channels[channel.id] = channel
-    info = topics.setdefault(channel.topic, TopicInfo(channel.topic))
-    schema = scan.schemas.get(channel.schema_id)
-    name = schema.name if schema else ""
-    if name not in info.types:
-        info.types.append(name)
-    encoding = f"{channel.message_encoding}, {schema.encoding if schema else 'no schema'}"
-    if encoding not in info.encodings:
-        info.encodings.append(encoding)
-
-
-def walk(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, start and end of the content of each record."""
-    position, size = 0, len(data)
-    while position < size:
-        opcode, length = _HEAD.unpack_from(data, position)
-        position += _HEAD.size
-        if length > size - position:
-            raise ValueError(f"a record of {length} bytes is longer than what holds it")
-        yield opcode, position, position + length
-        position += length
-
-
-def messages_of(data: bytes) -> Iterator[tuple[int, int, bytes]]:
-    """Yield channel id, log time [ns] and payload of each message."""
-    for opcode, start, end in walk(data):
-        if opcode == Opcode.MESSAGE:
-            channel_id, _, log_ns, _ = _MESSAGE.unpack_from(data, start)
-            yield channel_id, log_ns, data[start + _MESSAGE.size : end]
-
-
-def chunk_content(body: bytes, validate: bool) -> bytes:
-    """Return the records within a chunk, decompressed."""
-    stream, length = get_chunk_data_stream(Chunk.read(_stream_of(body)), validate_crc=validate)
-    return stream.read(length)
+def _statistics(body):
+    """Return what the index says of its file, or None where it does not agree with itself."""
+    if body is None:
+        return None
+    try:
+        found = Statistics.read(_stream_of(body))
+    except Exception:  # rubbish, in an index without a checksum
+        return None
+    agrees = found.message_count == sum(found.channel_message_counts.values())
+    return found if agrees else None
 
 
 def _stream_of(body):

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 # Log time against stamp: farther apart than a transport takes, two clocks differ.
 OFFSET_LIMIT = 1.0  # [s]
 # Stamps against log times: faster or slower than any playback that was recorded anew.
@@ -40,30 +42,35 @@ class StampStatistics:
         self._stride = 1
         self._least, self._greatest, self._sum = math.inf, -math.inf, 0.0
 
-    def add(self, t_ns: int, log_ns: int) -> None:
-        """Count one message by its stamp and its log time [ns]."""
-        least, greatest = self.span or (t_ns, t_ns)
-        self.span = min(least, t_ns), max(greatest, t_ns)
-        least, greatest = self._logged or (log_ns, log_ns)
-        self._logged = min(least, log_ns), max(greatest, log_ns)
-        self._count += 1
-        self._zeros += t_ns == 0
+    def add(self, t_ns: np.ndarray | int, log_ns: np.ndarray | int) -> None:
+        """Count messages, in their order, by their stamps and their log times [ns]."""
+        t_ns, log_ns = (np.atleast_1d(np.asarray(times, np.int64)) for times in (t_ns, log_ns))
+        if not len(t_ns):
+            return
+        self.span = _widened(self.span, t_ns)
+        self._logged = _widened(self._logged, log_ns)
+        self._zeros += int((t_ns == 0).sum())
         offset = (log_ns - t_ns) * 1e-9
-        self._least, self._greatest = min(self._least, offset), max(self._greatest, offset)
-        self._sum += offset
-        if self._last is not None:
-            period = t_ns - self._last
-            self._backwards += period < 0
-            self.repeated += period == 0
-            self._gaps += period > self._max_gap_ns
-            self._longest = period if self._longest is None else max(self._longest, period)
-            if self._count % self._stride == 0:
-                self._periods.append(period)
-                if len(self._periods) == _RESERVOIR:
-                    # Every second one is kept, and of those to come as well.
-                    del self._periods[::2]
-                    self._stride *= 2
-        self._last = t_ns
+        self._least = min(self._least, float(offset.min()))
+        self._greatest = max(self._greatest, float(offset.max()))
+        self._sum += float(offset.sum())
+        period = np.diff(t_ns if self._last is None else np.concatenate(([self._last], t_ns)))
+        # Number of the message that ends each period.
+        number = self._count + len(t_ns) - np.arange(len(period))[::-1]
+        self._count += len(t_ns)
+        self._last = int(t_ns[-1])
+        if not len(period):
+            return
+        self._backwards += int((period < 0).sum())
+        self.repeated += int((period == 0).sum())
+        self._gaps += int((period > self._max_gap_ns).sum())
+        longest = int(period.max())
+        self._longest = longest if self._longest is None else max(self._longest, longest)
+        self._periods += period[number % self._stride == 0].tolist()
+        while len(self._periods) >= _RESERVOIR:
+            # Every second one is kept, and of those to come as well.
+            del self._periods[::2]
+            self._stride *= 2
 
     def summary(self) -> dict:
         """Return counts, times in seconds, and in `trouble` what a user has to look at."""
@@ -128,3 +135,8 @@ class StampStatistics:
         if self._zeros:
             trouble.append(f"{self._zeros} stamps are zero: the driver does not set them")
         return trouble
+
+
+def _widened(span, times):
+    first, last = int(times.min()), int(times.max())
+    return (first, last) if span is None else (min(span[0], first), max(span[1], last))

@@ -11,10 +11,13 @@ from peg_on_hole_ros import __version__
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.definitions import definition
+from peg_on_hole_ros.edges.urdf_file import description_of
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
 CONFIGURATION_METADATA = "peg_on_hole_configuration"
+# The robot's URDF as `text`: who replays the bag needs no file, and the bag names none.
+URDF_METADATA = "peg_on_hole_urdf"
 
 # What a recorder notes of a publisher that keeps its last message for late subscribers; `ros2 bag
 # play` offers the same. Numbers as in rmw (keep last, reliable, transient local, automatic): newer
@@ -72,6 +75,7 @@ class BagWriter:
         self._metadata = dict(metadata or {})
         if configuration is not None:
             self._metadata[CONFIGURATION_METADATA] = configuration_metadata(configuration)
+            self._metadata |= description_metadata(configuration)
         try:
             self._stream = self._part.open("wb")
         except OSError as error:
@@ -179,3 +183,11 @@ def configuration_metadata(
     if markers_rate is not None:
         values["markers_rate"] = markers_rate
     return {name: json.dumps(value) for name, value in values.items()}
+
+
+def description_metadata(configuration: Configuration) -> dict[str, dict[str, str]]:
+    """Return the metadata that a robot's URDF is; empty without a robot, or where it is not."""
+    if configuration.joints.source == "robot":
+        with suppress(PegOnHoleError):
+            return {URDF_METADATA: {"text": description_of(configuration.joints)}}
+    return {}

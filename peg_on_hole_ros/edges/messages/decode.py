@@ -52,7 +52,11 @@ def wrench_sample(message) -> WrenchSample | Malformed:
         return Malformed("unreadable")
     if t_ns is None:
         return Malformed("bad_stamp")
-    sample = WrenchSample(t_ns, numbers[:3], numbers[3:])
+    return checked_wrench(WrenchSample(t_ns, numbers[:3], numbers[3:]))
+
+
+def checked_wrench(sample: WrenchSample) -> WrenchSample | Malformed:
+    """Return a wrench that was read, or what is wrong with its numbers."""
     fault = wrench_fault(sample)
     return Malformed(fault) if fault else sample
 
@@ -79,6 +83,12 @@ def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malform
         return Malformed("unreadable")
     if t_ns is None:
         return Malformed("bad_stamp")
+    return checked_joints(JointSample(t_ns, names, position), needed)
+
+
+def checked_joints(sample: JointSample, needed: tuple[str, ...] = ()) -> JointSample | Malformed:
+    """Return a joint state that was read, or what is wrong with it; `needed` as above."""
+    names, position = sample.names, sample.position
     if len(names) != len(position):
         return Malformed("length_mismatch")
     if len(set(names)) != len(names):
@@ -86,7 +96,7 @@ def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malform
     for name, value in zip(names, position):
         if not isfinite(value) and (not needed or name in needed):
             return Malformed("not_finite")
-    return JointSample(t_ns, names, position)
+    return sample
 
 
 def stamp_of(message) -> int | None:

@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import Answer
+from peg_on_hole_ros.records import Answer, JointSample, WrenchSample
 
 
 class MessageStream:
@@ -47,7 +47,10 @@ class MessageStream:
 
     def on_wrench(self, message) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
-        sample = wrench_sample(message)
+        return self.take_wrench(wrench_sample(message))
+
+    def take_wrench(self, sample: WrenchSample | Malformed) -> list[Message]:
+        """Take a wrench that was read, or what is wrong with it; return what it makes known."""
         if isinstance(sample, Malformed):
             self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
             return []
@@ -59,7 +62,10 @@ class MessageStream:
 
     def on_joints(self, message) -> None:
         """Take a sensor_msgs/JointState in any form."""
-        sample = joint_sample(message, self._joints_needed)
+        self.take_joints(joint_sample(message, self._joints_needed))
+
+    def take_joints(self, sample: JointSample | Malformed) -> None:
+        """Take a joint state that was read, or what is wrong with it."""
         if isinstance(sample, Malformed):
             self._unusable[f"joints_dropped_malformed_{sample.reason}"] += 1
         else:

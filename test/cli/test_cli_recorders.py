@@ -1,0 +1,276 @@
+"""What recorders get wrong, as `inspect` and `replay` tell it: both the same."""
+
+import json
+import os
+
+import pytest
+from mcap.opcode import Opcode
+
+from cli_helpers import ROOT, config, fails
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import (
+    CONFIGURATION_METADATA,
+    BagWriter,
+    configuration_metadata,
+)
+from recorded import INPUTS, PACK, UNPACKED, Row, definition, described, motion, records, write
+from small_bags import MS
+from small_bags import write_bag as write_small
+
+SAMPLE = ROOT / "bags" / "closing_with_slip.mcap"
+
+
+def sample():
+    """Return what a shipped bag has of wrench and joint states."""
+    rows = Bag(SAMPLE).with_payloads(INPUTS)
+    return [Row(message.topic, message.log_ns, payload) for message, payload in rows]
+
+
+def both(capsys, tmp_path, path, *options, code=0):
+    """Return what inspect and replay say of a bag, as JSON and as text, and the summary."""
+    options = [str(path), *map(str, options)]
+    assert main(["inspect", *options, "--json"]) == code
+    inspected = json.loads(capsys.readouterr().out)
+    assert main(["inspect", *options]) == code
+    text = capsys.readouterr().out
+    summary = tmp_path / "summary.json"
+    assert main(["replay", *options, "--summary", str(summary)]) == code
+    return inspected, text, capsys.readouterr().out, json.loads(summary.read_text())
+
+
+def agree(inspected, summary):
+    """Return messages used; what inspect promises is what the replay has used, by topic."""
+    dropped = summary["messages"]["dropped"]
+    promised = inspected["replay"]
+    assert promised["possible"]
+    assert sum(promised["used"].values()) == summary["messages"]["used"]
+    found = {}
+    for name, count in dropped.items():
+        source, _, reason = name.partition("_dropped_")
+        topic = {"wrench": "/wrench", "joints": "/joint_states"}[source]
+        found[f"{topic}: {reason.removeprefix('malformed_')}"] = count
+    assert promised["dropped"] == found
+    return summary["messages"]["used"]
+
+
+@pytest.mark.parametrize("absurd", [0, 2**63, 2**64 - 5000])
+def test_wrong_log_times_cost_nothing(tmp_path, capsys, absurd):
+    rows = sample()
+    rows[300:303] = [
+        row._replace(log_ns=absurd + i) for i, row in enumerate(rows[300:303], start=300)
+    ]
+    path = write(tmp_path / "a.mcap", rows, chunk_size=20_000)
+    inspected, text, told, summary = both(capsys, tmp_path, path)
+    assert agree(inspected, summary) == len(rows) == 1001
+    for said in (text, told):
+        assert sum(line.startswith("log time: 3 messages (") for line in said.splitlines()) == 1
+        assert "synchronise" not in said and "joints.delay" not in said
+    rates = {topic["name"]: topic["rate"] for topic in inspected["topics"]}
+    assert rates == pytest.approx({"/wrench": 1000.0, "/joint_states": 500.0}, rel=1e-6)
+    assert [t["duration"] for t in inspected["topics"]] == pytest.approx([0.666, 0.666], abs=1e-9)
+
+
+@pytest.mark.parametrize("mixed", [0, 6])
+@pytest.mark.parametrize("rounds", [2, 4])
+def test_short_loops_are_named(tmp_path, capsys, mixed, rounds):
+    rows = sample()
+    order, n = rows * rounds, len(rows)
+    if mixed:
+        seam = order[n - mixed : n + mixed]
+        order[n - mixed : n + mixed] = [
+            row for pair in zip(seam[mixed:], seam[:mixed]) for row in pair
+        ]
+    order = [row._replace(log_ns=rows[0].log_ns + i * 666_000) for i, row in enumerate(order)]
+    path = write(tmp_path / "a.mcap", order)
+    inspected, text, told, summary = both(capsys, tmp_path, path)
+    assert agree(inspected, summary) == 1001
+    for said in (text, told):
+        assert sum(line.startswith("loop: the stamps of wrench") for line in said.split("\n")) == 1
+        assert "synchronise" not in said and "joints.delay" not in said
+
+
+def test_long_loops_are_a_recording_for_each_round(tmp_path, capsys):
+    rows = motion(1500)
+    later = [row._replace(log_ns=row.log_ns + 2 * 10**9) for row in rows]
+    path = write(tmp_path / "a.mcap", rows + later)
+    inspected, text, told, summary = both(capsys, tmp_path, path)
+    assert agree(inspected, summary) > 1.98 * len(rows)
+    assert summary["messages"]["events"]["clock_jumped_back"] == 1
+    assert "each round is a recording of its own, with clock_jumped_back" in text
+    assert "each round is a recording of its own, with clock_jumped_back" in told
+
+
+def test_two_publishers_with_clocks_apart_are_no_loop(tmp_path, capsys):
+    rows = motion(600)
+    other = motion(600, start=10**9 - 300 * MS + 1)
+    other = [row._replace(log_ns=row.log_ns + 300 * MS) for row in other]
+    path = write(tmp_path / "a.mcap", sorted(rows + other, key=lambda row: row.log_ns))
+    assert main(["inspect", str(path)]) == 0
+    assert "loop" not in capsys.readouterr().out
+
+
+def test_what_arrives_late_or_twice_is_promised_as_it_is_used(tmp_path, capsys):
+    rows = motion(800)
+    # Late beyond and within filter.late_window, twice, wrenches in front, joint states behind.
+    rows.insert(600, rows.pop(300)._replace(log_ns=rows[599].log_ns))
+    rows.insert(820, rows.pop(800)._replace(log_ns=rows[819].log_ns))
+    rows.insert(400, rows[399])
+    rows = rows[1:-1] + [row for row in rows[-40:] if row.topic == "/joint_states"][-1:]
+    inspected, _, _, summary = both(capsys, tmp_path, write(tmp_path / "a.mcap", rows))
+    assert agree(inspected, summary) < len(rows)
+    assert len(summary["messages"]["dropped"]) >= 3
+
+
+def test_packed_and_unpacked_folders_are_used_whole(tmp_path, capsys):
+    rows, folder = sample(), tmp_path / "rec"
+    folder.mkdir()
+    file = write(folder / "rec_0.mcap", rows, compression=UNPACKED)
+    packed = folder / "rec_0.mcap.zstd"
+    packed.write_bytes(PACK(file.read_bytes()))
+    (folder / "metadata.yaml").write_text(described("rec_0.mcap.zstd"))
+    inspected, _, _, summary = both(capsys, tmp_path, folder)
+    assert agree(inspected, summary) == 1001 and not inspected["remarks"]
+    packed.unlink()
+    inspected, text, told, summary = both(capsys, tmp_path, folder)
+    assert agree(inspected, summary) == 1001
+    line = "files: rec_0.mcap is read for the rec_0.mcap.zstd of metadata.yaml"
+    assert line in text.splitlines() and line in told.splitlines()
+    (folder / "metadata.yaml").unlink()
+    file.unlink()
+    message = f"cannot write {packed}: it is the file that is read"
+    packed.write_bytes(PACK(write(tmp_path / "b.mcap", rows).read_bytes()))
+    fails(capsys, 2, message, "replay", packed, "--out", packed)
+
+
+@pytest.mark.parametrize(
+    "text", [lambda kind: kind, lambda kind: definition(kind).split("===")[0]]
+)
+def test_incomplete_definitions_are_told(tmp_path, capsys, text):
+    path = write(tmp_path / "a.mcap", sample(), text=text)
+    inspected, said, told, summary = both(capsys, tmp_path, path)
+    assert agree(inspected, summary) == 1001
+    for kind in INPUTS.values():
+        assert f"definition: that of {kind} on" in said and f"definition: that of {kind}" in told
+    assert [topic["count"] for topic in inspected["topics"]] == [334, 667]
+
+
+def test_a_chunk_that_was_cut_out_is_exit_code_4(tmp_path, capsys):
+    data = write(tmp_path / "a.mcap", sample(), chunk_size=9000).read_bytes()
+    chunks = [(at, end) for at, kind, end in records(data) if kind == Opcode.CHUNK]
+    first, end = chunks[2]
+    path = tmp_path / "b.mcap"
+    path.write_bytes(data[:first] + data[end:])
+    damage = Bag(path).damage
+    assert "of 1001 messages that its index counts are not in it" in damage
+    for command in ("inspect", "replay"):
+        fails(capsys, 4, f"{damage}; what lies before has been used", command, path)
+
+
+def test_a_chunk_above_the_bound_is_told_with_the_option_that_moves_it(tmp_path, capsys):
+    path = write(tmp_path / "a.mcap", sample())
+    assert main(["inspect", str(path), "--max-chunk", "0.01"]) == 4
+    assert "MiB that --max-chunk allows" in capsys.readouterr().err
+    assert main(["inspect", str(path), "--max-chunk", "0.3"]) == 0
+    for given in ("0", "nan", "1e9"):
+        message = f"--max-chunk = {float(given):g} MiB is not within 0.001 to 4096 MiB"
+        fails(capsys, 2, message, "replay", path, "--max-chunk", given)
+
+
+def test_topics_by_option_come_before_any_configuration(tmp_path, capsys):
+    path = tmp_path / "a.mcap"
+    write_small(path, wrench_topic="/cell/ft", joint_topic="/cell/joints")
+    given = config(tmp_path, "topics: {wrench: /elsewhere}")
+    options = ("--wrench-topic", "/cell/ft", "--joints-topic", "cell/joints")
+    for more in ((), ("--config", given)):
+        inspected, _, _, summary = both(capsys, tmp_path, path, *options, *more)
+        assert inspected["replay"]["used"] == {"/cell/ft": 199, "/cell/joints": 100}
+        assert summary["messages"]["used"] == 299
+    out = tmp_path / "out.mcap"
+    assert main(["replay", str(path), *options, "--out", str(out)]) == 0
+    stored = Bag(out).metadata[CONFIGURATION_METADATA]
+    assert json.loads(stored["topics.wrench"]) == "/cell/ft"
+    assert main(["calibrate", str(path), *options, "--out", str(tmp_path / "c.yaml")]) == 3
+    assert "only 0 joint states" in capsys.readouterr().err
+    assert main(["inspect", str(path), "--wrench-topic", "/a b"]) == 2
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """Return a function that writes a bag whose configuration names a file as URDF."""
+
+    def make(urdf, name="a.mcap"):
+        parameters = {
+            "joints.source": "robot",
+            "joints.urdf": str(urdf),
+            "joints.tip_frame": "t",
+            "joints.names": ["a"],
+        }
+        metadata = {CONFIGURATION_METADATA: configuration_metadata(from_parameters(parameters))}
+        return write(tmp_path / name, motion(40), metadata=metadata)
+
+    return make
+
+
+@pytest.mark.parametrize("options", [(), ("--bag-urdf",)])
+def test_a_bag_opens_no_device(tmp_path, capsys, robot, options):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for urdf in ("/dev/zero", pipe, tmp_path):
+        path = robot(urdf)
+        for command in ("inspect", "replay"):
+            message = (
+                f"the configuration in {path}: joints.urdf: {urdf} is no regular file, so it is "
+                "not opened"
+            )
+            fails(capsys, 2, message, command, path, *options)
+
+
+def test_a_bag_chooses_no_file(tmp_path, capsys, robot):
+    urdf = tmp_path / "secret"
+    urdf.write_text("<secret/>")
+    path = robot(urdf)
+    refused = (
+        f"the configuration in {path} names a file as URDF, {urdf}, and a bag does not choose "
+        "which files are read: confirm it with --bag-urdf, or give a configuration with --config"
+    )
+    out = tmp_path / "c.yaml"
+    for command, *more in (("replay",), ("calibrate", "--out", out)):
+        fails(capsys, 2, refused, command, path, *more)
+    assert main(["inspect", str(path)]) == 0
+    assert f"a replay is not possible: {refused}" in capsys.readouterr().out
+    message = f"joints.urdf: {urdf} is not a URDF: it begins with <secret>, not <robot>"
+    fails(capsys, 2, message, "replay", path, "--bag-urdf")
+    with urdf.open("wb") as stream:
+        stream.truncate(16 * 10**6 + 1)
+    message = (
+        f"the configuration in {path}: joints.urdf: {urdf} has 16 MB, a description at most 16 MB"
+    )
+    fails(capsys, 2, message, "replay", path, "--bag-urdf")
+    robot_file = config(tmp_path, "joints: {source: robot, urdf: /dev/zero, tip_frame: t}")
+    message = "joints.urdf: /dev/zero is no regular file, so it is not opened"
+    fails(capsys, 2, message, "replay", path, "--config", robot_file)
+
+
+def test_a_description_travels_in_the_bag(tmp_path, capsys):
+    pytest.importorskip("pinocchio")
+    from robot_bags import write_robot_bag
+
+    path, out = tmp_path / "a.mcap", tmp_path / "out.mcap"
+    write_robot_bag(path, SAMPLE, seed=1)
+    assert main(["replay", str(path), "--out", str(out)]) == 0
+    # Whose file is elsewhere, or nowhere, reads what the bag has.
+    bag = Bag(path)
+    moved = dict(bag.metadata[CONFIGURATION_METADATA]) | {"joints.urdf": '"/nowhere.urdf"'}
+    rows = [Row(m.topic, m.log_ns, data) for m, data in bag.with_payloads(list(INPUTS))]
+    again = tmp_path / "b.mcap"
+    write(again, rows, metadata=bag.metadata | {CONFIGURATION_METADATA: moved})
+    elsewhere = tmp_path / "out2.mcap"
+    assert main(["replay", str(again), "--out", str(elsewhere)]) == 0
+    capsys.readouterr()
+    assert main(["compare", str(out), str(elsewhere), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["identical"]
+    with BagWriter(tmp_path / "c.mcap", from_parameters({})):
+        pass
+    assert "peg_on_hole_urdf" not in Bag(tmp_path / "c.mcap").metadata
