@@ -56,7 +56,6 @@ class Replayed(NamedTuple):
         What else was counted: late but used, restarts, gaps, ...
     seconds : float
         Of the wall clock, without compiling [s].
-        How many steps on three contacts were believed.
     by_source : dict of str to int
         Messages in the bag of `wrench` and `joints`.
     seen : Seen
