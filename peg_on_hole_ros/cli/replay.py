@@ -11,7 +11,13 @@ from peg_on_hole_ros.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.advice import lines as doubts_of
 from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
+from peg_on_hole_ros.edges.bags.score import (
+    Score,
+    flag_lines,
+    score_lines,
+    score_table,
+    undetermined_content,
+)
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.cycles import CycleList, json_line
@@ -111,6 +117,7 @@ def replay(
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
     if score:
         content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
+        content["undetermined"] = undetermined_content(score)
     if report_path:
         gamma0 = configuration.scene.gamma0
         picture = figures.png(figures.figure(series, bag.path.name, gamma0, truth))
@@ -242,5 +249,5 @@ def _text(result, score, doubts):
             lines.append(f"... {result['alarm_changes'] - len(rows)} more changes of alarms")
     if score:
         head, *rows = score_table(score)
-        lines += ["", table(head, rows, 2), *flag_lines(score)]
+        lines += ["", table(head, rows, 2), *score_lines(score), *flag_lines(score)]
     return "\n".join(lines)
