@@ -122,6 +122,7 @@ def replay_bag(
     sinks: Iterable[Sink],
     progress: Callable[[float], None] | None = None,
     smoothed: Sink | None = None,
+    watch: Callable[[str, object], None] | None = None,
 ) -> Replayed:
     """
     Replay a bag.
@@ -138,6 +139,8 @@ def replay_bag(
         Called with the share that is done.
     smoothed : Sink, optional
         Is given the smoothed state of every stamp, after all other output.
+    watch : callable, optional
+        Called with `wrench` or `joints` and each message before it is used.
 
     Raises
     ------
@@ -176,6 +179,8 @@ def replay_bag(
         source = {wrench_topic: "wrench", joints_topic: "joints"}.get(item.topic)
         if source:
             seen.add(source, item.message)
+            if watch:
+                watch(source, item.message)
         messages = hand_over(stream, item, needed)
         if messages:
             for sink in sinks:

@@ -1,10 +1,8 @@
 """`peg-on-hole replay`: outputs, summary, comparison with truth, report."""
 
-import base64
 import json
 import math
 import re
-from html.parser import HTMLParser
 
 import pytest
 
@@ -111,7 +109,7 @@ def test_reactions_that_were_determined_nowhere_have_no_largest(bag, tmp_path, c
     content = json.loads(summary.read_text())
     check(content, SCHEMA)
     assert content["max_normal"] == dict.fromkeys(("K", "B1", "B2"))
-    assert "none determined" in report.read_text()
+    assert "the reactions were determined nowhere" in report.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("rate", [100, 1000])
@@ -371,25 +369,7 @@ def test_truth_that_cannot_be_used_is_said_and_the_replay_goes_on(
     assert "rmse" not in json.loads(summary.read_text())
 
 
-def test_report_stands_alone_and_holds_the_figures(with_truth, tmp_path):
-    pytest.importorskip("matplotlib")
-    path = tmp_path / "r.html"
-    assert main(["replay", str(with_truth), "--report", str(path)]) == 0
-    text = path.read_text(encoding="utf-8")
-    assert "<h2>Against the truth</h2>" in text
-    assert '<td>scene.hole_diameter</td><td class="number">0.05</td><td>m</td>' in text
-    (png,) = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
-    assert base64.b64decode(png).startswith(b"\x89PNG\r\n")
-    assert not re.search(r"""(src|href)=["'](?!data:)|@import|url\(""", text)
-    parser = HTMLParser()
-    parser.feed(text)
-    parser.close()
-    for tag in ("table", "tr", "td", "th", "h2", "p", "body", "html"):
-        assert len(re.findall(f"<{tag}[ >]", text)) == text.count(f"</{tag}>"), tag
-
-
 def test_report_of_a_damaged_bag_says_so(with_truth, tmp_path, capsys):
-    pytest.importorskip("matplotlib")
     data = with_truth.read_bytes()
     path, report = tmp_path / "<b>.mcap", tmp_path / "r.html"
     # The summary section alone is cut off: all messages are there, and still it is no whole bag.
