@@ -177,7 +177,7 @@ def replay_bag(
     smoothed : Sink, optional
         Is given the smoothed state of every stamp, after all other output.
     watch : callable, optional
-        Called with `wrench` or `joints` and each message before it is used.
+        Called with each sample, or what is wrong with it, before it is used.
 
     Raises
     ------

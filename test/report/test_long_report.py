@@ -8,7 +8,8 @@ from estimates import SCENE, estimate
 from peg_on_hole_ros.edges.messages.output import OutputStream
 from peg_on_hole_ros.edges.report.replay_page import replay_page
 from peg_on_hole_ros.edges.report.tracks import Tracks
-from small_bags import MS, joints, wrench
+from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
+from small_bags import MS
 
 COUNT = 600_000
 SCALARS = (
@@ -51,9 +52,9 @@ def long_report(tmp_path_factory):
             fields["monitor"]["position"][i] = value
         if k == PEAK:
             fields["contacts"]["effort"][0] = 345.6
-        found.inputs.read("wrench", wrench(t_ns, read[:3], read[3:]))
+        found.inputs.read(WrenchSample(t_ns, tuple(read[:3]), tuple(read[3:])))
         if k % 50 == 0:
-            found.inputs.read("joints", joints(t_ns, (0.15, *turned[1:])))
+            found.inputs.read(JointSample(t_ns, ANGLES, (0.15, *turned[1:])))
         tracks.add(t_ns, messages)
         found.inputs.add(t_ns, messages)
     path = found.path.with_suffix(".html")
