@@ -33,6 +33,8 @@ CHECKS = [
     "hypothesis>=6.100",
     "import-linter>=2.1",
     "mpmath>=1.3",
+    # Drives the browser that the machine has; it brings none.
+    "playwright>=1.45",
     # With 9.2 the groups of pytest-xdist 3.8 have no effect, and no word of it.
     "pytest>=8,<9.2",
     "pytest-timeout>=2.3",
@@ -45,7 +47,7 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={"": ["*.xml"]},
+    package_data={"": ["*.xml"], f"{NAME}.edges.report": ["page/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
@@ -68,7 +70,7 @@ setup(
     ],
     extras_require={
         "ros": ROS,
-        "report": ["matplotlib>=3.7"],
+        "report": ["matplotlib>=3.7", "plotly>=6.0"],
         "urdf": ["pin==4.1.0"],
         "dev": COLCON + CHECKS,
     },

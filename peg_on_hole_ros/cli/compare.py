@@ -6,13 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
+from peg_on_hole_ros.cli.places import check_places, write_text
 from peg_on_hole_ros.cli.recording import open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, Output, same_message
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.replay import stored_configuration
+from peg_on_hole_ros.edges.report.comparison_page import Overlay, comparison_page
+from peg_on_hole_ros.edges.report.page import library
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
+from peg_on_hole_ros.options import Configuration
 
 _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
 
@@ -20,8 +25,16 @@ _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
 def run(arguments) -> int:
     """Print a table of differences; exit code 4 if a bag was cut off or damaged."""
     first, second = _names(arguments)
+    inputs = filter(None, (arguments.a, arguments.b, arguments.bag))
+    check_places(inputs, texts=[arguments.report])
+    overlay = None
+    if arguments.report:
+        library()  # Missing, it is told before the work.
+        overlay = Overlay()
     if arguments.bag:
-        result, damage = _two_replays(arguments.bag, arguments.a, arguments.b)
+        result, damage, configuration = _two_replays(
+            arguments.bag, arguments.a, arguments.b, overlay
+        )
     else:
         for name in (arguments.a, arguments.b):
             if Path(name).suffix in (".yaml", ".yml"):
@@ -30,7 +43,11 @@ def run(arguments) -> int:
                     "compare A.yaml B.yaml --bag BAG"
                 )
         a, b = open_bag(arguments.a), open_bag(arguments.b)
-        result, damage = compare(a, b, first, second), a.damage or b.damage
+        result, damage = compare(a, b, first, second, overlay), a.damage or b.damage
+        configuration = stored_configuration(a) or Configuration()
+    if overlay:
+        page = comparison_page(arguments.a, arguments.b, result, overlay, configuration)
+        write_text(arguments.report, page)
     print(to_json(result) if arguments.json else _text(result, arguments.a, arguments.b))
     if damage:
         raise BagDamaged(damage)
@@ -49,7 +66,7 @@ def _names(arguments):
     return given[0], given[-1]
 
 
-def _two_replays(path, config_a, config_b):
+def _two_replays(path, config_a, config_b, overlay):
     from peg_on_hole_ros.cli.replay import replay
 
     # Both files are checked before the first long run.
@@ -61,10 +78,16 @@ def _two_replays(path, config_a, config_b):
             out = Path(folder) / f"{name}.mcap"
             replay(bag, configuration, node, out=out)
             outputs.append(Bag(out))
-        return compare(*outputs), bag.damage
+        return compare(*outputs, overlay=overlay), bag.damage, settings[0][0]
 
 
-def compare(a: Bag, b: Bag, first: str | None = None, second: str | None = None) -> dict:
+def compare(
+    a: Bag,
+    b: Bag,
+    first: str | None = None,
+    second: str | None = None,
+    overlay: Overlay | None = None,
+) -> dict:
     """
     Return the JSON of a comparison, over the stamps that both have.
 
@@ -73,6 +96,8 @@ def compare(a: Bag, b: Bag, first: str | None = None, second: str | None = None)
     a, b : Bag
     first, second : str, optional
         Names of the nodes whose outputs are meant, where a bag has those of several.
+    overlay : Overlay, optional
+        Is given every pair, to be drawn.
 
     Raises
     ------
@@ -83,7 +108,13 @@ def compare(a: Bag, b: Bag, first: str | None = None, second: str | None = None)
     first_output, second_output = Output(a, first, rest=True), Output(b, second, rest=True)
     topics = [set(output.topics) for output in (first_output, second_output)]
     pairs = _Pairs([name for name in first_output.topics if name in topics[1]])
-    only_a, only_b = _align(iter(first_output), iter(second_output), pairs.add)
+
+    def add(x, y):
+        pairs.add(x, y)
+        if overlay:
+            overlay.add(x, y)
+
+    only_a, only_b = _align(iter(first_output), iter(second_output), add)
     if not pairs.count:
         raise BagError(f"{a.path} and {b.path} have no stamp in common")
     left_out = {

@@ -22,7 +22,7 @@ from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.bags.estimates import estimates
 from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
+from peg_on_hole_ros.edges.bags.score import Score, flag_lines, score_lines, score_table
 from peg_on_hole_ros.edges.bags.writer import configuration_metadata
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
@@ -146,7 +146,9 @@ def _compare(bag, recorded, picture, configuration, wrenches):
         series.row(estimate.t_ns, values, stddev, estimate.monitor)
         series.declared(estimate.t_ns, estimate.mode, estimate.transition)
         if score is not None:
-            score.row(estimate.t_ns, values, stddev, estimate.mode, estimate.transition)
+            determined = estimate.monitor.get("reactions_determined") == 1.0
+            declared = estimate.mode, estimate.transition
+            score.row(estimate.t_ns, values, stddev, *declared, determined)
     if not count:
         raise PegOnHoleError(
             f"the node published no estimate; its log is {picture.parent}/node.log"
@@ -155,7 +157,7 @@ def _compare(bag, recorded, picture, configuration, wrenches):
     if score is not None:
         head, *rows = score_table(score)
         print("\n" + table(head, rows, 2))
-        print("\n".join(["", *flag_lines(score)]))
+        print("\n".join([*score_lines(score), "", *flag_lines(score)]))
     title = f"{bag.path.name}, by the node over DDS"
     picture.write_bytes(png(figure(series, title, configuration.scene.gamma0, truth)))
     print(f"\nwrote {recorded} and {picture}")

@@ -256,6 +256,9 @@ def _compare(commands):
         action="append",
         help="of several outputs in a recording, as in /cell/peg_on_hole; twice: A's and B's",
     )
+    command.add_argument(
+        "--report", metavar="REPORT.html", help="write a page with both drawn over each other"
+    )
     command.add_argument("--json", action="store_true", help="print JSON")
 
 

@@ -7,17 +7,25 @@ from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import Reading, open_recording, truth_in
 from peg_on_hole_ros.cli.table import finite, table, to_json
-from peg_on_hole_ros.configuration import BY_NAME, to_parameters
-from peg_on_hole_ros.edges import report
 from peg_on_hole_ros.edges.advice import lines as doubts_of
+from peg_on_hole_ros.edges.bags.files import bag_files
 from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.bags.truth import Score, flag_lines, score_table
+from peg_on_hole_ros.edges.bags.score import (
+    Score,
+    flag_lines,
+    score_lines,
+    score_table,
+    undetermined_content,
+)
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.cycles import CycleList, json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.edges.oddities import two_robots
-from peg_on_hole_ros.edges.plots.series import Series
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag
+from peg_on_hole_ros.edges.report.inputs import Inputs
+from peg_on_hole_ros.edges.report.page import library
+from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
+from peg_on_hole_ros.edges.report.tracks import Tracks
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -75,11 +83,15 @@ def replay(
 
     """
     needed = check_bag(bag, configuration)
-    figures = _plotting() if report_path else None
+    tracks = inputs = None
+    if report_path:
+        library()  # Missing, it is told before the work.
+        tracks = Tracks()
+        inputs = Inputs(configuration, tracks)
     truth = truth_in(bag)
-    summary, series = Summary(), Series() if report_path else None
+    summary = Summary()
     score, cycles = Score(truth) if truth else None, CycleList()
-    sinks = [sink for sink in (summary, score, series, cycles) if sink is not None]
+    sinks = [sink for sink in (summary, score, tracks, inputs, cycles) if sink is not None]
     with ExitStack() as stack:
         writer = None
         if out:
@@ -89,7 +101,13 @@ def replay(
             sinks.append(writer)
         progress = stack.enter_context(Progress("replaying"))
         replayed = replay_bag(
-            bag, configuration, node.markers_rate, sinks, progress, writer if smooth else None
+            bag,
+            configuration,
+            node.markers_rate,
+            sinks,
+            progress,
+            writer if smooth else None,
+            inputs and inputs.read,
         )
     cycles.finish()
     content = {
@@ -108,65 +126,18 @@ def replay(
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
     if score:
         content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
-    if report_path:
-        gamma0 = configuration.scene.gamma0
-        picture = figures.png(figures.figure(series, bag.path.name, gamma0, truth))
-        write_text(report_path, _page(content, score, picture, configuration))
+        content["undetermined"] = undetermined_content(score)
     doubts = doubts_of(content, replayed.by_source, configuration, replayed.seen)
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
-    remarks = bag.remarks(needed)
-    return content, score, [*remarks, *([mixed] if mixed else []), *doubts]
-
-
-def _plotting():
-    try:
-        from peg_on_hole_ros.edges.plots import replay as plots
-    except ModuleNotFoundError as error:
-        if error.name != "matplotlib":
-            raise
-        raise PegOnHoleError(
-            "--report needs matplotlib: pip install 'peg_on_hole_ros[report]'"
-        ) from None
-    return plots
-
-
-def _page(content, score, png, configuration):
-    values = to_parameters(configuration)
-    parts = [
-        report.heading("Messages and outputs"),
-        report.table(("", ""), _figures(content)),
-        report.picture(
-            png, "angles, reactions with bounds, contact mode, flag and risk over time"
-        ),
-    ]
-    if score:
-        head, *rows = score_table(score)
-        parts += [report.heading("Against the truth"), report.table(head, rows)]
-        parts += [f"<p>{line}</p>" for line in flag_lines(score)]
-    if content["alarms"]:
-        rows = _alarm_rows(content["alarms"])
-        parts += [report.heading("Alarms"), report.table(ALARM_HEAD, rows)]
-    rows = [(name, str(value), BY_NAME[name].unit) for name, value in values.items()]
-    parts += [
-        report.heading("Configuration"),
-        report.table(("parameter", "value", "unit"), rows),
-    ]
-    return report.page(f"Replay of {content['bag']}", content["damage"] or "", parts)
-
-
-def _figures(content):
-    messages, transition = content["messages"], content["transition_time"]
-    yield "messages read", str(messages["read"])
-    yield "used", str(messages["used"])
-    for name, count in (messages["dropped"] | messages["events"]).items():
-        yield name, str(count)
-    yield "outputs", str(content["outputs"])
-    yield "duration [s]", f"{content['duration']:.3f}"
-    yield "times real time", f"{content['realtime_factor']:.1f}"
-    yield "transition [s]", "none" if transition is None else f"{transition:.3f}"
-    for name, normal in content["max_normal"].items():
-        yield f"largest N_{name} [N]", "none determined" if normal is None else f"{normal:.4g}"
+    doubts = [*bag.remarks(needed), *([mixed] if mixed else []), *doubts]
+    bridged = told(content["contact_steps"], content["messages"]["events"], configuration)
+    doubts += [bridged] if bridged else []
+    if report_path:
+        files = bag_files(bag.path).files
+        found = Replay(bag.path, files, content, tracks, inputs, score, doubts, configuration)
+        write_text(report_path, replay_page(found))
+    return content, score, doubts
 
 
 def _cycle_rows(cycles, begun):
@@ -240,5 +211,5 @@ def _text(result, score, doubts):
             lines.append(f"... {result['alarm_changes'] - len(rows)} more changes of alarms")
     if score:
         head, *rows = score_table(score)
-        lines += ["", table(head, rows, 2), *flag_lines(score)]
+        lines += ["", table(head, rows, 2), *score_lines(score), *flag_lines(score)]
     return "\n".join(lines)

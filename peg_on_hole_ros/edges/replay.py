@@ -155,6 +155,7 @@ def replay_bag(
     sinks: Iterable[Sink],
     progress: Callable[[float], None] | None = None,
     smoothed: Sink | None = None,
+    watch: Callable[[object], None] | None = None,
 ) -> Replayed:
     """
     Replay a bag.
@@ -171,6 +172,8 @@ def replay_bag(
         Called with the share that is done.
     smoothed : Sink, optional
         Is given the smoothed state of every stamp, after all other output.
+    watch : callable, optional
+        Called with each sample, or what is wrong with it, before it is used.
 
     Raises
     ------
@@ -192,6 +195,8 @@ def replay_bag(
     for batch in bag.batches(needed):
         seen.add(batch, sources)
         for item in batch.items(configuration.joints.names):
+            if watch and item.topic in sources:
+                watch(item.sample)
             messages = hand_over(stream, item, sources)
             if messages:
                 for sink in sinks:

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag
 from peg_on_hole_ros.edges.replay import CONFIGURATION_METADATA, stored_configuration
@@ -68,6 +70,16 @@ def test_committed_bag_comes_out_of_its_configuration(name, written):
         assert np.allclose(new[3], old[3], rtol=1e-6, atol=least), new
         count += 1
     assert count > 2000
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_committed_bag_carries_the_present_defaults(name):
+    """What is in none of the file's lines is as it is now, not as when the bag was made."""
+    configuration, _ = load(ROOT / "config" / f"{name}.yaml")
+    stored = stored_configuration(Bag(ROOT / "bags" / f"{name}.mcap"))
+    assert to_parameters(stored) == to_parameters(configuration), (
+        f"make it anew: peg-on-hole simulate --config config/{name}.yaml --out bags/{name}.mcap"
+    )
 
 
 def test_bag_holds_the_truth_that_was_integrated(written):

@@ -8,7 +8,8 @@ import pytest
 
 from estimates import SCENE, estimate
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.truth import Score, Truth, flag_lines, read_truth, score_table
+from peg_on_hole_ros.edges.bags.score import Score, flag_lines, score_lines, score_table
+from peg_on_hole_ros.edges.bags.truth import Truth, read_truth
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, OutputStream, joint_state
 from peg_on_hole_ros.edges.plots import series as series_module
@@ -70,6 +71,31 @@ def test_reactions_count_only_where_truth_and_estimate_have_three_points():
     assert score.count.tolist() == [6, 6, 6, 2, 2, 2]
 
 
+@pytest.mark.parametrize("stated", [True, False])
+def test_reactions_that_are_not_determined_are_counted_apart(stated):
+    score = Score(truth())
+    for k in range(6):
+        determined = k % 3 == 0
+        values = k + np.array([0, 0, 0, 1, 1, 1]) * (0.5 if determined else 9.0)
+        if not (determined or stated):
+            values[3:] = np.nan
+        score.row(k * S, values, ONES, "three_point", False, determined)
+    rows = {row[0]: row[2:] for row in score_table(score)}
+    assert rows["N_K"] == ("0.5", "1", "100.0%", "2")
+    apart = ("9", "1", "0.0%", "4") if stated else ("-", "-", "-", "4")
+    assert rows["N_K, not determined"] == rows["N_B2, not determined"] == apart
+    assert rows["gamma"][3] == "6"
+    said = " ".join(score_lines(score))
+    assert "95 % is right" in said and "not determined" in said
+
+
+def test_where_all_are_determined_nothing_is_said_of_others():
+    score = Score(truth())
+    score.row(S, ONES, ONES, "three_point", False)
+    assert len(score_table(score)) == 7
+    assert "not determined" not in " ".join(score_lines(score))
+
+
 def test_without_three_point_contact_there_is_no_figure_for_reactions():
     score = Score(truth([(0, "open")]))
     score.row(S, ONES, ONES, "open", False)
@@ -105,6 +131,7 @@ def test_missed_and_false_flags_are_said():
 
 def test_score_takes_the_messages_of_a_replay():
     outputs = estimate(t_ns=S, psi=0.4)
+    outputs.monitor["reactions_determined"] = 1.0
     values = [*outputs.state[:3], *outputs.normal]
     score = Score(Truth([0, 2 * S], [values, values], [0], ["three_point"]))
     score.add(S, OutputStream(SCENE).messages(outputs))

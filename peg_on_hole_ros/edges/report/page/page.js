@@ -1,0 +1,135 @@
+// Reads the data of the page, then joins plots, drawing, slider and buttons at one time.
+"use strict";
+
+async function unpacked(id) {
+  const text = document.getElementById(id).textContent;
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).text();
+}
+
+function runScript(text) {
+  const script = document.createElement("script");
+  script.textContent = text;
+  document.head.append(script);
+}
+
+function number(value, digits = 4) {
+  return value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString();
+}
+
+class Desk {
+  constructor(model) {
+    this.model = model;
+    this.time = 0;
+    this.playing = null;
+    this.slider = document.querySelector("#time");
+    this.drawing = model.moving ? new Drawing(model) : null;
+    this.plots = new Plots(model, (t) => { if (!this.playing) this.setTime(t); });
+    Object.assign(this.slider, { min: 0, max: model.end, step: "any" });
+    this.slider.addEventListener("input", () => this.setTime(Number(this.slider.value)));
+    document.querySelector("#play").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
+    for (const [id, factor] of [["closer", 0.5], ["wider", 2]]) {
+      document.getElementById(id).addEventListener("click", () => this.plots.zoom(factor));
+    }
+    document.querySelector("#all").addEventListener("click", () => this.plots.setRange(0, model.end));
+    for (const button of document.querySelectorAll("button.jump")) {
+      button.addEventListener("click", () => this.jump(button.dataset));
+    }
+    this.followTheme();
+    this.setTime(model.begin);
+  }
+
+  setTime(t) {
+    this.time = Math.min(Math.max(t, 0), this.model.end);
+    this.slider.value = this.time;
+    this.plots.setTime(this.time);
+    if (this.drawing) this.read(this.drawing.show(this.time, this.holding(this.model.modes[0].changes)));
+  }
+
+  jump({ t, to }) {
+    this.pause();
+    const from = Number(t), end = to === undefined ? null : Number(to);
+    const margin = end === null ? 0.05 * this.model.end : 0.05 * (end - from) + 0.01;
+    const last = (end === null ? from : end) + margin;
+    this.plots.setRange(Math.max(from - margin, 0), Math.min(last, this.model.end));
+    this.setTime(from);
+    document.querySelector("#plots").scrollIntoView({ behavior: "instant", block: "start" });
+  }
+
+  play() {
+    if (this.time >= this.model.end) this.setTime(0);
+    let before = null;
+    const step = (now) => {
+      const speed = Number(document.querySelector("#speed").value);
+      if (before !== null) this.setTime(this.time + speed * (now - before) / 1000);
+      before = now;
+      if (this.time >= this.model.end) return this.pause();
+      this.playing = requestAnimationFrame(step);
+    };
+    this.playing = requestAnimationFrame(step);
+    document.querySelector("#play").textContent = "Pause";
+  }
+
+  pause() {
+    if (this.playing) cancelAnimationFrame(this.playing);
+    this.playing = null;
+    document.querySelector("#play").textContent = "Play";
+  }
+
+  read(at) {
+    const put = (name, text) => { document.querySelector(`[data-reading="${name}"]`).textContent = text; };
+    put("t", `${this.time.toFixed(3)} s`);
+    put("mode", at.mode || "–");
+    put("gamma", `${number(1e3 * at.gamma)} mrad`);
+    put("psi", `${number(at.psi)} rad`);
+    put("phi", `${number(at.phi)} rad`);
+    for (const name of CONTACTS) {
+      const known = at[name] !== null, bound = 1.96 * at[name + "_stddev"];
+      const silent = at.mode === "open" ? "no contact" : "not determined";
+      put(name, known ? `${number(at[name], 3)} ± ${number(bound, 2)} N` : silent);
+    }
+    put("friction", number(at.friction, 3));
+    put("risk", number(at.jamming_risk, 2));
+    const levels = new Map();
+    for (const alarm of this.model.alarms) if (alarm.t <= this.time) levels.set(alarm.name, alarm.level);
+    const on = [...levels].filter(([, level]) => level !== "OK").map((pair) => pair.join(" "));
+    put("alarms", on.join(", ") || "none");
+  }
+
+  holding(changes) {
+    let held = null;
+    for (const [t, name] of changes) if (t <= this.time) held = name;
+    return held;
+  }
+
+  // Colours are part of each plot: they follow the theme, and paper is light.
+  followTheme() {
+    for (const query of ["(prefers-color-scheme: dark)", "print"]) {
+      matchMedia(query).addEventListener("change", () => this.plots.draw());
+    }
+    addEventListener("beforeprint", () => {
+      for (const { div } of this.plots.panels) Plotly.relayout(div, { width: 690 });
+    });
+    addEventListener("afterprint", () => {
+      for (const { div } of this.plots.panels) Plotly.relayout(div, { width: null, autosize: true });
+    });
+  }
+}
+
+async function start() {
+  const waiting = document.querySelector(".waiting");
+  try {
+    runScript(await unpacked("library"));
+    const desk = new Desk(JSON.parse(await unpacked("data")));
+    document.documentElement.dataset.ready = "yes";
+    waiting.remove();
+    return desk;
+  } catch (error) {
+    waiting.className = "failed";
+    waiting.textContent = `The plots cannot be drawn (${error.message}): open the page in a browser of 2023 or later.`;
+    throw error;
+  }
+}
+
+start();

@@ -1,0 +1,117 @@
+"""The first lines of a report: each outcome, load, alarm and drop in its words."""
+
+import pytest
+
+from peg_on_hole_ros.edges.passed_time import Run
+from peg_on_hole_ros.edges.report.tracks import Peak
+from peg_on_hole_ros.edges.report.words import (
+    alarm_lines,
+    doubt_lines,
+    dropped_line,
+    headline,
+    load_line,
+    risen,
+    tries_at,
+)
+
+S = 1_000_000_000
+LIMITS = (500.0, 200.0, 200.0)
+
+
+def cycle(outcome, transition=None, start=0.0):
+    return {"outcome": outcome, "transition_time": transition, "start_time": start}
+
+
+@pytest.mark.parametrize(
+    ("cycles", "expected"),
+    [
+        (
+            [cycle("inserted", 1.5)],
+            "The peg went in: transition at 3.500 s, 1.500 s after first contact.",
+        ),
+        (
+            [cycle("aborted"), cycle("inserted", 1.5)],
+            "The peg went in, in the second of 2 tries: transition at 3.500 s.",
+        ),
+        ([cycle("jammed")], "The peg did not go in: it jammed."),
+        (
+            [cycle("inserted", 1.0), cycle("aborted"), cycle("aborted")],
+            "The peg did not go in: contact was given up, in the third of 3 tries.",
+        ),
+        ([cycle("unfinished")], "The recording ends before the peg was in."),
+        ([], "No try to insert the peg: contact never came."),
+    ],
+)
+def test_the_headline_is_the_last_tries_outcome(cycles, expected):
+    assert headline(cycles, [2.0] * len(cycles), True).text == expected
+
+
+def test_where_modes_are_off_the_headline_says_so():
+    assert "monitor.modes is false" in headline([cycle("aborted")], [0.0], False).text
+
+
+def test_the_worst_load_is_the_one_nearest_to_its_limit():
+    # Not the greatest one.
+    peaks = {"K": Peak(210.0, 1.0, S), "B1": Peak(150.0, 1.0, 2 * S)}
+    found = load_line(peaks, LIMITS)
+    assert found.text == "Worst load: 150 N at B1, 75% of its limit of 200 N."
+    assert found.t == 2.0
+    over = load_line({"B2": Peak(250.0, 1.0, 0)}, LIMITS)
+    assert over.text == "Worst load: 250 N at B2, over its limit of 200 N."
+    assert "determined nowhere" in load_line({}, LIMITS).text
+
+
+def alarm(t, name, level):
+    return {"time": t, "name": name, "level": level, "message": f"{name} {level} advice"}
+
+
+def test_alarms_are_told_where_they_rise_at_their_highest_the_graver_first():
+    alarms = [
+        alarm(1.0, "overload", "WARN"),
+        alarm(1.5, "jamming", "WARN"),
+        alarm(2.0, "overload", "OK"),
+        alarm(2.1, "jamming", "ERROR"),
+        alarm(3.0, "jamming", "WARN"),
+        alarm(3.5, "jamming", "OK"),
+        alarm(4.0, "jamming", "ERROR"),
+    ]
+    assert risen(alarms) == [True, False, False, True, False, False, True]
+    told = alarm_lines(alarms, len(alarms))
+    assert [place.text for place in told] == [
+        "jamming ERROR at 2.100 s and 1 more time: jamming ERROR advice.",
+        "overload WARN at 1.000 s: overload WARN advice.",
+    ]
+    assert [place.t for place in told] == [2.1, 1.0]
+    assert [place.text for place in alarm_lines([], 0)] == ["No alarm."]
+
+
+def test_more_alarms_than_are_listed_are_counted():
+    alarms = [alarm(float(k), f"alarm_{k}", "WARN") for k in range(11)]
+    assert alarm_lines(alarms, 15)[-1].text == "And 7 more, in the table of alarms."
+
+
+def test_without_doubts_it_says_that_nothing_speaks_against_the_settings():
+    assert [place.text for place in doubt_lines([], None)] == [
+        "Nothing speaks against the settings."
+    ]
+    told = doubt_lines(["check the tare"], 0.125)
+    assert told[0].text == "Likeliest cause: check the tare."
+    assert told[1].text.startswith("In 12.5% of three-point contact")
+
+
+def test_drops_have_their_reasons():
+    messages = {"read": 5, "used": 5, "dropped": {}}
+    assert dropped_line(messages).text == "Nothing was dropped: all 5 messages were used."
+
+
+def test_tries_are_found_on_the_time_that_has_passed_where_the_clock_went_back():
+    # Stamps of 10 to 20 s come twice.
+    runs = [Run(10 * S, 20 * S, 0), Run(10 * S, 20 * S, 10 * S)]
+    cycles = [
+        cycle("aborted", start=12.0),
+        cycle("aborted", start=19.0),
+        cycle("aborted", start=11.0),
+    ]
+    assert tries_at(cycles[:2], runs) == pytest.approx([2.0, 9.0])
+    # The third begins before the second: it is of the second run.
+    assert tries_at(cycles, runs) == pytest.approx([2.0, 9.0, 11.0])
