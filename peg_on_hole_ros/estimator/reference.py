@@ -1,0 +1,280 @@
+"""The estimator by filterpy on the numpy model: slow and readable, what the step answers to."""
+
+import numpy as np
+from filterpy.common import Q_continuous_white_noise
+from filterpy.kalman import IMMEstimator, KalmanFilter
+
+from peg_on_hole_ros.estimator import reference_model as model
+from peg_on_hole_ros.estimator.reference_model import Cell, Linear
+from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, RATE
+
+_ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
+
+
+class Component(KalmanFilter):
+    """
+    One friction with one level of acceleration.
+
+    Parameters
+    ----------
+    cell : Cell
+    level, time : float
+        See `Settings`.
+
+    """
+
+    def __init__(self, cell: Cell, level: float, time: float):
+        super().__init__(dim_x=cell.n + 3, dim_z=6)
+        self.cell, self.level, self.time, self.dt = cell, level, time, 0.0
+        self.x = np.zeros(cell.n + 3)
+
+    def predict(self, u=None):
+        """Predict over the time `dt` by filterpy's equations."""
+        dt = self.dt
+        self.F = np.eye(self.dim_x)
+        self.F[_ANGLES, _RATES] = self.F[_RATES, _ACCELERATIONS] = dt * np.eye(3)
+        self.F[_ANGLES, _ACCELERATIONS] = dt**2 / 2 * np.eye(3)
+        self.F[_ACCELERATIONS, _ACCELERATIONS] = np.exp(-dt / self.time) * np.eye(3)
+        s, c = np.sin((self.F @ self.x)[0]), np.cos((self.F @ self.x)[0])
+        around = np.array([[0, 0, 0], [0, 1, -c], [0, -c, 1]]) / max(s**2, 1e-8)
+        density = np.eye(3) + self.cell.settings.around_axes**2 * around
+        driven = Q_continuous_white_noise(3, dt, 2 * self.level**2 / self.time)
+        self.Q = np.zeros_like(self.P)
+        self.Q[:9, :9] = np.kron(driven, density)
+        known = np.arange(FRICTION, self.cell.n)
+        self.Q[known, known] = self.cell.walk[FRICTION:] * dt
+        super().predict()
+
+    def correct(self, measured: Linear, point=None, learnt=None, least=0.0) -> float:
+        """
+        Correct by a measurement that was made linear at a point, the mean if None is given.
+
+        What is only considered has no share in filterpy's gain; friction has one that leaves its
+        variance at least at what is given. Returns the log likelihood.
+        """
+        x, P, E, R = self.x, self.P, measured.E, measured.R
+        self.dim_z, self._I = len(R), np.eye(self.dim_x)
+        self.update(measured.residual + E @ (x if point is None else point), R, E)
+        share = np.array(self.cell.learnt if learnt is None else learnt)
+        told = (self.K @ self.S @ self.K.T)[FRICTION, FRICTION]
+        if P[FRICTION, FRICTION] - told < least and told > 0.0:
+            above = np.clip((P[FRICTION, FRICTION] - least) / told, 0.0, 1.0)
+            share[FRICTION] *= 1 - np.sqrt(1 - above)
+        K = share[:, None] * self.K
+        self.x = x + K @ self.y
+        left = self._I - K @ E
+        self.P = left @ P @ left.T + K @ R @ K.T
+        self.x[FRICTION] = max(self.x[FRICTION], 0.0)
+        # filterpy's own takes S for singular: it holds reactions and torques, 1e-11 apart.
+        return -0.5 * (self.y @ self.SI @ self.y + np.linalg.slogdet(self.S)[1])
+
+    def forget(self, reaction: float, acceleration: float):
+        """Take reactions as new, and accelerations that never fade; within deviations."""
+        new = {self.cell.n: reaction}
+        if np.isinf(self.time):
+            new[ACCELERATION] = acceleration
+        for first, stddev in new.items():
+            values = slice(first, first + 3)
+            self.P[values] = self.P[:, values] = 0.0
+            self.P[values, values] = stddev**2 * np.eye(3)
+
+    def weigh(self, u, load, friction_force2, late, passes) -> tuple[float, float]:
+        """Correct by the six equations; return the log likelihood and the direction's doubt."""
+        x, P = self.x.copy(), self.P.copy()
+        for _ in range(passes):
+            point = self.x
+            measured, unknown, turned = model.contact(
+                self.cell, point, P, u, load, friction_force2
+            )
+            doubt = self.cell.settings.friction_doubt * turned
+            least = (doubt * max(point[FRICTION], self.cell.scene.friction)) ** 2
+            self.x, self.P = x.copy(), P.copy()
+            noise = measured.R + late * unknown
+            value = self.correct(Linear(measured.residual, measured.E, noise), point, least=least)
+        return value, np.trace(np.linalg.solve(measured.R, unknown))
+
+
+class ReferenceEstimator:
+    """
+    A mixture of components, as the compiled step has it.
+
+    Parameters
+    ----------
+    cell : Cell
+    frictions : int
+        How many are followed.
+
+    Attributes
+    ----------
+    frictions : list of list of Component
+        Of each friction its levels.
+    weight : ndarray, shape (frictions, levels)
+    alive : ndarray of bool, shape (frictions,)
+
+    """
+
+    def __init__(self, cell: Cell, frictions: int):
+        self.cell, self.told = cell, 1.0
+        self.levels = len(cell.settings.level)
+        self.frictions = [
+            [Component(cell, *of) for of in zip(cell.settings.level, cell.settings.time)]
+            for _ in range(frictions)
+        ]
+        self.weight = np.zeros((frictions, self.levels))
+        self.alive = np.ones(frictions, bool)
+        self.load, self.friction_force2 = None, np.zeros(3)
+        self.since_start, self.since_wrench, self.in_contact = 0.0, 0.0, False
+
+    def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
+        """Start from an orientation; parameters as for `step.start`."""
+        o, several = self.cell.settings, len(self.frictions) > 1
+        at = np.linspace(-o.reach, o.reach, len(self.frictions)) if several else np.zeros(1)
+        width = o.width * (at[1] - at[0]) if several else 1.0
+        values = friction + at * friction_stddev
+        self.alive = values > 0.0
+        own = np.exp(-0.5 * at**2) * self.alive
+        self.weight = np.tile(own[:, None] / self.levels, self.levels)
+        if several and self.levels > 1 and o.top_waits:
+            self.weight[:, -1] = 1e-9 * own
+        self.weight /= self.weight.sum()
+        variances = np.repeat(np.square([rate_stddev, o.acceleration_start]), 3)
+        for f, levels in zip(values, self.frictions):
+            for component in levels:
+                n = self.cell.n
+                component.x = np.concatenate([q, np.zeros(6), [f], open_mean, np.zeros(3)])
+                component.P = np.zeros((n + 3, n + 3))
+                component.P[_ANGLES, _ANGLES] = R
+                rest = [*variances, (width * friction_stddev) ** 2, *np.square(open_stddev)]
+                component.P[range(RATE, n), range(RATE, n)] = rest
+        self.told, self.load, self.in_contact = 1.0, None, False
+        self.since_start = self.since_wrench = 0.0
+
+    def predict(self, dt: float):
+        """Mix the levels by filterpy's interacting multiple models, and move all on by dt [s]."""
+        self.since_start += dt
+        self.since_wrench += dt
+        for g, levels in self._living():
+            for component in levels:
+                component.dt = dt
+            if self.levels == 1:
+                levels[0].predict()
+                continue
+            held = self.weight[g].sum()
+            mixture = IMMEstimator(levels, self.weight[g] / held, self._changes(min(dt, 0.002)))
+            mixture.predict()
+            self.weight[g] = held * mixture.cbar
+
+    def _living(self):
+        return [(g, levels) for g, levels in enumerate(self.frictions) if self.alive[g]]
+
+    def _changes(self, time):
+        """Return the probabilities of changes from a level (row) to another, shape (m, m)."""
+        o, m = self.cell.settings, self.levels
+        M = time * (np.triu(np.tile(o.up, (m, 1)), 1) + o.down * np.tri(m, k=-1))
+        if o.top_waits and self.alive.sum() > 1:
+            M[:, -1] = 0.0
+        return M + np.diag(1 - M.sum(axis=1))
+
+    def correct(self, q, R):
+        """Correct by an orientation q [rad] with covariance R [rad^2]."""
+        found, learnt = np.zeros(self.weight.shape), self.cell.learnt.copy()
+        # Reactions stay those of the last wrench: where the next is made linear.
+        learnt[self.cell.n :] = 0.0
+        for g, levels in self._living():
+            for j, component in enumerate(levels):
+                measured = model.orientation(self.cell, component.x, q, R)
+                found[g, j] = component.correct(measured, learnt=learnt)
+        self._reweigh(found)
+
+    def weigh(self, u, contacts: int = 3):
+        """Take a wrench; parameters as for `step.weigh`."""
+        o, dt, n = self.cell.settings, self.since_wrench, self.cell.n
+        self.since_wrench = 0.0
+        self._follow_load(u, dt)
+        begins, self.in_contact = not self.in_contact, True
+        if contacts != 3 or self.since_start < o.settling:
+            self._in_air(u, dt, hangs=contacts == 0)
+            return
+        if begins:
+            self.friction_force2 = np.full(3, (self.mean[FRICTION] * self.load) ** 2)
+        late = max(o.direction_time / max(dt, 1e-4), 1.0)
+        found, doubt = np.zeros(self.weight.shape), np.zeros(self.weight.shape)
+        for g, levels in self._living():
+            for j, component in enumerate(levels):
+                component.forget(o.reaction_prior * self.load, component.level)
+                found[g, j], doubt[g, j] = component.weigh(
+                    u, self.load, self.friction_force2, late, o.passes if begins else 1
+                )
+        if self.alive.sum() > 1:
+            doubt = (self.weight * doubt).sum(axis=1)[self.alive]
+            self.told = np.max(1 / (1 + o.doubt * doubt / self.weight.sum(axis=1)[self.alive]))
+        self._reweigh(found)
+        self._merge()
+        x, P = self.mean, self.covariance
+        self.friction_force2 = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
+
+    def _follow_load(self, u, dt):
+        scene = self.cell.scene
+        force, couple = np.linalg.norm(u[:3]), np.linalg.norm(u[3:])
+        now = force + 2 * couple / scene.peg_diameter + scene.peg_mass * 9.81
+        share = 1.0 if self.load is None else min(dt / self.cell.settings.load_time, 1.0)
+        self.load = now if self.load is None else self.load + share * (now - self.load)
+
+    def _in_air(self, u, dt, hangs):
+        """Let reactions be unknown; a peg that hangs free tells the bias."""
+        self.in_contact, n, o = False, self.cell.n, self.cell.settings
+        for _, levels in self._living():
+            for component in levels:
+                component.x[n:] = 0.0
+                component.forget(o.reaction_prior * self.load, o.acceleration_start)
+                if hangs and self.cell.is_open(BIAS):
+                    component.correct(model.hanging(self.cell, component.x, u, dt))
+
+    def _reweigh(self, found):
+        """Weigh by log likelihoods: levels in full, frictions by the share that is told."""
+        evidence = np.full(len(self.frictions), -np.inf)
+        told = self.told if self.alive.sum() > 1 else 1.0
+        for g, _ in self._living():
+            held, best = self.weight[g].sum(), found[g].max()
+            levels = self.weight[g] / held * np.exp(np.maximum(found[g] - best, -50.0))
+            evidence[g] = np.log(held) + told * (best + np.log(levels.sum()))
+            levels = np.maximum(levels / levels.sum(), 1e-9)
+            self.weight[g] = levels / levels.sum()
+        share = np.exp(evidence - evidence.max())
+        share /= share.sum()
+        self.alive &= share >= self.cell.settings.dropped
+        self.weight *= (share * self.alive)[:, None]
+        self.weight /= self.weight.sum()
+
+    def _merge(self):
+        """Let the heavier of two frictions stand for both that have become one."""
+        for g in range(len(self.frictions)):
+            for h in range(g):
+                if not (self.alive[g] and self.alive[h]):
+                    continue
+                (f_g, v_g), (f_h, v_h) = self._friction(g), self._friction(h)
+                if (f_g - f_h) ** 2 < self.cell.settings.merged**2 * min(v_g, v_h):
+                    own = self.weight.sum(axis=1)
+                    big, small = (g, h) if own[g] > own[h] else (h, g)
+                    self.weight[big] *= (own[g] + own[h]) / own[big]
+                    self.weight[small], self.alive[small] = 0.0, False
+
+    def _friction(self, g):
+        share = self.weight[g] / self.weight[g].sum()
+        values = [(c.x[FRICTION], c.P[FRICTION, FRICTION]) for c in self.frictions[g]]
+        return share @ np.array(values)
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Mean of the mixture, shape (n + 3,)."""
+        return sum(w * c.x for w, c in self._weighted())
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Its covariance, with what components differ by, shape (n + 3, n + 3)."""
+        mean = self.mean
+        return sum(w * (c.P + np.outer(c.x - mean, c.x - mean)) for w, c in self._weighted())
+
+    def _weighted(self):
+        pairs = zip(self.weight.ravel(), (c for levels in self.frictions for c in levels))
+        return [(w, c) for w, c in pairs if w > 0.0]

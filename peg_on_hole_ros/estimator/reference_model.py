@@ -1,0 +1,233 @@
+"""The measurements of the estimator in plain numpy: residuals, slopes by complex steps, noise."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from peg_on_hole_ros.estimator import state
+from peg_on_hole_ros.estimator.contact import LEAST_CLEARANCE, MOST_LOG, NEAREST, STEEPEST
+from peg_on_hole_ros.estimator.direction import direction_moments
+from peg_on_hole_ros.estimator.settings import Settings
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
+from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
+from peg_on_hole_ros.mechanics.kernel import SceneScalars
+from peg_on_hole_ros.mechanics.reference import peg_axes, six_equations
+from peg_on_hole_ros.mechanics.scene import Scene
+
+
+class Cell(NamedTuple):
+    """
+    What is fixed while a scene is estimated.
+
+    Attributes
+    ----------
+    scene : Scene
+    settings : Settings
+    open_quantities : tuple of str
+        Of `state.QUANTITIES`.
+    wrench_noise, bias_map : ndarray, shape (6, 6)
+        See `contact.straighten`.
+    walk : ndarray, shape (n,)
+        See `motion.move_on`.
+    learnt : ndarray, shape (n + 3,)
+        See `update.update`.
+
+    """
+
+    scene: Scene
+    settings: Settings
+    open_quantities: tuple[str, ...]
+    wrench_noise: np.ndarray
+    bias_map: np.ndarray
+    walk: np.ndarray
+    learnt: np.ndarray
+
+    @property
+    def n(self) -> int:
+        """How many values stand before the reactions."""
+        return len(self.walk)
+
+    def value(self, x, quantity: int):
+        """Return an open quantity out of the mean, zero where it is known."""
+        at, _ = state.places(self.open_quantities)
+        width = state.WIDTHS[quantity]
+        return x[at[quantity] : at[quantity] + width] if at[quantity] >= 0 else np.zeros(width)
+
+    def is_open(self, quantity: int) -> bool:
+        """Whether a quantity has a place in the mean."""
+        return state.QUANTITIES[quantity] in self.open_quantities
+
+
+class OpenScene(NamedTuple):
+    """A `Scene` whose numbers may be complex, with a friction for each contact, shape (3, 1)."""
+
+    peg_diameter: complex
+    hole_diameter: float
+    mass_center_height: float
+    gamma0: complex
+    peg_mass: float
+    transverse_inertia: float
+    axial_inertia: float
+    friction: np.ndarray
+    gravity: np.ndarray
+
+
+class Linear(NamedTuple):
+    """A measurement at one point: residual = E (truth - point) + noise of covariance R."""
+
+    residual: np.ndarray
+    E: np.ndarray
+    R: np.ndarray
+
+
+def slopes(function, x) -> np.ndarray:
+    """Return how a function moves with each entry of x, by complex steps, shape (k, len(x))."""
+    tiny = 1e-30
+    moved = [function(x + 1j * tiny * unit).imag / tiny for unit in np.eye(len(x))]
+    return np.stack(moved, axis=1)
+
+
+def _within(value, low, high):
+    """Bound a value by its real part; its slopes are those inside."""
+    return value + (np.clip(np.real(value), low, high) - np.real(value))
+
+
+def open_scene(cell: Cell, x, load) -> OpenScene:
+    """Return the scene at a mean: diameter, frictions and gravity as they are taken to be."""
+    scene = cell.scene
+    clearance = scene.hole_diameter - scene.peg_diameter
+    clearance *= np.exp(_within(cell.value(x, state.CLEARANCE)[0], -MOST_LOG, MOST_LOG))
+    taken = cell.value(x, state.COMPLIANCE)[0] * load
+    clearance = _within(clearance - taken, LEAST_CLEARANCE, np.inf)
+    gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
+    frictions = x[FRICTION] + np.array([[1.0], [0.0], [0.0]]) * cell.value(x, state.FRICTION_K)
+    return OpenScene(
+        scene.hole_diameter - clearance,
+        scene.hole_diameter,
+        scene.mass_center_height,
+        gamma0,
+        scene.peg_mass,
+        scene.transverse_inertia,
+        scene.axial_inertia,
+        frictions,
+        _gravity(cell, x),
+    )
+
+
+def _gravity(cell, x):
+    """Return gravity in a hole that is turned by its tilt."""
+    g = np.array(cell.scene.gravity)
+    return g - np.cross(np.append(cell.value(x, state.TILT), 0.0), g)
+
+
+def _balance(cell, x, u, load, scales):
+    """Return left less right side of the six equations, shape (6,)."""
+    scene, n = open_scene(cell, x, load), cell.n
+    gamma = _within(x[0], np.real(scene.gamma0) + NEAREST, STEEPEST)
+    q = np.array([gamma, x[1], x[2]])
+    wrench = u - cell.bias_map @ cell.value(x, state.BIAS)
+    A, r = six_equations(scene, q, x[RATE : RATE + 3], wrench, scales)
+    acceleration = cell.settings.inertia * x[ACCELERATION : ACCELERATION + 3]
+    return A @ np.concatenate([acceleration, x[n:]]) - r
+
+
+def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndarray, float]:
+    """
+    Return the six equations at a mean, and the noise of friction whose direction is unknown.
+
+    The last is how far the slip may point elsewhere, see `direction.direction_moments`.
+
+    Parameters
+    ----------
+    cell : Cell
+    x : ndarray, shape (n + 3,)
+    P : ndarray, shape (n + 3, n + 3)
+    u : ndarray, shape (6,)
+        Wrench on the peg about its mass centre, peg axes [N], [N m].
+    load : float
+        [N].
+    friction_force2 : ndarray, shape (3,)
+        [N^2].
+
+    """
+    scene = open_scene(cell, x, load)
+    geometry = contact_geometry(scene, np.clip(x[0], scene.gamma0 + NEAREST, STEEPEST))
+    scales, left = np.zeros(3), np.zeros(3)
+    turned = direction_moments.py_func(
+        _scalars(scene), geometry[1:], x, P, cell.settings.direction_share, scales, left
+    )
+    residual = -_balance(cell, x, u, load, scales)
+    E = slopes(lambda x: _balance(cell, x, u, load, scales), x)
+    W = slopes(lambda u: _balance(cell, x, u, load, scales), u)
+    unknown = np.zeros((6, 6))
+    jacobians = velocity_jacobians(geometry, scene.peg_diameter, scene.hole_diameter)
+    for J, normal, amount in zip(jacobians, normals(geometry), 0.5 * left * friction_force2):
+        reach = np.vstack([J.T, np.eye(3)])
+        unknown += amount * reach @ (np.eye(3) - np.outer(normal, normal)) @ reach.T
+    return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown, turned
+
+
+def _scalars(scene: OpenScene) -> SceneScalars:
+    return SceneScalars(*scene[:7], scene.friction[1, 0], *scene.gravity)
+
+
+def hanging(cell: Cell, x, u, dt) -> Linear:
+    """Return the balance of a peg that nothing touches; how its holder moves it is noise."""
+    # A weight tells nothing of the angles that orientations do not tell far better.
+    o, scene, to_peg = cell.settings, cell.scene, peg_axes(x[:3]).T
+
+    def balance(x):
+        weight = scene.peg_mass * to_peg @ _gravity(cell, x)
+        return u + np.append(weight, np.zeros(3)) - cell.bias_map @ cell.value(x, state.BIAS)
+
+    moved = scene.peg_mass * o.free_acceleration
+    turned = scene.transverse_inertia * o.level[len(o.level) // 2]
+    late = max(o.free_time / max(dt, 1e-4), 1.0)
+    R = cell.wrench_noise + late * np.diag(np.square([moved] * 3 + [turned] * 3))
+    return Linear(-balance(x), slopes(balance, x), R)
+
+
+def orientation(cell: Cell, x, q, R) -> Linear:
+    """
+    Return an orientation at a mean.
+
+    A hole that is tilted is measured as a peg that is turned; one that is stamped too late by a
+    delay is where the peg was.
+
+    Parameters
+    ----------
+    cell : Cell
+    x : ndarray, shape (n + 3,)
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad], psi and phi to whole turns.
+    R : ndarray, shape (3, 3)
+        Covariance [rad^2].
+
+    """
+    delay, tilt = cell.value(x, state.DELAY), cell.value(x, state.TILT)
+    back = Rotation.from_rotvec([*-tilt, 0.0]).as_matrix()
+    residual = _angles(back @ peg_axes(q)).real - x[:3] + x[RATE : RATE + 3] * delay
+    residual[1:] -= 2 * np.pi * np.round(residual[1:] / (2 * np.pi))
+
+    def expected(value):
+        a, b = cell.value(value, state.TILT) - tilt
+        turned = np.array([[1, 0, b], [0, 1, -a], [-b, a, 1]]) @ peg_axes(x[:3])
+        moved = value[:3] - value[RATE : RATE + 3] * cell.value(value, state.DELAY)
+        return moved + _angles(turned)
+
+    return Linear(residual, slopes(expected, x.astype(complex)), R)
+
+
+def _angles(axes):
+    """Return gamma, psi, phi of peg axes, which may carry a complex step."""
+    lean = np.sqrt(axes[2, 0] ** 2 + axes[2, 1] ** 2)
+    sides = (axes[2, 2], lean), (-axes[0, 2], -axes[1, 2]), (axes[2, 0], -axes[2, 1])
+    # arctan2 takes no complex values.
+    return np.array(
+        [
+            np.arctan2(y.real, x.real)
+            + 1j * (x.real * y.imag - y.real * x.imag) / abs(x**2 + y**2)
+            for x, y in sides
+        ]
+    )
