@@ -1,15 +1,18 @@
 """Estimators by name: the default, and settings of it that leave something out."""
 
+from math import inf
+
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.settings import default_settings
 
-# Accelerations so wide that the wrench alone gives them: the process is the dynamic equations'.
-_WIDE = 1e6
+# Accelerations so wide that the wrench alone gives them, held until the next: the process is that
+# of the dynamic equations. All noise is white, also that of friction.
+_DRIVEN = {"level": (1e6,), "time": (inf,), "direction_time": 0.0}
 _ONE_LEVEL = {"level": (30.0,), "time": (0.05,), "up": (0.0,), "frictions": 1}
 CONSTANTS = {
     "mixture": {},
     "one_level": _ONE_LEVEL,
-    "dde_driven": {"level": (_WIDE,), "time": (0.02,), "up": (0.0,), "frictions": 1},
+    "dde_driven": _ONE_LEVEL | _DRIVEN,
     "quasi_static": _ONE_LEVEL | {"inertia": 0.0},
 }
 

@@ -6,7 +6,7 @@ from filterpy.kalman import IMMEstimator, KalmanFilter
 
 from peg_on_hole_ros.estimator import reference_model as model
 from peg_on_hole_ros.estimator.reference_model import Cell, Linear
-from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, OPEN, RATE
+from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, RATE
 
 _ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
 
@@ -45,20 +45,25 @@ class Component(KalmanFilter):
         self.Q[known, known] = self.cell.walk[FRICTION:] * dt
         super().predict()
 
-    def correct(self, measured: Linear, point=None, learnt=None) -> float:
+    def correct(self, measured: Linear, point=None, learnt=None, least=0.0) -> float:
         """
         Correct by a measurement that was made linear at a point, the mean if None is given.
 
-        Returns its log likelihood. What is only considered keeps its mean and covariance.
+        What is only considered has no share in filterpy's gain; friction has one that leaves its
+        variance at least at what is given. Returns the log likelihood.
         """
-        x, P = self.x.copy(), self.P.copy()
-        learnt = self.cell.learnt if learnt is None else learnt
-        point = x if point is None else point
-        self.dim_z = len(measured.residual)
-        self._I, E = np.eye(self.dim_x), measured.E
-        self.update(measured.residual + E @ point, measured.R, E)
-        kept = np.flatnonzero(learnt == 0.0)
-        self.x[kept], self.P[np.ix_(kept, kept)] = x[kept], P[np.ix_(kept, kept)]
+        x, P, E, R = self.x, self.P, measured.E, measured.R
+        self.dim_z, self._I = len(R), np.eye(self.dim_x)
+        self.update(measured.residual + E @ (x if point is None else point), R, E)
+        share = np.array(self.cell.learnt if learnt is None else learnt)
+        told = (self.K @ self.S @ self.K.T)[FRICTION, FRICTION]
+        if P[FRICTION, FRICTION] - told < least and told > 0.0:
+            above = np.clip((P[FRICTION, FRICTION] - least) / told, 0.0, 1.0)
+            share[FRICTION] *= 1 - np.sqrt(1 - above)
+        K = share[:, None] * self.K
+        self.x = x + K @ self.y
+        left = self._I - K @ E
+        self.P = left @ P @ left.T + K @ R @ K.T
         self.x[FRICTION] = max(self.x[FRICTION], 0.0)
         # filterpy's own takes S for singular: it holds reactions and torques, 1e-11 apart.
         return -0.5 * (self.y @ self.SI @ self.y + np.linalg.slogdet(self.S)[1])
@@ -78,10 +83,14 @@ class Component(KalmanFilter):
         x, P = self.x.copy(), self.P.copy()
         for _ in range(passes):
             point = self.x
-            measured, unknown = model.contact(self.cell, point, P, u, load, friction_force2)
+            measured, unknown, turned = model.contact(
+                self.cell, point, P, u, load, friction_force2
+            )
+            doubt = self.cell.settings.friction_doubt * turned
+            least = (doubt * max(point[FRICTION], self.cell.scene.friction)) ** 2
             self.x, self.P = x.copy(), P.copy()
             noise = measured.R + late * unknown
-            value = self.correct(Linear(measured.residual, measured.E, noise), point)
+            value = self.correct(Linear(measured.residual, measured.E, noise), point, least=least)
         return value, np.trace(np.linalg.solve(measured.R, unknown))
 
 

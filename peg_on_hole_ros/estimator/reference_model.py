@@ -128,12 +128,15 @@ def _balance(cell, x, u, load, scales):
     q = np.array([gamma, x[1], x[2]])
     wrench = u - cell.bias_map @ cell.value(x, state.BIAS)
     A, r = six_equations(scene, q, x[RATE : RATE + 3], wrench, scales)
-    return A @ np.concatenate([x[ACCELERATION : ACCELERATION + 3], x[n:]]) - r
+    acceleration = cell.settings.inertia * x[ACCELERATION : ACCELERATION + 3]
+    return A @ np.concatenate([acceleration, x[n:]]) - r
 
 
-def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndarray]:
+def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndarray, float]:
     """
     Return the six equations at a mean, and the noise of friction whose direction is unknown.
+
+    The last is how far the slip may point elsewhere, see `direction.direction_moments`.
 
     Parameters
     ----------
@@ -151,7 +154,7 @@ def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndar
     scene = open_scene(cell, x, load)
     geometry = contact_geometry(scene, np.clip(x[0], scene.gamma0 + NEAREST, STEEPEST))
     scales, left = np.zeros(3), np.zeros(3)
-    direction_moments.py_func(
+    turned = direction_moments.py_func(
         _scalars(scene), geometry[1:], x, P, cell.settings.direction_share, scales, left
     )
     residual = -_balance(cell, x, u, load, scales)
@@ -162,7 +165,7 @@ def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndar
     for J, normal, amount in zip(jacobians, normals(geometry), 0.5 * left * friction_force2):
         reach = np.vstack([J.T, np.eye(3)])
         unknown += amount * reach @ (np.eye(3) - np.outer(normal, normal)) @ reach.T
-    return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown
+    return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown, turned
 
 
 def _scalars(scene: OpenScene) -> SceneScalars:
@@ -171,7 +174,6 @@ def _scalars(scene: OpenScene) -> SceneScalars:
 
 def hanging(cell: Cell, x, u, dt) -> Linear:
     """Return the balance of a peg that nothing touches; how its holder moves it is noise."""
-
     # A weight tells nothing of the angles that orientations do not tell far better.
     o, scene, to_peg = cell.settings, cell.scene, peg_axes(x[:3]).T
 

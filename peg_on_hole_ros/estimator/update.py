@@ -82,7 +82,8 @@ def update(P, w, learnt, least_friction, residual, E, R, k, root, gain, white, s
                 v -= gain[i, a] * gain[j, a]
             P[i, j] = v
             P[j, i] = v
-    _keep_doubt(P, k, least_friction, gain, step)
+    if learnt[FRICTION] > 0.0:
+        _keep_doubt(P, k, least_friction, gain, step)
     return -0.5 * nis - log_root, nis
 
 

@@ -1,9 +1,13 @@
 """What holds for any mixture of Gaussians, whatever is measured."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, run, samples, stated, with_scene
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.options import FilterOptions
 from simulated import truth
 
 
@@ -15,7 +19,7 @@ def recorded(count=400):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_weights_and_covariances_over_a_long_random_run(seed):
-    """Gaps, samples that are lost, contacts that come and go, and now and then a wrench 25 deviations off."""
+    """Samples are lost, contacts come and go, now and then a wrench is 25 deviations off."""
     rng = np.random.default_rng(seed)
     recording = truth("working_cycle")
     rows, noise = samples(recording)
@@ -73,6 +77,30 @@ def test_a_state_that_is_put_back_goes_on_bit_for_bit():
             second.correct(row.q, row.R)
         second.weigh(row.u)
         assert np.array_equal(first.memory, second.memory, equal_nan=True)
+
+
+def test_a_snapshot_of_a_held_peg_is_gone_back_to_bit_for_bit():
+    scene, rows, noise = recorded(200)
+    peg = HeldPeg(replace(scene, clearance_stddev=1e-5), FilterOptions(), noise)
+
+    def go_on(rows, last):
+        for row in rows:
+            peg.predict(row.t - last)
+            last = row.t
+            nis = peg.correct(row.q, row.R)[1] if row.q is not None else 0.0
+            peg.weigh(row.u, ContactSet.THREE)
+            yield nis, peg.record.copy(), peg.x.copy(), peg.P.copy(), *peg.reactions()
+
+    first = next(k for k, row in enumerate(rows) if row.q is not None)
+    peg.start(rows[first].q, rows[first].R)
+    list(go_on(rows[first:100], rows[first].t))
+    kept = peg.snapshot()
+    once = list(go_on(rows[100:], rows[99].t))
+    peg.restore(kept)
+    again = list(go_on(rows[100:], rows[99].t))
+    assert len(once) == 100 and not np.array_equal(once[0][1], once[-1][1])
+    for a, b in zip(once, again):
+        assert all(np.array_equal(p, q, equal_nan=True) for p, q in zip(a, b))
 
 
 def test_a_prediction_in_two_halves_is_one_prediction():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from compiled_beside import STATED, Compiled, cell_of
 from peg_on_hole_ros.estimator import reference_model
@@ -66,7 +67,7 @@ def straightened(cell, x, P, u):
     scratch, force2 = both.scratch, np.array([30.0, 90.0, 100.0])
     straighten(
         both.scalars, x, P, N, both.at, u, NOISE, cell.bias_map, LOAD,
-        cell.settings.direction_share, force2, scratch,
+        cell.settings.direction_share, 1.0, force2, scratch,
     )  # fmt: skip
     return scratch, force2
 
@@ -95,7 +96,7 @@ _STEPS, _WEIGHTS = (-2, -1, 1, 2), (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 def test_of_the_six_equations_against_complex_steps(seed):
     cell, x, P, u = drawn(seed)
     scratch, force2 = straightened(cell, x, P, u)
-    found, unknown = reference_model.contact(cell, x, P, u, LOAD, force2)
+    found, unknown, _ = reference_model.contact(cell, x, P, u, LOAD, force2)
     for mine, other in ((scratch.E, found.E), (scratch.R, found.R), (scratch.unknown, unknown)):
         # Each entry beside its row and column; rounding is 1e-16 of terms up to 1e3 larger.
         rows = np.abs(other).max(axis=1, keepdims=True)
@@ -108,7 +109,7 @@ def test_where_the_tilt_ends_and_a_clearance_is_out_of_range():
     cell, x, P, u = drawn(1)
     x[0], x[AT[CLEARANCE]], x[AT[COMPLIANCE]] = 0.03, 3.5, 0.0
     scratch, force2 = straightened(cell, x, P, u)
-    found, _ = reference_model.contact(cell, x, P, u, LOAD, force2)
+    found, *_ = reference_model.contact(cell, x, P, u, LOAD, force2)
     assert np.allclose(scratch.residual, -found.residual, rtol=1e-9)
     # 1e-5 rad above gamma0 the slopes by the tilt lose half their digits to its rounding.
     assert np.allclose(scratch.E, found.E, rtol=1e-6, atol=1e-6)
@@ -117,8 +118,6 @@ def test_where_the_tilt_ends_and_a_clearance_is_out_of_range():
 @pytest.mark.parametrize("tilt", [0.0, 1e-3, 0.03])
 def test_an_orientation_in_a_tilted_hole(tilt):
     """What is measured in a tilted hole is a peg that is turned: by the rotations themselves."""
-    from scipy.spatial.transform import Rotation
-
     at, n = places(("tilt", "delay"))
     x, E, residual = np.zeros(n + 3), np.zeros((6, n + 3)), np.zeros(6)
     x[:6] = 0.15, 2.9, -3.0, 0.2, -0.5, 1.0
