@@ -15,7 +15,7 @@ from peg_on_hole_ros.numba_cache import PACKAGE
 
 # Of the package, what figures of the whole estimate come from.
 ESTIMATE = (
-    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "ladder",
+    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "estimator",
     "estimation", "monitoring", "simulation",
 )  # fmt: skip
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them.
-COMPILED = ("mechanics", "ladder", "estimation", "monitoring", "simulation", "study")
+COMPILED = ("mechanics", "estimator", "estimation", "monitoring", "simulation")
 
 
 def source_key() -> str:

@@ -7,12 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import grid
-import grid_cells
-import grid_score
-from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth_of, with_noise
-from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
-from grid_summary import flat_rows, medians, summary, verdicts
+from benchmarks.grid import cells as grid_cells
+from benchmarks.grid import run as grid
+from benchmarks.grid import score as grid_score
+from benchmarks.grid.cells import (
+    FULL,
+    FULL_HELD_OUT,
+    QUICK,
+    SMALLEST,
+    Motion,
+    legs,
+    truth_of,
+    with_noise,
+)
+from benchmarks.grid.score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
+from benchmarks.grid.summary import flat_rows, medians, summary, verdicts
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import scenes
-import scenes_engine
+from benchmarks.resumable import kept, work_through
+from benchmarks.scenes import engine as scenes_engine
+from benchmarks.scenes import run as scenes
+from benchmarks.scenes.draw import FAMILIES, Case, estimator_of, plan_of
+from benchmarks.scenes.labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
+from benchmarks.scenes.play import ALARMS, Record
+from benchmarks.scenes.score import judge_alarm, score_run
+from benchmarks.scenes.summary import summary
+from benchmarks.scenes.table import by_family, pooled, tables, wilson
 from peg_on_hole_ros.simulation.truth import integrate
-from resumable import kept, work_through
-from scenes_draw import FAMILIES, Case, estimator_of, plan_of
-from scenes_labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
-from scenes_play import ALARMS, Record
-from scenes_score import judge_alarm, score_run
-from scenes_summary import summary
-from scenes_table import by_family, pooled, tables, wilson
 from simulated import contact_plan, truth
 
 pytestmark = pytest.mark.xdist_group("simulation")

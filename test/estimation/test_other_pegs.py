@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_score import run_seeds
+from benchmarks.grid.pegs import PEGS, closing
+from benchmarks.grid.score import run_seeds
+from benchmarks.grid.wrong_settings import with_scene, with_tare
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
-from pegs import PEGS, closing
-from wrong_settings import with_scene, with_tare
 
 
 def covered(truth, seeds=3):
