@@ -1,7 +1,8 @@
 """
 What a wrench costs in the pipeline, where it goes, and what can be left out.
 
-    python -m benchmarks.cost.pipeline_cost [--sample closing_with_slip] [--repetitions 30] [--csv FILE]
+    python -m benchmarks.cost.pipeline_cost [--sample closing_with_slip] [--repetitions 30]
+        [--csv FILE]
 
 All samples of a bag go through one pipeline after another: as configured by default; without what
 late messages need (`filter.late_window: 0.0`); without modes, forecast, risk and alarms

@@ -2,7 +2,7 @@
 Simulate closings through gamma0 in MuJoCo: another engine's contact for the scenes.
 
     pip install mujoco numpy
-    python -m benchmarks.engines.mujoco_closings benchmarks/engines/data/mujoco_closings.npz [--scenes 16]
+    python -m benchmarks.engines.mujoco_closings OUT.npz [--scenes 16]
 
 made the traces that `scenes.py --mismatch` reads (MuJoCo 4.0.0); a scene takes one to three
 minutes on a core. Engine, rim, holder and contacts are those of `mujoco_peg.py`: nothing of this

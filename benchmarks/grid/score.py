@@ -5,14 +5,15 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
 
 from benchmarks.grid.cells import with_noise
 from benchmarks.grid.consistency import near_reversal
+from benchmarks.grid.player import play
+from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
 
@@ -27,6 +28,8 @@ DIVERGED = 10.0
 LEAST_FRICTION = 0.005
 START_ERROR = (0.1, 1.0)  # gamma, psi [rad]
 INTERVAL = 1.959964
+# What the bound on the reactions knows of how a held peg accelerates [rad/s^2].
+HELD_STDDEV = 20.0
 
 
 class Runs(NamedTuple):
@@ -67,16 +70,15 @@ def peg_wrench(truth):
     )
 
 
-def bound_of(truth, acceleration_stddev=None):
-    """Return the bound along a truth; with what is known of the accelerations, None: as stated."""
+def bound_of(truth):
+    """Return the bound along a truth."""
     state = np.hstack([truth.q, truth.rates])
-    return bound_along(truth.plan, truth.t_ns, state, peg_wrench(truth), acceleration_stddev)
+    return bound_along(truth.plan, truth.t_ns, state, peg_wrench(truth))
 
 
-def bound_along(plan, t_ns, state, wrench, acceleration_stddev=None):
-    """Return the bound along a motion with the scene, sensors and settings of a plan."""
+def bound_along(plan, t_ns, state, wrench):
+    """Return the bound along a motion with the scene and sensors of a plan."""
     settings = plan.configuration
-    stated = settings.filter.acceleration_stddev
     scene, t = settings.scene, t_ns * 1e-9
     every = plan.wrench_rate // plan.joint_rate
     sensors = Sensors(
@@ -86,42 +88,58 @@ def bound_along(plan, t_ns, state, wrench, acceleration_stddev=None):
     )
     return posterior_bound(
         scene, t, state, wrench, sensors,
-        settings.filter.initial_rate_stddev, plan.slip_velocity_scale,
-        stated if acceleration_stddev is None else acceleration_stddev,
+        settings.filter.initial_rate_stddev, plan.slip_velocity_scale, HELD_STDDEV,
         settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip
 
 
-def run_seeds(truth, seeds, exact=None, start_error=None) -> Runs:
-    """Run the pipeline over measurements of a truth; start_error: see `_first_wrong`."""
+def run_seeds(truth, seeds, exact=None, start_error=None, player=play) -> Runs:
+    """
+    Run the pipeline over measurements of a truth.
+
+    Parameters
+    ----------
+    truth : Truth
+    seeds : sequence of int
+    exact : ndarray, optional
+        From `sensor_wrench`, where it is known already.
+    start_error : sequence of 2 float, optional
+        See `_first_wrong`.
+    player : callable
+        `play`, here or elsewhere.
+
+    """
     exact = sensor_wrench(truth) if exact is None else exact
     n, m = len(truth.t_ns), len(seeds)
     error, stddev = np.full((m, n, 9), np.nan), np.full((m, n, 9), np.nan)
     nees, exact_values = np.full((m, n), np.nan), np.hstack([truth.q, truth.rates, truth.normal])
     determined, contact = np.zeros((m, n), bool), np.zeros((m, n), bool)
     means, restarts = [], 0
-    row_of = {int(t): k for k, t in enumerate(truth.t_ns)}
     for s, seed in enumerate(seeds):
-        pipeline = Pipeline(drawn(truth.plan.configuration, seed))
-        nis = []
-        _listen(pipeline, truth, nis)
-        samples, covariance = measure(truth, seed, exact=exact), np.full((n, 6, 6), np.nan)
-        for outputs in pipeline.play(_first_wrong(samples, seed, start_error)):
-            k = row_of[outputs.t_ns - START_NS]
-            error[s, k, :6], error[s, k, 6:] = outputs.state, outputs.normal
-            covariance[k], stddev[s, k, 6:] = outputs.state_covariance, outputs.normal_stddev
-            determined[s, k] = bool(outputs.monitor["reactions_determined"])
-            contact[s, k] = outputs.contact_mode == "three_point"
-        error[s] -= exact_values
+        parameters = changed_parameters(drawn(truth.plan.configuration, seed))
+        samples = _first_wrong(measure(truth, seed, exact=exact), seed, start_error)
+        found = player(parameters, list(map(tuple, samples)), START_NS + SETTLE_NS)
+        k = np.searchsorted(truth.t_ns, found["t_ns"] - START_NS)
+        error[s, k] = np.hstack([found["state"], found["normal"]]) - exact_values[k]
         error[s, :, 1:3] -= 2 * np.pi * np.round(error[s, :, 1:3] / (2 * np.pi))
-        stddev[s, :, :6] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-        told = np.isfinite(error[s, :, :6]).all(axis=1) & np.isfinite(covariance).all(axis=(1, 2))
-        weighed = np.linalg.solve(covariance[told], error[s, told, :6, None])[..., 0]
-        nees[s, told] = (error[s, told, :6] * weighed).sum(axis=1)
-        means.append(np.mean(nis) if nis else np.nan)
-        restarts += pipeline.counts["filter_restarted"]
+        covariance = found["covariance"]
+        spread = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+        stddev[s, k] = np.hstack([spread, found["stddev"]])
+        determined[s, k], contact[s, k] = found["determined"], found["contact"]
+        told = np.isfinite(error[s, k, :6]).all(axis=1) & np.isfinite(covariance).all(axis=(1, 2))
+        off = error[s, k[told], :6]
+        weighed = np.linalg.solve(covariance[told], off[..., None])[..., 0]
+        nees[s, k[told]] = (off * weighed).sum(axis=1)
+        means.append(found["nis"])
+        restarts += found["restarts"]
     ends = diverged(truth, error)
     return Runs(error, stddev, nees, determined, contact, np.array(means), ends, restarts)
+
+
+def changed_parameters(configuration) -> dict:
+    """Return the parameters that differ from the defaults, which any checkout knows."""
+    usual = to_parameters(Configuration())
+    return {k: v for k, v in to_parameters(configuration).items() if v != usual[k]}
 
 
 def drawn(configuration, seed):
@@ -130,20 +148,6 @@ def drawn(configuration, seed):
     off = np.random.default_rng([seed, 2]).normal() * scene.friction_stddev
     friction = max(scene.friction + off, LEAST_FRICTION)
     return replace(configuration, scene=replace(scene, friction=friction))
-
-
-def _listen(pipeline, truth, nis):
-    """Keep the normalised innovations of a pipeline's filter; it publishes their mean only."""
-    kalman, settled = pipeline.filter, START_NS + SETTLE_NS
-    correct = kalman.correct
-
-    def correct_and_keep(q, R):
-        result, value = correct(q, R)
-        if pipeline.processor.t_ns >= settled:
-            nis.append(value)
-        return result, value
-
-    kalman.correct = correct_and_keep
 
 
 def _first_wrong(samples, seed, start_error):
@@ -190,26 +194,17 @@ def classes(truth, bound) -> dict[str, np.ndarray]:
     }
 
 
-def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=None) -> dict:
+def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=None, player=play):
     """Return the figures of one motion at one noise level, as a plain tree of numbers."""
     measured = with_noise(truth, noise, friction_stddev)
-    bound, bare = bound_of(measured), bound_of(measured, np.inf)
-    runs = run_seeds(measured, seeds, exact)
-    wrong = run_seeds(measured, start_seeds, exact, START_ERROR)
-    sigma = np.sqrt(
-        np.hstack(
-            [
-                np.diagonal(bound.state, axis1=1, axis2=2),
-                np.diagonal(bound.reactions, axis1=1, axis2=2),
-            ]
-        )
-    )
-    bare_sigma = np.sqrt(np.diagonal(bare.reactions, axis1=1, axis2=2))
-    sound = bound.meaning == Meaning.SOUND
+    bound = bound_of(measured)
+    runs = run_seeds(measured, seeds, exact, player=player)
+    wrong = run_seeds(measured, start_seeds, exact, START_ERROR, player)
+    parts = (np.diagonal(part, axis1=1, axis2=2) for part in (bound.state, bound.reactions))
+    sigma, sound = np.sqrt(np.hstack(list(parts))), bound.meaning == Meaning.SOUND
     result = {
         "seeds": len(seeds),
         "nis": _mean(runs.nis),
-        "nis_error": _error(np.nanmean, runs.nis),
         "diverged": int(runs.diverged.sum()),
         "restarts": runs.restarts,
         "start_seeds": len(start_seeds),
@@ -219,7 +214,7 @@ def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=Non
     }
     for name, chosen in classes(truth, bound).items():
         if chosen.any():
-            result["classes"][name] = _figures(runs, chosen, sound, sigma, bare_sigma)
+            result["classes"][name] = figures(runs, chosen, sound, sigma)
     return result
 
 
@@ -252,46 +247,49 @@ def _error(statistic, values):
     return np.sqrt(variance).tolist()
 
 
-def _figures(runs, chosen, sound, sigma, bare_sigma):
+def figures(runs: Runs, chosen, sound, sigma) -> dict:
+    """
+    Return the figures of the samples of one class, of QUANTITIES where they are lists.
+
+    Parameters
+    ----------
+    runs : Runs
+    chosen : ndarray of bool, shape (n,)
+    sound : ndarray of bool, shape (n,)
+        Where the bound means something.
+    sigma : ndarray, shape (n, 9)
+        The bound, as a standard deviation.
+
+    Returns
+    -------
+    dict
+        `rms` of the errors; `bound`, the median of sigma; `ratio`, the root mean square of errors
+        over sigma where it is sound, if it is anywhere; `sharp`, the median stated deviation over
+        rms; `coverage` of 95 % bounds and its standard error; `coverage_determined`, of the
+        reactions that are declared determined; `determined`, `contact`, `sound`: shares; `missed`
+        samples of which a reaction is outside, and how many of those are flagged; `nees_median`.
+
+    """
     error, stddev = runs.error[:, chosen], runs.stddev[:, chosen]
     inside = np.abs(error) <= INTERVAL * stddev
     missed = ~inside[..., REACTIONS].all(axis=2)
     flagged = ~runs.determined[:, chosen]
-    figures = {
+    rms = np.sqrt(np.nanmean(error**2, axis=(0, 1)))
+    known, good = inside[..., REACTIONS][~flagged], chosen & sound
+    ratio2 = (runs.error[:, good] / sigma[good]) ** 2
+    return {
         "samples": int(chosen.sum()),
         "sound": float(sound[chosen].mean()),
-        "coverage": inside.mean(axis=(0, 1)).tolist(),
         "determined": float((~flagged).mean()),
         "contact": float(runs.contact[:, chosen].mean()),
         "missed": int(missed.sum()),
         "missed_flagged": int((missed & flagged).sum()),
         "nees_median": float(np.median(np.nanmean(runs.nees[:, chosen], axis=0))),
-        "nees_error": _error(np.median, runs.nees[:, chosen]),
+        "coverage": inside.mean(axis=(0, 1)).tolist(),
         "coverage_error": _error(partial(np.mean, axis=0), inside.astype(float)),
-        "rms": np.sqrt((error**2).mean(axis=(0, 1))).tolist(),
-        "stddev": stddev.mean(axis=(0, 1)).tolist(),
+        "coverage_determined": known.mean(axis=0).tolist() if len(known) else None,
+        "rms": rms.tolist(),
+        "bound": np.median(sigma[chosen], axis=0).tolist(),
+        "sharp": (np.nanmedian(stddev, axis=(0, 1)) / rms).tolist(),
+        "ratio": np.sqrt(np.nanmean(ratio2, axis=(0, 1))).tolist() if good.any() else None,
     }
-    known = inside[..., REACTIONS][~flagged]
-    figures["coverage_determined"] = known.mean(axis=0).tolist() if len(known) else None
-    good = chosen & sound
-    if good.any():
-        seeds = len(error)
-        ratio = runs.error[:, good] / sigma[good]
-        ratio2 = ratio**2
-        # Of the mean over seeds, what chance leaves of it taken off.
-        chance = ratio.var(axis=0, ddof=1) / seeds
-        bias2 = (ratio.mean(axis=0) ** 2 - chance).mean(axis=0)
-        stated2 = (runs.stddev[:, good] / sigma[good]) ** 2
-        bare2 = (runs.error[:, good, REACTIONS] / bare_sigma[good]) ** 2
-        # The median of a mean of few squares lies below their expectation.
-        small = chi2.median(seeds) / seeds
-        figures["ratio"] = np.sqrt(ratio2.mean(axis=(0, 1))).tolist()
-        figures["ratio_error"] = _error(lambda mean: np.sqrt(mean.mean(axis=0)), ratio2)
-        figures["ratio_median_error"] = _error(
-            lambda mean: np.sqrt(np.median(mean, axis=0) / small), ratio2
-        )
-        figures["bias"] = np.sqrt(bias2.clip(0.0)).tolist()
-        figures["ratio_median"] = np.sqrt(np.median(ratio2.mean(axis=0), axis=0) / small).tolist()
-        figures["stated"] = np.sqrt(np.median(stated2, axis=(0, 1))).tolist()
-        figures["ratio_bare"] = np.sqrt(bare2.mean(axis=(0, 1))).tolist()
-    return figures

@@ -1,23 +1,159 @@
-"""Tables of the grid: one row a cell and class, and each promise with how much of it is kept."""
+"""Tables of the grid: what all cells come to, beside another checkout's, and each kind of cell."""
 
-from math import inf
+from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
 
 STATES, REACTIONS = slice(0, 6), slice(6, 9)
-LISTS = (
-    "coverage", "coverage_error", "coverage_determined", "ratio", "ratio_error", "ratio_median",
-    "ratio_median_error", "bias", "stated", "ratio_bare", "rms",
-)  # fmt: skip
-SCALARS = (
-    "samples", "sound", "determined", "contact", "missed", "missed_flagged", "nees_median",
-    "nees_error",
-)  # fmt: skip
+ANGLES, RATES = slice(0, 3), slice(3, 6)
+# Share of the samples within 95 % bounds that a cell has to reach.
+STATES_COVERED, REACTIONS_COVERED, COVERED_IN_WINDOWS = 0.92, 0.93, 0.90
+# Below this, what is called determined is not.
+LEAST_DETERMINED = 0.85
+LISTS = ("coverage", "coverage_error", "coverage_determined", "rms", "bound", "sharp", "ratio")
+SCALARS = ("samples", "sound", "determined", "contact", "missed", "missed_flagged", "nees_median")
 CELL = (
-    "seeds", "nis", "nis_error", "diverged", "restarts", "start_seeds", "start_diverged",
-    "start_restarts",
+    "seeds", "nis", "diverged", "restarts", "start_seeds", "start_diverged", "start_restarts",
 )  # fmt: skip
+
+
+class Gate(NamedTuple):
+    """
+    What all cells come to.
+
+    Attributes
+    ----------
+    cells, outside, window : int
+        Cells that ran, and that have samples outside and in windows.
+    states, reactions, states_in_windows, reactions_in_windows : float
+        Root mean square of the worst quantity over the bound's median, geometric mean of cells.
+    states_covered, reactions_covered : int
+        Cells in which the least covered quantity reaches STATES_COVERED, REACTIONS_COVERED.
+    states_covered_in_windows, reactions_covered_in_windows : int
+        The same with COVERED_IN_WINDOWS.
+    sharp_angles, sharp_rates, sharp_reactions : float
+        Median stated deviation over root mean square of the errors, outside windows; median of
+        cells and quantities.
+    determined : float
+        Share of the samples outside windows whose reactions are declared determined; mean.
+    surely_wrong : int
+        Cells of which the reactions that are declared determined are covered in less than
+        LEAST_DETERMINED, in either class.
+    nis : float
+        Median of the cells.
+    diverged, start_diverged : int
+        Runs.
+
+    """
+
+    cells: int
+    outside: int
+    window: int
+    states: float
+    reactions: float
+    states_in_windows: float
+    reactions_in_windows: float
+    states_covered: int
+    reactions_covered: int
+    states_covered_in_windows: int
+    reactions_covered_in_windows: int
+    sharp_angles: float
+    sharp_rates: float
+    sharp_reactions: float
+    determined: float
+    surely_wrong: int
+    nis: float
+    diverged: int
+    start_diverged: int
+
+
+def gate(cells) -> Gate:
+    """Return what all cells come to."""
+    ran = [cell for cell in cells if "seeds" in cell]
+    outside, window = _of(ran, "outside"), _of(ran, "window")
+    return Gate(
+        len(ran), len(outside), len(window),
+        _worst(outside, STATES), _worst(outside, REACTIONS),
+        _worst(window, STATES), _worst(window, REACTIONS),
+        _covered(outside, STATES, STATES_COVERED),
+        _covered(outside, REACTIONS, REACTIONS_COVERED),
+        _covered(window, STATES, COVERED_IN_WINDOWS),
+        _covered(window, REACTIONS, COVERED_IN_WINDOWS),
+        *(_median([f["sharp"][part] for f in outside]) for part in (ANGLES, RATES, REACTIONS)),
+        float(np.mean([f["determined"] for f in outside])) if outside else float("nan"),
+        sum(any(_surely_wrong(f) for f in cell["classes"].values()) for cell in ran),
+        _median([cell["nis"] for cell in ran if cell["nis"] is not None]),
+        sum(cell["diverged"] for cell in ran),
+        sum(cell["start_diverged"] for cell in ran),
+    )  # fmt: skip
+
+
+def _of(cells, kind):
+    return [cell["classes"][kind] for cell in cells if kind in cell["classes"]]
+
+
+def _worst(entries, part):
+    worst = [np.max(np.divide(f["rms"][part], f["bound"][part])) for f in entries]
+    return float(np.exp(np.mean(np.log(worst)))) if worst else float("nan")
+
+
+def _covered(entries, part, least):
+    return sum(min(f["coverage"][part]) >= least for f in entries)
+
+
+def _surely_wrong(figures):
+    covered = figures["coverage_determined"]
+    return covered is not None and min(covered) < LEAST_DETERMINED
+
+
+def _median(values):
+    return float(np.median(values)) if len(values) else float("nan")
+
+
+# Field of Gate, what it is, whether it counts cells of a class, limit over another checkout's.
+_ROWS = (
+    ("states", "worst state's RMS over the bound, outside windows", None, "<= 0.95"),
+    ("reactions", "worst reaction's, outside", None, "<= 0.95"),
+    ("states_in_windows", "worst state's, in windows", None, "<= 1.0"),
+    ("reactions_in_windows", "worst reaction's, in windows", None, "<= 1.0"),
+    ("states_covered", "cells with states covered in 92 %, outside", "outside", ">= 0.95"),
+    ("reactions_covered", "with reactions in 93 %, outside", "outside", ">= 0.95"),
+    ("states_covered_in_windows", "with states in 90 %, in windows", "window", ">= 0.95"),
+    ("reactions_covered_in_windows", "with reactions in 90 %, in windows", "window", ">= 0.95"),
+    ("surely_wrong", "with reactions called determined in less than 85 %", "cells", ""),
+    ("sharp_angles", "stated deviation over RMS error: angles", None, ""),
+    ("sharp_rates", "rates", None, ""),
+    ("sharp_reactions", "reactions", None, ""),
+    ("determined", "share of samples whose reactions are determined, outside", None, ""),
+    ("nis", "mean NIS of orientations (3)", None, ""),
+    ("diverged", "runs that diverged", None, ""),
+    ("start_diverged", "with start errors of 0.1 rad in gamma, 1 rad in psi", None, ""),
+)
+
+
+def gate_table(cells, others=None) -> list[str]:
+    """Return rows in Markdown of what all cells come to, beside those of another checkout."""
+    this, other = gate(cells), gate(others) if others else None
+    rows = (
+        ["| | this | other | this over other | asked for |", "|---|---|---|---|---|"]
+        if other
+        else ["| | |", "|---|---|"]
+    )
+    for name, words, of, limit in _ROWS:
+        shown = [_shown(one, name, of) for one in (this, other) if one]
+        if other:
+            before = getattr(other, name)
+            over = f"{getattr(this, name) / before:.2f}" if limit and before else ""
+            shown += [over, limit]
+        rows.append(f"| {words} | {' | '.join(shown)} |")
+    return rows
+
+
+def _shown(gate, name, of):
+    value = getattr(gate, name)
+    if of:
+        return f"{value} of {getattr(gate, of)}"
+    return f"{value}" if isinstance(value, int) else f"{value:.2f}"
 
 
 def name_of(cell) -> str:
@@ -32,8 +168,7 @@ def flat_rows(cells, quantities):
     head = ["motion", "clearance_m", "friction", "speed_rad_s", "noise", "end", "duration_s"]
     head += [*CELL, "class", *SCALARS]
     for name in LISTS:
-        reactions_only = name in ("coverage_determined", "ratio_bare")
-        head += [f"{name}_{q}" for q in (quantities[6:] if reactions_only else quantities)]
+        head += [f"{name}_{q}" for q in _quantities(name, quantities)]
     rows = [head]
     for cell in cells:
         m = cell["motion"]
@@ -42,109 +177,17 @@ def flat_rows(cells, quantities):
         for kind, figures in cell.get("classes", {}).items() or {"": {}}.items():
             row = [*first, kind, *(figures.get(name, "") for name in SCALARS)]
             for name in LISTS:
-                width = 3 if name in ("coverage_determined", "ratio_bare") else 9
-                row += figures.get(name) or [""] * width
+                row += figures.get(name) or [""] * len(_quantities(name, quantities))
             rows.append([f"{v:.5g}" if isinstance(v, float) else v for v in row])
     return rows
 
 
-def verdicts(cells) -> list[dict]:
-    """
-    Return one entry for each promise: what it is, how many cells keep it, and the worst.
-
-    Returns
-    -------
-    list of dict
-        promise, cells (that it applies to), kept (by the figures as they are), broken (for which
-        the figures lie outside with 95 % confidence, whichever quantity is the worst), worst
-        (value and cell, text).
-
-    """
-    outside, window = _of(cells, "outside"), _of(cells, "window")
-    steady = [(c, f) for c, f in outside if c["motion"]["name"] not in ("reversals", "weave")]
-    turning = [(c, f) for c, f in outside if c["motion"]["name"] in ("reversals", "weave")]
-    ran = [(c, c) for c in cells if "seeds" in c]
-    found = []
-
-    def add(promise, entries, name, part, low, high, error=None):
-        kept = broken = count = 0
-        worst = (-1.0, "")
-        for cell, figures in entries:
-            values = np.atleast_1d(figures[name] if figures.get(name) is not None else [])[part]
-            if not len(values):
-                continue
-            errors = np.atleast_1d(figures[error])[part] if error else np.zeros(len(values))
-            count += 1
-            beyond = np.maximum(low - values, values - high)
-            kept += bool((beyond <= 0).all())
-            # Any one of so many quantities may be off by chance.
-            limit = norm.ppf(1 - 0.025 / len(values))
-            broken += bool((beyond > limit * errors).any())
-            at = int(np.argmax(beyond))
-            worst = max(worst, (beyond[at], f"{_shown(values[at])} ({name_of(cell)})"))
-        found.append(
-            {"promise": promise, "cells": count, "kept": kept, "broken": broken, "worst": worst[1]}
-        )
-
-    for words, part in (("states", STATES), ("reactions", REACTIONS)):
-        add(
-            f"steady sliding: RMSE of {words} at most 1.15 times the bound",
-            steady, "ratio", part, -inf, 1.15, "ratio_error",
-        )  # fmt: skip
-        add(
-            f"reversals: median over time of {words} at most 1.10 times the bound outside windows",
-            turning, "ratio_median", part, -inf, 1.10, "ratio_median_error",
-        )  # fmt: skip
-    for words, part, low in (("reactions", REACTIONS, 0.93), ("states", STATES, 0.92)):
-        add(
-            f"outside windows: coverage of {words} at least {low:.0%}",
-            outside, "coverage", part, low, inf, "coverage_error",
-        )  # fmt: skip
-        add(
-            f"outside windows: coverage of {words} at most 97%",
-            outside, "coverage", part, -inf, 0.97, "coverage_error",
-        )  # fmt: skip
-        add(
-            f"in windows: coverage of {words} at least 90 %",
-            window, "coverage", part, 0.90, inf, "coverage_error",
-        )  # fmt: skip
-    one = slice(None)
-    add("mean NIS within 10 % of 3", ran, "nis", one, 2.7, 3.3, "nis_error")
-    add(
-        "outside windows: median NEES within 15 % of 6",
-        outside, "nees_median", one, 5.1, 6.9, "nees_error",
-    )  # fmt: skip
-    singular = [
-        (c, {"flagged": f["missed_flagged"] / f["missed"]})
-        for c, f in _of(cells, "singular")
-        if f["missed"]
-    ]
-    add(
-        "near-singular: flag up in at least 99 % of the samples that miss",
-        singular, "flagged", one, 0.99, inf,
-    )  # fmt: skip
-    add("no divergence", ran, "diverged", one, -inf, 0)
-    add(
-        "no divergence after start errors of 0.1 rad in gamma, 1 rad in psi",
-        ran, "start_diverged", one, -inf, 0,
-    )  # fmt: skip
-    return found
+def _quantities(name, quantities):
+    return quantities[REACTIONS] if name == "coverage_determined" else quantities
 
 
-def _of(cells, kind):
-    return [(c, c["classes"][kind]) for c in cells if kind in c.get("classes", {})]
-
-
-def _shown(value):
-    return f"{value:.4g}"
-
-
-def medians(cells) -> list[str]:
-    """
-    Return rows in Markdown: medians over the cells that have something in common.
-
-    RMSE over the bound: the worst quantity's median over time; coverage: the worst quantity's.
-    """
+def kinds(cells) -> list[str]:
+    """Return rows in Markdown: the same of the cells that have something in common."""
     common = {"name": str, "speed": "{:g} rad/s".format, "noise": "{} noise".format}
     common["friction"] = "f {:g}".format
     common["clearance"] = lambda value: f"{value * 1e3:g} mm"
@@ -155,38 +198,42 @@ def medians(cells) -> list[str]:
         if "seeds" in cell
     }
     rows = [
-        "| cells | number | RMSE states | RMSE reactions | coverage states | reactions |"
-        " in windows: states | reactions | NIS | NEES |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| cells | number | worst state, reaction over the bound | in windows "
+        "| covered: states, reactions | in windows | determined |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, value in sorted(of_all, key=lambda each: (list(common).index(each[0]), each[1])):
-        some = [c for c in cells if c["motion"].get(name, c["noise"]) == value and "seeds" in c]
-        figures = [
-            *(_median(_of(some, "outside"), "ratio_median", p, max) for p in (STATES, REACTIONS)),
-            *(_median(_of(some, "outside"), "coverage", p, min) for p in (STATES, REACTIONS)),
-            *(_median(_of(some, "window"), "coverage", p, min) for p in (STATES, REACTIONS)),
-            _median([(c, c) for c in some], "nis", slice(None), max),
-            _median(_of(some, "outside"), "nees_median", slice(None), max),
-        ]
-        shown = " | ".join(f"{figure:.2f}" for figure in figures)
-        rows.append(f"| {common[name](value)} | {len(some)} | {shown} |")
+        g = gate([c for c in cells if c["motion"].get(name, c["noise"]) == value])
+        rows.append(
+            f"| {common[name](value)} | {g.cells} | {g.states:.2f}, {g.reactions:.2f} "
+            f"| {g.states_in_windows:.2f}, {g.reactions_in_windows:.2f} "
+            f"| {g.states_covered}, {g.reactions_covered} of {g.outside} "
+            f"| {g.states_covered_in_windows}, {g.reactions_covered_in_windows} of {g.window} "
+            f"| {g.determined:.2f} |"
+        )
     return rows
 
 
-def _median(entries, name, part, worst):
-    values = [f[name] for _, f in entries if f.get(name) is not None]
-    found = [worst(np.atleast_1d(value)[part]) for value in values if np.size(value)]
-    return float(np.median(found)) if found else np.nan
+def shortfalls(cells, most: int = 12) -> list[str]:
+    """Return lines on the cells whose reactions are called determined and least covered."""
+    found = []
+    for cell in cells:
+        for kind, figures in cell.get("classes", {}).items():
+            if _surely_wrong(figures):
+                found.append((min(figures["coverage_determined"]), name_of(cell), kind))
+    found.sort()
+    more = [f"- and {len(found) - most} more"] if len(found) > most else []
+    return [f"- {name}, {kind}: {100 * c:.0f} %" for c, name, kind in found[:most]] + more
 
 
-def summary(cells) -> str:
-    """Return the summary in Markdown: the promises, motions that were cut short, medians."""
-    lines = ["| promise | cells | kept | surely not | worst |", "|---|---|---|---|---|"]
-    for entry in verdicts(cells):
-        lines.append("| {promise} | {cells} | {kept} | {broken} | {worst} |".format(**entry))
+def summary(cells, others=None) -> str:
+    """Return the summary in Markdown: all cells, kinds of cells, what falls short."""
+    lines = [*gate_table(cells, others), "", *kinds(cells)]
+    short = shortfalls(cells)
+    if short:
+        lines += ["", "Called determined, and covered in less than 85 %:", "", *short]
     ended = {name_of(c).rsplit(" ", 1)[0]: c["end"] for c in cells if c["end"] != "complete"}
     if ended:
         lines += ["", "Cut short, or without three-point contact:", ""]
         lines += [f"- {name}: {end}" for name, end in ended.items()]
-    lines += ["", *medians(cells)]
     return "\n".join(lines)

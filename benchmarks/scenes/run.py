@@ -1,8 +1,8 @@
 """
 Score transition, forecast, modes and alarms over insertion scenes with drawn parameters.
 
-    python -m benchmarks.scenes.run [--runs 300] [--quick] [--mismatch] [--tuning] [--wrench-rate HZ]
-        --out DIR
+    python -m benchmarks.scenes.run [--runs 300] [--quick] [--mismatch] [--tuning]
+        [--wrench-rate HZ] --out DIR
 
 Labels come from the simulated motion and loads alone. Scenes of `--tuning` are for choosing
 thresholds; those scored otherwise share no seed with them. Truths and figures are kept in DIR, so
@@ -29,8 +29,7 @@ from benchmarks.scenes.table import by_family, tables
 
 HERE = Path(__file__).parent
 OWN = [
-    f"{name}.py"
-    for name in ("setting", "families", "draw", "labels", "play", "score", "engine")
+    f"{name}.py" for name in ("setting", "families", "draw", "labels", "play", "score", "engine")
 ]
 # What the estimator is told; the second try is that of a mismatch which has been through one.
 VARIANTS = ("matched", "mismatch", "second_try")
