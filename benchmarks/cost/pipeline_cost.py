@@ -24,12 +24,11 @@ from time import perf_counter, process_time
 from unittest.mock import patch
 
 import numpy as np
-from peg_on_hole_ros.estimation.filters import contact
-from peg_on_hole_ros.estimation.kernel import correction, description, prediction
 
 from benchmarks.bag_steps import bag_samples
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.estimator import description, held_peg, step
 from peg_on_hole_ros.monitoring import assessment
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
@@ -69,10 +68,9 @@ def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     kalman, judge = line.filter, line.processor.assessment
     return [
-        *((prediction, name, ESTIMATE) for name in ("predict_contact", "predict_free")),
-        *((correction, name, ESTIMATE) for name in ("innovation", "correct")),
-        *((contact, name, ESTIMATE) for name in ("hold_wrench", "follow_motion", "react")),
-        *((kalman, name, FILTER) for name in ("hold", "predict", "correct", "react")),
+        *((held_peg, name, ESTIMATE) for name in ("predict", "fill_record")),
+        *((step, name, ESTIMATE) for name in ("combine", "expect", "orient", "weigh")),
+        *((kalman, name, FILTER) for name in ("predict", "correct", "weigh")),
         (assessment, "judge", JUDGE),
         (assessment, "follow_orientation", JUDGE),
         *((part, "update", DECLARE) for part in (judge._mode, judge._flag, judge._alarms)),

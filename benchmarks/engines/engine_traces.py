@@ -45,6 +45,8 @@ SLIDES = 0.98
 AROUND = 21
 # Rows over which angles are parabolas, for the rates that the bound is taken at.
 RATES_OVER = 9
+# Of the friction that the bound is taken with [m/s].
+BOUND_SCALE = 2e-5
 
 
 def names() -> list[str]:
@@ -74,7 +76,7 @@ def trace(name: str):
     configuration = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, H)))
     plan = SimpleNamespace(
         configuration=configuration, seed=0, wrench_rate=1000, joint_rate=500,
-        slip_velocity_scale=configuration.filter.slip_velocity_scale,
+        slip_velocity_scale=BOUND_SCALE,
     )  # fmt: skip
     return SimpleNamespace(
         plan=plan,

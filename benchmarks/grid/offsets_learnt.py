@@ -23,6 +23,7 @@ from benchmarks.grid.score import INTERVAL, SETTLE_NS
 from benchmarks.grid.wrong_settings import tilted
 from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
 from peg_on_hole_ros.estimation.measurement import tilt_axes
+from peg_on_hole_ros.estimator.state import BIAS, FRICTION, TILT
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
 
@@ -105,10 +106,13 @@ def played(pipeline, truth, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0), exact=None):
 
 def _normalised(kalman, bias, tilt, friction):
     """Return the normalised error squared of friction and offsets, of what is not known."""
-    off = np.r_[
-        kalman.friction[0] - friction, 0.0, (kalman.offset - [*bias, *tilt])[kalman.active]
-    ]
-    P = kalman.joint_covariance()[12:, 12:]
+    s, rows, true = kalman.state, [FRICTION], [friction]
+    for quantity, values in ((BIAS, bias), (TILT, tilt)):
+        first = kalman._at[quantity]
+        if first >= 0:
+            rows += range(first, first + len(values))
+            true += list(values)
+    off, P = s.mean[rows] - true, s.covariance[np.ix_(rows, rows)]
     unknown = np.diagonal(P) > 0.0
     return float(off[unknown] @ np.linalg.solve(P[np.ix_(unknown, unknown)], off[unknown]))
 

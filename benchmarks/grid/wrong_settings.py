@@ -5,9 +5,8 @@ Settings that are wrong: how soon that is told, and what is made of a wrong diam
 
 `told`: motions of the grid at 1 kHz and nominal noise, friction learnt and known. `slow`: pegs of
 4 to 150 mm that close and turn, at 100 Hz to 1 kHz. Of each the first time at which
-`innovations_too_large` (i), `forces_out_of_balance` (b) or `step_doubted` (d) counts, over noise
-seeds; the settings are off by 1 mm or 2 % of the diameter, ten standard deviations of the force's
-noise (2 N) and 0.2 degrees. `diameter`: the peg's is off by 2 and 10 um, `scene.clearance_stddev`
+`innovations_too_large` counts, over noise seeds; the settings are off by 1 mm or 2 % of the
+diameter, ten standard deviations of the force's noise (2 N) and 0.2 degrees. `diameter`: the peg's is off by 2 and 10 um, `scene.clearance_stddev`
 says by how much; which share of the reactions that are determined lies within 95 % bounds after 50
 ms, of K, B1 and B2 the least, in four times as many seeds. `friction`: stated a half and one and a
 half of what it is, within 0.05 or a quarter of itself; how far off it then is, root mean square
@@ -76,7 +75,7 @@ NEAR = np.array([0.05, 0.01])
 # Told diameter less the true one [m].
 OFF = (2e-6, -2e-6, 1e-5, -1e-5)
 LEARNT = 0.05
-COUNTS = {"innovations_too_large": "i", "forces_out_of_balance": "b", "step_doubted": "d"}
+TOLD_BY = "innovations_too_large"
 
 
 def with_scene(truth, **values):
@@ -131,15 +130,14 @@ def settings(right):
 
 
 def first_told(truth, configuration, change, seeds):
-    """Return of each seed when something is first told [s], and by which of COUNTS; or None."""
+    """Return of each seed when something is first told [s], or None."""
     exact, found = sensor_wrench(truth), []
     for seed in seeds:
         pipeline, told = Pipeline(configuration), None
         for sample in measure(truth, seed, exact=exact):
             pipeline.on_sample(change(sample))
-            by = "".join(sign for name, sign in COUNTS.items() if pipeline.counts[name])
-            if by:
-                told = (sample.t_ns - START_NS) * 1e-9, by
+            if pipeline.counts[TOLD_BY]:
+                told = (sample.t_ns - START_NS) * 1e-9
                 break
         found.append(told)
     return found
@@ -236,15 +234,13 @@ def named(case):
 
 
 def span(found):
-    """Return as text from when to when seeds were told, by what, and how many of them."""
-    told = [one for one in found if one]
+    """Return as text from when to when seeds were told, and how many of them."""
+    told = [one for one in found if one is not None]
     if not told:
         return "no"
-    first, last = (f"{pick(one[0] for one in told):.2f}" for pick in (min, max))
-    by = "".join(sorted({sign for _, signs in told for sign in signs}))
+    first, last = (f"{pick(told):.2f}" for pick in (min, max))
     times = first if first == last else f"{first} to {last}"
-    share = "" if len(told) == len(found) else f", {len(told)} of {len(found)}"
-    return f"{times} ({by}{share})"
+    return times if len(told) == len(found) else f"{times} ({len(told)} of {len(found)})"
 
 
 def _error(head, figures):

@@ -13,8 +13,8 @@ from peg_on_hole_ros.mechanics.kernel import closed_forms, equations, pose_of, w
 # Friction is Coulomb's: what is not known of its direction is for the sigma points to tell [m/s].
 _SHARP = (1e-6,) * 3
 _NEAREST = 1e-5
-# Wide points would reach over the kink of friction whatever the rates are known to.
-_SPREAD, _NORMAL, _KAPPA = 0.5, 2.0, 0.0
+# All weights of the mean are positive, so that no covariance is lost.
+_SPREAD, _NORMAL, _KAPPA = 1.0, 2.0, 0.0
 
 
 def make_unscented(scene, options, wrench_noise, offsets=None) -> "Unscented":
@@ -43,13 +43,14 @@ class Unscented(HeldPeg):
     def weigh(self, u, contacts: ContactSet):
         """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
         s, o, n = self.state, self.constants, self._n
-        if contacts is not ContactSet.THREE or s.since[0] < o.settling:
+        # The first wrench finds the reactions, by tangents that are taken anew.
+        if contacts is not ContactSet.THREE or s.since[1] < 0.0:
             super().weigh(u, contacts)
             return
         self._u[:] = u
         follow_load(s, o, self.scalars, self._u, s.step[0])
+        s.since[1] += s.step[0]
         s.step[0] = 0.0
-        s.since[1] = 0.0
         x, P = s.x[0], s.P[0]
         P[n:, :] = P[:, n:] = 0.0
         P[range(n, n + 3), range(n, n + 3)] = (o.reaction_prior * s.load[0]) ** 2
