@@ -6,14 +6,14 @@ Settings that are wrong: how soon that is told, and what is made of a wrong diam
 `told`: motions of the grid at 1 kHz and nominal noise, friction learnt and known. `slow`: pegs of
 4 to 150 mm that close and turn, at 100 Hz to 1 kHz. Of each the first time at which
 `innovations_too_large` counts, over noise seeds; the settings are off by 1 mm or 2 % of the
-diameter, ten standard deviations of the force's noise (2 N) and 0.2 degrees. `diameter`: the peg's is off by 2 and 10 um, `scene.clearance_stddev`
-says by how much; which share of the reactions that are determined lies within 95 % bounds after 50
-ms, of K, B1 and B2 the least, in four times as many seeds. `friction`: stated a half and one and a
-half of what it is, within 0.05 or a quarter of itself; how far off it then is, root mean square
-and, in stated deviations, at most, 0.3 s after the start and at the end, in as many seeds, beside
-the posterior Cramer-Rao bound of who knows it to a half, and that it stays what it is; and which
-share of the runs is within 5 % after 0.3 s, and within 1 % at the end. A run that was stopped goes
-on.
+diameter, ten standard deviations of the force's noise (2 N) and 0.2 degrees. `diameter`: the peg's
+is off by 2 and 10 um, `scene.clearance_stddev` says by how much; which share of the reactions that
+are determined lies within 95 % bounds after 50 ms, of K, B1 and B2 the least, in four times as
+many seeds. `friction`: stated a half and one and a half of what it is, within 0.05 or a quarter of
+itself; how far off it then is, root mean square and, in stated deviations, at most, 0.3 s after
+the start and at the end, in as many seeds, beside the posterior Cramer-Rao bound of who knows it
+to a half, and that it stays what it is; and which share of the runs is within 5 % after 0.3 s, and
+within 1 % at the end. A run that was stopped goes on.
 """
 
 from dataclasses import replace
