@@ -6,7 +6,7 @@ from filterpy.kalman import IMMEstimator, KalmanFilter
 
 from peg_on_hole_ros.estimator import reference_model as model
 from peg_on_hole_ros.estimator.reference_model import Cell, Linear
-from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, OPEN, RATE
+from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, RATE
 
 _ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
 

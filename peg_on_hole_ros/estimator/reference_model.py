@@ -171,7 +171,6 @@ def _scalars(scene: OpenScene) -> SceneScalars:
 
 def hanging(cell: Cell, x, u, dt) -> Linear:
     """Return the balance of a peg that nothing touches; how its holder moves it is noise."""
-
     # A weight tells nothing of the angles that orientations do not tell far better.
     o, scene, to_peg = cell.settings, cell.scene, peg_axes(x[:3]).T
 
