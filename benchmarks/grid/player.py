@@ -98,8 +98,11 @@ class Elsewhere:
             [sys.executable, __file__], env=environment, cwd=checkout,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
-        package = Path(pickle.load(self._process.stdout))
-        if not package.is_relative_to(checkout.resolve()):
+        try:
+            package = pickle.load(self._process.stdout)
+        except EOFError:
+            package = "nowhere"
+        if not Path(package).is_relative_to(checkout.resolve()):
             self.close()
             raise RuntimeError(f"{checkout} holds no checkout: the package came from {package}")
 
