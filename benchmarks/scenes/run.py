@@ -18,7 +18,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from benchmarks.resumable import ESTIMATE, keep, kept, sources_key, work_through
+from benchmarks.resumable import ESTIMATE, keep, kept, put_between, sources_key, work_through
 from benchmarks.scenes import engine as scenes_engine
 from benchmarks.scenes.draw import FAMILIES, Case, estimator_of, noise_seeds, plan_of
 from benchmarks.scenes.labels import labels_of
@@ -33,8 +33,7 @@ OWN = [
 ]
 # What the estimator is told; the second try is that of a mismatch which has been through one.
 VARIANTS = ("matched", "mismatch", "second_try")
-MARKS = "<!-- tables -->", "<!-- end of tables -->"
-SUMMARY_MARKS = "<!-- summary -->", "<!-- end of summary -->"
+MARKS = "<!-- summary -->", "<!-- end of summary -->"
 QUICK_RUNS = 2 * len(FAMILIES)
 
 
@@ -176,14 +175,9 @@ def flat_runs(variants):
     return rows
 
 
-def renew(page: Path, short: str, text: str, pictures: list[Path]) -> None:
-    """Put tables between a page's marks in place of those there, and pictures into its figures."""
-    whole = page.read_text()
-    for (begin, end), part in ((SUMMARY_MARKS, short), (MARKS, text)):
-        before, rest = whole.split(begin)
-        _, after = rest.split(end)
-        whole = f"{before}{begin}\n\n{part}\n\n{end}{after}"
-    page.write_text(whole)
+def renew(page: Path, short: str, pictures: list[Path]) -> None:
+    """Put the summary between a page's marks in place of what is there, pictures into figures."""
+    put_between(page, *MARKS, short)
     (page.parent / "figures").mkdir(exist_ok=True)
     for path in pictures:
         if path.suffix == ".png":
@@ -199,7 +193,7 @@ def main(arguments=None):
     parser.add_argument("--tuning", action="store_true", help="scenes for choosing thresholds")
     parser.add_argument("--wrench-rate", type=int, metavar="HZ", help="slower than 1 kHz")
     parser.add_argument("--out", type=Path, required=True, help="figures, tables, pictures")
-    parser.add_argument("--page", type=Path, help="renew tables, pictures of docs/scenes.md")
+    parser.add_argument("--page", type=Path, help="renew summary, pictures of docs/scenes.md")
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
     options = parser.parse_args(arguments)
     count = QUICK_RUNS if options.quick else 300
@@ -229,7 +223,7 @@ def main(arguments=None):
     families = {name: by_family(runs) for name, runs in drawn.items()}
     pictures = draw(families, drawn, options.out)
     if options.page:
-        renew(options.page, short, text, pictures)
+        renew(options.page, short, pictures)
     for path in pictures:
         _say(f"written: {path}")
 
