@@ -15,7 +15,7 @@ from peg_on_hole_ros.numba_cache import PACKAGE
 
 # Of the package, what figures of the whole estimate come from.
 ESTIMATE = (
-    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "ladder",
+    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "estimator",
     "estimation", "monitoring", "simulation",
 )  # fmt: skip
 
@@ -45,7 +45,7 @@ def parsed(text: str, parts: Iterable[str], seeds: int, folder: Path, arguments=
     return options
 
 
-def sources_key(parts: Iterable[str], files: Iterable[Path]) -> str:
+def sources_key(parts: Iterable[str], files: Iterable[Path], package: Path = PACKAGE) -> str:
     """
     Return a name for the state of everything that figures come from.
 
@@ -55,13 +55,15 @@ def sources_key(parts: Iterable[str], files: Iterable[Path]) -> str:
         Folders or modules of the package.
     files : iterable of Path
         Further sources.
+    package : Path
+        The package; of another checkout it may lack some of the parts.
 
     """
     digest = hashlib.sha256()
     found = list(files)
     for part in parts:
-        path = PACKAGE / part
-        found += sorted(path.rglob("*.py")) if path.is_dir() else [path]
+        path = package / part
+        found += sorted(path.rglob("*.py")) if path.is_dir() else [path] * path.exists()
     for path in found:
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
@@ -122,6 +124,15 @@ def figures_of(function: Callable, tasks: list[tuple], workers: int) -> list:
     missing = [task for task in tasks if kept(*task[-2:]) is None]
     work_through(function, missing, workers, partial(print, flush=True))
     return [kept(*task[-2:])["figures"] for task in tasks]
+
+
+def put_between(page: Path, begin: str, end: str, text: str) -> None:
+    """Put a text between two marks of a page, in place of what is there."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, found, after = rest.partition(end)
+    if not found:
+        raise ValueError(f"{page}: no {begin} ... {end} in it; put both where the text shall be")
+    page.write_text(f"{before}{begin}\n\n{text}\n\n{end}{after}", encoding="utf-8")
 
 
 def _watch(done, count, begin, report):

@@ -182,7 +182,7 @@ def _chart(commands):
     command = _command(
         commands,
         "chart",
-        "speed against accuracy of integrators, filters and implementations",
+        "how far estimators are off against what a wrench costs",
         "  peg-on-hole chart --out chart",
     )
     _study(command)
@@ -192,7 +192,7 @@ def _stability(commands):
     command = _command(
         commands,
         "stability",
-        "where each method holds, errs, diverges or refuses",
+        "where estimators hold, err or diverge: rate, size, lever, speed, friction, clearance",
         "  peg-on-hole stability --out stability --quick",
     )
     _study(command)

@@ -1,1 +1,1 @@
-"""What methods cost and how well they do: integrators, problems, maps of failure, scores."""
+"""What estimators cost and how well they do: motions, runs over them, a chart and a map."""

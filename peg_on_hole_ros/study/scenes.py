@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimation.bound import Bound, Meaning, Sensors, posterior_bound
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import Truth, integrate
 
 LEAD_IN = 0.05
+# What the bound on the reactions knows of how a held peg accelerates [rad/s^2].
+HELD_STDDEV = 20.0
 # Tilt over gamma0 at the end, start offset [m], and rates [rad/s] at the ends of legs of LEG [s].
 _MOTIONS = {
     "closing with slip": (1.25, (0.0, 0.0, -0.001), [(-0.16, 0, 2)] * 4),
@@ -85,29 +85,6 @@ def case_configuration(case: Case, configuration: Configuration) -> Configuratio
     )
 
 
-class Recording(NamedTuple):
-    """
-    A measured motion as a filter takes it, a row a wrench; every row has an orientation or none.
-
-    Attributes
-    ----------
-    dt : float
-        Between two wrenches [s].
-    wrench : ndarray, shape (n, 6)
-        On the peg about its mass centre, peg axes [N], [N m].
-    angles : ndarray, shape (n, 3)
-        gamma, psi, phi [rad]; NaN where none was measured.
-    covariances : ndarray, shape (n, 3, 3)
-        [rad^2].
-
-    """
-
-    dt: float
-    wrench: np.ndarray
-    angles: np.ndarray
-    covariances: np.ndarray
-
-
 def truth_of(case: Case, configuration: Configuration) -> Truth:
     """Return the motion of a case, as long as it keeps three contacts."""
     configuration = case_configuration(case, configuration)
@@ -146,26 +123,6 @@ def true_wrench(truth: Truth) -> np.ndarray:
     return np.hstack(parts)
 
 
-def recorded(truth: Truth, seed: int) -> Recording:
-    """Return what the sensors say of a truth, reduced to the mass centre."""
-    configuration = truth.plan.configuration
-    reduction = WrenchReduction(configuration.wrench, configuration.scene)
-    orientation = PegJoints(configuration.joints)
-    n = len(truth.t_ns)
-    wrench, angles = np.empty((n, 6)), np.full((n, 3), np.nan)
-    covariances = np.full((n, 3, 3), np.nan)
-    row, q = 0, None
-    for sample in measure(truth, seed, exact=sensor_wrench(truth)):
-        if isinstance(sample, JointSample):
-            q = orientation(sample)
-            continue
-        if q is not None:
-            angles[row], covariances[row] = q.q, q.covariance
-        wrench[row] = reduction.on_peg(sample.force, sample.torque, None if q is None else q.q)
-        row, q = row + 1, None
-    return Recording(1.0 / truth.plan.wrench_rate, wrench, angles, covariances)
-
-
 def bound_along(truth: Truth) -> Bound:
     """Return the bound of any estimator along a truth, for what the configuration states."""
     configuration = truth.plan.configuration
@@ -179,27 +136,15 @@ def bound_along(truth: Truth) -> Bound:
     learnt = scene.friction_stddev > 0.0 and options.friction == "estimated"
     return posterior_bound(
         scene, truth.t_ns * 1e-9, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
-        options.initial_rate_stddev, truth.plan.slip_velocity_scale, options.acceleration_stddev,
+        options.initial_rate_stddev, truth.plan.slip_velocity_scale, HELD_STDDEV,
         options.friction_noise if learnt else 0.0,
     )  # fmt: skip
 
 
-def rotation_bound(truth: Truth, bound: Bound) -> float | None:
-    """Return the bound on the rotation error's size [rad]: median over sound samples, if any."""
+def least_error(truth: Truth, bound: Bound) -> float:
+    """Return the bound on the reactions' error over their mean where it is sound; NaN: nowhere."""
     sound = bound.meaning == Meaning.SOUND
     if not sound.any():
-        return None
-    P, c = bound.state[sound], np.cos(truth.q[sound, 0])
-    square = P[:, 0, 0] + P[:, 1, 1] + P[:, 2, 2] + 2 * c * P[:, 1, 2]
-    return float(np.median(np.sqrt(square)))
-
-
-def typical_bound(motions: list[tuple[Truth, Bound]]) -> float | None:
-    """
-    Return the median of the motions' rotation bounds [rad]; None where none has any.
-
-    A slow slip may leave a motion without a sound bound, as closing without friction or slip does.
-    """
-    bounds = [rotation_bound(*motion) for motion in motions]
-    bounds = [bound for bound in bounds if bound is not None]
-    return float(np.median(bounds)) if bounds else None
+        return float("nan")
+    variance = np.diagonal(bound.reactions[sound], axis1=1, axis2=2)
+    return float(np.sqrt(variance.mean()) / truth.normal.mean())

@@ -1,99 +1,78 @@
-"""Where each method holds, errs, diverges or refuses: one prediction at each place of a map."""
+"""Where estimators hold, err or diverge: one quantity of the cell at a time, over its range."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 from enum import Enum
-from math import ceil
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP, Prediction
-from peg_on_hole_ros.estimation.kernel.memory import part
-from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
-from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
-from peg_on_hole_ros.mechanics.reference import solve_contact
-from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.study.problems import (
-    FAILED,
-    Solution,
-    balancing_wrench,
-    by_scipy,
-    held,
-    reactions,
-    solve,
-)
-from peg_on_hole_ros.study.steps import CONVERGED, HALVED, METHODS
+from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
+from peg_on_hole_ros.simulation.plan import plan_from_tree
+from peg_on_hole_ros.simulation.truth import Truth, integrate
+from peg_on_hole_ros.study.chart import by_method, make_dde_driven
+from peg_on_hole_ros.study.runs import errors, run, told_of_contact
+from peg_on_hole_ros.study.scenes import first_samples
+from peg_on_hole_ros.study.unscented import make_unscented
 
-DEFAULT = "filter's prediction"
-# The filter is what halves steps.
-ALL_METHODS = (*METHODS[:HALVED], DEFAULT)
-# One standard deviation of a measured orientation [rad], and half of what counts as slow [m/s].
-ANGLE_TOLERANCE, SPEED_TOLERANCE = 1e-4, 1e-3
-# Beyond these no correction that follows is near enough to bring it back [rad], [m/s].
-ANGLE_LOST, SPEED_LOST = 0.1, 0.1
-# How well the rates are known under way [rad/s].
-RATE_STDDEV = 0.005
-# What each contact carries at the start [N], and how hard the motion is braked [rad/s^2].
-LOAD, BRAKING = 20.0, 20.0
-# 99.7 % of squared normal errors in six dimensions lie below it.
-WITHIN_BOUNDS = 20.0
+METHODS = {
+    "mixture (default)": partial(by_method, "mixture"),
+    "DDE-driven": make_dde_driven,
+    "quasi-static": partial(by_method, "quasi_static"),
+    "unscented": make_unscented,
+}
+# Of 95 % bounds, of the least covered quantity.
+LEAST_COVERAGE = 0.85
+# Of the samples; an estimator that determines less tells nothing.
+LEAST_DETERMINED = 0.5
+LEAD_IN, LEG = 0.05, 0.15
+# Turns as fast as the paper's go with its closing: 2 rad/s with 0.16 rad/s.
+_TURN = 12.5
+# Rates at the ends of the legs, in the speed of closing: turns that reverse, and tilt once too.
+_LEGS = ((-1.0, 0.3, 1.0), (-0.5, -0.3, -1.0), (0.2, 0.3, 1.0), (-1.0, 0.3, -1.0))
+_HOLE, _STIFF, _ROTATIONAL = 0.05, 2e4, 2e3
+_SHORTEST = 100
 
 
 class Verdict(Enum):
-    """What became of a prediction."""
+    """What became of an estimator."""
 
-    STABLE = "stable"
-    STATED = "inaccurate, within its stated bounds"
-    INACCURATE = "inaccurate"
+    HOLDS = "holds"
+    UNTOLD = "says that it does not know"
+    ERRS = "errs: sure and wrong"
     DIVERGED = "diverged"
-    REFUSED = "refused"
-
-
-class Truth(Enum):
-    """What is true at a place of the map."""
-
-    CONTACT = "three-point contact all along"
-    OPENS = "a contact lets go before the end"
-    ENDS = "gamma0 is reached before the end"
-    NONE = "rigid sliding has no solution there"
-
-
-SOLVED = (Truth.CONTACT, Truth.OPENS)
+    NONE = "no motion on three contacts"
 
 
 class Place(NamedTuple):
     """
-    One place of the map.
+    A cell and a motion in it.
 
     Attributes
     ----------
-    excess : float
-        gamma - gamma0 [rad].
-    slip : float
-        Speed of the contacts at the start [m/s].
+    rate : float
+        Of the wrench [Hz]; orientations at 500 Hz at most.
+    size : float
+        Diameter of the hole [m]; height, clearance and holder go with it.
+    lever : float
+        From the lower end of the peg to the sensor [m].
+    speed : float
+        Of closing [rad/s].
     friction : float
-    step : float
-        Of the integrator, and time between two wrenches of the filter [s].
-    gap : float
-        Time without a measured orientation [s].
     clearance : float
-        D - d [m].
-    turning : bool
-        The peg turns about its axis while it closes; else it only closes.
+        Over the diameter.
 
     """
 
-    excess: float = 0.05
-    slip: float = 0.01
+    rate: float = 1000.0
+    size: float = _HOLE
+    lever: float = 0.07
+    speed: float = 0.16
     friction: float = 0.2
-    step: float = 1e-3
-    gap: float = 0.01
-    clearance: float = 1e-4
-    turning: bool = True
+    clearance: float = 2e-3
 
 
 class Axis(NamedTuple):
@@ -104,189 +83,122 @@ class Axis(NamedTuple):
     low: float
     high: float
 
-    def values(self, count: int) -> np.ndarray:
-        """Return places on the axis."""
-        return np.geomspace(self.low, self.high, count)
+    def places(self, count: int) -> Iterator[Place]:
+        """Yield places along the axis, all else as usual."""
+        for value in np.geomspace(self.low, self.high, count).tolist():
+            yield Place(**{self.name: value})
 
 
-EXCESS = Axis("excess", "gamma - gamma0 [rad]", 1e-5, 0.5)
-SLIP = Axis("slip", "slip speed [m/s]", 1e-6, 1.0)
-FRICTION = Axis("friction", "friction f", 0.02, 1.0)
-STEP = Axis("step", "step [s]", 5e-5, 0.05)
-GAP = Axis("gap", "gap [s]", 1e-3, 0.3)
-CLEARANCE = Axis("clearance", "clearance D - d [m]", 5e-6, 5e-3)
-
-
-class Map(NamedTuple):
-    """A plane through the map: two axes, and what the other quantities are."""
-
-    name: str
-    title: str
-    x: Axis
-    y: Axis
-    base: Place
-
-
-MAPS = (
-    Map("slip_step", "slow slip, long steps", SLIP, STEP, Place()),
-    Map("excess_slip", "near gamma0, slow slip", EXCESS, SLIP, Place(gap=0.004)),
-    Map(
-        "excess_friction", "closing without turning: wedging", EXCESS, FRICTION,
-        Place(gap=0.004, turning=False),
-    ),
-    Map("gap_step", "gaps", GAP, STEP, Place()),
-    Map("clearance_excess", "small clearance", CLEARANCE, EXCESS, Place(gap=0.004)),
-)  # fmt: skip
+AXES = (
+    Axis("rate", "rate of the wrench [Hz]", 100.0, 4000.0),
+    Axis("size", "diameter [m]", 0.004, 0.1),
+    Axis("lever", "lever of the sensor [m]", 0.02, 0.4),
+    Axis("speed", "speed of closing [rad/s]", 0.01, 0.64),
+    Axis("friction", "friction", 0.05, 0.6),
+    Axis("clearance", "clearance over diameter", 4e-4, 4e-2),
+)
 COLUMNS = (
-    "map", "excess", "slip", "friction", "step", "gap", "clearance", "truth", "method", "verdict",
-    "angle_error", "speed_error", "reaction_error", "evaluations",
+    "axis", *Place._fields, "method", "verdict", "reactions", "states_inside", "reactions_inside",
+    "determined",
 )  # fmt: skip
 
 
 class Result(NamedTuple):
     """
-    One method at one place.
+    One method at one place, the worst of its seeds.
 
     Attributes
     ----------
     method : str
     verdict : Verdict
-    angle_error, speed_error, reaction_error : float
-        Rotation between the ends [rad], fastest contact's difference [m/s], largest difference of
-        a reaction over the mean load; NaN where there is nothing to compare.
-    evaluations : int
+    reactions : float
+        Root mean square of the error over the mean reaction.
+    states_inside, reactions_inside : float
+        Least share of a quantity within the stated 95 %; of reactions where they are determined.
+    determined : float
+        Share of samples.
 
     """
 
     method: str
     verdict: Verdict
-    angle_error: float
-    speed_error: float
-    reaction_error: float
-    evaluations: int
+    reactions: float
+    states_inside: float
+    reactions_inside: float
+    determined: float
 
 
-def places(map_: Map, count: int) -> Iterator[list[Place]]:
-    """Yield the map row by row (along x at one y), count by count places."""
-    for y in map_.y.values(count):
-        row = []
-        for x in map_.x.values(count):
-            row.append(map_.base._replace(**{map_.x.name: float(x), map_.y.name: float(y)}))
-        yield row
-
-
-def initial(
-    place: Place, configuration: Configuration, scale=None
-) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """Return scene, state and wrench of a place; every contact carries LOAD at the start."""
-    D = configuration.scene.hole_diameter
+def truth_at(place: Place, configuration: Configuration) -> Truth | None:
+    """Return the motion at a place as far as it keeps three contacts; None: it does not begin."""
+    D, scaled = place.size, place.size / _HOLE
     scene = replace(
-        configuration.scene, peg_diameter=D - place.clearance, friction=place.friction,
-        mass_center_height=0.0, transverse_inertia=0.0, axial_inertia=0.0,
+        configuration.scene, hole_diameter=D, peg_diameter=D * (1.0 - place.clearance),
+        peg_height=1.4 * D, friction=place.friction, mass_center_height=0.0,
+        transverse_inertia=0.0, axial_inertia=0.0,
     )  # fmt: skip
-    # With these every contact slips at about the same speed.
-    direction = np.array([-1.0, 0.0, 2.0 if place.turning else 0.0]) / D
-    state = np.concatenate([[scene.gamma0 + place.excess, 0.3, 0.0], place.slip * direction])
-    braking = -BRAKING * direction / np.linalg.norm(direction)
-    scale = scale or configuration.filter.slip_velocity_scale
-    return scene, state, balancing_wrench(scene, state, (LOAD,) * 3, braking, scale)
-
-
-def examine(place: Place, configuration: Configuration) -> tuple[Truth, list[Result]]:
-    """Return what is true at a place, and what each method makes of it."""
-    scene, state, wrench = initial(place, configuration)
-    scale = configuration.filter.slip_velocity_scale
-    problem = held(scene, state, wrench, place.gap, scale)
-    end = by_scipy(problem)
-    truth = Truth.CONTACT
-    if not _regular(scene, state):
-        truth = Truth.NONE
-    elif end.status != CONVERGED:
-        truth = Truth.ENDS if end.lowest < scene.gamma0 * (1 + 1e-6) else Truth.NONE
-    elif (reactions(problem, end.state) < 0).any():
-        truth = Truth.OPENS
-    results = []
-    for method in ALL_METHODS:
-        covariance = None
-        if method == DEFAULT:
-            found, covariance = predicted(scene, state, wrench, place, configuration)
-        else:
-            found = solve(problem, method, min(place.step, place.gap))
-        known = end if truth in SOLVED else None
-        results.append(_judge(method, problem, found, known, covariance))
-    return truth, results
-
-
-def _regular(scene, state):
-    """Return whether rigid sliding has a solution at the start, friction being Coulomb's."""
+    wrench = replace(configuration.wrench, sensor_xyz=(0.0, 0.0, place.lever))
+    rate = round(place.rate)
+    # Each orientation comes with a wrench.
+    joint_rate = rate // -(-rate // 500)
+    v, w = place.speed, min(_TURN * place.speed, 5.0)
+    legs = [[v * a, w * b, w * c] for a, b, c in _LEGS]
+    travel = LEG * sum((a[0] + b[0]) / 2 for a, b in zip(legs, legs[1:]))
+    start = 1.4 * scene.gamma0 - travel - LEAD_IN * legs[0][0]
+    phases = {"lead": {"kind": "contact", "duration": LEAD_IN, "rates": legs[0]}}
+    for i, leg in enumerate(legs[1:]):
+        phases[f"leg{i}"] = {"kind": "contact", "duration": LEG, "rates": leg}
+    tree = {
+        "lead_in": LEAD_IN,
+        "wrench_rate": rate,
+        "joint_rate": joint_rate,
+        "holder": {
+            "stiffness": _STIFF, "rotational_stiffness": _ROTATIONAL * scaled**2,
+            "force_limit": 1000.0, "torque_limit": 200.0,
+        },
+        "start": {"angles": [start, 0.0, 0.0], "rates": legs[0], "offset": [0.0, 0.0, -1e-3]},
+        "phases": phases,
+    }  # fmt: skip
     try:
-        zero = np.zeros(3)
-        return solve_contact(scene, state[:3], state[3:], zero, zero).determinant > 0
+        truth = integrate(plan_from_tree(replace(configuration, scene=scene, wrench=wrench), tree))
     except PegOnHoleError:
-        return False
+        return None
+    good = (truth.mode == "three_point") & truth.known
+    count = len(good) if good.all() else int(np.argmin(good))
+    return first_samples(truth, count) if count * 1000 >= _SHORTEST * rate else None
 
 
-def predicted(scene, state, wrench, place, configuration: Configuration):
-    """
-    Predict by the filter as it is by default, well on its way, one wrench a step.
-
-    Returns
-    -------
-    solution : Solution
-    covariance : ndarray, shape (6, 6)
-        What the filter says of the error of the state.
-
-    """
-    noise = WrenchReduction(configuration.wrench, scene).covariance
-    kalman = ContactFilter(scene, configuration.filter, noise)
-    stddev = configuration.joints.position_stddev / 3
-    kalman.start(state[:3], angle_covariance(state[0], stddev))
-    kalman.x[3:] = state[3:]
-    kalman.Z[range(3, 6), range(3, 6)] = RATE_STDDEV**2
-    # Under way it has followed how the motion is braked.
-    y, scales = np.empty(6), np.full(3, configuration.filter.slip_velocity_scale)
-    accelerate(scene_scalars(scene), scales, state, wrench, workspace(), y)
-    followed = np.clip(np.nan_to_num(y[:3]), -BRAKING, BRAKING)
-    part(kalman.memory, "ACCELERATION")[:] = followed
-    part(kalman.memory, "RATES_BEFORE")[:] = state[3:]
-    count, evaluations = max(1, ceil(place.gap / place.step - 1e-9)), 0
-    for _ in range(count):
-        kalman.hold(wrench)
-        outcome = kalman.predict(place.gap / count, in_contact=True)
-        evaluations += kalman.evaluations
-        if outcome in (*NO_STEP, Prediction.RUNAWAY):
-            return Solution(FAILED, kalman.x.copy(), evaluations), kalman.P.copy()
-    return Solution(CONVERGED, kalman.x.copy(), evaluations), kalman.P.copy()
+def examine(place: Place, configuration: Configuration, seeds) -> list[Result]:
+    """Return what becomes of each method at a place."""
+    truth = truth_at(place, configuration)
+    if truth is None:
+        return [Result(name, Verdict.NONE, *(float("nan"),) * 4) for name in METHODS]
+    exact = sensor_wrench(truth)
+    measured = [list(measure(truth, seed, exact=exact)) for seed in seeds]
+    found = []
+    for name, make in METHODS.items():
+        results = [_judged(name, truth, samples, make) for samples in measured]
+        found.append(max(results, key=lambda result: _BADNESS[result.verdict]))
+    return found
 
 
-def _judge(method, problem, found, end, covariance):
-    nothing = (float("nan"),) * 3
-    if found.status == FAILED:
-        return Result(method, Verdict.REFUSED, *nothing, found.evaluations)
-    if not np.isfinite(found.state).all():
-        return Result(method, Verdict.DIVERGED, *nothing, found.evaluations)
-    if end is None:
-        # Nothing is true here: whoever goes on invents it.
-        return Result(method, Verdict.DIVERGED, *nothing, found.evaluations)
-    angle, speed = differences(problem, found.state, end.state)
-    verdict = Verdict.STABLE
-    if not (angle <= ANGLE_LOST and speed <= SPEED_LOST):
+_BADNESS = {verdict: k for k, verdict in enumerate(Verdict)}
+
+
+def _judged(name, truth, samples, make):
+    with np.errstate(invalid="ignore", over="ignore"):
+        track = run(told_of_contact(truth.plan.configuration), samples, _no_clock, make)
+        off = errors(truth, track)
+    verdict = Verdict.HOLDS
+    if off.lost:
         verdict = Verdict.DIVERGED
-    elif angle > ANGLE_TOLERANCE or speed > SPEED_TOLERANCE:
-        verdict = Verdict.INACCURATE
-        error = found.state - end.state
-        if covariance is not None and error @ np.linalg.solve(covariance, error) < WITHIN_BOUNDS:
-            verdict = Verdict.STATED
-    normal = reactions(problem, found.state) - reactions(problem, end.state)
-    reaction = float(np.abs(normal).max() / LOAD)
-    return Result(method, verdict, angle, speed, reaction, found.evaluations)
+    elif off.states_inside < LEAST_COVERAGE or off.reactions_inside < LEAST_COVERAGE:
+        verdict = Verdict.ERRS
+    elif off.determined < LEAST_DETERMINED:
+        verdict = Verdict.UNTOLD
+    return Result(
+        name, verdict, off.reactions, off.states_inside, off.reactions_inside, off.determined
+    )
 
 
-def differences(problem, state, other) -> tuple[float, float]:
-    """Return the rotation [rad] and the fastest contact's difference [m/s] between two states."""
-    p = problem.p
-    d_gamma, d_psi, d_phi, w_gamma, w_psi, w_phi = (float(v) for v in state - other)
-    c = float(np.cos(other[0]))
-    square = d_gamma**2 + d_psi**2 + d_phi**2 + 2 * c * d_psi * d_phi
-    speed = max(p.D * abs(w_gamma), 0.5 * abs(p.D * w_psi + p.d * w_phi))
-    return max(square, 0.0) ** 0.5, speed
+def _no_clock():
+    return 0.0

@@ -1,28 +1,36 @@
-"""`chart` and `stability`: they run, go on after an interruption, and say the same each time."""
+"""`chart`: what is scored, what is drawn, and that it goes on after an interruption."""
 
 import csv
+from functools import partial
 
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.cli import chart, stability
+from peg_on_hole_ros.cli import chart as command
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.partial_table import PartialTable
-from peg_on_hole_ros.edges.plots import chart as chart_plots
-from peg_on_hole_ros.edges.plots.labels import place_labels
 from peg_on_hole_ros.estimation.bound import Meaning
 from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.study import filtering, front, implementations, integration, scenes
-from peg_on_hole_ros.study import stability as study
+from peg_on_hole_ros.simulation.measure import START_NS, measure
+from peg_on_hole_ros.study import chart, runs, scenes
 
-plt = pytest.importorskip("matplotlib.figure")
+pytest.importorskip("matplotlib.figure")
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+
+from peg_on_hole_ros.edges.plots.chart import figure  # noqa: E402
+from peg_on_hole_ros.edges.plots.labels import place_labels  # noqa: E402
 
 
-@pytest.fixture
-def tiny(monkeypatch):
-    monkeypatch.setattr(stability, "QUICK_COUNT", 2)
-    monkeypatch.setattr(study, "MAPS", study.MAPS[1:3])
-    monkeypatch.setattr("peg_on_hole_ros.study.regularisation.effects.__defaults__", ((1e-4,),))
+@pytest.fixture(scope="module")
+def motion():
+    return scenes.first_samples(scenes.truth_of(scenes.CASES[0], Configuration()), 220)
+
+
+def clock():
+    """A clock that goes on by a second a look: what is timed is then counted."""
+    clock.now = getattr(clock, "now", 0.0) + 1.0
+    return clock.now
 
 
 def rows(path):
@@ -30,29 +38,192 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
-def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsys):
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    assert main(["stability", "--quick", "--out", str(whole)]) == 0
-    assert "filter's prediction" in capsys.readouterr().out
-    examine, calls = study.examine, []
+def named(name, rate=1000):
+    return next(e for e in chart.ESTIMATORS if e.name == name and e.rate == rate)
+
+
+def scored(motion, *chosen, seeds=(1,)):
+    return chart.scores(chosen, "a", motion, seeds, clock)
+
+
+def test_no_more_than_twelve_labels_and_each_its_own():
+    names = [str(estimator) for estimator in chart.ESTIMATORS]
+    assert len(names) == len(set(names)) <= 12
+    assert names[0] == str(chart.DEFAULT)
+
+
+def test_what_the_default_and_others_come_to(motion):
+    default, slow, driven, unscented, smoother = scored(
+        motion, chart.DEFAULT, named("mixture (default)", 100), named("DDE-driven"),
+        named("unscented"), named("smoother"),
+    )  # fmt: skip
+    # Of the mean reaction, some 60 N: the wrench's noise is 0.2 N.
+    assert 1e-3 < default.reactions < 2e-2 and default.reactions_inside > 0.9
+    assert default.determined > 0.95 and default.lost == 0
+    # A tenth of the wrenches; where friction is learnt, a time later than half of this motion.
+    assert default.reactions < slow.reactions < 0.1
+    # Noise that is integrated: rates several times worse, and reactions that it does not know.
+    assert driven.tilt_rate > 4 * default.tilt_rate and driven.reactions > 10 * default.reactions
+    # The same process with other points than tangents: much the same where all slips are told.
+    assert 0.5 < unscented.reactions / default.reactions < 2.0
+    assert unscented.tilt_rate < 2.0 * default.tilt_rate
+    # What comes later tells of rates, too; of reactions it says nothing.
+    assert smoother.tilt_rate < 0.8 * default.tilt_rate
+    assert np.isnan(smoother.reactions) and np.isnan(smoother.determined)
+
+
+def test_time_is_that_of_the_motion_and_judging_is_the_defaults(motion, monkeypatch):
+    """By a clock that tells a run's wrenches, and twice as many where modes are judged."""
+    spent = []
+
+    def run(configuration, samples, clock, make=None):
+        track = runs.run(configuration, samples, lambda: 0.0, make or chart.DEFAULT.make)
+        per_wrench = 2.0 if configuration.monitor.modes else 1.0
+        spent.append(per_wrench)
+        return track._replace(seconds=per_wrench * len(track.t_ns))
+
+    monkeypatch.setattr(chart, "run", run)
+    default, slow = scored(motion, chart.DEFAULT, named("one level", 100))
+    # 219 ms: 220 wrenches of a second each, and a second each for judging.
+    assert default.microseconds == pytest.approx(1e6 * 2.0 * 220 / 219)
+    assert slow.microseconds == pytest.approx(1e6 * 2.0 * 22 / 219)
+    assert 2.0 in spent
+
+
+def test_the_same_seed_gives_the_same_score(motion):
+    first, again = (scored(motion, chart.DEFAULT)[0] for _ in range(2))
+    assert first[:-1] == again[:-1]
+
+
+def test_thinned_samples_keep_their_stamps(motion):
+    samples = list(measure(motion, 1))
+    kept = runs.thinned(samples, 10_000_000)
+    stamps = sorted({sample.t_ns - START_NS for sample in kept})
+    assert stamps == list(range(0, 220_000_000, 10_000_000))
+    # A wrench and an orientation each.
+    assert len(kept) == 2 * len(stamps)
+
+
+def test_errors_are_those_of_the_track(motion):
+    exact = np.hstack([motion.q, motion.rates, motion.normal])
+    stddev = np.full_like(exact, 1e-3)
+    determined = np.ones(len(exact), bool)
+    track = runs.Track(motion.t_ns, exact.copy(), stddev, determined, 0.0)
+    # Whole turns are no error; what has not settled does not count.
+    track.values[:, 2] += 2 * np.pi
+    track.values[motion.t_ns < runs.SETTLE_NS] += 100.0
+    fine = runs.errors(motion, track)
+    assert fine == pytest.approx((0.0, 0.0, 1.0, 1.0, 1.0, False), abs=1e-9)
+    track.values[:, 3] += 0.02
+    track.values[:, 6:] += 3.0
+    track.determined[:] = motion.t_ns >= 135_000_000
+    off = runs.errors(motion, track)
+    assert off.tilt_rate == pytest.approx(0.02)
+    assert off.reactions == pytest.approx(3.0 / motion.normal.mean())
+    assert off.states_inside == off.reactions_inside == 0.0 and not off.lost
+    assert off.determined == pytest.approx(0.5, abs=0.01)
+    track.values[-1, 0] += 2e-3
+    assert runs.errors(motion, track).lost
+    track.values[-1, 0] = np.nan
+    assert runs.errors(motion, track).lost
+    silent = runs.Track(*(part[:0] for part in track[:4]), 0.0)
+    assert runs.errors(motion, silent).lost
+
+
+def test_front_keeps_what_nothing_beats():
+    cost, error = np.array([1.0, 2.0, 3.0, 2.0]), np.array([5.0, 1.0, 2.0, 4.0])
+    assert chart.front(cost, error) == [0, 1]
+
+
+def made_up(name, reactions, case="a", lost=0.0, microseconds=10.0):
+    return chart.Score(case, name, reactions, 0.01, 0.95, 1.0, lost, microseconds)
+
+
+def test_motions_are_put_together():
+    found = [made_up("x", r, case=str(r), microseconds=100 * r) for r in (0.01, 0.04, 0.02)]
+    found[0] = found[0]._replace(lost=0.5)
+    (whole,) = chart.overall(found)
+    assert whole.reactions == pytest.approx(0.02) and whole.microseconds == 2.0
+    assert whole.lost == pytest.approx(1 / 6)
+    assert np.isnan(chart.overall([made_up("x", float("nan"))])[0].reactions)
+
+
+def test_the_bound_is_of_samples_where_it_means_something(motion):
+    bound = scenes.bound_along(motion)
+    known = scenes.least_error(motion, bound)
+    assert 1e-3 < known < 2e-2
+    slow = bound._replace(meaning=np.full_like(bound.meaning, Meaning.SLOW))
+    assert np.isnan(scenes.least_error(motion, slow))
+
+
+@pytest.fixture
+def tiny(monkeypatch):
+    monkeypatch.setattr(chart, "ESTIMATORS", (chart.DEFAULT, named("mixture (default)", 100)))
+    whole = scenes.truth_of
+    monkeypatch.setattr(
+        scenes, "truth_of", lambda *given: scenes.first_samples(whole(*given), 160)
+    )
+    monkeypatch.setattr(command, "QUICK_CASES", 2)
+
+
+def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
+    scores, calls = chart.scores, []
 
     def until_interrupted(*arguments):
-        calls.append(arguments)
-        if len(calls) == 4:
+        calls.append(arguments[1])
+        if len(calls) == 2:
             raise KeyboardInterrupt
-        return examine(*arguments)
+        return scores(*arguments)
 
-    monkeypatch.setattr(study, "examine", until_interrupted)
-    assert main(["stability", "--quick", "--out", str(cut)]) == 130
-    assert main(["stability", "--quick", "--out", str(cut)]) == 0
-    # 8 places; of the 4th call's line of two the first is examined once more.
-    assert len(calls) == 4 + 8 - 2
-    assert (cut / "stability.csv").read_bytes() == (whole / "stability.csv").read_bytes()
-    assert (cut / "stability.svg").read_bytes() == (whole / "stability.svg").read_bytes()
-    assert not list(cut.glob("*.partial"))
-    found = rows(whole / "stability.csv")
-    assert len(found) == 8 * len(study.ALL_METHODS)
-    assert {row["verdict"] for row in found} <= {verdict.value for verdict in study.Verdict}
+    monkeypatch.setattr(chart, "scores", until_interrupted)
+    assert main(["chart", "--quick", "--out", str(tmp_path)]) == 130
+    assert main(["chart", "--quick", "--out", str(tmp_path)]) == 0
+    # The first motion was there already.
+    first, second = scenes.CASES[0].name, scenes.CASES[1].name
+    assert calls == [first, second, second]
+    found = rows(tmp_path / "chart.csv")
+    assert [row["name"] for row in found] == [str(e) for e in chart.ESTIMATORS] * 2
+    assert not list(tmp_path.glob("*.partial"))
+    text = capsys.readouterr().out
+    assert "mixture (default), 100 Hz" in text and "bound on the reactions" in text
+    svg = (tmp_path / "chart.svg").read_text(encoding="utf-8")
+    assert all(str(estimator) in svg for estimator in chart.ESTIMATORS)
+    assert (tmp_path / "chart.png").stat().st_size > 10_000
+
+
+def test_hollow_is_what_does_not_keep_its_word():
+    overall = partial(chart.Overall, reactions_inside=0.95, determined=1.0, lost=0.0)
+    kept = overall("mixture (default), 1 kHz", 0.01, 0.01, microseconds=10.0)
+    wrong = overall("one level, 100 Hz", 0.005, 0.005, microseconds=5.0)
+    for change in ({"reactions_inside": 0.5}, {"reactions_inside": float("nan")}, {"lost": 0.1}):
+        fig = figure([kept, wrong._replace(**change)])
+        points = [
+            line for axis in fig.axes for line in axis.lines if line.get_marker() in ("o", "^")
+        ]
+        hollow = [line for line in points if line.get_markerfacecolor() == "white"]
+        assert len(points) == 4 and {line.get_marker() for line in hollow} == {"^"}
+    assert [line.get_markerfacecolor() for line in figure([kept]).axes[0].lines[1:2]] != ["white"]
+
+
+def test_labels_cover_neither_points_nor_each_other():
+    fig = Figure(figsize=(6, 4), dpi=110)
+    FigureCanvasAgg(fig)
+    axis = fig.add_axes((0.1, 0.1, 0.8, 0.8))
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0.4, 0.6, (18, 2))
+    axis.plot(*points.T, "o", markersize=6)
+    axis.set(xlim=(0, 1), ylim=(0, 1))
+    fig.canvas.draw()
+    labels = place_labels(fig, axis, points, [f"label {k}" for k in range(18)])
+    renderer = fig.canvas.get_renderer()
+    # Of the text alone, without the pale ground behind it.
+    extents = []
+    for label in labels:
+        label.set_bbox(None)
+        extents.append(label.get_window_extent(renderer))
+    for k, box in enumerate(extents):
+        assert not any(box.overlaps(other) for other in extents[:k])
+        assert not box.count_contains(axis.transData.transform(points))
 
 
 def test_a_table_of_another_state_is_not_gone_on_with(tmp_path):
@@ -69,228 +240,8 @@ def test_a_table_of_another_state_is_not_gone_on_with(tmp_path):
     assert path.read_text() == "x,y\n"
 
 
-@pytest.fixture(scope="module")
-def motion():
-    truth = scenes.first_samples(scenes.truth_of(scenes.CASES[0], Configuration()), 220)
-    recordings = [scenes.recorded(truth, seed) for seed in (1, 2)]
-    return truth, scenes.bound_along(truth), recordings
-
-
-def clock():
-    """A clock that goes on by a second a look: what is timed is then counted."""
-    clock.now = getattr(clock, "now", 0.0) + 1.0
-    return clock.now
-
-
-def test_default_filter_is_near_the_bound_and_others_are_not(motion):
-    by_name = {v.name: v for v in filtering.variants({}.get)}
-    names = (
-        filtering.DEFAULT,
-        "wrench, orientation at 100 Hz",
-        "constant rates, no contact model",
-    )
-    default, slow, bare = filtering.scores([by_name[n] for n in names], "a", motion, clock)
-    # Two seeds of 0.2 s: chance moves the ratio by some tenths.
-    assert 0.7 < default.state_ratio < 1.4 and 0.6 < default.reaction_ratio < 1.4
-    assert default.lost == 0 and default.coverage > 0.85
-    assert slow.reaction_error > 1.2 * default.reaction_error
-    assert np.isnan(bare.reaction_ratio) and np.isnan(bare.reaction_error)
-    # A tick of the clock for a run of 219 wrenches, or of 21: over the same time of motion.
-    assert default.microseconds == pytest.approx(1e6 / 219)
-    assert slow.microseconds == pytest.approx(1e6 / 21 / 10)
-    # Of the mean reaction, some 100 N: the wrench's noise is 0.2 N.
-    assert 1e-3 < default.reaction_error < 2e-2
-
-
-def test_the_same_seed_gives_the_same_score(motion):
-    chosen = [filtering.VARIANTS[0]]
-    first, again = (filtering.scores(chosen, "a", motion, clock)[0] for _ in range(2))
-    assert first[:-1] == again[:-1]
-
-
-def test_what_a_variant_compiles_does_not_count(motion, monkeypatch):
-    """It had: the first motion of a first chart showed `model: auto` a thousand times as slow."""
-    run, seen = filtering.run, set()
-
-    def compiling(variant, *rest):
-        first = variant.name not in seen
-        seen.add(variant.name)
-        return run(variant, *rest)._replace(seconds=1e3 if first else 1.0)
-
-    monkeypatch.setattr(filtering, "run", compiling)
-    chosen = [filtering.VARIANTS[0], filtering.Variant("again")]
-    default, again = filtering.scores(chosen, "a", motion, clock)
-    assert again.microseconds == default.microseconds == pytest.approx(1e6 / 219)
-
-
-def test_a_method_is_another_filter(motion):
-    """The filter that a variant names is the one that runs."""
-    truth, bound, recordings = motion
-    chosen = [
-        filtering.Variant("default"),
-        filtering.Variant("unscented", {"method": "unscented"}),
-    ]
-    short = scenes.first_samples(truth, 60)
-    cut = bound._replace(**{name: getattr(bound, name)[:60] for name in bound._fields})
-    recording = recordings[0]._replace(
-        **{name: getattr(recordings[0], name)[:60] for name in ("wrench", "angles", "covariances")}
-    )
-    found = filtering.scores(chosen, "a", (short, cut, [recording]), clock)
-    assert found[0].state_error != found[1].state_error
-
-
-def test_filter_variants_that_are_methods_come_with_their_options(monkeypatch):
-    assert len(filtering.variants({}.get)) == len(filtering.VARIANTS)
-    monkeypatch.setattr(
-        filtering,
-        "_METHODS",
-        (("friction", "considered", "a method", 2), ("nothing", "x", "none", 2)),
-    )
-    found = filtering.variants({"filter.friction": ("estimated", "considered")}.get)
-    assert [variant.name for variant in found[len(filtering.VARIANTS) :]] == ["a method"]
-
-
-def test_predictions_are_scored_with_what_is_lost(motion):
-    kept, ends = integration.solved([integration.stretches(motion[0])])
-    exact = integration.predict_all(kept, ends, "implicit Euler, halved", 1e-4, clock, 1)
-    coarse = integration.predict_all(kept, ends, "implicit Euler, halved", 1e-2, clock, 1)
-    # First order: a hundred times the step, some hundred times the error.
-    assert 30 < coarse.error / exact.error < 300
-    assert exact.lost == coarse.lost == 0
-    # One tick of the clock over all stretches.
-    assert exact.microseconds == pytest.approx(1e6 / (len(kept[0]) * 20))
-    wrong = [ends[0] + 1.0]
-    assert integration.predict_all(kept, wrong, "RK4", 1e-3, clock, 1).lost == 1.0
-
-
-def test_implementations_give_one_result(motion):
-    truth, _, recordings = motion
-    found = implementations.costs(Configuration(), truth, recordings[0], None, clock, 1)
-    by_name = {cost.name: cost for cost in found}
-    assert implementations.C not in by_name
-    # Of a standard deviation; rounding and Newton's tolerance, over 25 steps.
-    assert by_name[implementations.FILTERPY].difference < 1e-6
-    assert by_name[implementations.CALLED].difference == 0
-
-
-def test_front_keeps_what_nothing_beats():
-    cost, error = np.array([1.0, 2.0, 3.0, 2.0]), np.array([5.0, 1.0, 2.0, 4.0])
-    assert front.front(cost, error) == [0, 1]
-
-
-@pytest.mark.parametrize(
-    "cost, error, expected",
-    [
-        (0.95, 0.95, False),  # better, but not by more than a tenth
-        (0.85, 1.02, True),
-        (0.85, 1.05, False),  # cheaper and worse: both are on the front
-        (1.02, 0.85, True),
-        (1.2, 0.5, False),  # dearer and better
-        (0.5, 0.5, True),
-    ],
-)
-def test_what_beats_the_default(cost, error, expected):
-    assert front.beats(cost, error) is expected
-
-
-def made_up(name, microseconds, error, coverage=0.95, lost=0.0, case="a"):
-    ratios = (error,) * 6
-    return filtering.Score(
-        case, name, 1.0, error, error, error, *ratios, coverage, lost, microseconds
-    )
-
-
-def test_the_default_competes_with_what_keeps_its_promise():
-    chosen = [filtering.Variant("default"), filtering.Variant("told", told=True)]
-    chosen += [filtering.Variant("half", every=2), filtering.Variant("other")]
-    default = made_up("default", 10.0, 0.02)
-    beaten = made_up("other", 10.0, 0.01)
-    aside = [
-        made_up("told", 5.0, 0.01),
-        made_up("half", 5.0, 0.02),
-        made_up("other", 5.0, 0.01, coverage=0.6),
-    ]
-    found = front.standings([default, *aside], chosen)[0]
-    assert found.on_front and found.competing == ("default",)
-    found = front.standings([default, *aside[:2], beaten], chosen)[0]
-    assert not found.on_front and found.by == "other"
-    assert (found.cost, found.error) == (1.0, 0.5)
-    lost = beaten._replace(lost=0.1)
-    assert front.standings([default, lost], chosen)[0].on_front
-    unsure = default._replace(coverage=0.5)
-    assert not front.standings([unsure, aside[2]], chosen)[0].on_front
-    # What the filter saves is little of all that a wrench costs.
-    cheaper = made_up("other", 5.0, 0.02)
-    assert not front.standings([default, cheaper], chosen)[0].on_front
-    assert front.standings([default, cheaper], chosen, 50.0)[0].on_front
-
-
-def test_motions_are_put_together_by_their_median():
-    scores = [made_up("default", k, k, case=f"case {k}") for k in (1.0, 2.0, 9.0)]
-    scores.append(made_up("default", 5.0, float("nan"), case="no bound"))
-    whole = front.overall(scores)[0]
-    assert whole.reaction_ratio == 2.0 and (whole.reaction_low, whole.reaction_high) == (1.5, 5.5)
-    assert whole.microseconds == 3.5
-
-
-def test_labels_cover_neither_points_nor_each_other():
-    fig = chart_plots._figure((6, 4))
-    axis = fig.add_axes((0.1, 0.1, 0.8, 0.8))
-    rng = np.random.default_rng(0)
-    points = rng.uniform(0.4, 0.6, (18, 2))
-    axis.plot(*points.T, "o", markersize=6)
-    axis.set(xlim=(0, 1), ylim=(0, 1))
-    fig.canvas.draw()
-    labels = place_labels(fig, axis, points, [f"label {k}" for k in range(18)])
-    renderer = fig.canvas.get_renderer()
-    boxes = [label._get_xy_display() for label in labels]
-    assert len(boxes) == 18
-    # Of the text alone, without the pale ground behind it.
-    extents = []
-    for label in labels:
-        label.set_bbox(None)
-        extents.append(label.get_window_extent(renderer))
-    for k, box in enumerate(extents):
-        assert not any(box.overlaps(other) for other in extents[:k])
-        assert not box.count_contains(axis.transData.transform(points))
-
-
-def test_pictures_of_the_chart_are_drawn(tmp_path, motion):
-    # Made-up figures that are alike: labels and lines must bear it, also without C.
-    scores = [made_up(f"v{k}", 20.0, 0.01, lost=k / 10) for k in range(4)]
-    scores[0] = scores[0]._replace(name=filtering.DEFAULT, reaction_ratio=float("nan"))
-    standings = front.standings(scores, [])
-    predictions = [
-        integration.Prediction(m, h, 1e-3 * h, 1e-3, 0.0, 1.0, 1e-3 / h)
-        for m in ("RK4", "implicit Euler, halved") for h in (1e-4, 1e-3)
-    ]  # fmt: skip
-    costs = [implementations.Cost("kernel", 5.0, 4.0, float("nan"), 0.0)]
-    for name, fig in (
-        ("a", chart_plots.filters(front.overall(scores), None)),
-        ("d", chart_plots.fronts(scores, standings)),
-        ("b", chart_plots.integrators(predictions, 1e-4, None)),
-        ("e", chart_plots.integrators(predictions, None, None)),
-        ("c", chart_plots.costs(costs, "\nno compiler")),
-    ):
-        paths = chart.save(fig, tmp_path / name)
-        assert [path.suffix for path in paths] == [".png", ".svg"]
-        assert all(path.stat().st_size > 5000 for path in paths)
-    text = chart.summary(front.overall(scores), standings, standings, costs, "no compiler")
-    assert "on the front in 1 of 1" in text
-
-
-def test_a_motion_whose_bound_is_nowhere_sound_is_left_out_of_the_median(motion):
-    truth, bound, _ = motion
-    slow = bound._replace(meaning=np.full_like(bound.meaning, Meaning.SLOW))
-    known = scenes.rotation_bound(truth, bound)
-    # Of an orientation that is measured to 1e-4 rad about each axis.
-    assert 1e-5 < known < 1e-3
-    assert scenes.typical_bound([(truth, slow), (truth, bound)]) == known
-    assert scenes.typical_bound([(truth, slow)]) is None
-
-
-@pytest.mark.parametrize("command", ["chart", "stability"])
-def test_a_file_is_no_folder(command, tmp_path, capsys):
+@pytest.mark.parametrize("name", ["chart", "stability"])
+def test_a_file_is_no_folder(name, tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    assert main([command, "--quick", "--out", str(tmp_path / "file")]) == 2
+    assert main([name, "--quick", "--out", str(tmp_path / "file")]) == 2
     assert "cannot make the folder" in capsys.readouterr().err

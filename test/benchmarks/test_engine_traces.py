@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import engine_traces
-from engine_traces import TRACES, score, trace
+from benchmarks.engines import engine_traces
+from benchmarks.engines.engine_traces import TRACES, score, trace
 
 SEEDS = range(7000, 7003)
 # Rms over the mean reaction: what slips turns friction away from the wrench's own directions.

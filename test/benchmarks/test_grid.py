@@ -7,15 +7,34 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import grid
-import grid_cells
-import grid_score
-from grid_cells import FULL, FULL_HELD_OUT, QUICK, SMALLEST, Motion, legs, truth_of, with_noise
-from grid_score import QUANTITIES, bound_of, classes, diverged, run_seeds, score_cell
-from grid_summary import flat_rows, medians, summary, verdicts
+from benchmarks.grid import cells as grid_cells
+from benchmarks.grid import run as grid
+from benchmarks.grid import score as grid_score
+from benchmarks.grid.cells import (
+    FULL,
+    FULL_HELD_OUT,
+    QUICK,
+    SMALLEST,
+    Motion,
+    legs,
+    truth_of,
+    with_noise,
+)
+from benchmarks.grid.player import Elsewhere
+from benchmarks.grid.score import (
+    QUANTITIES,
+    Runs,
+    bound_of,
+    classes,
+    diverged,
+    run_seeds,
+    score_cell,
+)
+from benchmarks.grid.summary import flat_rows, gate, gate_table, kinds, summary
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
+from simulated import ROOT
 
 SEEDS = 4
 
@@ -36,11 +55,14 @@ def test_speed_is_the_fastest_closing(motion):
     assert 0.25 <= duration <= 1.0
 
 
+CELLS = [(motion, "nominal") for motion in SMALLEST]
+
+
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    folder, told = tmp_path_factory.mktemp("grid"), []
-    cells = grid.run(SMALLEST, ("nominal",), SEEDS, folder, 1, told.append)
-    return folder, told, cells
+    asked, told = grid.Asked(tmp_path_factory.mktemp("grid"), SEEDS, 0.0), []
+    (cells,) = grid.run(CELLS, [asked], 1, told.append)
+    return asked, told, cells
 
 
 def test_what_holds(ran):
@@ -50,39 +72,41 @@ def test_what_holds(ran):
         assert cell["diverged"] == cell["start_diverged"] == 0
         assert np.isfinite(cell["classes"]["outside"]["rms"]).all()
     steady = cells["slip"]["classes"]["outside"]
-    assert steady["sound"] > 0.95
-    # Errors keep for some 20 ms: 4 runs of 0.9 s know a root mean square to 5 %, 9 of them to 15.
+    assert steady["sound"] > 0.95 and steady["determined"] > 0.95
+    # A held peg is smoother than the bound on states takes it for; 4 runs scatter by a tenth.
     assert max(steady["ratio"]) <= 1.15, steady["ratio"]
-    assert min(steady["ratio"][:6]) >= 0.85, steady["ratio"]
-    np.testing.assert_allclose(steady["stated"][:6], 1.0, atol=0.03)
-    # The bound has what is stated of the accelerations, the filter what it has seen of them.
-    assert max(steady["stated"][6:]) < 0.95, steady["stated"]
     assert min(steady["coverage"]) >= 0.91, steady["coverage"]
-    assert 2.7 <= cells["slip"]["nis"] <= 3.3
-    assert 5.1 <= steady["nees_median"] <= 6.9
-    turning = cells["reversals"]["classes"]
-    assert max(turning["outside"]["ratio_median"]) <= 1.2, turning["outside"]["ratio_median"]
-    assert min(turning["outside"]["coverage"][6:]) >= 0.91, turning["outside"]["coverage"]
-    assert 2.7 <= cells["reversals"]["nis"] <= 3.5
+    assert min(cells["reversals"]["classes"]["outside"]["coverage"]) >= 0.88
+    assert all(2.5 <= cell["nis"] <= 3.5 for cell in cells.values())
 
 
-def test_goes_on_with_what_it_has(ran, tmp_path):
-    folder, told, cells = ran
-    assert told[0] == "2 motions at 1 noise levels, 2 to compute"
+def test_goes_on_with_what_it_has(ran):
+    asked, told, cells = ran
+    assert told[0] == "2 cells, 2 to compute"
     told.clear()
-    assert grid.run(SMALLEST, ("nominal",), SEEDS, folder, 1, told.append) == cells
-    assert told == ["2 motions at 1 noise levels, 0 to compute"]
-    path = grid.file_of(folder, SMALLEST[0], "nominal")
-    key = grid.sources_key()
-    assert grid.kept(path, key, SEEDS, grid.SPREAD) == cells[0]
-    assert grid.kept(path, key, SEEDS + 1, grid.SPREAD) is None
-    assert grid.kept(path, "of other sources", SEEDS, grid.SPREAD) is None
-    assert grid.collect(SMALLEST[:1], ("nominal", "high"), SEEDS, folder) == cells[:1]
-    assert grid.kept(path, key, SEEDS, grid.SPREAD + 0.01) is None
-    cut = tmp_path / "cut.json"
-    cut.write_text(path.read_text()[:100])
-    assert grid.kept(cut, key, SEEDS, grid.SPREAD) is None
-    assert grid.kept(tmp_path / "missing.json", key, SEEDS, grid.SPREAD) is None
+    assert grid.run(CELLS, [asked], 1, told.append) == [cells]
+    assert told == ["2 cells, 0 to compute"]
+    assert asked.kept(*CELLS[0]) == cells[0]
+    assert grid.Asked(asked.folder, SEEDS + 1, 0.0).kept(*CELLS[0]) is None
+    assert grid.Asked(asked.folder, SEEDS, 0.01).kept(*CELLS[0]) is None
+    assert grid.collect([*CELLS[:1], (SMALLEST[0], "high")], [asked]) == [cells[:1]]
+    other = grid.Asked(asked.folder, SEEDS, 0.0)
+    other.key = "of other sources"
+    assert other.kept(*CELLS[0]) is None
+    path = asked.file(*CELLS[1])
+    whole = path.read_text()
+    path.write_text(whole[:100])
+    assert asked.kept(*CELLS[1]) is None
+    path.write_text(whole)
+
+
+def test_a_share_of_the_cells_has_all_kinds():
+    cells = grid.cells_of(FULL, tuple(grid.NOISE), 3)
+    assert len(cells) == len(set(cells)) == 108
+    assert cells == grid.cells_of(FULL, tuple(grid.NOISE), 3)
+    for motion in ("align", "slip", "reversals"):
+        for noise in grid.NOISE:
+            assert sum(m.name == motion and n == noise for m, n in cells) >= 6
 
 
 def test_table_and_summary(ran):
@@ -92,44 +116,73 @@ def test_table_and_summary(ran):
     assert len(rows) == 1 + sum(len(cell.get("classes", {"": {}})) for cell in cells)
     text = summary(cells)
     assert "- align 0.1 mm f 0.5 1 rad/s: contact K opened" in text
-    for entry in verdicts(cells):
-        assert 0 <= entry["kept"] <= entry["kept"] + entry["broken"] <= entry["cells"] <= 4
+    assert "| with reactions in 93 %, outside | 2 of 2 |" in text
+    assert "less than 85 %:" not in text
+    surely_wrong = json.loads(json.dumps(cells))
+    surely_wrong[0]["classes"]["outside"]["coverage_determined"][1] = 0.8
+    assert "- slip 0.1 mm f 0.2 0.16 rad/s nominal, outside: 80 %" in summary(surely_wrong)
+    assert gate(surely_wrong).surely_wrong == 1
 
 
-def test_medians_are_over_the_cells_that_have_something_in_common(ran):
-    some = [cell for cell in ran[2] if "outside" in cell["classes"]]
-    for nis, cell in zip((2.0, 3.0, 7.0), (some * 3)[:3]):
-        copy = json.loads(json.dumps(cell))
-        copy["nis"], copy["noise"] = nis, "nominal"
-        figures = copy["classes"]["outside"]
-        figures["coverage"][:6] = [0.9, *[0.95] * 5]
-        figures["ratio_median"] = [1.0] * 6 + [nis, 0.1, 0.1]
-        some.append(copy)
-    rows = medians([*some[-3:], _without_contact()])
+def test_gate_by_hand(ran):
+    """Two cells of made-up figures: geometric means, counts and medians."""
+    cells = json.loads(json.dumps(ran[2]))
+    for cell, factor in zip(cells, (1.0, 4.0)):
+        cell["nis"], cell["diverged"] = 3.0 * factor, 2
+        cell["classes"] = {"outside": cell["classes"]["outside"]}
+        figures = cell["classes"]["outside"]
+        figures["bound"] = [2.0] * 9
+        figures["rms"] = [1.0] * 5 + [2.0 * factor] + [1.0, 6.0 * factor, 1.0]
+        figures["coverage"] = [0.95] * 8 + [0.94 if factor == 1.0 else 0.92]
+        figures["sharp"] = [1.0] * 3 + [1.5] * 3 + [factor] * 3
+        figures["determined"] = 1.0 / factor
+    found = gate(cells)
+    assert found.states == pytest.approx(2.0) and found.reactions == pytest.approx(6.0)
+    assert (found.outside, found.window) == (2, 0) and np.isnan(found.states_in_windows)
+    assert (found.states_covered, found.reactions_covered) == (2, 1)
+    assert (found.sharp_angles, found.sharp_rates, found.sharp_reactions) == (1.0, 1.5, 2.5)
+    assert found.determined == pytest.approx(0.625) and found.nis == 7.5 and found.diverged == 4
+
+
+def test_figures_of_made_up_runs():
+    """Errors of a known size, bounds that hold them or do not, flags up where they do not."""
+    n, seeds = 40, 3
+    error, stddev = np.full((seeds, n, 9), 2.0), np.full((seeds, n, 9), 2.0)
+    error[:, :20] *= -1.0
+    stddev[..., 8] = 1.0
+    determined = np.ones((seeds, n), bool)
+    determined[:, :10] = False
+    runs = Runs(error, stddev, np.full((seeds, n), 6.0), determined, determined, None, None, 0)
+    chosen, sound = np.arange(n) < 30, np.arange(n) >= 20
+    found = grid_score.figures(runs, chosen, sound, np.full((n, 9), 0.5))
+    assert found["samples"] == 30 and found["sound"] == pytest.approx(1 / 3)
+    assert (
+        found["rms"] == [2.0] * 9 and found["bound"] == [0.5] * 9 and found["ratio"] == [4.0] * 9
+    )
+    assert found["sharp"] == [1.0] * 8 + [0.5]
+    assert found["coverage"] == [1.0] * 8 + [0.0] and found["coverage_determined"] == [1, 1, 0]
+    assert found["missed"] == 90 and found["missed_flagged"] == 30
+    assert found["determined"] == pytest.approx(2 / 3)
+
+
+def test_another_checkout_sees_the_same_samples(ran, tmp_path):
+    """This one, played as another: the same figures, by another process and another package."""
+    asked = ran[0]
+    other = grid.Asked(tmp_path / "kept", SEEDS, 0.0, ROOT)
+    (this,), (elsewhere,) = grid.run(CELLS[:1], [asked, other], 1, lambda _: None)
+    assert elsewhere["classes"] == this["classes"] and elsewhere["nis"] == this["nis"]
+    table = gate_table([this], [elsewhere])
+    assert table[0].startswith("| | this | other |")
+    assert any("| 1.00 | <= 0.95 |" in row for row in table)
+    with pytest.raises(RuntimeError, match="holds no checkout"):
+        Elsewhere(tmp_path)
+
+
+def test_kinds_of_cells_are_put_together(ran):
+    rows = kinds([*ran[2], _without_contact()])
     (row,) = [row for row in rows if row.startswith("| nominal noise |")]
-    assert row.startswith("| nominal noise | 3 | 1.00 | 3.00 | 0.90 |")
-    assert row.split(" | ")[8] == "3.00"
-
-
-def test_verdicts_tell_kept_from_broken(ran):
-    cell = json.loads(json.dumps(ran[2][0]))
-    before = {entry["promise"]: entry for entry in verdicts([cell])}
-    figures = cell["classes"]["outside"]
-    figures["ratio"][2], figures["coverage"][7], figures["nees_median"] = 1.3, 0.9, 7.0
-    cell["nis"], cell["diverged"] = 3.4, 1
-    figures["nees_error"], cell["nis_error"] = 0.1, 0.1
-    after = {entry["promise"]: entry for entry in verdicts([cell])}
-    changed = {name for name in before if before[name]["kept"] != after[name]["kept"]}
-    assert "steady sliding: RMSE of states at most 1.15 times the bound" in changed
-    assert {"mean NIS within 10 % of 3", "no divergence"} <= changed
-    assert "outside windows: median NEES within 15 % of 6" in changed
-    # 7.0 +- 0.1 may be 6.9, and 3.4 +- 0.1 may be 3.3; a run that diverged has.
-    assert after["outside windows: median NEES within 15 % of 6"]["broken"] == 0
-    assert after["mean NIS within 10 % of 3"]["broken"] == 0
-    assert after["no divergence"]["broken"] == 1
-    figures["nees_error"] = 0.01
-    broken = {entry["promise"]: entry["broken"] for entry in verdicts([cell])}
-    assert broken["outside windows: median NEES within 15 % of 6"] == 1
+    assert row.startswith("| nominal noise | 2 |")
+    assert [row.split(" | ")[1] for row in rows if row.startswith("| slip |")] == ["1"]
 
 
 def test_errors_over_seeds_are_those_of_the_mean():
@@ -172,15 +225,24 @@ def test_classes_and_noise():
 def test_writes_the_csv(ran, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(grid, "QUICK", SMALLEST)
     path = tmp_path / "figures" / "grid.csv"
-    arguments = ["--quick", "--seeds", str(SEEDS), "--folder", str(ran[0]), "--csv", str(path)]
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{grid.MARKS[0]}\nold\n{grid.MARKS[1]}\nafter\n")
+    arguments = ["--quick", "--seeds", str(SEEDS), "--folder", str(ran[0].folder)]
+    arguments += ["--friction-stddev", "0", "--csv", str(path), "--page", str(page)]
     grid.main(arguments)
     rows = list(csv.DictReader(path.open()))
     assert {row["class"] for row in rows} >= {"outside", "window"}
     assert float(rows[0]["ratio_gamma"]) > 0
-    assert "| no divergence | 2 | 2 |" in capsys.readouterr().out
+    assert "| runs that diverged | 0 |" in capsys.readouterr().out
+    text = page.read_text()
+    assert text.startswith("before") and text.endswith("after\n") and "old" not in text
+    assert "| runs that diverged | 0 |" in text
     with pytest.raises(SystemExit):
         grid.main(["--seeds", "1"])
     assert "at least 2" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        grid.main(["--against", str(tmp_path)])
+    assert "no folder peg_on_hole_ros there" in capsys.readouterr().err
 
 
 def test_slow_slip_is_not_followed_too_surely():

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import scenes
-import scenes_engine
+from benchmarks.resumable import kept, work_through
+from benchmarks.scenes import engine as scenes_engine
+from benchmarks.scenes import run as scenes
+from benchmarks.scenes.draw import FAMILIES, Case, estimator_of, plan_of
+from benchmarks.scenes.labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
+from benchmarks.scenes.play import ALARMS, Record
+from benchmarks.scenes.score import judge_alarm, score_run
+from benchmarks.scenes.summary import summary
+from benchmarks.scenes.table import by_family, pooled, tables, wilson
 from peg_on_hole_ros.simulation.truth import integrate
-from resumable import kept, work_through
-from scenes_draw import FAMILIES, Case, estimator_of, plan_of
-from scenes_labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
-from scenes_play import ALARMS, Record
-from scenes_score import judge_alarm, score_run
-from scenes_summary import summary
-from scenes_table import by_family, pooled, tables, wilson
 from simulated import contact_plan, truth
 
 pytestmark = pytest.mark.xdist_group("simulation")
@@ -440,13 +440,12 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
     monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)
     monkeypatch.setattr(scenes_engine, "numbers", lambda: [0])
     page = folder / "page.md"
-    both = [f"{a}\nwhat stood here\n{b}" for a, b in (scenes.SUMMARY_MARKS, scenes.MARKS)]
-    page.write_text("\n".join(["Before", *both, "After\n"]))
+    begin, end = scenes.MARKS
+    page.write_text(f"Before\n{begin}\nwhat stood here\n{end}\nAfter\n")
     scenes.main(["--mismatch", "--out", str(folder), "--workers", "1", "--page", str(page)])
     parts = page.read_text().split("\n\n", 1)
-    assert parts[0] == f"Before\n{scenes.SUMMARY_MARKS[0]}" and "what stood here" not in parts[1]
-    assert f"\n\n{scenes.SUMMARY_MARKS[1]}\n{scenes.MARKS[0]}\n\n" in parts[1]
-    assert parts[1].endswith(f"\n\n{scenes.MARKS[1]}\nAfter\n")
+    assert parts[0] == f"Before\n{begin}" and "what stood here" not in parts[1]
+    assert parts[1].endswith(f"\n\n{end}\nAfter\n")
     assert (folder / "figures" / "scenes_modes.png").stat().st_size > 10_000
     engine = scenes.run_engine(folder, 1, print)
     text = capsys.readouterr().out

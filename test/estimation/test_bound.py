@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bound_reached import particles
 from filterpy.kalman import KalmanFilter
+from peg_on_hole_ros.estimation.kernel.acceleration import LEAST, acceleration_variance
+from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
 from scipy.linalg import solve_discrete_are
 
-from bound_reached import particles
-from grid_cells import first_samples, with_noise
-from grid_score import bound_of, peg_wrench, run_seeds
+from benchmarks.grid.cells import first_samples, with_noise
+from benchmarks.grid.score import bound_of, peg_wrench, run_seeds
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
-from peg_on_hole_ros.estimation.kernel.acceleration import LEAST, acceleration_variance
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
-from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
 from peg_on_hole_ros.options import WrenchInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure

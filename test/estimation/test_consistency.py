@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from consistency import score
+from benchmarks.grid.consistency import score
 from simulated import SAMPLES, truth
 
 # The closing scenes are short: with fewer seeds chance alone moves an error by a tenth.

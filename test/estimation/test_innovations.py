@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from grid_cells import SMALLEST, truth_of
+from benchmarks.grid.cells import SMALLEST, truth_of
+from benchmarks.grid.wrong_settings import tilted
 from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimation.watches import DRIFTS, TOO_LARGE, WINDOW, InnovationWatch
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
 from simulated import truth
-from wrong_settings import tilted
 
 MS = 1_000_000
 

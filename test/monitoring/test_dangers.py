@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from consistency import residuals
+from benchmarks.grid.consistency import residuals
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
@@ -21,17 +21,10 @@ from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import measure, measured_angles
 from peg_on_hole_ros.simulation.truth import integrate
-from peg_on_hole_ros.study.stability import DEFAULT, Place, Truth, Verdict, examine
 from simulated import contact_plan
 from under_way import placed, press
 
 DEFAULTS = Configuration()
-GOOD = (Verdict.STABLE, Verdict.STATED)
-
-
-def verdicts(place):
-    truth, results = examine(place, DEFAULTS)
-    return truth, {result.method: result.verdict for result in results}
 
 
 @cache
@@ -70,23 +63,6 @@ def test_plain_geometry_loses_b_at_gamma0():
 
 
 @pytest.mark.parametrize("method", ["explicit Euler", "RK4", "linearly implicit Euler", "ROS3P"])
-def test_steps_run_over_gamma0(method):
-    truth, found = verdicts(Place(excess=2e-5, slip=0.05, gap=0.004))
-    assert truth is Truth.ENDS
-    assert found[method] is Verdict.DIVERGED
-    assert found[DEFAULT] is Verdict.REFUSED
-
-
-def test_at_the_singular_set_steps_invent_a_motion():
-    # The paper's scene, closing without turning, between its singular tilt and gamma0.
-    gamma0 = Scene().gamma0
-    truth, found = verdicts(Place(excess=0.0640 - gamma0, slip=0.008, gap=0.004, turning=False))
-    assert truth is Truth.NONE
-    assert found["RK4"] is Verdict.DIVERGED
-    assert found["linearly implicit Euler"] is Verdict.DIVERGED
-    assert found[DEFAULT] is Verdict.REFUSED
-
-
 def test_at_the_singular_set_the_six_equations_say_nothing_of_the_reactions():
     scene = Scene(friction_stddev=0.0)
     noise = WrenchReduction(WrenchInput(), scene).covariance
@@ -98,34 +74,6 @@ def test_at_the_singular_set_the_six_equations_say_nothing_of_the_reactions():
         press(kalman, np.zeros(6), ContactSet.THREE)
         stddev.append(kalman.reactions()[1][0])
     assert stddev[0] > 10 * stddev[1]
-
-
-def test_slow_slip_blows_up_explicit_steps():
-    truth, found = verdicts(Place(excess=0.003, slip=1e-5, gap=0.004))
-    assert truth is Truth.CONTACT
-    assert found["explicit Euler"] is Verdict.DIVERGED
-    assert found["RK4"] is Verdict.DIVERGED
-    assert found["ROS2"] not in GOOD
-    assert found["implicit Euler"] is Verdict.STABLE
-    assert found[DEFAULT] in GOOD
-
-
-def test_large_steps_overshoot_the_kink():
-    truth, found = verdicts(Place(slip=2e-3, step=0.01, gap=0.01))
-    assert truth is Truth.CONTACT
-    assert found["RK4"] is Verdict.DIVERGED
-    assert found["ROS2"] not in GOOD
-    # First order and 10 ms: it does not blow up, it says so, but is not accurate to 1e-4 rad.
-    assert found[DEFAULT] in (*GOOD, Verdict.INACCURATE)
-
-
-def test_gaps_without_orientation():
-    truth, found = verdicts(Place(gap=0.1))
-    assert truth is Truth.CONTACT
-    assert found["explicit Euler"] is Verdict.DIVERGED
-    assert found["ROS2"] not in GOOD
-    # It cannot keep to 1e-4 rad either; what it must not do is diverge unnoticed.
-    assert found[DEFAULT] is not Verdict.DIVERGED
 
 
 def test_an_opened_contact_is_pulled_by_rigid_equations():

@@ -10,7 +10,6 @@ from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging
@@ -18,7 +17,7 @@ from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitoring import jamming
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
-from peg_on_hole_ros.options import FilterOptions, MonitorOptions
+from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.plan import plan_from_tree

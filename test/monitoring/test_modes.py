@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from grid_cells import Motion, truth_of, with_noise
+from benchmarks.grid.cells import Motion, truth_of, with_noise
 from late_samples import ordered
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.estimation.innovations import Innovations

@@ -5,7 +5,7 @@ from itertools import count
 
 import pytest
 
-import pipeline_cost as cost
+from benchmarks.cost import pipeline_cost as cost
 
 
 @pytest.fixture

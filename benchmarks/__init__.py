@@ -1,0 +1,1 @@
+"""Scripts and their parts that published figures come from."""

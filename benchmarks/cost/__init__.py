@@ -1,0 +1,1 @@
+"""What mechanics, steps and pipeline cost, and whether they last."""

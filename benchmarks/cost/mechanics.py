@@ -1,0 +1,77 @@
+"""
+Time the mechanics: one solution in the kernel, a million states, ratio to the numpy model.
+
+    python -m benchmarks.cost.mechanics [COUNT]
+
+Prints a table; the best of five runs each, on one core.
+"""
+
+import sys
+from time import perf_counter
+
+import numpy as np
+from numba import njit
+
+from peg_on_hole_ros.mechanics import kernel, reference
+from peg_on_hole_ros.mechanics.many import solve_many
+from peg_on_hole_ros.mechanics.scene import Scene
+
+SCENE = Scene()
+AIM_ONE, AIM_MILLION = 1.5e-6, 2.0
+
+
+@njit
+def repeat(p, scales, states, work, y):
+    """Solve all states one after the other; what a filter's inner loop pays."""
+    total = 0.0
+    for k in range(states.shape[0]):
+        row = states[k]
+        total += kernel.accelerate(p, scales, row[:6], row[6:], work, y)
+    return total
+
+
+def best(function, runs=5):
+    """Return the shortest time of some runs [s]."""
+    times = []
+    for _ in range(runs):
+        start = perf_counter()
+        function()
+        times.append(perf_counter() - start)
+    return min(times)
+
+
+def main(count=1_000_000):
+    """Measure and print."""
+    rng = np.random.default_rng(0)
+    q = np.array([rng.uniform(0.08, 1.2, count), *rng.uniform(-3, 3, (2, count))])
+    rates = rng.uniform(-2, 2, (3, count))
+    wrench = rng.uniform(-5, 5, (6, count))
+    states = np.vstack([q, rates, wrench]).T.copy()
+    p, work, y = kernel.scene_scalars(SCENE), kernel.workspace(), np.zeros(6)
+    scales = np.full(3, 5e-5)
+    solve_many(SCENE, q[:, :2], rates[:, :2], wrench[:, :2], 5e-5)
+    repeat(p, scales, states[:2], work, y)
+
+    one = best(lambda: repeat(p, scales, states, work, y)) / count
+    million = best(lambda: solve_many(SCENE, q, rates, wrench, 5e-5)) * 1e6 / count
+
+    def numpy_one():
+        for k in range(min(count, 200)):
+            A, r = reference.six_equations(SCENE, q[:, k], rates[:, k], wrench[:, k], 5e-5)
+            np.linalg.solve(A, r)
+
+    part = min(count, 50_000)
+
+    def numpy_array():
+        A, r = reference.six_equations(SCENE, q[:, :part], rates[:, :part], wrench[:, :part], 5e-5)
+        np.linalg.solve(np.moveaxis(A, -1, 0), r.T[..., None])
+
+    single, array = best(numpy_one) / 200, best(numpy_array) / part
+    print(f"one solution, kernel              {one * 1e6:8.3f} us   aim {AIM_ONE * 1e6:g} us")
+    print(f"a million states, checked, array  {million:8.3f} s    aim {AIM_MILLION:g} s")
+    print(f"one solution, numpy model         {single * 1e6:8.1f} us   ratio {single / one:.0f}")
+    print(f"one of an array, numpy model      {array * 1e6:8.2f} us   ratio {array / one:.1f}")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""Contacts that another engine or another model simulates."""

@@ -1,0 +1,225 @@
+"""
+Another engine's reactions against the estimate's, over traces with one setting for all.
+
+    python -m benchmarks.engines.engine_traces [--seeds 20]
+
+`data/mujoco_traces.npz` holds four motions that MuJoCo 4.0.0 simulated, by a simulation that
+shares nothing with this package, nor with `mujoco_peg.py`: a rim of 1440 boxes, a peg of 48 mm
+and 1 kg in a hole of 50 mm, f = 0.2. In `held` runs a holder on springs closes the tilt at
+0.16 rad/s, without slip and with 2 rad/s about the peg's axis, and a sensor stands between both;
+in `driven` runs gravity closes it, and a servo turns the peg. Rows are 1 ms apart: orientation at
+their end, and means over them of the sensor's wrench (peg axes, 70 mm above the lower end), of the
+normal forces at K, B1, B2, and of friction over normal force. Integers, as differences from row
+to row, in UNITS.
+
+Sensors add white noise of what the configuration states. Compared is after 0.3 s, with the mean
+reaction over the interval of the wrench; and as long as all contacts slide: the engine lets a
+contact that sticks creep, and what friction it then carries is its own.
+
+Beside it stands the Cramér-Rao bound along each trace: how near any estimator can come with such
+sensors, told what the filter is told. It is one of tangents, and counts where it means something.
+"""
+
+import argparse
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from benchmarks.grid.score import bound_along
+from peg_on_hole_ros.estimation.bound import Meaning
+from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import CONTACTS, WrenchSample
+from peg_on_hole_ros.simulation.measure import START_NS, measure
+
+TRACES = Path(__file__).parent / "data" / "mujoco_traces.npz"
+UNITS = {"q": 1e-8, "wrench": np.repeat([1e-3, 1e-5], 3), "normal": 1e-3, "friction": 1e-4}
+AFTER_NS = 300_000_000
+# A contact whose friction is below this share of f times its normal force sticks.
+SLIDES = 0.98
+# Rows over which friction is looked at, so that a facet of the rim is no stick.
+AROUND = 21
+# Rows over which angles are parabolas, for the rates that the bound is taken at.
+RATES_OVER = 9
+# Of the friction that the bound is taken with [m/s].
+BOUND_SCALE = 2e-5
+
+
+def names() -> list[str]:
+    """Return the traces that there are."""
+    with np.load(TRACES) as stored:
+        return [name[2:] for name in stored.files if name.startswith("q_")]
+
+
+def trace(name: str):
+    """
+    Return a trace as a truth that `measure` takes.
+
+    Returns
+    -------
+    SimpleNamespace
+        plan; t_ns (n,); q (n, 3) [rad]; wrench (n, 6) at the sensor [N], [N m]; normal (n, 3) [N];
+        slides: rows before a contact sticks.
+
+    """
+    with np.load(TRACES) as stored:
+        D, d, H, mass, f, g = stored[f"scene_{name}"].tolist()
+        rows = {
+            kind: np.cumsum(stored[f"{kind}_{name}"], axis=0) * unit
+            for kind, unit in UNITS.items()
+        }
+    scene = Scene(D, d, H, mass, f, gravity=(0.0, 0.0, -g))
+    configuration = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, H)))
+    plan = SimpleNamespace(
+        configuration=configuration, seed=0, wrench_rate=1000, joint_rate=500,
+        slip_velocity_scale=BOUND_SCALE,
+    )  # fmt: skip
+    return SimpleNamespace(
+        plan=plan,
+        t_ns=np.arange(len(rows["q"])) * 1_000_000,
+        q=rows["q"],
+        wrench=rows["wrench"],
+        normal=rows["normal"],
+        slides=_slides(rows["friction"] > SLIDES * f),
+    )
+
+
+def _slides(slid):
+    """Return the rows before a contact is stuck in most of AROUND rows, after AFTER_NS."""
+    share = np.array([np.convolve(row, np.ones(AROUND) / AROUND, "same") for row in slid.T])
+    stuck = np.flatnonzero((share < 0.5).any(axis=0))
+    stuck = stuck[(stuck > AFTER_NS // 1_000_000) & (stuck < len(slid) - AROUND)]
+    return int(stuck[0]) if stuck.size else len(slid)
+
+
+def least_stddev(truth):
+    """
+    Return how well any estimator can know the reactions that are compared.
+
+    Returns
+    -------
+    stddev : ndarray, shape (n, 3)
+        [N].
+    sound : ndarray of bool, shape (n,)
+        Where it means something.
+
+    """
+    configuration = truth.plan.configuration
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    rates = savgol_filter(truth.q, RATES_OVER, 2, deriv=1, delta=1e-3, axis=0)
+    wrench = reduction.sign * truth.wrench @ reduction.matrix.T
+    bound = bound_along(truth.plan, truth.t_ns, np.hstack([truth.q, rates]), wrench)
+    stddev = np.sqrt(np.diagonal(bound.reactions, axis1=1, axis2=2))
+    return stddev, bound.meaning == Meaning.SOUND
+
+
+def residuals(truth, seeds, noise=True):
+    """
+    Return reactions' errors and stated deviations [N], true reactions, what is determined, rows.
+
+    The first three are (n, 3), of all samples; the others (n,) say which of them the estimate
+    declares determined, and which row of the trace each is.
+
+    Parameters
+    ----------
+    truth : SimpleNamespace
+        From `trace`.
+    seeds : iterable of int
+        Of the sensors' noise.
+    noise : bool
+        False: the traces as they are.
+
+    """
+    plan = truth.plan
+    if not noise:
+        quiet = Configuration(
+            scene=plan.configuration.scene,
+            wrench=WrenchInput(force_stddev=0.0, torque_stddev=0.0),
+            joints=JointInput(position_stddev=0.0),
+        )
+        plan = SimpleNamespace(**{**vars(plan), "configuration": quiet})
+    measured = SimpleNamespace(plan=plan, t_ns=truth.t_ns, q=truth.q)
+    found = []
+    for seed in seeds:
+        pipeline = Pipeline(truth.plan.configuration)
+        for sample in measure(measured, seed, exact=truth.wrench):
+            if not isinstance(sample, WrenchSample):
+                pipeline.on_joints(sample)
+                continue
+            outputs = pipeline.on_wrench(sample)
+            row = (sample.t_ns - START_NS) // 1_000_000
+            if outputs is None or sample.t_ns - START_NS < AFTER_NS or row >= truth.slides:
+                continue
+            normal, declared = truth.normal[row], outputs.monitor["reactions_determined"]
+            found.append((outputs.normal - normal, outputs.normal_stddev, normal, declared, row))
+    error, stddev, normal, declared, rows = (np.array(part) for part in zip(*found, strict=True))
+    return error, stddev, normal, declared > 0, rows
+
+
+def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
+    """
+    Return the figures of a trace, shape (3,) each, of the samples that are declared determined.
+
+    relative (rms error over mean reaction), coverage of 95 % bounds, stated deviation over mean
+    reaction, mean [N]; and determined, the share of such samples. With noise also what the bound
+    means something for, declared determined or not: over_bound, the rms error there over the
+    bound's, bound over mean reaction, and sound, the share of these samples.
+    """
+    truth = trace(name)
+    error, stddev, normal, declared, rows = residuals(truth, seeds, noise)
+    figures = {}
+    if noise:
+        least, sound = least_stddev(truth)
+        told = sound[rows]
+        bound = _rms(least[rows[told]])
+        figures = {
+            "bound": bound / normal[told].mean(axis=0),
+            "over_bound": _rms(error[told]) / bound,
+            "sound": told.mean(),
+        }
+    error, stddev, mean = error[declared], stddev[declared], normal[declared].mean(axis=0)
+    return figures | {
+        "relative": _rms(error) / mean,
+        "coverage": (np.abs(error) < 1.96 * stddev).mean(axis=0),
+        "stated": stddev.mean(axis=0) / mean,
+        "mean": mean,
+        "determined": declared.mean(),
+    }
+
+
+def _rms(values):
+    return np.sqrt((values**2).mean(axis=0))
+
+
+def main(arguments=None):
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--seeds", type=int, default=20, help="noise seeds a trace (20)")
+    options = parser.parse_args(arguments)
+    for name in names():
+        truth = trace(name)
+        end = min(truth.slides, len(truth.t_ns)) / 1000
+        print(f"{name}: 0.3 to {end:.3f} s, {', '.join(CONTACTS)}")
+        for noise in (True, False):
+            found = score(name, range(3000, 3000 + (options.seeds if noise else 1)), noise)
+            shown = "; ".join(
+                f"{kind} {np.array2string(100 * found[kind], precision=2)} %"
+                for kind in ("relative", "coverage", "stated")
+            )
+            mean = np.array2string(found["mean"], precision=1)
+            print(f"  {'noise' if noise else 'as is'}: {shown}; mean {mean} N; determined "
+                  f"{100 * found['determined']:.1f} %", flush=True)  # fmt: skip
+            if noise:
+                bound, over = (
+                    np.array2string(scale * found[kind], precision=2)
+                    for kind, scale in (("bound", 100), ("over_bound", 1))
+                )
+                print(f"  bound {bound} %, error over it {over}, in {found['sound']:.0%}")
+
+
+if __name__ == "__main__":
+    main()

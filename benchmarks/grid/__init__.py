@@ -1,0 +1,1 @@
+"""Errors and coverage over grids of motions, noise, pegs and wrong settings."""

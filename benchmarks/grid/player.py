@@ -1,0 +1,140 @@
+"""
+Play measured motions through the pipeline of whichever checkout Python finds.
+
+As a program it answers requests from another checkout's grid: pickled (parameters, samples) on
+standard input, pickled arrays on standard output. So two states of the package see the same
+samples; it uses nothing that has changed between them.
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import JointSample, WrenchSample
+
+
+def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
+    """
+    Return what a pipeline says of samples.
+
+    Parameters
+    ----------
+    parameters : dict
+        Of the configuration, by dotted name.
+    samples : list of tuple
+        The fields of a JointSample or a WrenchSample.
+    settled_ns : int
+        Innovations are kept from this stamp on.
+
+    Returns
+    -------
+    dict
+        t_ns (n,), state (n, 6), covariance (n, 6, 6), normal, stddev (n, 3), determined, contact
+        (n,) bool, nis: mean of the orientations' after `settled_ns`, restarts.
+
+    """
+    pipeline, nis = Pipeline(from_parameters(parameters)), []
+    _listen(pipeline, settled_ns, nis)
+    found = [
+        (
+            o.t_ns, o.state, o.state_covariance, o.normal, o.normal_stddev,
+            bool(o.monitor["reactions_determined"]), o.contact_mode == "three_point",
+        )
+        for o in pipeline.play(map(_record, samples))
+    ]  # fmt: skip
+    names = "t_ns", "state", "covariance", "normal", "stddev", "determined", "contact"
+    columns = {name: np.array(column) for name, column in zip(names, zip(*found))}
+    columns["nis"] = float(np.mean(nis)) if nis else float("nan")
+    columns["restarts"] = pipeline.counts["filter_restarted"]
+    return columns
+
+
+def _record(sample):
+    # The second field of a joint state is its names.
+    kind = JointSample if isinstance(sample[1][0], str) else WrenchSample
+    return kind(*sample)
+
+
+def _listen(pipeline, settled_ns, nis):
+    """Keep the normalised innovations of a pipeline's filter; it publishes their mean only."""
+    kalman = pipeline.filter
+    correct = kalman.correct
+
+    def correct_and_keep(q, R):
+        result, value = correct(q, R)
+        if pipeline.processor.t_ns >= settled_ns:
+            nis.append(value)
+        return result, value
+
+    kalman.correct = correct_and_keep
+
+
+class Elsewhere:
+    """
+    The same by another checkout, in a process of its own.
+
+    Parameters
+    ----------
+    checkout : Path
+
+    Raises
+    ------
+    RuntimeError
+        The package is not found there.
+
+    """
+
+    def __init__(self, checkout: Path):
+        environment = dict(os.environ, PYTHONPATH=str(checkout.resolve()))
+        # Compiled code of each checkout has a folder of its own, beside this one's.
+        environment["NUMBA_CACHE_DIR"] = str(Path(os.environ["NUMBA_CACHE_DIR"]).parent)
+        self._process = subprocess.Popen(
+            [sys.executable, __file__], env=environment, cwd=checkout,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )  # fmt: skip
+        try:
+            package = pickle.load(self._process.stdout)
+        except EOFError:
+            package = "nowhere"
+        if not Path(package).is_relative_to(checkout.resolve()):
+            self.close()
+            raise RuntimeError(f"{checkout} holds no checkout: the package came from {package}")
+
+    def play(self, parameters, samples, settled_ns):
+        """Return what `play` does there."""
+        pickle.dump((parameters, samples, settled_ns), self._process.stdin)
+        self._process.stdin.flush()
+        return pickle.load(self._process.stdout)
+
+    def close(self):
+        """End the process."""
+        self._process.stdin.close()
+        self._process.stdout.close()
+        self._process.wait()
+
+
+def _serve():
+    # What the package prints is no answer.
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    import peg_on_hole_ros
+
+    pickle.dump(str(Path(peg_on_hole_ros.__file__).resolve()), answers)
+    answers.flush()
+    while True:
+        try:
+            request = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        pickle.dump(play(*request), answers)
+        answers.flush()
+
+
+if __name__ == "__main__":
+    _serve()

@@ -1,1 +1,0 @@
-"""The kernel translated to C: what the same step could cost at best."""

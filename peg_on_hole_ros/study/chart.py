@@ -1,0 +1,233 @@
+"""What is charted: settings of the estimator and others, at three rates, over many motions."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.methods import CONSTANTS, make_filter
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.smoother import Smoother
+from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.study.runs import Errors, errors, run, thinned, told_of_contact
+from peg_on_hole_ros.study.unscented import make_unscented
+
+# Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
+WARM = 150
+# Below this, 95 % bounds are sure and wrong.
+LEAST_COVERAGE = 0.9
+# Thousands of times what one wrench tells of an acceleration [rad/s^2].
+DDE_LEVEL = 1e5
+
+
+class Estimator(NamedTuple):
+    """
+    A point of the chart.
+
+    Attributes
+    ----------
+    name : str
+    rate : int
+        Wrenches that it is given [Hz], and as many orientations, at most 500.
+    make : callable
+        As `make_filter`.
+
+    """
+
+    name: str
+    rate: int
+    make: Callable
+
+    def __str__(self):
+        """Return it as a label."""
+        return f"{self.name}, {'1 kHz' if self.rate == 1000 else f'{self.rate} Hz'}"
+
+
+def by_method(method, scene, options, wrench_noise, offsets=None):
+    """Return the estimator of a method, whatever the options name."""
+    return make_filter(scene, replace(options, method=method), wrench_noise, offsets)
+
+
+def make_dde_driven(scene, options, wrench_noise, offsets=None):
+    """
+    Return the estimator in which the wrench alone drives the motion.
+
+    With the level of the method `dde_driven`, 1e6, rates are lost before the first wrench is used.
+    """
+    constants = default_settings(**CONSTANTS["dde_driven"] | {"level": (DDE_LEVEL,)})
+    return HeldPeg(scene, options, wrench_noise, offsets, constants)
+
+
+def make_smoother(scene, options, wrench_noise, offsets=None):
+    """Return the default estimator as one that smooths in the end."""
+    return Smoother(scene, options, wrench_noise, offsets, default_settings())
+
+
+DEFAULT = Estimator("mixture (default)", 1000, partial(by_method, "mixture"))
+ESTIMATORS = (
+    DEFAULT,
+    DEFAULT._replace(rate=500),
+    DEFAULT._replace(rate=100),
+    *(Estimator("one level", rate, partial(by_method, "one_level")) for rate in (1000, 100)),
+    *(Estimator("DDE-driven", rate, make_dde_driven) for rate in (1000, 100)),
+    *(Estimator("quasi-static", rate, partial(by_method, "quasi_static")) for rate in (1000, 100)),
+    Estimator("unscented", 1000, make_unscented),
+    Estimator("smoother", 1000, make_smoother),
+)
+
+
+class Score(NamedTuple):
+    """
+    One estimator over one motion, median over the seeds.
+
+    Attributes
+    ----------
+    case, name : str
+        Of the motion and of the estimator.
+    reactions : float
+        Root mean square of the error over the mean reaction; NaN where none are told.
+    tilt_rate : float
+        Of gamma' [rad/s].
+    reactions_inside : float
+        Least share of a determined reaction within the stated 95 %.
+    determined : float
+        Share of samples.
+    lost : float
+        Share of runs.
+    microseconds : float
+        Computing time for a millisecond of motion, from messages to outputs: median of the ratios
+        to the default in the same turn, times the median of that one. What judging modes and
+        alarms costs a wrench is the default's for all.
+
+    """
+
+    case: str
+    name: str
+    reactions: float
+    tilt_rate: float
+    reactions_inside: float
+    determined: float
+    lost: float
+    microseconds: float
+
+
+def scores(chosen, case: str, truth, seeds, clock) -> list[Score]:
+    """
+    Return the Score of each estimator over one motion.
+
+    They are told that the peg is on three contacts, so that none is scored for when it believes
+    it. They take turns, so that what slows the machine for a while slows all of them.
+
+    Parameters
+    ----------
+    chosen : sequence of Estimator
+        The first is what the others' times are compared with.
+    case : str
+    truth : Truth
+        With wrenches at 1 kHz.
+    seeds : iterable of int
+        Of the sensors' noise.
+    clock : callable
+        Returns a time [s].
+
+    """
+    judged = truth.plan.configuration
+    configuration = told_of_contact(judged)
+    found: list[list[Errors]] = [[] for _ in chosen]
+    spent: list[list[float]] = [[] for _ in chosen]
+    duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
+    run(judged, list(measure(truth, 0))[:WARM], clock)
+    for turn, seed in enumerate(seeds):
+        samples = list(measure(truth, seed))
+        whole = run(judged, samples, clock)
+        # Of a wrench [s].
+        judging = whole.seconds / len(whole.t_ns)
+        for estimator, own, seconds in zip(chosen, found, spent):
+            given = thinned(samples, 10**9 // estimator.rate)
+            if turn == 0:
+                run(configuration, given[:WARM], clock, estimator.make)
+            track = run(configuration, given, clock, estimator.make)
+            own.append(errors(truth, track))
+            if estimator is chosen[0]:
+                judging -= track.seconds / len(track.t_ns)
+            # Noise of the clock may leave less than nothing of it.
+            total = track.seconds + max(judging, 0.0) * len(track.t_ns)
+            seconds.append(1e6 * total / duration_ms)
+    usual = float(np.median(spent[0]))
+    return [
+        Score(
+            case, str(estimator),
+            *(_median([getattr(e, name) for e in own]) for name in
+              ("reactions", "tilt_rate", "reactions_inside", "determined")),
+            sum(e.lost for e in own) / len(own),
+            usual * float(np.median(np.divide(seconds, spent[0]))),
+        )
+        for estimator, own, seconds in zip(chosen, found, spent)
+    ]  # fmt: skip
+
+
+def _median(values):
+    return float(np.median(values))
+
+
+class Overall(NamedTuple):
+    """
+    One estimator over all motions.
+
+    Attributes
+    ----------
+    name : str
+    reactions, tilt_rate : float
+        Geometric mean over the motions.
+    reactions_inside, determined, microseconds : float
+        Median of the motions.
+    lost : float
+        Share of all runs.
+
+    """
+
+    name: str
+    reactions: float
+    tilt_rate: float
+    reactions_inside: float
+    determined: float
+    lost: float
+    microseconds: float
+
+
+def overall(found: list[Score]) -> list[Overall]:
+    """Return each estimator over all motions."""
+    rows = []
+    for name in dict.fromkeys(score.name for score in found):
+        own = [score for score in found if score.name == name]
+        rows.append(
+            Overall(
+                name,
+                *(geometric_mean([getattr(s, part) for s in own])
+                  for part in ("reactions", "tilt_rate")),
+                *(_median([getattr(s, part) for s in own])
+                  for part in ("reactions_inside", "determined")),
+                float(np.mean([s.lost for s in own])),
+                _median([s.microseconds for s in own]),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def geometric_mean(values) -> float:
+    """Return the geometric mean of what is a number; NaN of none."""
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.exp(np.mean(np.log(known)))) if known else float("nan")
+
+
+def front(cost, error) -> list[int]:
+    """Return the places on the Pareto front by rising cost: none is both dearer and worse."""
+    kept, least = [], np.inf
+    for k in np.lexsort((error, cost)):
+        if error[k] < least:
+            kept.append(int(k))
+            least = error[k]
+    return kept

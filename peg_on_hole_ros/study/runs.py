@@ -1,0 +1,155 @@
+"""One estimator over one measured motion, whole path: what it says, how far off, at what cost."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.smoother import Smoother
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.simulation.measure import START_NS
+
+# The estimate begins with one orientation and no rates [ns].
+SETTLE_NS = 50_000_000
+# An orientation further off at the end than so many standard deviations of a measured one.
+LOST = 10.0
+INTERVAL = 1.959964
+
+
+class Track(NamedTuple):
+    """
+    What an estimator says at each wrench that it was given.
+
+    Attributes
+    ----------
+    t_ns : ndarray, shape (n,)
+        Since the begin of the motion [ns].
+    values, stddev : ndarray, shape (n, 9)
+        Angles [rad], rates [rad/s], reactions [N]; NaN where it says nothing of a quantity.
+    determined : ndarray of bool, shape (n,)
+        Reactions are declared determined.
+    seconds : float
+        Computing time.
+
+    """
+
+    t_ns: np.ndarray
+    values: np.ndarray
+    stddev: np.ndarray
+    determined: np.ndarray
+    seconds: float
+
+
+class Errors(NamedTuple):
+    """
+    How far off a track is, once it has settled.
+
+    Attributes
+    ----------
+    reactions : float
+        Root mean square over the mean reaction; NaN of an estimator that tells none.
+    tilt_rate : float
+        Root mean square of gamma' [rad/s].
+    states_inside, reactions_inside : float
+        Least share of a quantity within the stated 95 %; of reactions where they are determined.
+    determined : float
+        Share of samples.
+    lost : bool
+        Something is not finite, or the orientation ends LOST deviations off.
+
+    """
+
+    reactions: float
+    tilt_rate: float
+    states_inside: float
+    reactions_inside: float
+    determined: float
+    lost: bool
+
+
+def thinned(samples, period_ns: int) -> list:
+    """Return the samples whose stamps are multiples of a period from the begin on [ns]."""
+    return [sample for sample in samples if (sample.t_ns - START_NS) % period_ns == 0]
+
+
+def told_of_contact(configuration: Configuration) -> Configuration:
+    """Return a configuration by which the peg is taken as on three contacts all the time."""
+    return replace(configuration, monitor=replace(configuration.monitor, modes=False))
+
+
+def run(configuration: Configuration, samples, clock: Callable[[], float],
+        make: Callable = make_filter) -> Track:  # fmt: skip
+    """
+    Run the pipeline over samples with an estimator.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    samples : sequence
+        Joint and wrench samples.
+    clock : callable
+        Returns a time [s].
+    make : callable
+        As `make_filter`; what a `Smoother` tells of the states counts when all is over.
+
+    """
+    pipeline, rows = Pipeline(configuration, make=make), []
+    begun = clock()
+    for outputs in pipeline.play(samples):
+        rows.append(outputs)
+    smoothed = pipeline.filter.smooth() if isinstance(pipeline.filter, Smoother) else None
+    seconds = clock() - begun
+    values, stddev = np.full((len(rows), 9), np.nan), np.full((len(rows), 9), np.nan)
+    for k, outputs in enumerate(rows):
+        values[k, :6], values[k, 6:] = outputs.state, outputs.normal
+        stddev[k, :6] = np.sqrt(np.diagonal(outputs.state_covariance))
+        stddev[k, 6:] = outputs.normal_stddev
+    t_ns = np.array([outputs.t_ns for outputs in rows], np.int64)
+    determined = np.array([bool(o.monitor["reactions_determined"]) for o in rows], bool)
+    if smoothed is not None:
+        _, at, _ = np.intersect1d(smoothed[0], t_ns, return_indices=True)
+        values[:, :6] = smoothed[1][at]
+        stddev[:, :6] = np.sqrt(np.diagonal(smoothed[2][at], axis1=1, axis2=2))
+        # It smooths no reactions.
+        values[:, 6:] = stddev[:, 6:] = np.nan
+    return Track(t_ns - START_NS, values, stddev, determined, seconds)
+
+
+def errors(truth, track: Track) -> Errors:
+    """Return how far off a track is from a truth whose samples hold all its stamps."""
+    rows = np.searchsorted(truth.t_ns, track.t_ns)
+    error = track.values - np.hstack([truth.q, truth.rates, truth.normal])[rows]
+    error[:, 1:3] -= 2 * np.pi * np.round(error[:, 1:3] / (2 * np.pi))
+    told = track.t_ns >= SETTLE_NS
+    error, stddev, determined = error[told], track.stddev[told], track.determined[told]
+    if not len(error):
+        return Errors(np.inf, np.inf, 0.0, 0.0, 0.0, True)
+    # A NaN of what is told is no answer; one of what is not is left out.
+    reacts = np.isfinite(error[:, 6:]).any()
+    finite = bool(np.isfinite(error[:, : 9 if reacts else 6]).all())
+    inside = np.abs(error) <= INTERVAL * stddev
+    known = inside[determined, 6:]
+    return Errors(
+        _rms(error[:, 6:]) / float(truth.normal.mean()) if reacts else float("nan"),
+        _rms(error[:, 3]),
+        float(inside[:, :6].mean(axis=0).min()),
+        float(known.mean(axis=0).min()) if reacts and len(known) else float("nan"),
+        float(determined.mean()) if reacts else float("nan"),
+        not finite or _off(truth, rows[-1], error[-1]) > LOST,
+    )
+
+
+def _off(truth, row, error):
+    """Return the rotation that an orientation is off by, in deviations of a measured one."""
+    g, a, b = error[:3]
+    square = g**2 + a**2 + b**2 + 2 * np.cos(truth.q[row, 0]) * a * b
+    return np.sqrt(max(square, 0.0)) / truth.plan.configuration.joints.position_stddev
+
+
+def _rms(values):
+    """Return the root mean square; infinite where one is not a number."""
+    total = float(np.sqrt(np.mean(values**2)))
+    return total if np.isfinite(total) else float("inf")
