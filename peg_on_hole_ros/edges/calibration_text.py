@@ -6,10 +6,9 @@ from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.estimation.identification.calibration import Calibration, Estimate
 from peg_on_hole_ros.estimation.identification.selection import NORMAL_95
 
-# A mean NIS outside of this, over hundreds of innovations, is no chance.
-NIS_LOW, NIS_HIGH = 2.5, 3.6
-# Shares of the innovations that show no motion, and then the NIS says nothing.
-LOST = 0.01
+# A mean NIS outside of this, over hundreds of innovations, is no chance. Below 3 it is where a peg
+# is held more steadily than the estimator takes for granted.
+NIS_LOW, NIS_HIGH = 1.8, 3.6
 
 WORDS = {
     "friction": "friction",
@@ -51,12 +50,7 @@ def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object
     for one in found.estimates:
         if one.name in spreads and one.changed:
             values[spreads[one.name]] = _short((one.high - one.low) / 2 / NORMAL_95)
-    return values if _not_carried(found) else values | _uncertain_biases(found)
-
-
-def _uncertain_biases(found):
-    """Return how well the biases that are written are known, where that is worth states."""
-    wrench, values = found.configuration.wrench, {}
+    wrench = found.configuration.wrench
     for bias, noise in (
         ("bias_force", wrench.force_stddev),
         ("bias_torque", wrench.torque_stddev),
@@ -65,18 +59,6 @@ def _uncertain_biases(found):
         if stddev > WORTH * noise:
             values[f"wrench.{bias}_stddev"] = _short(stddev)
     return values
-
-
-def _not_carried(found):
-    """Return why an uncertain bias cannot be written; empty: it can, or there is none."""
-    method, uncertain = found.configuration.filter.method, _uncertain_biases(found)
-    if method == "extended" or not uncertain:
-        return ""
-    stated = ", ".join(f"{name} = {value:.2g}" for name, value in uncertain.items())
-    return (
-        f"filter.method {method!r} carries no uncertain bias: bounds are too narrow by how well "
-        f"those found are known ({stated}); 'extended' carries them"
-    )
 
 
 def _of_components(found, bias):
@@ -105,7 +87,7 @@ def _row(one: Estimate):
     if one.changed:
         return WORDS[one.name], start, best, interval, unit, value
     if not one.seen:
-        return WORDS[one.name], start, "?", interval, unit, "kept: not seen"
+        return WORDS[one.name], start, "?", "?", unit, "kept: not seen"
     inside = one.low <= one.start <= one.high
     why = f"not distinct from {start}" if inside else "chance, as one of many"
     return WORDS[one.name], start, best, interval, unit, f"kept: {why}"
@@ -123,7 +105,7 @@ def not_seen(found: Calibration) -> list[str]:
 def _reason(estimate, found):
     name = estimate.name
     if name.endswith("_stddev"):
-        reason = "other noise scatters the motion as much; take it from the sensor at rest"
+        reason = "too few samples in a row; take it from the sensor at rest"
     elif name == "clearance":
         reason = _clearance(found)
     elif name == "delay":
@@ -142,11 +124,16 @@ def _reason(estimate, found):
         )
     else:
         reason = "the contacts slid too little"
-    if estimate.partner:
-        reason += f" (in this recording it looks like {WORDS[estimate.partner]})"
+    if estimate.alike:
+        others = [WORDS[other] for other in estimate.alike]
+        reason += f" (this motion cannot tell it apart from {_listed(others)})"
     if estimate.changed:
         reason += "; changed nevertheless: at the start the recording is not explained"
     return reason
+
+
+def _listed(words):
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def _clearance(found):
@@ -169,16 +156,9 @@ def _clearance(found):
 
 
 def verdict(found: Calibration) -> str:
-    """Return how well the calibrated model explains the recording, and what is not written."""
-    return "; ".join(filter(None, (_explained(found), _not_carried(found))))
-
-
-def _explained(found):
-    if found.lost > LOST:
-        text = f"in {100 * found.lost:.0f} % of the joint states the contact model has no motion"
-    else:
-        text = f"mean NIS {found.nis:.2f} (3 if all is right)"
-    if found.lost > LOST or found.nis > NIS_HIGH:
+    """Return how well the calibrated model explains the recording."""
+    text = f"mean NIS {found.nis:.2f} (3 if all is right)"
+    if found.nis > NIS_HIGH:
         return (
             f"{text}: the recording holds more than the model and its noise explain; look for a "
             "wrong sensor pose (wrench.sensor_xyz, sensor_rpy), mass, payload or diameter, for "
@@ -194,14 +174,11 @@ def _explained(found):
 
 def heading(found: Calibration, bag: str, start: str) -> str:
     """Return the comment above the configuration: origin, values, intervals, what is missing."""
-    before = f"mean NIS {found.nis_before:.2f}"
-    if found.lost_before > LOST:
-        before = f"no motion in {100 * found.lost_before:.0f} % of the joint states"
     lines = [
         f"Calibrated from {bag}, started from {start}:",
         f"{found.seconds:.2f} s of steady sliding on three contacts, {found.innovations} joint",
         f"states. {verdict(found)};",
-        f"before: {before}.",
+        f"before: mean NIS {found.nis_before:.2f}.",
         "",
         "Most likely values with 95 % intervals, and what is written:",
     ]

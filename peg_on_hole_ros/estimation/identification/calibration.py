@@ -1,9 +1,9 @@
 """
-Parameters of a cell from a recording, by the greatest likelihood of the filter's innovations.
+Parameters of a cell from a recording, by the greatest likelihood of the estimator's innovations.
 
-Two likelihoods, as what moves the peg and what scatters the sensors are told by different things:
-friction, biases, tilt, delay and clearance by the mean of the innovations, noise levels by their
-spread. What the recording does not tell, or does not tell from the start, stays as it was.
+Noise levels come from what neighbouring samples differ by; friction, biases, tilt, delay and
+clearance from the likelihood under these. What the recording does not tell, or does not tell from
+the start, stays as it was.
 """
 
 from collections.abc import Callable
@@ -13,22 +13,22 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import BagError
-from peg_on_hole_ros.estimation.identification.inverse_dynamics import fit
-from peg_on_hole_ros.estimation.identification.likelihood import (
+from peg_on_hole_ros.estimation.identification.guess import guess
+from peg_on_hole_ros.estimation.identification.likelihood import START, Likelihood
+from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
+from peg_on_hole_ros.estimation.identification.quantities import (
     CLEARANCE,
     DELAY,
     FRICTION,
+    IS_NOISE,
     NAMES,
     NOISE,
     QUANTITIES,
-    SETTLE,
-    START,
     configured,
     coordinates,
     measures,
     natural,
 )
-from peg_on_hole_ros.estimation.identification.noise_levels import noise_levels
 from peg_on_hole_ros.estimation.identification.recording import (
     Recording,
     load,
@@ -36,21 +36,36 @@ from peg_on_hole_ros.estimation.identification.recording import (
     shortfall,
     steady,
 )
-from peg_on_hole_ros.estimation.identification.runs import Runs
-from peg_on_hole_ros.estimation.identification.selection import NORMAL_95, Selected, search
+from peg_on_hole_ros.estimation.identification.scoring import (
+    FEW_ITERATIONS,
+    MOST_ITERATIONS,
+    Peak,
+    Search,
+)
+from peg_on_hole_ros.estimation.identification.selection import (
+    NORMAL_95,
+    conditional,
+    kept_ones,
+)
 from peg_on_hole_ros.options import Configuration
 
 # Joint states beyond this are left out, evenly: they cost time and add little.
-MOST_JOINTS = 4000
+MOST_JOINTS = 2000
 # Ten blocks of them, by which the intervals are widened: see `scoring.BLOCK`.
 FEWEST_INNOVATIONS = 250
 # With a clearance that is stated too small, tilts nearer than so many gamma0 as stated may be
 # those of a peg in the hole, of which no parameters of three contacts make anything. gamma0 goes
 # with the root of the clearance: up to twice the stated one.
 FARTHER_TILT = 1.5
-# A start whose innovations squared are less than a third too large is not far off: where nothing
-# better is found beside it, noise is too large for the filter's tangents, and it stays.
-EXPLAINED = 4.0
+# Innovations squared that are a third too large are not explained; of three times what noise
+# leaves nothing may be told at all.
+EXPLAINED, UNEXPLAINED = 4.0, 9.0
+# A start that ends lower than the best by less than this is as likely.
+AS_LIKELY = 2.0
+# Of a direction that is not told, what a quantity has to be of its longest part to be named.
+PART = 0.3
+# Runs of a usual calibration, for the progress.
+USUAL = 250
 
 
 class Estimate(NamedTuple):
@@ -64,8 +79,8 @@ class Estimate(NamedTuple):
         Of the start; most likely, with its 95 % interval; as the configuration has it now.
     seen : bool
         Whether the interval is narrow enough to tell a cell anything.
-    partner : str
-        Of a parameter that is not seen, another that looks nearly the same; empty: none.
+    alike : tuple of str
+        Of a parameter that is not seen, the others that it cannot be told apart from.
 
     """
 
@@ -77,7 +92,7 @@ class Estimate(NamedTuple):
     high: float
     value: float
     seen: bool
-    partner: str
+    alike: tuple[str, ...]
 
     @property
     def changed(self) -> bool:
@@ -97,8 +112,6 @@ class Calibration(NamedTuple):
         In the order of QUANTITIES.
     nis_before, nis : float
         Mean normalised innovation squared at the start and at the end; 3 if all is right.
-    lost_before, lost : float
-        Share of the innovations where the parameters leave no motion; these count 64 in the mean.
     innovations : int
     seconds : float
         Of steady sliding that was used [s].
@@ -115,8 +128,6 @@ class Calibration(NamedTuple):
     estimates: tuple[Estimate, ...]
     nis_before: float
     nis: float
-    lost_before: float
-    lost: float
     innovations: int
     seconds: float
     least_tilt: float
@@ -155,29 +166,24 @@ def calibrate(
             f"{FEWEST_INNOVATIONS} are needed: {shortfall(record, start)}"
         )
     moved = motion(record)
-    runs, found = _searched(record, moved, parts, start, progress)
-    if found is None:
+    told = _told_before(progress)
+    found = _Found.of(record, moved, parts, start, told)
+    if found is None or found.nis > EXPLAINED:
         farther = _thinned(steady(record, start, FARTHER_TILT))
         if farther != parts and _count(farther) >= FEWEST_INNOVATIONS:
-            left = runs.left
-            again = _searched(
-                record, moved, farther, start, lambda share: progress(1.0 - left * (1.0 - share))
-            )
-            if again[1] is not None:
-                parts, (runs, found) = farther, again
-    x0 = coordinates(start)
-    if found is None:
-        raise BagError(_unexplained(runs.once(x0), start.joints.delay))
-    rows = _rows(parts)
-    before, after = (runs.once(at) for at in (x0, found.x))
+            again = _Found.of(record, moved, farther, start, told)
+            if again is not None and (found is None or again.nis < found.nis):
+                parts, found = farther, again
+    if found is None or found.nis > UNEXPLAINED:
+        raise BagError(_unexplained(found, start.joints.delay))
     progress(1.0)
+    rows = _rows(parts)
     turns = moved.rates[rows, 2]
     return Calibration(
         configured(start, found.x),
-        _estimates(x0, found, runs.scale),
-        *(float(one.nis.mean()) for one in (before, after)),
-        before.lost,
-        after.lost,
+        _estimates(coordinates(start), found),
+        found.nis_before,
+        found.nis,
         _count(parts),
         float(sum(record.joint_t[part.stop - 1] - record.joint_t[part.start] for part in parts)),
         float(moved.q[rows, 0].min() / start.scene.gamma0),
@@ -186,56 +192,116 @@ def calibrate(
     )
 
 
+def _told_before(progress):
+    """Return what is called after each run: ever nearer to the end, also where it takes long."""
+    count = 0
+
+    def told():
+        nonlocal count
+        count += 1
+        progress(1.0 - 2.0 ** (-2.0 * count / USUAL))
+
+    return told
+
+
 def _count(parts):
-    """Return how many innovations count."""
-    return sum(part.stop - part.start - START - SETTLE for part in parts)
+    """Return how many joint states count."""
+    return sum(part.stop - part.start - START for part in parts)
 
 
 def _rows(parts):
     return np.concatenate([np.arange(part.start, part.stop) for part in parts])
 
 
-def _searched(record, moved, parts, start, progress):
-    """Return the runs over some parts, and what they make of the start; None where nothing."""
-    rows, x0 = _rows(parts), coordinates(start)
-    limits = _limits(start, x0, moved.q[rows, 0].min())
-    force = float(np.median(load(record, moved, start)[rows]))
-    scale = measures(start.scene.hole_diameter, force)
-    runs = Runs(record, parts, start, limits, scale, progress)
-    found = search(runs, x0) or _as_started(runs, x0)
-    if found is None:
-        far = _from_far(runs, record, parts, start, limits, scale)
-        found = search(runs, x0, far) if far is not None else None
-    return runs, found
+class _Found(NamedTuple):
+    # Coordinates, of which those that stay are the start's; likeliest ones if nothing has to
+    # stay, their covariance, and each one's deviation.
+    x: np.ndarray
+    best: np.ndarray
+    covariance: np.ndarray
+    stddev: np.ndarray
+    nis_before: float
+    nis: float
+    scale: object
+
+    @staticmethod
+    def of(record, moved, parts, start, told):
+        rows, x0 = _rows(parts), coordinates(start)
+        likelihood = Likelihood(record, parts, start)
+        force = float(np.median(load(record, moved, start)[rows]))
+        scale = measures(start.scene.hole_diameter, force)
+        limits = _limits(start, x0, moved.q[rows, 0].min())
+        begin, noise = _with_noise(record, x0, limits)
+        search = Search(likelihood, x0, scale, limits, told)
+        free = np.flatnonzero(~IS_NOISE)
+        peaks = _peaks(search, likelihood, start, begin, free, force)
+        if not peaks:
+            return None
+        best = peaks[0]
+        covariance, stddev = _spread(best, peaks, free, scale, noise)
+        kept = kept_ones(best.x - x0, covariance)
+        x = conditional(best.x, covariance, x0, kept)
+        last = search.climb(x, np.flatnonzero(~kept & ~IS_NOISE)) if kept.any() else best
+        before, last = likelihood.run(x0), last or best
+        nis_before = np.inf if before is None else float(before.nis.mean())
+        nis = float(last.run.nis.mean())
+        return _Found(last.x, best.x, covariance, stddev, nis_before, nis, scale)
 
 
-def _as_started(runs, x0):
-    """Return the start itself, if only its covariances may be somewhat off; else None."""
-    at = runs.tangent(x0)
-    if at is None or at.found.nis.mean() > EXPLAINED:
-        return None
-    return Selected(x0, x0 + at.step, at.covariance, at.stddev)
+def _with_noise(record, x0, limits):
+    """Return the coordinates with the noise that is seen, and its deviations, shape (3,)."""
+    x, stddev = x0.copy(), np.full(3, 1e3)
+    for k, level in enumerate(noise_levels(record)):
+        if level is not None:
+            # That of the orientation is over what was stated.
+            stated = x0[NOISE][k] if k == 2 else 0.0
+            x[NOISE.start + k], stddev[k] = stated + level.log, level.stddev
+    return np.clip(x, *limits), stddev
 
 
-def _from_far(runs, record, parts, start, limits, scale):
-    """Return the most likely coordinates, however far from the start; None where none are."""
-    guess, x0 = fit(record, parts, start, limits, scale), coordinates(start)
-    for i, level in zip(range(NOISE.start, NOISE.stop), noise_levels(record)):
-        if level:
-            guess[i] = log(level) + (x0[i] if NAMES[i] == "position_stddev" else 0.0)
-    return runs.climb(np.clip(guess, *limits), np.ones(len(x0), bool))
+def _peaks(search: Search, likelihood, start, begin, free, force) -> list[Peak]:
+    """Return where the climbs from several starts end, the best first."""
+    starts = [begin, guess(likelihood, start, begin, force)]
+    tried = sorted(((search.at(x), k) for k, x in enumerate(starts)), reverse=True)
+    iterations = MOST_ITERATIONS, FEW_ITERATIONS
+    peaks = [
+        search.climb(starts[k], free, most)
+        for (value, k), most in zip(tried, iterations)
+        if np.isfinite(value)
+    ]
+    return sorted(filter(None, peaks), key=lambda peak: -peak.value)
 
 
-def _unexplained(before, delay):
+def _spread(best: Peak, peaks, free, scale, noise):
+    """
+    Return covariance and deviations of all coordinates.
+
+    The covariance is that of the curvature. Deviations are wider where scores vary by more than
+    the curvature promises, and where starts that are as likely end elsewhere.
+    """
+    curvature = np.linalg.inv(best.information + np.diag(scale.range[free] ** -2.0))
+    varied = best.scores - best.scores.mean(axis=0)
+    sandwich = curvature @ (varied.T @ varied) @ curvature
+    wider = np.maximum(np.diagonal(sandwich) / np.diagonal(curvature), 1.0)
+    others = [one.x for one in peaks if best.value - one.value < AS_LIKELY]
+    apart = np.ptp(np.array(others), axis=0)[free]
+    covariance = np.zeros((len(QUANTITIES), len(QUANTITIES)))
+    covariance[np.ix_(free, free)] = curvature * np.sqrt(np.outer(wider, wider))
+    covariance[free, free] += apart**2
+    covariance[range(NOISE.start, NOISE.stop), range(NOISE.start, NOISE.stop)] = noise**2
+    return covariance, np.sqrt(np.diagonal(covariance))
+
+
+def _unexplained(found, delay):
     """Return what a recording shows that no parameters explain; the delay [s] at the start."""
+    nis = "is not finite" if found is None else f"stays {found.nis:.1f}"
     return (
-        f"at the start {100 * before.lost:.0f} % of the joint states are without a motion under "
-        f"the contact model, and the mean NIS of all is {before.nis.mean():.1f} (3 if all is "
-        "right); no parameters were found that explain the recording better. Which of these it "
-        "is, is not told: a wrong wrench.acts_on, sensor pose, unit, mass or diameter; stamps of "
-        f"joint states that are some 0.1 s off those of the wrench (joints.delay, {delay:g} s at "
-        "the start); filtered wrenches; a soft peg; wrench noise that is large for so light a "
-        "peg; or slides too short or too slow to tell so many parameters"
+        f"the mean NIS {nis} (3 if all is right) whatever friction, wrench bias, tilt, delay and "
+        "clearance are tried: no parameters were found that explain the recording. Which of these "
+        "it is, is not told: a wrong wrench.acts_on, sensor pose, unit, mass or diameter; stamps "
+        "of joint states that are some 0.1 s off those of the wrench (joints.delay, "
+        f"{delay:g} s at the start); filtered wrenches; a soft peg; or wrench noise that is large "
+        "for so light a peg"
     )
 
 
@@ -258,7 +324,7 @@ def _limits(start, x0, least_tilt):
 
 
 def _thinned(parts):
-    """Return pieces spread over all parts that together have at most MOST_JOINTS."""
+    """Return pieces spread over all parts that together have at most some MOST_JOINTS."""
     total = sum(part.stop - part.start for part in parts)
     if total <= MOST_JOINTS:
         return parts
@@ -267,25 +333,34 @@ def _thinned(parts):
     for part in parts:
         for begin in range(part.start, part.stop, 1000):
             length = min(1000, part.stop - begin)
-            kept = max(round(length * share), 4 * (START + SETTLE))
-            pieces.append(slice(begin, min(begin + kept, part.stop)))
-    pieces = [piece for piece in pieces if piece.stop - piece.start > 2 * (START + SETTLE)]
+            kept = min(max(round(length * share), 100), length)
+            pieces.append(slice(begin, begin + kept))
     every = max(1, sum(piece.stop - piece.start for piece in pieces) // MOST_JOINTS)
     return pieces[::every]
 
 
-def _estimates(x0, found, scale):
-    x, stddev, final = found.best, found.stddev, found.x
+def _estimates(x0, found: _Found):
+    x, stddev, scale = found.best, found.stddev, found.scale
     seen = stddev <= scale.useful
-    # A coordinate that was never told apart has the spread of its prior.
-    plain = np.sqrt(np.diagonal(found.covariance))
-    correlation = np.abs(found.covariance / np.outer(plain, plain)) - np.eye(len(x))
     estimates = []
     for i, quantity in enumerate(QUANTITIES):
-        nearest = int(np.argmax(correlation[i]))
-        partner = NAMES[nearest] if not seen[i] and correlation[i, nearest] > 0.9 else ""
+        alike = () if seen[i] else _alike(i, found.covariance, scale.useful)
         half = NORMAL_95 * min(stddev[i], scale.range[i])
-        values = (x0[i], x[i], x[i] - half, x[i] + half, final[i])
+        values = (x0[i], x[i], x[i] - half, x[i] + half, found.x[i])
         values = (natural(quantity, value) for value in values)
-        estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), partner))
+        estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), alike))
     return tuple(estimates)
+
+
+def _alike(i, covariance, useful):
+    """Return the names of what goes with one quantity along the directions that are not told."""
+    rows = np.flatnonzero(~IS_NOISE)
+    if i not in rows:
+        return ()
+    scaled = (covariance / np.outer(useful, useful))[np.ix_(rows, rows)]
+    variance, directions = np.linalg.eigh(scaled)
+    at = rows.tolist().index(i)
+    # That direction which makes most of what is not known of the quantity.
+    v = directions[:, int(np.argmax(variance * directions[at] ** 2))]
+    named = np.abs(v) > PART * np.abs(v).max()
+    return tuple(NAMES[rows[k]] for k in np.flatnonzero(named) if k != at)

@@ -1,295 +1,218 @@
-"""Likelihood of a recording: the innovations of the contact filter under given parameters."""
+"""Likelihood of a recording under given parameters: that of the estimator that runs over it."""
 
-from dataclasses import replace
-from math import asin, atan2, exp, inf, isfinite, log
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import BSpline, make_lsq_spline
 
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
-from peg_on_hole_ros.estimation.identification.recording import Recording, turned, turning_axes
-from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy, tilt_axes
+from peg_on_hole_ros.estimation.identification.accumulate import (
+    BEGIN,
+    ORIENTATION,
+    UNCOUNTED,
+    WRENCH,
+    Events,
+    accumulate,
+)
+from peg_on_hole_ros.estimation.identification.quantities import DELAY, TILT, configured
+from peg_on_hole_ros.estimation.identification.recording import Recording, turned
+from peg_on_hole_ros.estimation.measurement import WrenchReduction, tilt_axes
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.state import (
+    FRICTION,
+    OPEN,
+    new_scratch,
+    new_state,
+    places,
+)
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
 
-# A part begins with a parabola through so many joint states, which are not used again.
-START = 16
-# So many more go before the first that counts: what the start's error costs has then faded.
-SETTLE = 8
-# Integration step [s]: with longer ones the likelihood jumps with where the steps lie.
-STEP = 2.5e-4
-# Where the equations give no motion the filter runs on another model; an innovation there counts
-# as this far off in one direction.
-LOST = np.array([8.0, 0.0, 0.0])
-
-
-class Quantity(NamedTuple):
-    """
-    One parameter that enters the innovations.
-
-    Attributes
-    ----------
-    name, unit : str
-    step : float
-        For differences; far above rounding.
-    range : float
-        How far from the start the truth may lie, as a standard deviation.
-    useful : float
-        A standard deviation above this tells a cell nothing.
-    log : bool
-        The search is in its logarithm: step, range and useful are shares.
-
-    Those of forces and torques are for a peg that is pressed by TYPICAL_FORCE into a hole of
-    TYPICAL_DIAMETER, see `measures`.
-
-    """
-
-    name: str
-    unit: str
-    step: float
-    range: float
-    useful: float
-    log: bool = False
-
-
-# The delay's step is some periods of the wrench: within one, where the steps of the integration
-# lie is worth as much as the shift.
-QUANTITIES = (
-    Quantity("friction", "", 1e-4, 0.5, 0.05),
-    *(Quantity(f"bias_force_{axis}", "N", 2e-3, 20.0, 1.0) for axis in "xyz"),
-    *(Quantity(f"bias_torque_{axis}", "N m", 1e-4, 1.0, 0.05) for axis in "xyz"),
-    *(Quantity(f"tilt_{axis}", "rad", 5e-4, 0.05, 0.01) for axis in "xy"),
-    Quantity("delay", "s", 4e-3, 0.02, 0.003),
-    Quantity("clearance", "m", 1e-3, 0.3, 0.08, True),
-    Quantity("force_stddev", "N", 0.02, 1.5, 0.3, True),
-    Quantity("torque_stddev", "N m", 0.02, 1.5, 0.3, True),
-    Quantity("position_stddev", "rad", 0.02, 1.5, 0.3, True),
-)
-NAMES = tuple(quantity.name for quantity in QUANTITIES)
-# What moves the peg, and what scatters the sensors.
-IS_NOISE = np.array([name.endswith("stddev") for name in NAMES])
-IS_FORCE = np.array([name.startswith("bias_force") for name in NAMES])
-IS_TORQUE = np.array([name.startswith("bias_torque") for name in NAMES])
-# What steps, ranges and uses of forces and torques are stated for [N], [m].
-TYPICAL_FORCE, TYPICAL_DIAMETER = 25.0, 0.05
-FRICTION, BIAS, TILT, DELAY, CLEARANCE, NOISE = 0, slice(1, 7), slice(7, 9), 9, 10, slice(11, 14)
-
-
-class Measures(NamedTuple):
-    """
-    Steps, ranges and uses of QUANTITIES for one peg under one load; see `Quantity`.
-
-    Attributes
-    ----------
-    step, range, useful : ndarray, shape (14,)
-
-    """
-
-    step: np.ndarray
-    range: np.ndarray
-    useful: np.ndarray
-
-
-def measures(diameter: float, force: float) -> Measures:
-    """
-    Return what is small, likely and of use for a hole of some diameter [m] and a load [N].
-
-    Whether a bias tells a cell anything is a matter of the load it is beside, and a torque is a
-    force at the rim: 0.05 N m, little beside 25 N on a peg of 50 mm, would turn one of 8 mm round.
-    """
-    rows = np.array([(one.step, one.range, one.useful) for one in QUANTITIES]).T
-    rows[:, IS_TORQUE] *= diameter / TYPICAL_DIAMETER
-    rows[2, IS_FORCE | IS_TORQUE] *= force / TYPICAL_FORCE
-    return Measures(*rows)
-
-
-def coordinates(configuration: Configuration) -> np.ndarray:
-    """Return where the search for QUANTITIES starts, shape (14,); tilts are against the start."""
-    scene, wrench, joints = configuration.scene, configuration.wrench, configuration.joints
-    x = np.zeros(len(QUANTITIES))
-    x[FRICTION], x[DELAY] = scene.friction, joints.delay
-    x[BIAS] = *wrench.bias_force, *wrench.bias_torque
-    x[CLEARANCE] = log(scene.hole_diameter - scene.peg_diameter)
-    x[NOISE] = np.log([wrench.force_stddev, wrench.torque_stddev, joints.position_stddev])
-    return x
-
-
-def natural(quantity: Quantity, coordinate: float) -> float:
-    """Return a value from its coordinate in the search."""
-    return exp(min(coordinate, 700.0)) if quantity.log else float(coordinate)
-
-
-def configured(start: Configuration, x) -> Configuration:
-    """Return a configuration with coordinates put in."""
-    value = [natural(quantity, coordinate) for quantity, coordinate in zip(QUANTITIES, x)]
-    force, torque, position = value[NOISE]
-    scene = replace(
-        start.scene,
-        friction=value[FRICTION],
-        peg_diameter=start.scene.hole_diameter - value[CLEARANCE],
-    )
-    wrench = replace(
-        start.wrench,
-        bias_force=tuple(value[BIAS][:3]),
-        bias_torque=tuple(value[BIAS][3:]),
-        force_stddev=force,
-        torque_stddev=torque,
-    )
-    joints = replace(start.joints, delay=value[DELAY], position_stddev=position)
-    if any(value[TILT]):
-        R_SH = tilt_axes(value[TILT])
-        scene = replace(scene, gravity=tuple((R_SH.T @ scene.gravity).tolist()))
-        R = rotation_from_rpy(joints.hole_rpy) @ R_SH
-        rpy = atan2(R[2, 1], R[2, 2]), asin(-R[2, 0]), atan2(R[1, 0], R[0, 0])
-        joints = replace(joints, hole_rpy=rpy)
-    return replace(start, scene=scene, wrench=wrench, joints=joints)
+# Orientations at the begin of a part that tell where it starts, and nothing else.
+START = 8
+# Wrenches count from so long after it [s]: the estimator's own settling, and what a delay may be.
+SETTLE = 0.045
+# Between the knots of a smooth motion [s]: with half as much noise looks like motion.
+KNOTS = 0.06
+# A reaction may be anything: with a prior that is near, the smaller reactions would be likelier.
+FREE_REACTION = 100.0
 
 
 class Innovations(NamedTuple):
     """
-    Innovations of the filter with the roots of their covariances.
-
-    As rotation vectors in the axes of the measured angles: densities of angles that a parameter
-    turns are not to be compared.
+    Innovations of one component of the mixture at each event; rows beyond three are zero.
 
     Attributes
     ----------
-    residual : ndarray, shape (n, 3)
-        [rad]
-    root : ndarray, shape (n, 3, 3)
-        A root of the covariance [rad].
-    lost : float
-        Share of them where the parameters leave no motion.
+    chosen : ndarray of int, shape (n,)
+        Which component: the heaviest, unless it is given.
+    residual : ndarray, shape (n, 6)
+    covariance : ndarray, shape (n, 6, 6)
 
     """
 
+    chosen: np.ndarray
     residual: np.ndarray
-    root: np.ndarray
-    lost: float
-
-    @property
-    def nis(self) -> np.ndarray:
-        """Normalised innovations squared, 3 degrees of freedom, shape (n,)."""
-        return (np.linalg.solve(self.root, self.residual[:, :, None])[:, :, 0] ** 2).sum(axis=1)
-
-    @property
-    def log_likelihood(self) -> np.ndarray:
-        """Logarithm of the likelihood of each innovation, up to a constant, shape (n,)."""
-        return -0.5 * self.nis - np.linalg.slogdet(self.root)[1]
+    covariance: np.ndarray
 
 
-def innovations(record: Recording, parts, start: Configuration, x) -> Innovations | None:
+class Run(NamedTuple):
     """
-    Run the contact filter over parts of a recording, each on its own.
+    What a run says of its parameters.
+
+    Attributes
+    ----------
+    log_likelihood : ndarray, shape (n,)
+        Of each event, up to a constant.
+    nis : ndarray, shape (m,)
+        Normalised innovations squared of all that counts, 3 degrees of freedom.
+    innovations : Innovations or None
+
+    """
+
+    log_likelihood: np.ndarray
+    nis: np.ndarray
+    innovations: Innovations | None
+
+    @property
+    def total(self) -> float:
+        """Log likelihood of the recording."""
+        return float(self.log_likelihood.sum())
+
+
+def rows_of(record: Recording, parts, delay: float) -> tuple[np.ndarray, ...]:
+    """
+    Return which joint states and wrenches are events, and which joint states begin a part.
+
+    They stay the same whatever delay is tried: other measurements have another likelihood.
+    """
+    joints, wrenches, uncounted = [], [], []
+    for part in parts:
+        t = record.joint_t[part] - delay
+        first, last = np.searchsorted(record.wrench_t, (t[0] + SETTLE, t[-1]))
+        joints.append(np.arange(part.start, part.stop))
+        wrenches.append(np.arange(first, last))
+        uncounted.append(np.arange(part.stop - part.start) < START)
+    return tuple(map(np.concatenate, (joints, wrenches, uncounted)))
+
+
+class Likelihood:
+    """
+    The likelihood of parts of a recording.
 
     Parameters
     ----------
     record : Recording
         Read under the configuration of the start.
     parts : list of slice
-        Of its joint states.
+        Of its joint states: where three contacts slide.
     start : Configuration
-    x : ndarray, shape (14,)
-        From `coordinates`.
-
-    Returns
-    -------
-    Innovations or None
-        None where one is not finite.
 
     """
-    configuration = configured(start, x)
-    # Nothing is widened, gated or left to constant rates: that would hide what a wrong parameter
-    # does. A cheaper model of the contact, which a configuration may ask for, predicts these.
-    options = replace(
-        configuration.filter,
-        model="dynamic",
-        slow_slip=0.0,
-        # Reversals tell of a delay; what the wrench did within an interval would hide that.
-        wrench_jump=0.0,
-        inflation_threshold=inf,
-        gate_threshold=inf,
-        max_step=min(configuration.filter.max_step, STEP),
-    )
-    # Nor learnt: the values given are those in question.
-    scene = replace(configuration.scene, friction_stddev=0.0, clearance_stddev=0.0)
-    reduction = WrenchReduction(configuration.wrench, scene)
-    try:
-        kalman = ContactFilter(scene, options, reduction.covariance)
-    except np.linalg.LinAlgError:
-        # A noise of force far below that of torque at its lever, or the reverse.
-        return None
-    R_SH = tilt_axes(x[TILT])
-    if any(x[TILT]):
-        record = turned(record, R_SH.T)
-    # A wrench is held around its stamp, not up to it: that would look like a delay.
-    half = 0.5 * float(np.median(np.diff(record.wrench_t)))
-    scale = configuration.joints.position_stddev / start.joints.position_stddev
-    record = record._replace(
-        wrench_t=record.wrench_t + half,
-        joint_t=record.joint_t - configuration.joints.delay,
-        covariance=record.covariance * scale**2,
-    )
-    rows, residuals, roots, lost = [], [], [], []
-    for part in parts:
-        if not _run(record, part, reduction, kalman, rows, residuals, roots, lost):
+
+    def __init__(self, record: Recording, parts, start: Configuration):
+        self._start = start
+        joints, wrenches, uncounted = rows_of(record, parts, start.joints.delay)
+        self._smooth = [_spline(record.joint_t[part], record.q[part]) for part in parts]
+        self._record = record._replace(
+            joint_t=record.joint_t[joints],
+            q=record.q[joints],
+            covariance=record.covariance[joints],
+            wrench_t=record.wrench_t[wrenches],
+            wrench=record.wrench[wrenches],
+        )
+        kind = np.where(uncounted, UNCOUNTED, ORIENTATION)
+        kind[np.cumsum([0, *(part.stop - part.start for part in parts)])[:-1]] = BEGIN
+        self._kind = np.concatenate([kind, np.full(len(wrenches), WRENCH)])
+        self.counted = int((~uncounted).sum())
+
+    def events(self, x, configuration: Configuration) -> Events:
+        """
+        Return what the sensors say under coordinates x that give a configuration.
+
+        A delay moves the angles along their smooth motion; stamp and noise stay with each. Moved
+        stamps would pair other samples of noise, which is worth more than a millisecond.
+        """
+        record, start = self._record, self._start
+        ahead = x[DELAY] - start.joints.delay
+        if ahead:
+            moved = [smooth(t + ahead) - smooth(t) for t, smooth in self._smooth]
+            record = record._replace(q=record.q + np.concatenate(moved))
+        if any(x[TILT]):
+            record = turned(record, tilt_axes(x[TILT]).T)
+        t = record.joint_t - start.joints.delay
+        wide = configuration.joints.position_stddev / start.joints.position_stddev
+        on_peg = _on_peg(record, t, configuration)
+        n, m = len(t), len(on_peg)
+        value, covariance = np.zeros((n + m, 6)), np.zeros((n + m, 3, 3))
+        value[:n, :3], value[n:] = record.q, on_peg
+        covariance[:n] = record.covariance * wide**2
+        volume = np.zeros(n + m)
+        volume[:n] = np.log(np.sin(np.abs(record.q[:, 0])))
+        times = np.concatenate([t, record.wrench_t])
+        # Of one stamp the orientation comes first, as in the pipeline; rounding must not tell.
+        order = np.argsort(np.round(times * 1e7), kind="stable")
+        return Events(*(rows[order] for rows in (times, self._kind, value, covariance, volume)))
+
+    def run(self, x, chosen=None, detailed: bool = False) -> Run | None:
+        """
+        Run the estimator under coordinates x, with all of QUANTITIES known.
+
+        Parameters
+        ----------
+        x : ndarray, shape (14,)
+        chosen : ndarray of int, shape (n,), optional
+            The component whose innovations are given.
+        detailed : bool
+            Whether innovations are given.
+
+        Returns
+        -------
+        Run or None
+            None where the likelihood is not finite.
+
+        """
+        configuration = configured(self._start, x)
+        scene, options = configuration.scene, configuration.filter
+        constants = default_settings(frictions=1, reaction_prior=FREE_REACTION)
+        levels = len(constants.level)
+        events = self.events(x, configuration)
+        n = len(events.t)
+        chosen = np.full(n, -1, np.int64) if chosen is None else chosen.copy()
+        size = n if detailed else 0
+        residual, covariance = np.zeros((size, 6)), np.zeros((size, 6, 6))
+        found, nis = np.zeros(n), np.full(n, np.nan)
+        learnt, walk = np.ones(OPEN + 3), np.zeros(OPEN)
+        learnt[FRICTION] = 0.0
+        _, state = new_state(OPEN, 1, levels)
+        noise = WrenchReduction(configuration.wrench, scene).covariance
+        accumulate(
+            state, new_scratch(OPEN, 1, levels), constants, scene_scalars(scene), places(())[0],
+            learnt, walk, options.initial_rate_stddev, noise, events, found, nis, chosen, residual,
+            covariance,
+        )  # fmt: skip
+        if not np.isfinite(found).all():
             return None
-    turn = R_SH @ turning_axes(record.q[rows])
-    root = turn @ np.array(roots).reshape(-1, 3, 3)
-    residual = np.einsum("nij,nj->ni", turn, residuals)
-    at = np.flatnonzero(lost)
-    residual[at] = root[at] @ LOST
-    return Innovations(residual, root, len(at) / len(lost))
+        details = Innovations(chosen, residual, covariance) if detailed else None
+        return Run(found, nis[np.isfinite(nis)], details)
 
 
-def _run(record, part, reduction, kalman, rows, residuals, roots, lost):
-    first = part.start + START
-    now = record.joint_t[first - 1]
-    _begin(kalman, record, slice(part.start, first))
-    times = record.joint_t[first : part.stop].tolist()
-    waiting = list(zip(times, record.q[first : part.stop], record.covariance[first : part.stop]))
-    i, settled, lost_to = 0, SETTLE, -1
-    from_wrench = int(np.searchsorted(record.wrench_t, now, side="right"))
-    for k in range(from_wrench, len(record.wrench_t) + 1):
-        # A delay may leave joint states after the last wrench, which then holds on.
-        t = record.wrench_t.item(k) if k < len(record.wrench_t) else inf
-        row = record.wrench[min(k, len(record.wrench_t) - 1)]
-        kalman.hold(reduction.on_peg(row[:3], row[3:], kalman.x[:3]))
-        while i < len(waiting) and waiting[i][0] <= t:
-            at, q, R = waiting[i]
-            if at > now:
-                if kalman.predict(at - now, True) is not Prediction.CONTACT:
-                    lost_to = i + SETTLE
-                now = at
-            _, nis = kalman.correct(q, R)
-            if not isfinite(nis):
-                return False
-            if i >= settled:
-                residual, root = kalman.last_innovation()
-                rows.append(first + i)
-                residuals.append(residual)
-                roots.append(root)
-                lost.append(i <= lost_to)
-            i += 1
-        if i == len(waiting):
-            return True
-        if t > now:
-            if kalman.predict(t - now, True) is not Prediction.CONTACT:
-                lost_to = i + SETTLE
-            now = t
-    return False
+def _spline(t, q) -> tuple[np.ndarray, BSpline]:
+    """Return the stamps of a part [s], and a smooth motion through its angles."""
+    inner = np.linspace(t[0], t[-1], max(round((t[-1] - t[0]) / KNOTS), 1) + 1)[1:-1]
+    return t, make_lsq_spline(t, q, np.r_[[t[0]] * 4, inner, [t[-1]] * 4], k=3)
 
 
-def _begin(kalman, record, chosen):
-    """Start from a parabola through joint states, with the covariance of its end."""
-    t = record.joint_t[chosen] - record.joint_t[chosen.stop - 1]
-    span = max(-t[0], 1e-9)
-    A = (t / span)[:, None] ** np.arange(3)
-    inverse = np.linalg.inv(A.T @ A)
-    fit = inverse @ A.T @ record.q[chosen]
-    R = record.covariance[chosen].mean(axis=0)
-    kalman.start(fit[0], R)
-    kalman.x[3:] = fit[1] / span
-    scale = np.diag([1.0, 1.0 / span])
-    # A parabola is not the motion: what a jerk leaves is counted as three times the noise.
-    spread = 9.0 * scale @ inverse[:2, :2] @ scale
-    kalman.Z[:6, :6] = np.kron(spread, R)
+def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
+    """Return the wrenches on the peg about its mass centre, peg axes, shape (n, 6)."""
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    on_peg = (reduction.sign * record.wrench - reduction.tare) @ reduction.matrix.T
+    if configuration.wrench.payload_mass:
+        q = np.array([np.interp(record.wrench_t, t, angle) for angle in record.q.T])
+        gravity_P = np.einsum("ijk,i->kj", peg_axes(q), configuration.scene.gravity)
+        nothing, upright = np.zeros(3), np.zeros(3)
+        still = reduction.on_peg(nothing, nothing, upright, np.zeros(3))
+        on_peg += gravity_P @ [
+            reduction.on_peg(nothing, nothing, upright, axis) - still for axis in np.eye(3)
+        ]
+    return on_peg

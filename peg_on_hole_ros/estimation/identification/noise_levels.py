@@ -1,6 +1,7 @@
-"""Noise of the sensors from what differences of neighbouring samples leave: a first guess."""
+"""Noise of the sensors, from what differences of neighbouring samples leave."""
 
-from math import sqrt
+from math import log, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,11 +13,20 @@ WEIGHTS = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 # A median over blocks of so many ignores the blocks with impacts.
 BLOCK = 100
 FEWEST_BLOCKS = 3
+# What is left of a motion, and of the median's own error, as a share of the level.
+SURE = 0.01
 
 
-def noise_levels(record: Recording) -> tuple[float | None, float | None, float | None]:
+class Level(NamedTuple):
+    """Logarithm of a standard deviation, and how well it is known."""
+
+    log: float
+    stddev: float
+
+
+def noise_levels(record: Recording) -> tuple[Level | None, Level | None, Level | None]:
     """
-    Return the noise of force [N], torque [N m], and of the orientation, as standard deviations.
+    Return the noise of force [N], torque [N m], and of the orientation.
 
     The last in units of the covariance in the recording: 1 if that is right. None where there are
     too few samples in a row.
@@ -42,5 +52,11 @@ def _level(t, values, root=None):
     blocks = len(variances) // BLOCK
     if blocks < FEWEST_BLOCKS:
         return None
-    # The median of so wide a mean lies below it by 1 %.
-    return sqrt(np.median(variances[: blocks * BLOCK].reshape(blocks, -1).mean(axis=1)))
+    means = variances[: blocks * BLOCK].reshape(blocks, -1).mean(axis=1)
+    middle = float(np.median(means))
+    if not middle > 0.0:
+        return None
+    # A normal spread by its quartiles, and of a median what it leaves of that of a mean. The
+    # median of so wide a mean lies below it by 1 %.
+    spread = np.subtract(*np.quantile(means, (0.75, 0.25))) / 1.349
+    return Level(0.5 * log(middle), 0.5 * 1.2533 * float(spread) / middle / sqrt(blocks) + SURE)

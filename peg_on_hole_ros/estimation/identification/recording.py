@@ -15,10 +15,9 @@ SMOOTHING = 0.016
 QUIET = 0.04
 # Local parabolas over this many joint states on either side of one [-].
 HALF_WINDOW = 10
-# Below this slip, over the hole's diameter and a second, or so many widths of friction's kink, a
-# contact may stick, and within this time of it [s] friction has no one value.
+# Below this slip, over the hole's diameter and a second, a contact may stick, and within this time
+# of it [s] friction has no one value.
 SLOW_SLIP = 0.04
-KINK_WIDTHS = 10.0
 REST = 0.025
 # Of the rate that gives that slip, advised.
 AMPLE = 1.25
@@ -179,8 +178,7 @@ def load(record: Recording, moved: Motion, configuration: Configuration) -> np.n
 
 def slow_slip(configuration: Configuration) -> float:
     """Return the slip speed below which a contact may stick [m/s]."""
-    kink = configuration.filter.slip_velocity_scale
-    return max(SLOW_SLIP * configuration.scene.hole_diameter, KINK_WIDTHS * kink)
+    return SLOW_SLIP * configuration.scene.hole_diameter
 
 
 class Conditions(NamedTuple):

@@ -1,0 +1,84 @@
+"""First guess of the parameters: the estimator with friction, clearance and bias open."""
+
+from dataclasses import replace
+from math import inf, log
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.identification.accumulate import BEGIN, WRENCH
+from peg_on_hole_ros.estimation.identification.likelihood import Likelihood
+from peg_on_hole_ros.estimation.identification.quantities import (
+    BIAS,
+    CLEARANCE,
+    FRICTION,
+    configured,
+)
+from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.options import Configuration
+
+# What is open in the first pass: friction, clearance as a share, bias as a share of the load.
+FRICTION_STDDEV, CLEARANCE_STDDEV, BIAS_SHARE = 0.2, 0.2, 0.2
+# Each pass begins where the one before has ended: slopes taken far off lead only so near.
+PASSES = 2
+
+
+def guess(likelihood: Likelihood, start: Configuration, x, load: float) -> np.ndarray:
+    """
+    Return coordinates nearer to what a recording shows, shape (14,); tilt and delay stay.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+        Of the parts to run over.
+    start : Configuration
+    x : ndarray, shape (14,)
+        Where to begin.
+    load : float
+        What the rim carries [N].
+
+    """
+    x = x.copy()
+    for _ in range(PASSES):
+        configuration = configured(start, x)
+        peg = _open(configuration, load)
+        events, now = likelihood.events(x, configuration), 0.0
+        for t, kind, value, R, _ in zip(*events):
+            if kind == BEGIN:
+                peg.let_go()
+                peg.start(value[:3], R)
+                now = t
+                continue
+            if t > now:
+                peg.predict(t - now)
+                now = t
+            if kind == WRENCH:
+                peg.weigh(value, ContactSet.THREE)
+            else:
+                peg.correct(value[:3], R)
+        x[FRICTION] = max(peg.friction[0], 0.0)
+        x[CLEARANCE] = log(peg.clearance[0])
+        x[BIAS] += peg.bias
+    return x
+
+
+def _open(configuration: Configuration, load: float) -> HeldPeg:
+    scene, wrench = configuration.scene, configuration.wrench
+    clearance, bias = scene.hole_diameter - scene.peg_diameter, BIAS_SHARE * load
+    scene = replace(
+        scene, friction_stddev=FRICTION_STDDEV, clearance_stddev=CLEARANCE_STDDEV * clearance
+    )
+    wrench = replace(
+        wrench,
+        bias_force_stddev=bias,
+        bias_torque_stddev=bias * scene.hole_diameter,
+    )
+    joints = replace(configuration.joints, hole_tilt_stddev=0.0, delay_stddev=0.0)
+    options = replace(
+        configuration.filter, friction="estimated", clearance="estimated",
+        wrench_bias="estimated", gate_threshold=inf,
+    )  # fmt: skip
+    configuration = replace(configuration, scene=scene, wrench=wrench, joints=joints)
+    configuration = replace(configuration, filter=options)
+    reduction = WrenchReduction(wrench, scene)
+    return HeldPeg(scene, options, reduction.covariance, reduction.offsets(configuration))
