@@ -9,8 +9,10 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them.
+COMPILED = (
     "mechanics", "estimator", "estimation", "monitoring", "simulation", "study",
     "edges/bags/walk.py",
+)  # fmt: skip
 
 
 def source_key() -> str:

@@ -131,8 +131,6 @@ def replay(
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
     doubts = [*bag.remarks(needed), *([mixed] if mixed else []), *doubts]
-    bridged = told(content["contact_steps"], content["messages"]["events"], configuration)
-    doubts += [bridged] if bridged else []
     if report_path:
         files = bag_files(bag.path).files
         found = Replay(bag.path, files, content, tracks, inputs, score, doubts, configuration)

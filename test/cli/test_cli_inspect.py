@@ -1,7 +1,6 @@
 """`peg-on-hole inspect` says of a replay what the replay then does."""
 
 import json
-from math import cos, sin
 
 import pytest
 from mcap.reader import make_reader
@@ -11,10 +10,7 @@ from arm import OPTIONS
 from cli_helpers import config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, BagWriter
-from peg_on_hole_ros.simulation.truth import integrate
-from simulated import contact_plan
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 
@@ -97,56 +93,6 @@ def test_joint_states_of_a_robot_are_dropped_as_in_a_replay(tmp_path, capsys):
     replay = told(capsys, path, "--config", given)
     assert replay["dropped"] == {"/joint_states: outside_joint_limits": 10}
     assert not replay["possible"]
-
-
-@pytest.mark.parametrize("rate", [250, 1000])
-def test_steps_that_a_replay_will_not_believe_are_told_before_it(tmp_path, capsys, rate):
-    path, summary = tmp_path / "a.mcap", tmp_path / "s.json"
-    plan = contact_plan(
-        [0.2, 0.0, 0.0], [-0.1, 0.0, 2.0], [0.0, 0.0, -1e-3], 0.5, wrench_rate=rate, joint_rate=250
-    )
-    write_simulated(path, integrate(plan))
-    assert main(["inspect", str(path)]) == 0
-    line = capsys.readouterr().out.splitlines()[-1]
-    assert main(["inspect", str(path), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)["contact_steps"]
-    assert found["wrench_rate"] == pytest.approx(rate) and found["windows"] >= 8
-    # phi turns by 2 rad/s at a radius of 25 mm.
-    assert found["slip"] == pytest.approx(0.05, rel=0.1)
-    assert main(["replay", str(path), "--summary", str(summary)]) == 0
-    replayed = json.loads(summary.read_text())["contact_steps"]
-    if rate == 1000:
-        assert "contact steps" not in line and not found["not_believed"]
-        assert 2 * replayed["not_believed"] < replayed["count"]
-        return
-    assert 2 * replayed["not_believed"] > replayed["count"]
-    count, slip, noise = found["windows"], found["slip"], found["slip_noise"]
-    assert line == (
-        f"contact steps: in {count} of {count} stretches of motion a replay will not believe most "
-        f"of them: contacts slip by {1e3 * slip:.3g} mm/s, and noise of one wrench at 250 Hz "
-        f"moves them by {1e3 * noise:.3g} mm/s, which has to be less than an eighth of that. "
-        "Friction, angles and rates then come from the balance of forces, and wrong settings "
-        "show less (docs/steps.md, docs/integration.md); at this noise and motion record the "
-        f"wrench at {found['enough_rate']:g} Hz or more, or turn the peg faster"
-    )
-    assert 250 * 8 * noise / slip <= found["enough_rate"] < 1.1 * 250 * 8 * noise / slip
-
-
-def test_a_peg_at_rest_or_in_the_air_tells_nothing_of_its_steps(tmp_path, capsys):
-    for force in (-10.0, 4.903325):  # pressed; carried, with the weight that the robot holds
-        path = tmp_path / f"{force}.mcap"
-        with BagWriter(path) as writer:
-            for i in range(400):
-                t_ns, gamma = 10**9 + i * MS, 0.3 if force < 0 else 0.3 - 1e-4 * i
-                writer.write("/joint_states", JOINTS, joints(t_ns, (gamma, 0.0, 0.0)), t_ns)
-                writer.write("/wrench", WRENCH, wrench(t_ns, _hanging(gamma, force)), t_ns)
-        assert main(["inspect", str(path), "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["contact_steps"] is None
-
-
-def _hanging(gamma, force):
-    """Return a vertical force in the axes of a peg that leans by gamma."""
-    return force * sin(gamma), 0.0, force * cos(gamma)
 
 
 def test_what_is_stated_by_half_is_told_of_a_configuration_in_the_bag_too(tmp_path, capsys):

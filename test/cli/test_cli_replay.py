@@ -2,25 +2,18 @@
 
 import json
 import math
-import re
 
 import pytest
-from peg_on_hole_ros.edges.contact_steps import told
 
-from cli_helpers import ROOT, SCHEMA, config, fails
+from cli_helpers import ROOT, SCHEMA, fails
 from json_schema import check
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bags.estimates import estimates
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import write_parameters
 from peg_on_hole_ros.edges.messages.output import STRING, joint_state
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.simulation.truth import integrate
-from simulated import contact_plan
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 
@@ -110,62 +103,6 @@ def test_reactions_that_were_determined_nowhere_have_no_largest(bag, tmp_path, c
     check(content, SCHEMA)
     assert content["max_normal"] == dict.fromkeys(("K", "B1", "B2"))
     assert "the reactions were determined nowhere" in report.read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("rate", [100, 1000])
-def test_a_slow_wrench_whose_steps_are_not_believed_is_told(tmp_path, capsys, rate):
-    rates = {"wrench_rate": rate, "joint_rate": min(rate, 500)}
-    sliding = contact_plan([0.2, 0.0, 0.0], [-0.1, 0.2, 1.0], [0.0, 0.0, -1e-3], 0.3, **rates)
-    path, summary = tmp_path / "a.mcap", tmp_path / "s.json"
-    write_simulated(path, integrate(sliding))
-    assert main(["replay", str(path), "--summary", str(summary)]) == 0
-    content = json.loads(summary.read_text())
-    check(content, SCHEMA)
-    steps, events = content["contact_steps"], content["messages"]["events"]
-    names = ("step_without_direction", "step_limited", "step_without_solution", "step_runs_away")
-    assert steps["not_believed"] == sum(events.get(name, 0) for name in names)
-    assert 0.8 * content["outputs"] < steps["count"] < content["outputs"]
-    told = re.findall("^contact steps: .*", capsys.readouterr().out, re.MULTILINE)
-    if rate == 1000:
-        assert steps["not_believed"] < 0.1 * steps["count"] and not told
-        return
-    assert steps["not_believed"] > 0.9 * steps["count"]
-    assert told == [
-        f"contact steps: {steps['not_believed']} of {steps['count']} not believed, as noise or "
-        "rest leaves slip no direction (usual for a slow wrench, a small peg, a peg at rest; else "
-        "a setting is wrong): friction, angles and rates come from the balance of forces, and "
-        "wrong settings show less (docs/steps.md, docs/integration.md)"
-    ]
-
-
-@pytest.mark.parametrize(
-    ("given", "named"),
-    [
-        ("wrench: {bias_force_stddev: 0.5}", "wrench.bias_force_stddev = 0.5"),
-        ("scene: {clearance_stddev: 2.0e-5}", "scene.clearance_stddev = 2e-05"),
-        (
-            "wrench: {bias_torque_stddev: 0.01}\n    joints: {hole_tilt_stddev: 0.002}",
-            "wrench.bias_torque_stddev = 0.01, joints.hole_tilt_stddev = 0.002",
-        ),
-    ],
-)
-def test_what_is_stated_to_be_uncertain_is_named_as_what_hides_the_slip(given, named, tmp_path):
-    configuration, _ = load(str(config(tmp_path, given)))
-    line = told({"count": 653, "not_believed": 651}, {}, configuration)
-    assert f"likely as what is stated to be uncertain hides how contacts slip ({named}): " in line
-    assert "tare" in line and "calibrate" in line
-    assert "uncertain" not in told({"count": 653, "not_believed": 651}, {}, Configuration())
-    # It does not hide a wedge, nor units.
-    events = {"step_without_solution": 600}
-    assert "uncertain" not in told({"count": 653, "not_believed": 651}, events, configuration)
-
-
-def test_a_stated_bias_that_hides_the_slip_is_told(tmp_path, capsys):
-    """With the same noise and without that bias 3 of 653 are not believed."""
-    stated = config(tmp_path, "wrench: {bias_force_stddev: 0.5}")
-    bag = ROOT / "bags" / "closing_with_slip.mcap"
-    assert main(["replay", str(bag), "--config", str(stated)]) == 0
-    assert "(wrench.bias_force_stddev = 0.5): state less" in capsys.readouterr().out
 
 
 def test_a_clock_that_goes_back_leaves_a_summary_that_fits(tmp_path, capsys):

@@ -65,8 +65,9 @@ def test_noise_alone_is_not_too_large():
 
 
 def test_an_innovation_is_whitened_by_its_covariance():
-    P, R = np.diag([1e-4, 4e-4, 9e-4]), 1e-4 * np.array(
-        [[2.0, 0.3, 0.1], [0.3, 3.0, 0.2], [0.1, 0.2, 1.0]]
+    P, R = (
+        np.diag([1e-4, 4e-4, 9e-4]),
+        1e-4 * np.array([[2.0, 0.3, 0.1], [0.3, 3.0, 0.2], [0.1, 0.2, 1.0]]),
     )
     P[0, 1] = P[1, 0] = 1e-4
     kalman, q = HeldPeg(Scene(), FilterOptions(), np.eye(6)), np.array([0.1, 0.2, 0.3])

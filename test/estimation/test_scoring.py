@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.identification.runs import Runs
 
 from peg_on_hole_ros.estimation.identification.likelihood import (
     IS_NOISE,
@@ -9,7 +10,6 @@ from peg_on_hole_ros.estimation.identification.likelihood import (
     Innovations,
     measures,
 )
-from peg_on_hole_ros.estimation.identification.runs import Runs
 from peg_on_hole_ros.estimation.identification.scoring import Likelihood, greatest, tangent
 
 SIZE = len(QUANTITIES)

@@ -30,10 +30,10 @@ def closing(name):
     return scenes.truth_of(case, Configuration())
 
 
-def played(motion, configuration, seed, bias=np.zeros(6), seconds=10.0, begin_ns=START_NS):
+def played(motion, configuration, seed, bias=(0.0,) * 6, seconds=10.0, begin_ns=START_NS):
     """Return a pipeline, and its outputs of a measurement by a sensor that is off by a bias."""
     pipeline = Pipeline(configuration)
-    samples = measure(motion, seed, begin_ns, exact=sensor_wrench(motion) + bias)
+    samples = measure(motion, seed, begin_ns, exact=sensor_wrench(motion) + np.array(bias))
     within = takewhile(lambda sample: sample.t_ns - begin_ns <= seconds * SECONDS, samples)
     return pipeline, list(pipeline.play(within))
 
@@ -128,18 +128,22 @@ def uncertain(configuration, force=2.0, torque=0.02, **more):
 
 
 def test_a_bias_is_learnt_while_the_peg_slides():
-    motion = closing("reversals")
-    pipeline, outputs = played(motion, uncertain(motion.plan.configuration), 7, BIAS)
-    monitor = outputs[-1].monitor
+    motion, shares = closing("reversals"), []
     names = [f"bias_force_{axis}" for axis in "xyz"] + [f"bias_torque_{axis}" for axis in "xyz"]
-    stddev = np.array([monitor[f"{name}_stddev"] for name in names])
-    off = np.array([monitor[name] for name in names]) - BIAS
-    # One in a thousand of chance for each.
-    assert ((off / stddev) ** 2).max() < chi2(1).isf(1e-3)
-    assert stddev[:2].max() < 0.5
-    share, _ = inside(motion, outputs)
-    assert share.min() > 0.9
-    np.testing.assert_array_equal(pipeline.processor.bias, [monitor[name] for name in names])
+    for seed in range(3):
+        bias = np.random.default_rng(seed).normal(0.0, [2.0] * 3 + [0.02] * 3)
+        pipeline, outputs = played(motion, uncertain(motion.plan.configuration), seed, bias)
+        monitor = outputs[-1].monitor
+        stddev = np.array([monitor[f"{name}_stddev"] for name in names])
+        off = np.array([monitor[name] for name in names]) - bias
+        # One in 1e4 of chance for each of eighteen.
+        assert ((off / stddev) ** 2).max() < chi2(1).isf(1e-4)
+        assert stddev[:2].max() < 0.5
+        found = [monitor[name] for name in names]
+        np.testing.assert_array_equal(pipeline.processor.bias, found)
+        shares.append(inside(motion, outputs)[0])
+    # Friction and a bias along the peg are hard to tell apart: 0.9 and not 0.95 over many seeds.
+    assert np.mean(shares) > 0.85
 
 
 def test_a_bias_is_learnt_in_free_air_and_nothing_is_taken_for_a_contact():

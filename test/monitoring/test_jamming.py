@@ -46,9 +46,7 @@ def risk(
     out = np.zeros(len(Risk._fields))
     j, limits = jamming.new_memory(), jamming.limits(options)
     for _ in range(times):
-        jamming.assess(
-            record, motion, j, limits, 1e-3, 0.0, 1.0, under, -1.0, under < 0.5, out
-        )
+        jamming.assess(record, motion, j, limits, 1e-3, 0.0, 1.0, under, -1.0, under < 0.5, out)
     return Risk(*out.tolist())
 
 
