@@ -92,7 +92,8 @@ class Compiled:
         self.scratch = new_scratch(*sizes)
 
     def start(self, q, R, *stated):
-        step.start(self.state, self.cell.settings, self.n, q, R, *stated)
+        settings = self.cell.settings
+        step.start(self.state, self.scratch, settings, self.at, self.n, q, R, *stated)
 
     def predict(self, dt):
         cell = self.cell

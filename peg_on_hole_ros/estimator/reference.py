@@ -6,7 +6,7 @@ from filterpy.kalman import IMMEstimator, KalmanFilter
 
 from peg_on_hole_ros.estimator import reference_model as model
 from peg_on_hole_ros.estimator.reference_model import Cell, Linear
-from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, FRICTION, RATE
+from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, DELAY, FRICTION, OPEN, RATE, places
 
 _ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
 
@@ -146,8 +146,23 @@ class ReferenceEstimator:
                 component.P[_ANGLES, _ANGLES] = R
                 rest = [*variances, (width * friction_stddev) ** 2, *np.square(open_stddev)]
                 component.P[range(RATE, n), range(RATE, n)] = rest
+                self._share_offsets(component, q, R)
         self.told, self.load, self.in_contact = 1.0, None, False
         self.since_start = self.since_wrench = 0.0
+
+    def _share_offsets(self, component, q, R):
+        """Let the angles be as uncertain as tilt and delay leave them."""
+        n, P = self.cell.n, component.P
+        measured = model.orientation(self.cell, component.x, q, R)
+        E, spread = measured.E[:, OPEN:n], P[OPEN:n, OPEN:n].copy()
+        P[_ANGLES, _ANGLES] += E @ spread @ E.T
+        P[_ANGLES, OPEN:n] = -E @ spread
+        P[OPEN:n, _ANGLES] = P[_ANGLES, OPEN:n].T
+        at, _ = places(self.cell.open_quantities)
+        if at[DELAY] >= 0:
+            delay = P[at[DELAY], at[DELAY]]
+            P[_ANGLES, _ANGLES] += delay * np.diag(np.diagonal(P)[_RATES])
+        component.x[_ANGLES] += measured.residual
 
     def predict(self, dt: float):
         """Mix the levels by filterpy's interacting multiple models, and move all on by dt [s]."""
