@@ -156,7 +156,9 @@ class Processor:
         u = self.reduction.on_peg(
             wrench.force, wrench.torque, self.filter.x[:3], self.filter.gravity
         )
-        contacts = self.assessment.contacts if not self._blind else ContactSet.UNKNOWN
+        # What has touched before a silence need not touch after it.
+        known = not (self._blind or silent)
+        contacts = self.assessment.contacts if known else ContactSet.UNKNOWN
         self.filter.weigh(u, contacts)
         self.filter.mark(wrench.t_ns)
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.

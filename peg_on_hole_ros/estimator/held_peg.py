@@ -139,7 +139,7 @@ class HeldPeg:
             self._open_stddev[i - OPEN] = sqrt(max(s.covariance[i, i], 0.0))
 
     def forget(self):
-        """Take what was learnt as it was stated again."""
+        """Take what was learnt as it was stated again, or as a tare has left it."""
         self.friction_start = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
@@ -319,6 +319,8 @@ class HeldPeg:
         stddev = np.sqrt(np.minimum(variance, self.offsets.variance[:6]))
         self._open_mean[first - OPEN : last - OPEN] = 0.0
         self._open_stddev[first - OPEN : last - OPEN] = stddev
+        # What a tare leaves open outlives what was learnt.
+        self._stated[first - OPEN : last - OPEN] = stddev
         for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
             x[first:last] = 0.0
             P[first:last] = P[:, first:last] = 0.0

@@ -20,13 +20,13 @@ def test_a_shuffled_stream_ends_where_the_ordered_one_does(most_ms):
     expected, found = play(first, samples), play(second, late)
     # Bit for bit: the same operations in the same order.
     np.testing.assert_array_equal(second.filter.x, first.filter.x)
-    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
+    np.testing.assert_array_equal(second.filter.P, first.filter.P)
     for name in ("state", "state_covariance", "normal", "normal_stddev"):
         np.testing.assert_array_equal(getattr(found[-1], name), getattr(expected[-1], name))
     assert found[-1].monitor == expected[-1].monitor
     assert found[-1].alarms == expected[-1].alarms
     counts = second.counts
-    for name in ("joints_used", "wrench_used", "rates_widened"):
+    for name in ("joints_used", "wrench_used"):
         assert counts[name] == first.counts[name]
     assert counts["joints_late"] > 20 and counts["wrench_late"] > 20
     assert counts["wrench_reprocessed"] > counts["went_back"] > 10
@@ -147,7 +147,7 @@ def test_the_longest_delay_is_within_what_is_kept_of_a_fast_wrench():
     assert lines[1].counts["joints_late"] == len(late)
     assert lines[1].counts["wrench_reprocessed"] > 2000 * len(late)
     np.testing.assert_array_equal(lines[1].filter.x, lines[0].filter.x)
-    np.testing.assert_array_equal(lines[1].filter.Z, lines[0].filter.Z)
+    np.testing.assert_array_equal(lines[1].filter.P, lines[0].filter.P)
 
 
 def test_a_tare_is_not_gone_back_behind():
@@ -233,7 +233,7 @@ def test_a_known_delay_between_the_sensors_is_taken_out(delay_ms):
     second = play_all(pipeline(delay=delay_ms * 1e-3), samples, delay_ms * MS)
     # Bit for bit, and also where the delay is longer than the window for what comes late.
     np.testing.assert_array_equal(second.filter.x, first.filter.x)
-    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
+    np.testing.assert_array_equal(second.filter.P, first.filter.P)
     assert not any("joints_dropped" in name for name in second.counts)
     unknown = play_all(pipeline(), samples, delay_ms * MS)
     assert (unknown.filter.x != first.filter.x).any()

@@ -60,7 +60,7 @@ def fates(line):
 
 def same(first, second):
     np.testing.assert_array_equal(second.filter.x, first.filter.x)
-    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
+    np.testing.assert_array_equal(second.filter.P, first.filter.P)
     assert second.processor.oriented == first.processor.oriented
     for name in (
         "motion_lost",

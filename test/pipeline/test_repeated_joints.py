@@ -63,7 +63,7 @@ def test_repetitions_in_a_shuffled_stream_change_nothing():
     play(first, samples)
     play(second, twice(late, 5))
     np.testing.assert_array_equal(second.filter.x, first.filter.x)
-    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
+    np.testing.assert_array_equal(second.filter.P, first.filter.P)
     assert second.counts[REASON] == joint_count(samples)
 
 

@@ -102,7 +102,7 @@ def test_late_messages_are_put_in_their_place_after_it(begin, after):
     play(first, samples)
     play(second, stream)
     np.testing.assert_array_equal(second.filter.x, first.filter.x)
-    np.testing.assert_array_equal(second.filter.Z, first.filter.Z)
+    np.testing.assert_array_equal(second.filter.P, first.filter.P)
     assert second.counts["joints_late"] >= 1
 
 
