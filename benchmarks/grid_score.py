@@ -9,7 +9,12 @@ from scipy.stats import chi2
 
 from consistency import near_reversal
 from grid_cells import with_noise
-from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
+from peg_on_hole_ros.estimation.bound import (
+    UNKNOWN_SMOOTHNESS,
+    Meaning,
+    Sensors,
+    posterior_bound,
+)
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.pipeline import Pipeline
@@ -67,16 +72,15 @@ def peg_wrench(truth):
     )
 
 
-def bound_of(truth, acceleration_stddev=None):
-    """Return the bound along a truth; with what is known of the accelerations, None: as stated."""
+def bound_of(truth, holder=None):
+    """Return the bound along a truth; with what is known of its smoothness, None: its own."""
     state = np.hstack([truth.q, truth.rates])
-    return bound_along(truth.plan, truth.t_ns, state, peg_wrench(truth), acceleration_stddev)
+    return bound_along(truth.plan, truth.t_ns, state, peg_wrench(truth), holder)
 
 
-def bound_along(plan, t_ns, state, wrench, acceleration_stddev=None):
+def bound_along(plan, t_ns, state, wrench, holder=None):
     """Return the bound along a motion with the scene, sensors and settings of a plan."""
     settings = plan.configuration
-    stated = settings.filter.acceleration_stddev
     scene, t = settings.scene, t_ns * 1e-9
     every = plan.wrench_rate // plan.joint_rate
     sensors = Sensors(
@@ -87,7 +91,7 @@ def bound_along(plan, t_ns, state, wrench, acceleration_stddev=None):
     return posterior_bound(
         scene, t, state, wrench, sensors,
         settings.filter.initial_rate_stddev, plan.slip_velocity_scale,
-        stated if acceleration_stddev is None else acceleration_stddev,
+        holder,
         settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip
 
@@ -193,7 +197,7 @@ def classes(truth, bound) -> dict[str, np.ndarray]:
 def score_cell(truth, noise, seeds, start_seeds, exact=None, friction_stddev=None) -> dict:
     """Return the figures of one motion at one noise level, as a plain tree of numbers."""
     measured = with_noise(truth, noise, friction_stddev)
-    bound, bare = bound_of(measured), bound_of(measured, np.inf)
+    bound, bare = bound_of(measured), bound_of(measured, UNKNOWN_SMOOTHNESS)
     runs = run_seeds(measured, seeds, exact)
     wrong = run_seeds(measured, start_seeds, exact, START_ERROR)
     sigma = np.sqrt(

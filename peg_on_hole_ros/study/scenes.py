@@ -179,7 +179,7 @@ def bound_along(truth: Truth) -> Bound:
     learnt = scene.friction_stddev > 0.0 and options.friction == "estimated"
     return posterior_bound(
         scene, truth.t_ns * 1e-9, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
-        options.initial_rate_stddev, truth.plan.slip_velocity_scale, options.acceleration_stddev,
+        options.initial_rate_stddev, truth.plan.slip_velocity_scale, None,
         options.friction_noise if learnt else 0.0,
     )  # fmt: skip
 

@@ -221,19 +221,6 @@ def _rows():
     return [names.index(name) for name in NAMES]
 
 
-def observability(self) -> Observability:
-    """Return what was gathered so far."""
-    clearance = self.scene_values[1] - self.scene_values[0]
-    travel = np.maximum(self._most - self._least, 0.0)
-    force = self._pressed / self.seconds if self.seconds > BRIEF else TYPICAL_FORCE
-    diameter = self.scene_values.item(1)
-    information = self.information.copy()
-    information[BIASES, BIASES] += np.diag(self._told_by_air())
-    return observability(
-        information, clearance, self.seconds, *travel[::-1], diameter, force, self.free
-    )
-
-
 def observability(
     information,
     clearance,
