@@ -28,8 +28,6 @@ DIVERGED = 10.0
 LEAST_FRICTION = 0.005
 START_ERROR = (0.1, 1.0)  # gamma, psi [rad]
 INTERVAL = 1.959964
-# What the bound on the reactions knows of how a held peg accelerates [rad/s^2].
-HELD_STDDEV = 20.0
 
 
 class Runs(NamedTuple):
@@ -88,7 +86,7 @@ def bound_along(plan, t_ns, state, wrench):
     )
     return posterior_bound(
         scene, t, state, wrench, sensors,
-        settings.filter.initial_rate_stddev, plan.slip_velocity_scale, HELD_STDDEV,
+        settings.filter.initial_rate_stddev, plan.slip_velocity_scale, None,
         settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip
 

@@ -9,12 +9,12 @@ from peg_on_hole_ros.edges.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.edges.replay import check_bag, hand_over, sources_of
 from peg_on_hole_ros.edges.stamp_order import in_order
-from peg_on_hole_ros.estimation.identification.likelihood import QUANTITIES
 from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
     Observability,
     ObservingFilter,
 )
+from peg_on_hole_ros.estimation.identification.quantities import QUANTITIES
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration
 
@@ -57,11 +57,9 @@ def observe(
         return stream.pipeline.processor
 
     # What was gathered cannot be taken back for a message that comes late.
-    # A cheaper model of the contact learns nothing by its steps.
     options = replace(
         configuration.filter,
-        method="extended",
-        model="dynamic",
+        method="mixture",
         late_window=0.0,
         wrench_bias="estimated",
     )

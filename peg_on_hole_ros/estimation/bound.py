@@ -4,6 +4,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import expm
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import angle_covariance
@@ -19,14 +20,16 @@ from peg_on_hole_ros.mechanics.kernel import (
 )
 from peg_on_hole_ros.mechanics.scene import Scene
 
-# State, wrench, friction and peg diameter.
-SIZE = WIDTH
+# Angles, rates, accelerations; friction and peg diameter; the wrench's noise.
+_MOTION, _SIZE, _ALL = 9, 11, 17
 # A tangent tells nothing of a function within three standard deviations of its kink or pole.
 SPREADS = 3.0
 # Slip below so many velocity scales of friction is creep of the regularised law, not sliding.
 CREEP_SCALES = 10.0
 # The determinant (1 without friction) below which the reactions' tangent is not to be trusted.
 SMALL_DETERMINANT = 0.05
+# No held peg is steadier [rad/s^2].
+STEADIEST = 1e-3
 
 
 class Meaning(IntEnum):
@@ -94,6 +97,53 @@ class Sensors(NamedTuple):
     measured: np.ndarray
 
 
+class Smoothness(NamedTuple):
+    """
+    How a holder moves the peg: each angle's acceleration is an Ornstein-Uhlenbeck process.
+
+    Attributes
+    ----------
+    level : ndarray, shape (3,)
+        Stationary standard deviation [rad/s^2].
+    time : ndarray, shape (3,)
+        In which it fades to 1/e [s].
+
+    """
+
+    level: np.ndarray
+    time: np.ndarray
+
+
+# Nothing is known of it: accelerations are what each wrench says of them.
+UNKNOWN_SMOOTHNESS = Smoothness(np.full(3, 1e6), np.full(3, 0.02))
+
+
+def smoothness(t, accelerations) -> Smoothness:
+    """
+    Return level and time of a motion's accelerations.
+
+    The level is their root mean square, the time that in which their autocorrelation falls to
+    1/e, between a sample and half the motion.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        [s].
+    accelerations : ndarray, shape (n, 3)
+        Of gamma, psi, phi [rad/s^2].
+
+    """
+    n, period = len(t), float(np.median(np.diff(t)))
+    level, time = np.empty(3), np.empty(3)
+    for i, a in enumerate(np.asarray(accelerations, float).T):
+        padded = np.fft.rfft(a, 2 * n)
+        correlation = np.fft.irfft(padded * padded.conj())[: n // 2 + 1]
+        level[i] = max(np.sqrt(correlation[0] / n), STEADIEST)
+        below = np.flatnonzero(correlation <= correlation[0] / np.e)
+        time[i] = period * max(below[0] if below.size else n // 2, 1)
+    return Smoothness(level, time)
+
+
 def posterior_bound(
     scene: Scene,
     t,
@@ -102,12 +152,11 @@ def posterior_bound(
     sensors: Sensors,
     initial_rate_stddev: float = 1.0,
     slip_velocity_scale: float = 1e-5,
-    acceleration_stddev=np.inf,
+    holder: Smoothness | None = None,
     friction_noise: float = 0.0,
-    pieces: int = 1,
 ) -> Bound:
     """
-    Return the bound on the mean square error of any estimator that knows scene and noise.
+    Return the bound on the mean square error of any estimator that knows scene, noise and holder.
 
     Parameters
     ----------
@@ -125,12 +174,10 @@ def posterior_bound(
         What is known of the rates before the first sample [rad/s].
     slip_velocity_scale : float
         Of the motion's friction law [m/s].
-    acceleration_stddev : float or ndarray, shape (3,) or (n, 3)
-        What is known beforehand of each angle's acceleration [rad/s^2], for the reactions only.
+    holder : Smoothness, optional
+        What is known beforehand of the accelerations; None: the motion's own level and time.
     friction_noise : float
         Of the random walk that friction makes as far as is known [1/sqrt(s)].
-    pieces : int
-        Steps between two samples, their ends on the straight line between the true states.
 
     Returns
     -------
@@ -144,17 +191,23 @@ def posterior_bound(
 
     Notes
     -----
-    The motion is determined by the wrench, and that is known up to its noise, which is held from
-    one sample to the next. Its noise at a sample thus drives the motion up to there, and enters
-    the reactions there. With x' = f(x, u), the step's exact derivatives F, G at the true motion
-    and Q, R the noise of wrench and orientation, the recursion of Tichavsky, Muravchik and Nehorai
-    (IEEE Trans. Signal Processing 46, 1998, eq. 21) for state and wrench together becomes
+    The model is that of a held peg. Its state are angles q, rates w, accelerations a, friction
+    and peg diameter. Between samples each a_i is an Ornstein-Uhlenbeck process of level A_i and
+    time tau_i, integrated exactly; friction walks, the diameter stays. An orientation measures q.
+    A wrench measures the six equations, in which the reactions N are unknowns of which nothing is
+    known: with (a, N) = y(q, w, u, f, d) solved for the true motion, and u measured with noise v,
 
-        Z = [[F P F.T + G Q G.T, G Q], [Q G.T, Q]],   J = inv(Z) + H.T inv(R) H,   P = inv(J)_xx
+        0 = da - y_a,(q, w) d(q, w) - y_a,(f, d) d(f, d) - y_a,u v        (three equations),
+        dN = y_N,(q, w) d(q, w) + y_N,(f, d) d(f, d) + y_N,u v.
 
-    in covariance form, which stands that the rates alone are driven. Friction and peg diameter are
-    two more states, which stay. Nothing is assumed on how
-    smoothly the wrench changes: an estimator that knows more of it can do better.
+    With the exact derivatives at the true motion the recursion of Tichavsky, Muravchik and
+    Nehorai (IEEE Trans. Signal Processing 46, 1998, eq. 21) is that of a Kalman filter's
+    covariance, which is run here with v as a part of the state at its sample, so that reactions
+    have its noise as well as what orientations and smoothness tell of it.
+
+    The bound is on the mean over motions that such a holder makes: none that an estimator knows
+    beyond level and time is left out. With the motion's own level and time, errors over the bound
+    of 1 are thus what a best estimator would have; of one motion, they may lie below by chance.
 
     """
     n = len(t)
@@ -165,16 +218,20 @@ def posterior_bound(
     R = np.zeros((n, 3, 3))
     for k in np.flatnonzero(measured):
         R[k] = angle_covariance(state[k, 0], sensors.orientation_stddev)
-    P = np.zeros((SIZE, SIZE))
+    scalars = np.array(scene_scalars(scene))
+    if holder is None:
+        holder = smoothness(t, np.gradient(state[:, 3:], t, axis=0))
+    P = np.zeros((_SIZE, _SIZE))
     P[:3, :3] = angle_covariance(state[0, 0], sensors.orientation_stddev)
     P[range(3, 6), range(3, 6)] = initial_rate_stddev**2
-    P[range(12, 14), range(12, 14)] = scene.friction_stddev**2, scene.clearance_stddev**2
-    scalars = np.array(scene_scalars(scene))
-    held = np.broadcast_to(np.square(acceleration_stddev, dtype=float), (n, 3)).copy()
+    P[range(6, 9), range(6, 9)] = np.square(holder.level)
+    P[range(9, 11), range(9, 11)] = scene.friction_stddev**2, scene.clearance_stddev**2
+    steps, which = np.unique(np.round(np.diff(t, prepend=t[0]) * 1e9), return_inverse=True)
+    F, Q = (np.array(part) for part in zip(*(_moved(step * 1e-9, holder) for step in steps)))
     states, reactions, parameters, determinant = _recursion(
         scalars, scales, t, state, wrench, P,
         np.ascontiguousarray(sensors.wrench_noise, float), R, measured,
-        held, float(friction_noise) ** 2, pieces, workspace(),
+        F, Q, which, float(friction_noise) ** 2, workspace(),
     )  # fmt: skip
     speed, spread = _slip(scene, state, states)
     slow = speed < np.maximum(SPREADS * spread, CREEP_SCALES * slip_velocity_scale)
@@ -183,6 +240,22 @@ def posterior_bound(
     meaning[~(determinant > SMALL_DETERMINANT)] = Meaning.SINGULAR
     meaning[slow.any(axis=1)] = Meaning.SLOW
     return Bound(states, reactions, parameters, meaning, speed, determinant)
+
+
+def _moved(dt, holder: Smoothness):
+    """Return transition and covariance of angles, rates and accelerations over dt [s], (9, 9)."""
+    F, Q = np.eye(_MOTION), np.zeros((_MOTION, _MOTION))
+    if dt == 0.0:
+        return F, Q
+    for i, (level, time) in enumerate(zip(holder.level, holder.time)):
+        A = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / time]])
+        drive = np.diag([0.0, 0.0, 2.0 * level**2 / time])
+        # Van Loan (IEEE Trans. Automatic Control 23, 1978).
+        both = expm(np.block([[-A, drive], [np.zeros((3, 3)), A.T]]) * dt)
+        here = np.ix_(range(i, _MOTION, 3), range(i, _MOTION, 3))
+        F[here] = both[3:, 3:].T
+        Q[here] = both[3:, 3:].T @ both[:3, 3:]
+    return F, 0.5 * (Q + Q.T)
 
 
 def _check(scene, t, state, wrench, sensors):
@@ -212,58 +285,48 @@ def _check(scene, t, state, wrench, sensors):
 
 
 @compiled
-def _step_derivatives(dy, h):
-    """Return d(end)/d(begin) of an implicit Euler step; only the state moves, shape (14, 14)."""
-    rows = np.zeros((3, SIZE))
-    A = np.eye(3) - h * (dy[:3, 3:6] + h * dy[:3, :3])
-    rows[:, :3] = h * dy[:3, :3]
-    rows[:, 3:6] = np.eye(3)
-    rows[:, 6:] = h * dy[:3, 6:]
-    F = np.eye(SIZE)
-    F[3:6] = np.linalg.solve(A, rows)
-    F[:3] += h * F[3:6]
-    return F
-
-
-@compiled
 def _recursion(
-    scalars, scales, t, state, wrench, Z, Q, R, measured, acceleration_variance,
-    friction_density, pieces, work,
-):  # fmt: skip
+    scalars, scales, t, state, wrench, P, noise, R, measured, F, Q, which, friction_density, work
+):
     p = scene_of(scalars)
     n = len(t)
     states, reactions = np.zeros((n, 6, 6)), np.zeros((n, 3, 3))
     parameters = np.zeros((n, 2, 2))
     determinants = np.zeros(n)
-    y, dy = np.zeros(6), np.zeros((6, SIZE))
+    y, dy = np.zeros(6), np.zeros((6, WIDTH))
     coulomb = (1e-9, 1e-9, 1e-9)
+    Z, H, D = np.zeros((_ALL, _ALL)), np.zeros((3, _ALL)), np.zeros((3, _ALL))
+    Z[:_SIZE, :_SIZE] = P
     for k in range(n):
         # A new wrench brings its own noise.
-        Z[6:12, :] = 0.0
-        Z[:, 6:12] = 0.0
-        Z[6:12, 6:12] = Q
+        Z[_SIZE:, :] = 0.0
+        Z[:, _SIZE:] = 0.0
+        Z[_SIZE:, _SIZE:] = noise
         if k > 0:
-            h = (t[k] - t[k - 1]) / pieces
-            for i in range(pieces):
-                share = (i + 1.0) / pieces
-                x = (1.0 - share) * state[k - 1] + share * state[k]
-                u = (1.0 - share) * wrench[k - 1] + share * wrench[k]
-                accelerate_with_derivatives(p, scales, x, u, work, y, dy)
-                F = _step_derivatives(dy, h)
-                Z = F @ Z @ F.T.copy()
-            Z[12, 12] += friction_density * (t[k] - t[k - 1])
+            step = F[which[k]]
+            Z[:_MOTION, :_SIZE] = step @ Z[:_MOTION, :_SIZE].copy()
+            Z[:_SIZE, :_MOTION] = Z[:_SIZE, :_MOTION].copy() @ step.T.copy()
+            Z[:_MOTION, :_MOTION] += Q[which[k]]
+            Z[9, 9] += friction_density * (t[k] - t[k - 1])
         if measured[k] and k > 0:
             seen = Z[:3, :].copy()
-            Z = Z - seen.T.copy() @ np.linalg.solve(Z[:3, :3] + R[k], seen)
-            Z = 0.5 * (Z + Z.T)
+            Z -= seen.T.copy() @ np.linalg.solve(Z[:3, :3] + R[k], seen)
         rates = (state[k, 3], state[k, 4], state[k, 5])
         determinants[k] = determinant_at(p, coulomb, state[k, 0], rates, work)
         accelerate_with_derivatives(p, scales, state[k], wrench[k], work, y, dy)
-        C = dy @ Z @ dy.T.copy()
-        if np.isfinite(acceleration_variance[k]).all():
-            S = C[:3, :3] + np.diag(acceleration_variance[k])
-            C = C - np.linalg.solve(S, C[:3, :].copy()).T.copy() @ C[:3, :].copy()
-        states[k], reactions[k], parameters[k] = Z[:6, :6], C[3:, 3:], Z[12:, 12:]
+        for i in range(3):
+            for j in range(6):
+                H[i, j], D[i, j] = -dy[i, j], dy[3 + i, j]
+                H[i, _SIZE + j], D[i, _SIZE + j] = -dy[i, 6 + j], dy[3 + i, 6 + j]
+            for j in range(3):
+                H[i, 6 + j] = 1.0 if i == j else 0.0
+            for j in range(2):
+                H[i, 9 + j], D[i, 9 + j] = -dy[i, 12 + j], dy[3 + i, 12 + j]
+        told = H @ Z
+        Z -= told.T.copy() @ np.linalg.solve(told @ H.T.copy(), told)
+        Z = 0.5 * (Z + Z.T)
+        states[k], parameters[k] = Z[:6, :6], Z[9:11, 9:11]
+        reactions[k] = D @ Z @ D.T.copy()
     return states, reactions, parameters, determinants
 
 

@@ -13,8 +13,6 @@ from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import Truth, integrate
 
 LEAD_IN = 0.05
-# What the bound on the reactions knows of how a held peg accelerates [rad/s^2].
-HELD_STDDEV = 20.0
 # Tilt over gamma0 at the end, start offset [m], and rates [rad/s] at the ends of legs of LEG [s].
 _MOTIONS = {
     "closing with slip": (1.25, (0.0, 0.0, -0.001), [(-0.16, 0, 2)] * 4),
@@ -136,7 +134,7 @@ def bound_along(truth: Truth) -> Bound:
     learnt = scene.friction_stddev > 0.0 and options.friction == "estimated"
     return posterior_bound(
         scene, truth.t_ns * 1e-9, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
-        options.initial_rate_stddev, truth.plan.slip_velocity_scale, HELD_STDDEV,
+        options.initial_rate_stddev, truth.plan.slip_velocity_scale, None,
         options.friction_noise if learnt else 0.0,
     )  # fmt: skip
 

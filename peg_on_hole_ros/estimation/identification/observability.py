@@ -1,23 +1,23 @@
-"""Which parameters a motion tells of, by the filter's own derivatives along it."""
+"""Which parameters a motion tells of, by the estimator's own spread with all of them open."""
 
+from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
-from peg_on_hole_ros.estimation.filters.flow import Flow, joint_mean
-from peg_on_hole_ros.estimation.identification.likelihood import (
+from peg_on_hole_ros.estimation.identification.quantities import (
     QUANTITIES,
     TYPICAL_DIAMETER,
     TYPICAL_FORCE,
     measures,
 )
-from peg_on_hole_ros.estimation.kernel.bias_in_air import LONGEST, READINGS, squared_acceleration
-from peg_on_hole_ros.estimation.kernel.offsets import BIAS, COUNT, TILT
-from peg_on_hole_ros.estimation.measurement import skew
-from peg_on_hole_ros.estimation.orientation import angle_errors
-from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
+from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.record import part
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN, TILT, places
+from peg_on_hole_ros.estimator.update import orientation_slopes
 
 # Of a parameter vector: friction, clearance, bias (6) and tilt (2).
 NAMES = (
@@ -26,12 +26,14 @@ NAMES = (
     "bias_torque_x", "bias_torque_y", "bias_torque_z",
     "tilt_x", "tilt_y",
 )  # fmt: skip
-OFFSETS, BIASES = slice(2, 2 + COUNT), slice(2, 8)
-JOINT = slice(0, 12)
+# As many values as they are, from friction on.
+_ASKED = slice(FRICTION, FRICTION + len(NAMES))
 # Correlated by more than this, two parameters look nearly the same.
 ALIKE = 0.7
 # What the rim carries is not known from less sliding than this [s]: at a touch-down it is nothing.
 BRIEF = 0.1
+# Slower than so many of its standard deviations a contact may stick, and tells nothing for sure.
+SURELY = 3.0
 
 
 class Observability(NamedTuple):
@@ -84,120 +86,139 @@ class Observability(NamedTuple):
         return self.together <= self.useful
 
 
-class ObservingFilter(ContactFilter):
+class ObservingFilter(HeldPeg):
     """
-    The extended Kalman filter, gathering what its corrections tell of all parameters.
+    The estimator, gathering what a motion tells of all parameters.
 
-    Beside the estimate runs the covariance of a filter that knows every parameter, and how its
-    error would follow from one that is off (Friedland, IEEE Trans. Automatic Control 14, 1969):
-    with V the derivative of that error, a correction with innovation covariance S tells
-    (V_q + T).T inv(S) (V_q + T). The estimate itself is that of `ContactFilter`, bit for bit.
+    Beside the estimate runs the covariance of an estimator that has all of them open, from the
+    range of each on, with its slopes taken at the estimate. What its spread has lost over a
+    motion is information; that of several motions adds up. The estimate is that of `HeldPeg`.
     """
 
     def __init__(self, scene, options, wrench_noise, offsets):
-        super().__init__(scene, options, wrench_noise)
-        self._offsets, self._gravity = offsets, np.array(scene.gravity)
-        self._V, self._K = np.zeros((12, len(NAMES))), np.zeros((12, 12))
-        self.information = np.zeros((len(NAMES), len(NAMES)))
-        self.seconds = self._pressed = self.free = 0.0
-        # Of the present time in the air: readings, time [s], turning [rad^2/s].
-        self._air = np.zeros(3)
+        super().__init__(scene, options, wrench_noise, offsets)
+        rows, scale = _rows(), measures(scene.hole_diameter, TYPICAL_FORCE)
+        self._clearance = scene.hole_diameter - scene.peg_diameter
+        self._prior = np.square(scale.range[rows])
+        share = self._prior[1] ** 0.5 * self._clearance
+        friction = self._prior[0] ** 0.5
+        opened = replace(
+            scene, friction_stddev=friction, friction_k_stddev=0.0, clearance_stddev=share,
+            clearance_drift=0.0, compliance_stddev=0.0,
+        )  # fmt: skip
+        everything = replace(
+            options, friction="estimated", clearance="estimated", friction_noise=0.0,
+            gate_threshold=inf,
+        )  # fmt: skip
+        unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
+        alone = default_settings(frictions=1)
+        self._open = HeldPeg(opened, everything, wrench_noise, unknown, alone)
+        self._told, self._runs = np.zeros((len(NAMES), len(NAMES))), False
+        self.seconds = self._pressed = self.free = self._dt = 0.0
         self._least, self._most = np.full(2, inf), np.full(2, -inf)
-
-    def _turn(self):
-        return angle_errors(self.x[:3])[:, :2]
 
     def start(self, q, R):
         """Start; what was gathered stays."""
         super().start(q, R)
-        self._K[:] = self.Z
-        self._V[:] = 0.0
+        self._gather()
+        opened = self._open
+        opened.forget()
+        opened.start(q, R)
+        self._runs = True
+        self._pin()
         # The estimate begins where the tilt puts it.
-        self._V[:3, OFFSETS][:, TILT] = -self._turn()
+        at, n = places(("clearance", "bias", "tilt"))
+        E = np.zeros((6, n))
+        orientation_slopes(self.state.mean, at, n, E)
+        tilt = slice(at[TILT], at[TILT] + 2)
+        for P in (*opened.state.P, opened.state.covariance):
+            P[:3, tilt] = -E[:3, tilt] * self._prior[8:]
+            P[tilt, :3] = P[:3, tilt].T
+            P[:3, :3] -= P[:3, tilt] @ E[:3, tilt].T
 
-    def hold(self, u):
-        """Hold a new wrench, which is off by bias and by the tilt of gravity."""
-        super().hold(u)
-        self._K[6:] = self._K[:, 6:] = 0.0
-        self._K[6:, 6:] = self.wrench_noise
-        self._V[6:] = 0.0
-        self._V[6:, OFFSETS][:, BIAS] = self._offsets.load
-        gravity_P = peg_axes(self.x[:3]).T @ skew(self._gravity)[:, :2]
-        self._V[6:, OFFSETS][:, TILT] = self._offsets.weight @ gravity_P
+    def _gather(self):
+        self._told, self._runs = self.information, False
 
-    def predict(self, dt, in_contact):
-        """Predict, and carry what wrong parameters make of the error."""
-        before = joint_mean(self)
-        result = super().predict(dt, in_contact)
-        F, noise = np.eye(14), np.zeros((14, 14))
-        if result is Prediction.CONTACT:
-            _, F, noise = Flow(self, dt)(before)
-        else:
-            density = self._walk_at_constant_rates(result) ** 2
-            F[range(3), range(3, 6)] = dt
-            noise[range(3), range(3)] = density * dt**3 / 3
-            noise[range(3), range(3, 6)] = noise[range(3, 6), range(3)] = density * dt**2 / 2
-            noise[range(3, 6), range(3, 6)] = density * dt
-        A = F[JOINT, JOINT]
-        self._V = A @ self._V
-        if result is Prediction.CONTACT:
-            # A greater clearance is a smaller peg.
-            self._V[:, :2] += F[JOINT, 12:] * [1.0, -1.0]
-        self._K = A @ self._K @ A.T + noise[JOINT, JOINT]
-        if self._sliding[0]:
-            self.seconds += dt
-            self._pressed += dt * self.rim_load()[0]
-        return result
+    @property
+    def information(self) -> np.ndarray:
+        """What was told so far of each of NAMES, the clearance in logarithms, shape (10, 10)."""
+        if not self._runs:
+            return self._told
+        scale = np.sqrt(self._prior)
+        scaled = self._open.state.covariance[_ASKED, _ASKED] / np.outer(scale, scale)
+        told = np.linalg.inv(scaled) - np.eye(len(NAMES))
+        return self._told + 0.5 * (told + told.T) / np.outer(scale, scale)
 
-    def in_the_air(self, hangs):
-        """Take note of a reading of a peg that hangs free, or add what such a time has told."""
-        if not hangs:
-            self.information[BIASES, BIASES] += np.diag(self._told_by_air())
-            self._air[:] = 0.0
-            return
-        self.free += self._held
-        turning = np.linalg.solve(angle_errors(self.x[:3]), self.x[3:])
-        self._air += 1.0, self._held, self._held * turning @ turning
+    def _pin(self):
+        """Take the slopes of all that is open at the estimate."""
+        state, opened = self.state, self._open.state
+        n = len(opened.mean) - 3
+        for x in (*opened.x, opened.mean):
+            x[: FRICTION + 1] = state.mean[: FRICTION + 1]
+            x[OPEN:n] = 0.0
+            x[n:] = state.mean[-3:]
+        levels = len(self.constants.level)
+        opened.weight[:] = state.weight.reshape(-1, levels).sum(axis=0)
 
-    def _told_by_air(self):
-        number, time, turned = self._air.tolist()
-        if not time > 0.0:
-            return np.zeros(6)
-        share = min(1.0, LONGEST / time)
-        moved = squared_acceleration(share * time, share * turned)
-        offsets = self._offsets
-        variance = offsets.noise / number + offsets.moved * moved
-        return 1 / np.maximum(variance, offsets.noise / READINGS)
+    def let_go(self):
+        """Let go of the motion; what was gathered stays."""
+        super().let_go()
+        self._gather()
+
+    def predict(self, dt):
+        """Move the estimate on by dt [s]."""
+        super().predict(dt)
+        self._dt += dt
+        self._open.predict(dt)
+        self._pin()
 
     def correct(self, q, R):
-        """Correct, and add what the orientation tells."""
+        """Correct with an orientation, as `HeldPeg`."""
         result, nis = super().correct(q, R)
-        if result is Correction.GATED or result is Correction.RESET:
-            return result, nis
-        seen = self._V[:3].copy()
-        seen[:, OFFSETS][:, TILT] += self._turn()
-        weight = np.linalg.inv(self._K[:3, :3] + R)
-        if self._sliding[0]:
-            self.information += seen.T @ weight @ seen
+        if result is Correction.USED:
+            self._open.correct(q, R)
+            self._pin()
+        return result, nis
+
+    def weigh(self, u, contacts):
+        """Take a wrench, as `HeldPeg`."""
+        before = self._dt
+        super().weigh(u, contacts)
+        self._dt = 0.0
+        if not self._runs or not np.isfinite(self.x[0]):
+            return
+        tells = contacts
+        if contacts is ContactSet.NONE:
+            self.free += before
+        elif contacts is ContactSet.THREE and self._slides():
+            self.seconds += before
+            self._pressed += before * self.rim_load()[0]
             self._least = np.minimum(self._least, self.x[1:3])
             self._most = np.maximum(self._most, self.x[1:3])
-        gain = self._K[:, :3] @ weight
-        self._V -= gain @ seen
-        self._K -= gain @ self._K[:3]
-        self._K = (self._K + self._K.T) / 2
-        return result, nis
+        else:
+            tells = ContactSet.UNKNOWN
+        self._open.weigh(u, tells)
+        self._pin()
+
+    def _slides(self):
+        speed, variance = part(self.record, "SPEEDS", (3, 2)).T
+        return bool((speed > SURELY * np.sqrt(variance)).all())
 
     def observability(self) -> Observability:
         """Return what was gathered so far."""
-        clearance = self.scene_values[1] - self.scene_values[0]
         travel = np.maximum(self._most - self._least, 0.0)
         force = self._pressed / self.seconds if self.seconds > BRIEF else TYPICAL_FORCE
-        diameter = self.scene_values.item(1)
-        information = self.information.copy()
-        information[BIASES, BIASES] += np.diag(self._told_by_air())
+        unit = np.ones(len(NAMES))
+        unit[1] = 1.0 / self._clearance
         return observability(
-            information, clearance, self.seconds, *travel[::-1], diameter, force, self.free
-        )
+            self.information * np.outer(unit, unit), self._clearance, self.seconds,
+            *travel[::-1], self.scene.hole_diameter, force, self.free,
+        )  # fmt: skip
+
+
+def _rows():
+    names = [one.name for one in QUANTITIES]
+    return [names.index(name) for name in NAMES]
 
 
 def observability(
@@ -226,8 +247,7 @@ def observability(
 
     """
     scale = measures(diameter, force)
-    names = [one.name for one in QUANTITIES]
-    rows = [names.index(name) for name in NAMES]
+    rows = _rows()
     unit = np.array([clearance if QUANTITIES[row].log else 1.0 for row in rows])
     useful, known = unit * scale.useful[rows], unit * scale.range[rows]
     scaled = information * np.outer(useful, useful)
