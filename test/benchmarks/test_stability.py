@@ -50,7 +50,8 @@ def test_what_holds_what_errs_and_what_diverges(monkeypatch):
     assert found["default"].verdict is Verdict.HOLDS
     assert found["default"].reactions_inside > 0.9 and found["default"].states_inside > 0.9
     assert found["surer"].verdict is Verdict.ERRS
-    assert found["surer"].reactions == pytest.approx(found["default"].reactions)
+    # Whether a sample is beyond gamma0 it takes from its covariance too.
+    assert found["surer"].reactions == pytest.approx(found["default"].reactions, rel=0.05)
     assert found["unwound"].verdict is Verdict.DIVERGED
 
 

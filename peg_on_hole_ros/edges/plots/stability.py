@@ -53,7 +53,7 @@ def figure(found: dict) -> Figure:
         axis.set_yticks(np.arange(len(METHODS)) + 0.5, names)
         axis.tick_params(axis="y", length=0)
         axis.minorticks_off()
-        axis.set_xticks(values, [f"{value:.2g}" for value in values], fontsize=8)
+        axis.set_xticks(values, [f"{float(f'{value:.2g}'):g}" for value in values], fontsize=8)
         axis.set_xlabel(quantity.label, fontsize=9.5)
     patches = [Patch(color=COLORS[verdict], label=verdict.value) for verdict in Verdict]
     fig.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
