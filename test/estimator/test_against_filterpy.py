@@ -6,6 +6,8 @@ import pytest
 from compiled_beside import ONE_LEVEL, STATED, cell_of, differences, samples, with_scene
 from simulated import truth
 
+# The first test of a process may have to compile the step.
+pytestmark = pytest.mark.timeout(600)
 # In standard deviations, correlations and weights. filterpy inverts the innovation's covariance,
 # which holds reactions and torques 1e11 apart: that leaves 1e-8 here, and 1e-6 is allowed. A
 # constant that is wrong by a thousandth shows as 1e-3.
@@ -27,6 +29,16 @@ def test_a_mixture_of_frictions_and_levels(name):
     rows, noise = samples(recorded, count=200)
     cell = cell_of(with_scene(recorded, friction=0.17, friction_stddev=0.05), noise)
     assert differences(cell, 7, rows).max() < LIMIT
+
+
+@pytest.mark.parametrize("learnt", [True, False])
+def test_friction_is_open_where_the_slip_tells_little(learnt):
+    """Its variance is bound from below while the slip may point elsewhere, or stays."""
+    recorded = truth("closing_without_slip")
+    rows, noise = samples(recorded, count=200)
+    scene = with_scene(recorded, friction_stddev=0.01)
+    cell = cell_of(scene, noise, friction_learnt=learnt, **ONE_LEVEL)
+    assert differences(cell, 1, rows).max() < LIMIT
 
 
 @pytest.mark.parametrize("how", ["learnt", "considered"])
