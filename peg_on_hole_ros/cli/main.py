@@ -82,7 +82,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"peg-on-hole {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
-        _replay, _simulate, _solve, _chart, _stability, _inspect, _calibrate, _compare, _node,
+        _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _calibrate, _compare,
+        _node,
     ):  # fmt: skip
         add(commands)
     return top
@@ -193,6 +194,28 @@ def _solve(commands):
         choices=("hole", "auxiliary", "moving", "peg"),
         help="with --unknown: axes of the wrench: hole (x, y, z; the default), auxiliary "
         "(h, e, z), moving (eps, eta, zeta) or peg (1, 2, 3)",
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _plan(commands):
+    command = _command(
+        commands,
+        "plan",
+        "closing, slip and slide rates that keep loads and wedging under limits",
+        "  peg-on-hole plan --config config/plan_cell.yaml --out plan",
+    )
+    command.epilog += (
+        "\n\nThe cell is described by the groups scene, plan and monitor.max_normal of CELL.yaml. "
+        "Where no\nmotion keeps the limits the answer says what would do, and the exit code is 0."
+    )
+    command.add_argument(
+        "--config", metavar="CELL.yaml", required=True, help="ROS 2 parameters file"
+    )
+    command.add_argument(
+        "--out",
+        metavar="DIR",
+        help="folder for plan.json, plan.png and plan.svg, made if missing",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
 
