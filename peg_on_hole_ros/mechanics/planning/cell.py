@@ -58,7 +58,7 @@ class Cell:
     max_acceleration: float = 10.0
     tilt_margin: float = 0.005
     wedge_probability: float = 0.01
-    overload_probability: float = 0.05
+    overload_probability: float = 0.03
 
 
 def check_start(scene, tilt: float, name: str = "plan.start_tilt") -> None:

@@ -18,6 +18,8 @@ TRANSITION = 2e-3
 NEAREST = 3e-6
 # Least margin that is told apart: twenty times a limit.
 _LEAST = -20.0
+# Share of its limit with which a contact is pressed firmly.
+_FIRM = 0.05
 # What is stated of a load as its most.
 SHARE = 0.95
 
@@ -109,7 +111,7 @@ def _of_scene(steady, cell, max_normal, near, below, shape):
     normal = np.where(counted, normal, 0.0)
     limits = np.reshape(np.asarray(max_normal, float), (3, *(1,) * len(many)))
     loads = 1 - normal / limits
-    parting = np.min(np.where(first, 0.0, normal) / limits, axis=0)
+    parting = np.where(first, 1.0, np.min(normal / (_FIRM * limits), axis=0))
     holder = np.stack(
         [
             1 - steady.force.reshape(many) / cell.force_limit,

@@ -1,5 +1,7 @@
 """A plan in words, and what is still possible from a present state in one sentence."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
@@ -69,18 +71,31 @@ def advice(scene: Scene, cell: Cell, max_normal, tilt: float, rates) -> str:
     turns = np.any(np.asarray(rates, float)[1:])
     if kept(plan.plain_outlook, cell) and not turns:
         return f"go on without turning: {_most(plan.plain_outlook, max_normal)}"
-    if not plan.possible:
-        likely = plan.outlook.causes[0]
-        return (
-            f"stop and back off: whatever turn of at most {cell.max_slip_rate:g} rad/s, "
-            f"{likely[0].value} with a probability of {_share(likely[1])}"
-        )
+    if plan.possible:
+        return _sentence(plan, rates, max_normal)
+    for share in _LIGHTER:
+        lighter = replace(cell, press=tuple(share * x for x in cell.press))
+        found = plan_motion(scene, lighter, max_normal, tilt, rates)
+        if found.possible:
+            return f"push with at most {share:.0%}, {_sentence(found, rates, max_normal)}"
+    ways = [f"turn of at most {cell.max_slip_rate:g} rad/s"] if cell.max_slip_rate else []
+    ways += [f"slide of at most {cell.max_slide_rate:g} rad/s"] if cell.max_slide_rate else []
+    cause, chance = plan.outlook.causes[0]
+    return (
+        f"stop and back off: {cause.value} with a probability of {_share(chance)}, "
+        f"whatever {' or '.join(ways) or 'the closing rate'}"
+    )
+
+
+# Shares of the push that are tried where nothing else does.
+_LIGHTER = (0.7, 0.5, 0.3)
+
+
+def _sentence(plan, rates, max_normal):
     closing, slide, slip = plan.motion.stages[-1].rates
     do = [f"close at {-closing:.2g} rad/s"] if _slower(closing, rates) else []
-    if slip:
-        do.append(f"turn at {slip:.2g} rad/s")
-    if slide:
-        do.append(f"slide at {slide:.2g} rad/s")
+    do += [f"turn at {slip:.2g} rad/s"] if slip else []
+    do += [f"slide at {slide:.2g} rad/s"] if slide else []
     return f"{', '.join(do) or 'stop turning'} and {_most(plan.outlook, max_normal)}"
 
 
