@@ -11,6 +11,7 @@ what came first: a wedge, a load beyond its limit, a contact that parts, or noth
 
 import argparse
 import csv
+import os
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -265,13 +266,15 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--csv", help="write a row for each cell")
     options = parser.parse_args(arguments)
-    found = list(rows(options.cells, options.seed))
-    if options.csv:
-        names = list(dict.fromkeys(name for row in found for name in row))
-        with open(options.csv, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, names)
-            writer.writeheader()
-            writer.writerows(found)
+    found, writer = [], None
+    with open(options.csv or os.devnull, "w", newline="", encoding="utf-8") as file:
+        for row in rows(options.cells, options.seed):
+            found.append(row)
+            if writer is None:
+                writer = csv.DictWriter(file, row)
+                writer.writeheader()
+            writer.writerow(row)
+            file.flush()
     print(summary(found))
 
 

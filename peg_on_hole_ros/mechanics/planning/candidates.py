@@ -6,9 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
-from peg_on_hole_ros.mechanics.planning.motion import Motion, motion_of
-from peg_on_hole_ros.mechanics.planning.outlook import NEAREST, margins
+from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Motion, motion_of
+from peg_on_hole_ros.mechanics.planning.outlook import margins
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below
+from peg_on_hole_ros.mechanics.planning.steady import steady_loads
+from peg_on_hole_ros.mechanics.scene import Scene
 
 # Rates of closing, of turning, and tilts at which turning is under way.
 _CLOSINGS, _TURNS, _TILTS = 6, 12, 70
@@ -120,9 +122,10 @@ def best_first(table: Candidates, cell: Cell, tilt: float, end: float, present: 
 
 
 def motions(
-    table: Candidates, order: Iterable[int], cell: Cell, tilt: float, rates, end: float
+    scene: Scene, table: Candidates, order: Iterable[int], cell: Cell, tilt: float, rates
 ) -> Iterator[Motion]:
     """Yield the motions of candidates in an order, as far as their ramps have room."""
+    end = scene.gamma0
     for flat in order:
         a, t, k = np.unravel_index(flat, table.wedge.shape)
         alone, turning = table.alone[a], table.turning[t]
@@ -130,6 +133,8 @@ def motions(
         if k and np.any(turning[1:]):
             ramp = 1.5 * np.max(np.abs(turning - alone)) / cell.max_acceleration
             begin = table.tilt[k] - (turning[0] + alone[0]) / 2 * ramp + cell.tilt_margin
+            # Until the holder is wound up the peg turns less than it is led.
+            begin -= turning[0] * _winding(scene, cell, table.tilt[k], turning)
             if begin < tilt:
                 legs.insert(0, (alone, begin))
         found = motion_of(tilt, rates, legs, end, cell.max_acceleration)
@@ -137,3 +142,10 @@ def motions(
             found = motion_of(tilt, rates, legs[1:], end, cell.max_acceleration)
         if found is not None:
             yield found
+
+
+def _winding(scene, cell, gamma, rates):
+    """Return the time that a turn takes to wind the holder up [s]."""
+    above = np.array([max(gamma, scene.gamma0 + NEAREST)])
+    loads = steady_loads(scene, cell, above, rates, [scene.friction])
+    return abs(float(loads.lag[1:].sum()) / (rates[1] + rates[2]))

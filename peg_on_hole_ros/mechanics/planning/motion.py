@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.mechanics.planning.outlook import NEAREST
-
+# Nearest to gamma0 that is looked at [rad].
+NEAREST = 3e-6
 # Samples of a ramp, and of a stage with constant rates.
-_RAMP, _STEADY = 15, 90
+_RAMP, _STEADY = 9, 60
 
 
 class Stage(NamedTuple):

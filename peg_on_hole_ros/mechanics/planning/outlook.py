@@ -6,16 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
+from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Path
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below, quantile
 from peg_on_hole_ros.mechanics.planning.steady import steady_loads
+from peg_on_hole_ros.mechanics.planning.windup import followed
 from peg_on_hole_ros.records import CONTACTS
 
 # Normalised determinant below which a motion counts as wedged: at 0 rigid motion ends.
 WEDGED = 0.02
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 TRANSITION = 2e-3
-# Nearest to gamma0 that is looked at [rad].
-NEAREST = 3e-6
 # Least margin that is told apart: twenty times a limit.
 _LEAST = -20.0
 # Share of its limit with which a contact is pressed firmly.
@@ -60,9 +60,19 @@ class Margins(NamedTuple):
     others: np.ndarray
 
 
+def path_margins(spread: Spread, cell: Cell, max_normal, path: Path) -> Margins:
+    """Return loads and margins along a path with its ramps."""
+    found = []
+    for scene in spread.scenes:
+        inside = np.maximum(path.gamma, scene.gamma0 + NEAREST)
+        loads = followed(scene, cell, path, inside, spread.frictions)
+        found.append(_of_scene(loads, cell, max_normal, *_ends(scene, path.gamma)))
+    return _stacked(found)
+
+
 def margins(spread: Spread, cell: Cell, max_normal, gamma, rates) -> Margins:
     """
-    Return loads and margins along closings.
+    Return loads and margins along steady closings.
 
     Parameters
     ----------
@@ -86,18 +96,25 @@ def margins(spread: Spread, cell: Cell, max_normal, gamma, rates) -> Margins:
     for scene in spread.scenes:
         inside = np.maximum(flat, scene.gamma0 + NEAREST)
         steady = steady_loads(scene, cell, inside, rates.reshape(3, -1), spread.frictions)
-        near = np.broadcast_to(gamma < scene.gamma0 + TRANSITION, shape)
-        below = np.broadcast_to(gamma <= scene.gamma0, shape)
-        found.append(_of_scene(steady, cell, max_normal, near, below, shape))
-    parts = zip(*found)
-    normal, determinant, wedge, others = parts
+        ends = (np.broadcast_to(end, shape) for end in _ends(scene, gamma))
+        found.append(_of_scene(steady, cell, max_normal, *ends))
+    return _stacked(found)
+
+
+def _ends(scene, gamma):
+    """Return where B1 or B2 may let go into two-point contact, and where that is reached."""
+    return gamma < scene.gamma0 + TRANSITION, gamma <= scene.gamma0
+
+
+def _stacked(found):
+    normal, determinant, wedge, others = zip(*found)
     return Margins(
         np.stack(normal, 1), np.stack(determinant), np.stack(wedge), np.stack(others, 1)
     )
 
 
-def _of_scene(steady, cell, max_normal, near, below, shape):
-    many = (len(steady.determinant), *shape)
+def _of_scene(steady, cell, max_normal, near, below):
+    many = (len(steady.determinant), *near.shape)
     normal = steady.normal.reshape(3, *many).copy()
     determinant = steady.determinant.reshape(many)
     lets_go = near & (np.minimum(normal[1], normal[2]) < 0)

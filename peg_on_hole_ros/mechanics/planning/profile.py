@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.motion import Motion, path_of
-from peg_on_hole_ros.mechanics.planning.outlook import SHARE, margins
+from peg_on_hole_ros.mechanics.planning.outlook import SHARE, path_margins
 from peg_on_hole_ros.mechanics.planning.spread import quantile, spread_of
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -41,7 +41,7 @@ def profile(scene: Scene, cell: Cell, max_normal, motion: Motion) -> Profile:
     k = spread.middle[0]
     spread = spread._replace(scenes=spread.scenes[k : k + 1], weights=np.ones(1))
     path = path_of(motion, scene.gamma0)
-    found = margins(spread, cell, max_normal, path.gamma, path.rates)
+    found = path_margins(spread, cell, max_normal, path)
     _, f = spread.middle
     on = np.isfinite(found.determinant[0, f])
     determinant = np.where(np.isfinite(found.determinant), found.determinant, 1.0)

@@ -11,7 +11,7 @@ from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.planning.candidates import best_first, candidates, motions
 from peg_on_hole_ros.mechanics.planning.cell import AIMS, Cell, check_start
 from peg_on_hole_ros.mechanics.planning.motion import Motion, motion_of, path_of
-from peg_on_hole_ros.mechanics.planning.outlook import Outlook, margins, outlook
+from peg_on_hole_ros.mechanics.planning.outlook import Outlook, outlook, path_margins
 from peg_on_hole_ros.mechanics.planning.spread import spread_of
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -97,7 +97,7 @@ def judge(scene: Scene, cell: Cell, max_normal, motion: Motion) -> Outlook:
     """Return what a given motion leads to."""
     spread = spread_of(scene)
     path = path_of(motion, min(s.gamma0 for s in spread.scenes))
-    found = margins(spread, cell, max_normal, path.gamma, path.rates)
+    found = path_margins(spread, cell, max_normal, path)
     return outlook(spread, found, path.gamma)
 
 
@@ -139,13 +139,13 @@ def _search(scene, cell, max_normal, tilt, rates, present):
             table.overload <= share * cell.overload_probability
         )
         fit = (k for k in order if allowed.flat[k])
-        for motion in islice(motions(table, fit, cell, tilt, rates, end), _TRIED):
+        for motion in islice(motions(scene, table, fit, cell, tilt, rates), _TRIED):
             ahead = judge(scene, cell, max_normal, motion)
             if kept(ahead, cell):
                 return MotionPlan(True, motion, ahead, plain, plain_outlook, ())
             nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
     by_margin = np.argsort(-table.stated, axis=None)
-    for motion in islice(motions(table, by_margin, cell, tilt, rates, end), _TRIED):
+    for motion in islice(motions(scene, table, by_margin, cell, tilt, rates), _TRIED):
         ahead = judge(scene, cell, max_normal, motion)
         nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
     return MotionPlan(False, *nearest, plain, plain_outlook, ())

@@ -1,0 +1,80 @@
+"""
+Loads along a motion with ramps, where the holder's spring takes up a turn before the peg follows.
+
+Near gamma0 slip and slide are one turn: the peg's turn is the commanded one less what winds the
+holder up, and how far it is wound up follows from the turn. Both are found step by step in a table
+of steady states.
+"""
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.planning.cell import Cell
+from peg_on_hole_ros.mechanics.planning.motion import Path
+from peg_on_hole_ros.mechanics.planning.steady import Steady, steady_loads
+from peg_on_hole_ros.mechanics.scene import Scene
+
+# Turns of the peg that are looked at, over the fastest commanded.
+_TURNS = np.array([0.0, 0.02, 0.1, 0.25, 0.5, 1.0, 1.4])
+
+
+def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions) -> Steady:
+    """
+    Return the loads along a path.
+
+    Parameters
+    ----------
+    scene : Scene
+    cell : Cell
+    path : Path
+        As commanded.
+    gamma : ndarray, shape (n,)
+        The path's tilts, none at gamma0 or below [rad].
+    frictions : ndarray, shape (f,)
+
+    Returns
+    -------
+    Steady
+        Arrays end with (f, n).
+
+    """
+    turn = path.rates[1] + path.rates[2]
+    fastest = int(np.argmax(np.abs(turn)))
+    if not turn[fastest]:
+        return steady_loads(scene, cell, gamma, path.rates, frictions)
+    top, count, n = path.rates[1:, fastest], len(_TURNS), len(gamma)
+    rates = np.empty((3, count, n))
+    rates[0], rates[1:] = path.rates[0], top[:, None, None] * _TURNS[:, None]
+    table = steady_loads(scene, cell, np.tile(gamma, count), rates.reshape(3, -1), frictions)
+    many = len(frictions), count, n
+    # Along the commanded turn, so that it is positive.
+    wound = np.sign(turn[fastest]) * table.lag[1:].sum(axis=0).reshape(many)
+    speeds, commanded = np.abs(turn[fastest]) * _TURNS, np.abs(turn)
+    share = np.empty((len(frictions), n))
+    share[:, 0] = commanded[0]
+    before = _across(share[:, 0], np.broadcast_to(speeds, many[:2]), wound[:, :, 0])
+    for k in range(1, n):
+        step = path.time[k] - path.time[k - 1]
+        # What is wound up and turned together is what was commanded.
+        both = np.maximum.accumulate(wound[:, :, k] + step * speeds, axis=1)
+        target = before + step * commanded[k]
+        share[:, k] = _across(target, both, np.broadcast_to(speeds, many[:2]))
+        before = before + step * (commanded[k] - share[:, k])
+    return Steady(*(_between(part, many, speeds, share) for part in table))
+
+
+def _across(x, points, values):
+    """Return values at x by straight lines between rising points, row by row; flat beyond."""
+    upper = np.clip(np.sum(points < x[:, None], axis=1), 1, points.shape[1] - 1)
+    row = np.arange(len(x))
+    low, high = points[row, upper - 1], points[row, upper]
+    weight = np.clip((x - low) / np.maximum(high - low, 1e-300), 0, 1)
+    return (1 - weight) * values[row, upper - 1] + weight * values[row, upper]
+
+
+def _between(part, many, speeds, share):
+    """Return a table's values at the turns that came about, (..., f, n)."""
+    part = part.reshape(*part.shape[: part.ndim - 2], *many)
+    upper = np.clip(np.searchsorted(speeds, share), 1, len(speeds) - 1)
+    weight = (share - speeds[upper - 1]) / (speeds[upper] - speeds[upper - 1])
+    f, n = np.ogrid[: many[0], : many[2]]
+    return (1 - weight) * part[..., f, upper - 1, n] + weight * part[..., f, upper, n]
