@@ -7,7 +7,7 @@ from peg_on_hole_ros.cli.places import check_places, out_folder, write_text
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import to_json
 from peg_on_hole_ros.mechanics.planning.profile import profile
-from peg_on_hole_ros.mechanics.planning.search import plan_motion
+from peg_on_hole_ros.mechanics.planning.search import plan_motion, remedies
 from peg_on_hole_ros.mechanics.planning.words import as_data, in_words
 
 
@@ -22,8 +22,9 @@ def run(arguments: Namespace) -> int:
         check_places([arguments.config], texts=names)
     scene, cell, limits = configuration.scene, configuration.plan, configuration.monitor.max_normal
     plan = plan_motion(scene, cell, limits)
-    data = as_data(plan, cell)
-    print(to_json(data) if arguments.json else in_words(plan, cell, limits))
+    others = () if plan.possible else remedies(scene, cell, limits)
+    data = as_data(plan, cell, others)
+    print(to_json(data) if arguments.json else in_words(plan, cell, limits, others))
     if folder:
         from peg_on_hole_ros.edges.plots.plan import figure
 

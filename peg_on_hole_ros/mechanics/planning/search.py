@@ -34,9 +34,6 @@ class MotionPlan(NamedTuple):
     plain : Motion
         Closing alone, at the fastest rate allowed, or from a present state at its own.
     plain_outlook : Outlook
-    remedies : tuple of str
-        Where none is possible: changes of the cell that make one so; each was tried. From a
-        present state none is sought.
 
     """
 
@@ -45,7 +42,6 @@ class MotionPlan(NamedTuple):
     outlook: Outlook
     plain: Motion
     plain_outlook: Outlook
-    remedies: tuple[str, ...]
 
 
 def plan_motion(scene: Scene, cell: Cell, max_normal, tilt=None, rates=None) -> MotionPlan:
@@ -87,10 +83,7 @@ def plan_motion(scene: Scene, cell: Cell, max_normal, tilt=None, rates=None) -> 
     if rates is not None:
         rates = require_finite("rates", "rad/s", rates, 3)
         return _from_present(scene, cell, max_normal, tilt, rates)
-    found = _search(scene, cell, max_normal, tilt, np.zeros(3), False)
-    if not found.possible:
-        found = found._replace(remedies=_remedies(scene, cell, max_normal, tilt))
-    return found
+    return _search(scene, cell, max_normal, tilt, np.zeros(3), False)
 
 
 def judge(scene: Scene, cell: Cell, max_normal, motion: Motion) -> Outlook:
@@ -142,13 +135,13 @@ def _search(scene, cell, max_normal, tilt, rates, present):
         for motion in islice(motions(scene, table, fit, cell, tilt, rates), _TRIED):
             ahead = judge(scene, cell, max_normal, motion)
             if kept(ahead, cell):
-                return MotionPlan(True, motion, ahead, plain, plain_outlook, ())
+                return MotionPlan(True, motion, ahead, plain, plain_outlook)
             nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
     by_margin = np.argsort(-table.stated, axis=None)
     for motion in islice(motions(scene, table, by_margin, cell, tilt, rates), _TRIED):
         ahead = judge(scene, cell, max_normal, motion)
         nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
-    return MotionPlan(False, *nearest, plain, plain_outlook, ())
+    return MotionPlan(False, *nearest, plain, plain_outlook)
 
 
 def _plain(scene, cell, tilt, rates):
@@ -173,8 +166,8 @@ def _nearer(a, b, cell, max_normal):
     return b if excess(b) < excess(a) else a
 
 
-def _remedies(scene, cell, max_normal, tilt):
-    """Return changes of the cell, each alone, that make a motion possible."""
+def remedies(scene: Scene, cell: Cell, max_normal) -> tuple[str, ...]:
+    """Return changes of the cell, each alone, that make a motion possible; each was tried."""
     tried = (
         (
             "push with at most {:.0%} of plan.press",
@@ -192,11 +185,11 @@ def _remedies(scene, cell, max_normal, tilt):
             lambda x: {"min_closing_rate": x},
         ),
     )
-    remedies = []
+    found = []
     for words, values, change in tried:
         for value in values:
             changed = replace(cell, **change(value))
-            if _search(scene, changed, max_normal, tilt, np.zeros(3), False).possible:
-                remedies.append(words.format(value))
+            if plan_motion(scene, changed, max_normal).possible:
+                found.append(words.format(value))
                 break
-    return tuple(remedies)
+    return tuple(found)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -80,16 +80,16 @@ def probability_below(spread: Spread, margin) -> np.ndarray:
         a, b = margin[:, k], margin[:, k + 1]
         # Where the line from a to b is zero; a jump to a wedge is one in the middle at worst.
         change = np.where(a == b, 1.0, a - b)
-        crossing = norm.cdf(z[k] + (z[k + 1] - z[k]) * np.clip(a / change, 0, 1))
-        low, high = norm.cdf(z[k]), norm.cdf(z[k + 1])
+        crossing = ndtr(z[k] + (z[k + 1] - z[k]) * np.clip(a / change, 0, 1))
+        low, high = ndtr(z[k]), ndtr(z[k + 1])
         part = np.where(
             (a < 0) & (b < 0),
             high - low,
             np.where(a < 0, crossing - low, np.where(b < 0, high - crossing, 0.0)),
         )
         share = share + part
-    share = share + np.where(margin[:, 0] < 0, norm.cdf(z[0]), 0.0)
-    share = share + np.where(margin[:, -1] < 0, norm.cdf(-z[-1]), 0.0)
+    share = share + np.where(margin[:, 0] < 0, ndtr(z[0]), 0.0)
+    share = share + np.where(margin[:, -1] < 0, ndtr(-z[-1]), 0.0)
     return np.tensordot(spread.weights, share, 1)
 
 
@@ -110,7 +110,7 @@ def quantile(spread: Spread, values, share: float) -> np.ndarray:
     """
     values = np.asarray(values, float)
     edges = np.concatenate([[-np.inf], (spread.steps[1:] + spread.steps[:-1]) / 2, [np.inf]])
-    mass = spread.weights[:, None] * np.diff(norm.cdf(edges))
+    mass = spread.weights[:, None] * np.diff(ndtr(edges))
     flat = values.reshape(-1, *values.shape[2:])
     order = np.argsort(flat, axis=0)
     total = np.cumsum(mass.ravel()[order], axis=0)

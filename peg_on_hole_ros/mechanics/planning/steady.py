@@ -73,7 +73,9 @@ def steady_loads(scene: Scene, cell: Cell, gamma, rates, frictions) -> Steady:
     wrench, spring = _holder(scene, cell, gamma)
     applied = _applied(scene, gamma)
     known = right + np.einsum("nij,nj->ni", applied, wrench)
-    frictionless = np.linalg.det(_reactions(smooth))
+    # Friction is in the reactions' columns alone, so that what is left of them is linear in it.
+    without, full = _reactions(smooth), _reactions(rough)
+    frictionless = np.linalg.det(without)
     parts = []
     for friction in frictions:
         A = smooth + friction * (rough - smooth)
@@ -84,7 +86,7 @@ def steady_loads(scene: Scene, cell: Cell, gamma, rates, frictions) -> Steady:
         parts.append(
             (
                 y[:, :3].T,
-                np.linalg.det(_reactions(A)) / frictionless,
+                np.linalg.det(without + friction * (full - without)) / frictionless,
                 y[:, 3:].T / cell.rotational_stiffness,
                 np.linalg.norm(given[:, :3], axis=1),
                 np.linalg.norm(given[:, 3:], axis=1),

@@ -11,8 +11,8 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import CONTACTS
 
 
-def in_words(plan: MotionPlan, cell: Cell, max_normal) -> str:
-    """Return a plan as lines of text."""
+def in_words(plan: MotionPlan, cell: Cell, max_normal, remedies=()) -> str:
+    """Return a plan as lines of text; `remedies` are those of `search.remedies`."""
     motion, lines = plan.motion, []
     if not plan.possible:
         lines.append("No motion within these limits is safe; the nearest is this one.")
@@ -32,8 +32,8 @@ def in_words(plan: MotionPlan, cell: Cell, max_normal) -> str:
         lines.append(f"To {plain}: {_lower(_outlook(plan.plain_outlook, max_normal))}")
     if not plan.possible:
         lines.append(
-            "What would do: " + "; or ".join(plan.remedies) + "."
-            if plan.remedies
+            "What would do: " + "; or ".join(remedies) + "."
+            if remedies
             else "Neither a tenth of the push, nor eight times the slip, nor a tenth of the "
             "closing rate would do: it takes less friction, more clearance or higher limits."
         )
@@ -169,7 +169,7 @@ def _share(probability):
     return f"{100 * probability:.2g} %" if probability < 0.99 else "over 99 %"
 
 
-def as_data(plan: MotionPlan, cell: Cell) -> dict:
+def as_data(plan: MotionPlan, cell: Cell, remedies=()) -> dict:
     """Return a plan as plain data for a robot program; units as in the records."""
     motion = plan.motion
     return {
@@ -191,7 +191,7 @@ def as_data(plan: MotionPlan, cell: Cell) -> dict:
         ],
         "outlook": _data(plan.outlook),
         "plain": {"closing_rate": -plan.plain.stages[-1].rates[0], **_data(plan.plain_outlook)},
-        "remedies": list(plan.remedies),
+        "remedies": list(remedies),
     }
 
 
