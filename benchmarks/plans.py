@@ -30,7 +30,7 @@ from scenes_setting import Draw
 # Before the recording [s], in which the simulated peg comes to lie on its contacts.
 LEAD_IN = 0.15
 # Of the integrator.
-RTOL = 1e-7
+RTOL = 1e-6
 # The last stage is led on below gamma0 [rad].
 BEYOND = 0.02
 OUTCOMES = ("through", "wedge", "overload", "parts", "holder", "chatters")
@@ -72,7 +72,7 @@ def cell_of(number: int, seed: int = 0) -> Drawn:
     cell = Cell(
         aim="time" if draw.chance(0.5) else "turning",
         start_tilt=scene.gamma0 + draw.even(0.08, 0.2),
-        press=(-push * draw.even(0.2, 0.6), 0.0, -push),
+        press=(-push * draw.even(0.4, 1.0), 0.0, -push),
         grip_height=height * draw.even(0.8, 1.2),
         stiffness=draw.log(5e3, 5e4),
         rotational_stiffness=push * D * draw.log(300.0, 3000.0),
