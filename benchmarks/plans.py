@@ -36,7 +36,7 @@ BEYOND = 0.02
 OUTCOMES = ("through", "wedge", "overload", "parts", "holder", "chatters")
 # Steps of the integrator per second of motion beyond which the peg chatters on its contacts, and
 # a number that every motion may have.
-STEPS, STEPS_FREE = 1000, 1500
+STEPS, STEPS_FREE = 2000, 8000
 _CAUSES = {"K": "overload", "B1": "overload", "B2": "overload", "PARTS": "parts"}
 
 

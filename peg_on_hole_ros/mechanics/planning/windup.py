@@ -14,7 +14,7 @@ from peg_on_hole_ros.mechanics.planning.steady import Steady, steady_loads
 from peg_on_hole_ros.mechanics.scene import Scene
 
 # Turns of the peg that are looked at, over the fastest commanded.
-_TURNS = np.array([0.0, 0.02, 0.1, 0.25, 0.5, 1.0, 1.4])
+_TURNS = np.array([0.0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0, 1.4])
 
 
 def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions) -> Steady:
@@ -50,25 +50,37 @@ def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions) -> Steady:
     wound = np.sign(turn[fastest]) * table.lag[1:].sum(axis=0).reshape(many)
     speeds, commanded = np.abs(turn[fastest]) * _TURNS, np.abs(turn)
     share = np.empty((len(frictions), n))
-    share[:, 0] = commanded[0]
-    before = _across(share[:, 0], np.broadcast_to(speeds, many[:2]), wound[:, :, 0])
+    share[:] = commanded
+    # Where B1 or B2 would have to pull there is no such state to be wound up to.
+    lets_go = _between(table.normal, many, speeds, share)[1:].min(axis=0) < 0
+    before = _between(wound.reshape(len(frictions), -1), many, speeds, share)[:, 0]
     for k in range(1, n):
         step = path.time[k] - path.time[k - 1]
         # What is wound up and turned together is what was commanded.
-        both = np.maximum.accumulate(wound[:, :, k] + step * speeds, axis=1)
-        target = before + step * commanded[k]
-        share[:, k] = _across(target, both, np.broadcast_to(speeds, many[:2]))
+        off = wound[:, :, k] + step * speeds - (before + step * commanded[k])[:, None]
+        found = _nearest_root(off, speeds, share[:, k - 1])
+        share[:, k] = np.where(lets_go[:, k], share[:, k], found)
         before = before + step * (commanded[k] - share[:, k])
     return Steady(*(_between(part, many, speeds, share) for part in table))
 
 
-def _across(x, points, values):
-    """Return values at x by straight lines between rising points, row by row; flat beyond."""
-    upper = np.clip(np.sum(points < x[:, None], axis=1), 1, points.shape[1] - 1)
-    row = np.arange(len(x))
-    low, high = points[row, upper - 1], points[row, upper]
-    weight = np.clip((x - low) / np.maximum(high - low, 1e-300), 0, 1)
-    return (1 - weight) * values[row, upper - 1] + weight * values[row, upper]
+def _nearest_root(off, speeds, start):
+    """
+    Return where a table rises through zero, row by row, nearest to a start; else its better end.
+
+    The couple that a turn takes is not the largest for the fastest: there may be several roots, of
+    which a falling one does not last.
+    """
+    low, high = off[:, :-1], off[:, 1:]
+    rises = (low <= 0) & (high > 0)
+    root = speeds[:-1] + np.diff(speeds) * np.where(rises, -low, 0) / np.where(
+        rises, high - low, 1
+    )
+    far = np.where(rises, np.abs(root - start[:, None]), np.inf)
+    best = np.argmin(far, axis=1)
+    rows = np.arange(len(off))
+    end = np.where(off[:, 0] > 0, speeds[0], speeds[-1])
+    return np.where(rises[rows, best], root[rows, best], end)
 
 
 def _between(part, many, speeds, share):
