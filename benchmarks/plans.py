@@ -37,7 +37,13 @@ OUTCOMES = ("through", "wedge", "overload", "parts", "holder", "chatters")
 # Steps of the integrator per second of motion beyond which the peg chatters on its contacts, and
 # a number that every motion may have.
 STEPS, STEPS_FREE = 2000, 8000
-_CAUSES = {"K": "overload", "B1": "overload", "B2": "overload", "PARTS": "parts"}
+_CAUSES = {
+    "K": "overload",
+    "B1": "overload",
+    "B2": "overload",
+    "PARTS": "parts",
+    "CHATTERS": "chatters",
+}
 
 
 class Drawn(NamedTuple):
@@ -126,6 +132,7 @@ def simulated(drawn: Drawn, motion) -> Came:
         "holder": {
             "stiffness": cell.stiffness,
             "rotational_stiffness": cell.rotational_stiffness,
+            "damping_ratio": cell.damping_ratio,
             "force_limit": cell.force_limit,
             "torque_limit": cell.torque_limit,
         },

@@ -486,6 +486,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     _plan("grip_height", "of the gripped point above the peg's lower end face", "m", 0.0, 10.0),
     _plan("stiffness", "of the holder's grip; softer: it gives way to the rim", "N/m", 1e2, 1e7),
     _plan("rotational_stiffness", "of the holder", "N m/rad", 1e-1, 1e6),
+    _plan(
+        "damping_ratio", "of the peg on the free holder; less: it chatters sooner", "", 0.01, 5.0
+    ),
     _plan("force_limit", "of the holder, with the peg's weight", "N", 1e-3, 1e5),
     _plan("torque_limit", "of the holder, about the mass centre", "N m", 1e-4, 1e4),
     _plan("min_closing_rate", "slowest closing that is looked at", "rad/s", 1e-4, 100.0),

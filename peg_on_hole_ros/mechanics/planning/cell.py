@@ -25,6 +25,8 @@ class Cell:
         Of the point that the holder grips above the lower end face, on the peg's axis [m].
     stiffness, rotational_stiffness : float
         Of the holder [N/m], [N m/rad].
+    damping_ratio : float
+        Of the peg on the free holder.
     force_limit, torque_limit : float
         Of the holder, about the mass centre [N], [N m].
     min_closing_rate, max_closing_rate : float
@@ -49,6 +51,7 @@ class Cell:
     grip_height: float = 0.070
     stiffness: float = 2.0e4
     rotational_stiffness: float = 2.0e3
+    damping_ratio: float = 0.7
     force_limit: float = 200.0
     torque_limit: float = 20.0
     min_closing_rate: float = 0.02
@@ -59,6 +62,14 @@ class Cell:
     tilt_margin: float = 0.005
     wedge_probability: float = 0.01
     overload_probability: float = 0.03
+
+    def damping(self, scene) -> tuple[float, float]:
+        """Return the holder's damping [N s/m], [N m s/rad]."""
+        ratio = 2 * self.damping_ratio
+        return (
+            ratio * (self.stiffness * scene.peg_mass) ** 0.5,
+            ratio * (self.rotational_stiffness * scene.transverse_inertia) ** 0.5,
+        )
 
 
 def check_start(scene, tilt: float, name: str = "plan.start_tilt") -> None:

@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
+from peg_on_hole_ros.mechanics.planning.chatter import growth
 from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Path
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below, quantile
-from peg_on_hole_ros.mechanics.planning.steady import steady_loads
+from peg_on_hole_ros.mechanics.planning.steady import Steady, steady_loads
 from peg_on_hole_ros.mechanics.planning.windup import followed
 from peg_on_hole_ros.records import CONTACTS
 
@@ -20,6 +21,8 @@ TRANSITION = 2e-3
 _LEAST = -20.0
 # Share of its limit with which a contact is pressed firmly.
 _FIRM = 0.05
+# Decay with which a motion counts as calm [1/s].
+_CALM = 50.0
 # What is stated of a load as its most.
 SHARE = 0.95
 
@@ -32,6 +35,7 @@ class Cause(Enum):
     B1 = "overload at B1"
     B2 = "overload at B2"
     PARTS = "a contact parts"
+    CHATTERS = "the peg chatters"
     FORCE = "the holder's force limit is reached"
     TORQUE = "the holder's torque limit is reached"
 
@@ -48,9 +52,9 @@ class Margins(NamedTuple):
         NaN once two-point contact is reached.
     wedge : ndarray, shape (clearance, friction, ..., n)
         Below zero where it wedges.
-    others : ndarray, shape (5, clearance, friction, ..., n)
-        Of loads at K, B1, B2 (B1 and B2 parting with K in the fourth), holder's force and torque,
-        as shares of their limits.
+    others : ndarray, shape (7, clearance, friction, ..., n)
+        Of loads at K, B1, B2, of a contact that parts, of chatter, of the holder's force and
+        torque; of loads as shares of their limits.
 
     """
 
@@ -65,8 +69,9 @@ def path_margins(spread: Spread, cell: Cell, max_normal, path: Path) -> Margins:
     found = []
     for scene in spread.scenes:
         inside = np.maximum(path.gamma, scene.gamma0 + NEAREST)
-        loads = followed(scene, cell, path, inside, spread.frictions)
-        found.append(_of_scene(loads, cell, max_normal, *_ends(scene, path.gamma)))
+        loads, rates = followed(scene, cell, path, inside, spread.frictions)
+        grows = growth(scene, cell, inside, rates, spread.frictions, loads)
+        found.append(_of_scene(loads, grows, cell, max_normal, *_ends(scene, path.gamma)))
     return _stacked(found)
 
 
@@ -97,8 +102,18 @@ def margins(spread: Spread, cell: Cell, max_normal, gamma, rates) -> Margins:
         inside = np.maximum(flat, scene.gamma0 + NEAREST)
         steady = steady_loads(scene, cell, inside, rates.reshape(3, -1), spread.frictions)
         ends = (np.broadcast_to(end, shape) for end in _ends(scene, gamma))
-        found.append(_of_scene(steady, cell, max_normal, *ends))
+        grows = _growth(scene, cell, inside, rates.reshape(3, -1), spread.frictions, steady)
+        found.append(_of_scene(steady, grows, cell, max_normal, *ends))
     return _stacked(found)
+
+
+def _growth(scene, cell, gamma, rates, frictions, steady):
+    """Return the growth of vibrations, at a few of the frictions alone: it is dear."""
+    at = np.unique([0, len(frictions) // 2, len(frictions) - 1])
+    some = Steady(*(part[..., at, :] for part in steady))
+    found = growth(scene, cell, gamma, rates, frictions[at], some)
+    nearest = np.argmin(np.abs(np.arange(len(frictions))[:, None] - at), axis=1)
+    return found[nearest]
 
 
 def _ends(scene, gamma):
@@ -113,7 +128,7 @@ def _stacked(found):
     )
 
 
-def _of_scene(steady, cell, max_normal, near, below):
+def _of_scene(steady, grows, cell, max_normal, near, below):
     many = (len(steady.determinant), *near.shape)
     normal = steady.normal.reshape(3, *many).copy()
     determinant = steady.determinant.reshape(many)
@@ -135,7 +150,8 @@ def _of_scene(steady, cell, max_normal, near, below):
             1 - steady.torque.reshape(many) / cell.torque_limit,
         ]
     )
-    others = np.concatenate([loads, parting[None], np.where(counted, holder, 1.0)])
+    calm = np.where(counted, -grows.reshape(many) / _CALM, 1.0)
+    others = np.concatenate([loads, parting[None], calm[None], np.where(counted, holder, 1.0)])
     wedge = np.where(counted, determinant - WEDGED, 1.0)
     shown = np.where(counted, determinant, np.nan)
     # A wedge lets no load be known: what is beyond it is not counted twice.
@@ -178,7 +194,8 @@ class Outlook(NamedTuple):
     least_determinant: float
 
 
-_OTHERS = (Cause.K, Cause.B1, Cause.B2, Cause.PARTS, Cause.FORCE, Cause.TORQUE)
+_OTHERS = (*(Cause[name] for name in CONTACTS), Cause.PARTS, Cause.CHATTERS, Cause.FORCE)
+_OTHERS += (Cause.TORQUE,)
 
 
 def outlook(spread: Spread, found: Margins, gamma) -> Outlook:
@@ -193,8 +210,12 @@ def outlook(spread: Spread, found: Margins, gamma) -> Outlook:
     expected = tilt = None
     if hit.any():
         k = int(np.argmax(hit))
-        expected = chances[int(np.argmin(rows[:, k]))][0]
-        tilt = float(gamma[k])
+        row = int(np.argmin(rows[:, k]))
+        expected, tilt = chances[row][0], float(gamma[k])
+        if k and rows[row, k - 1] > 0:
+            # Between two points the margin is a straight line.
+            share = rows[row, k - 1] / (rows[row, k - 1] - rows[row, k])
+            tilt = float(gamma[k - 1] + share * (gamma[k] - gamma[k - 1]))
     peaks = found.normal.max(axis=-1)
     least = np.nanmin(found.determinant, axis=-1)
     likely = sorted((x for x in chances if x[1] >= 1e-3), key=lambda x: -x[1])

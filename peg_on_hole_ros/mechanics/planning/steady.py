@@ -71,7 +71,7 @@ def steady_loads(scene: Scene, cell: Cell, gamma, rates, frictions) -> Steady:
     smooth, right = _equations(replace(weightless, friction=0.0), q, rates)
     rough, _ = _equations(replace(weightless, friction=1.0), q, rates)
     wrench, spring = _holder(scene, cell, gamma)
-    applied = _applied(scene, gamma)
+    applied = work_of_wrench(scene, gamma)
     known = right + np.einsum("nij,nj->ni", applied, wrench)
     # Friction is in the reactions' columns alone, so that what is left of them is linear in it.
     without, full = _reactions(smooth), _reactions(rough)
@@ -107,7 +107,7 @@ def _reactions(A):
     return A[:, 3:, 3:] - A[:, 3:, :3] @ np.linalg.solve(A[:, :3, :3], A[:, :3, 3:])
 
 
-def _applied(scene, gamma):
+def work_of_wrench(scene: Scene, gamma) -> np.ndarray:
     """Return what a wrench about the mass centre in (h, e, z) does in each equation, (n, 6, 6)."""
     g = contact_geometry(scene, gamma)
     W = np.zeros((gamma.size, 6, 6))
@@ -124,21 +124,50 @@ def _holder(scene, cell, gamma):
 
     The lag is counted in the moment that it gives, so that the equations are of one size.
     """
+    n = gamma.size
+    press = np.broadcast_to(np.asarray(cell.press, float), (n, 3))
+    moment = np.einsum("nij,nj->ni", _lever(scene, cell, gamma)[1], press)
+    wrench = np.concatenate([press, moment], axis=1)
+    return wrench, holder_law(scene, cell, gamma, cell.stiffness / cell.rotational_stiffness, 1.0)
+
+
+def holder_law(scene: Scene, cell: Cell, gamma, linear, rotational) -> np.ndarray:
+    """
+    Return the holder's wrench by angles that it is off, or by rates where it damps.
+
+    Parameters
+    ----------
+    scene : Scene
+    cell : Cell
+    gamma : ndarray, shape (n,)
+        [rad]
+    linear, rotational : float
+        Stiffness [N/m], [N m/rad], or damping [N s/m], [N m s/rad].
+
+    Returns
+    -------
+    ndarray, shape (n, 6, 3)
+        Force and moment about the mass centre in (h, e, z), by gamma, psi, phi.
+
+    """
     g, n = contact_geometry(scene, gamma), gamma.size
-    reach = cell.grip_height - scene.mass_center_height
-    lever = reach * np.stack([-g.s, 0 * g.s, g.c], axis=1)
-    cross = np.zeros((n, 3, 3))
-    cross[:, 0, 1], cross[:, 0, 2] = -lever[:, 2], lever[:, 1]
-    cross[:, 1, 0], cross[:, 1, 2] = lever[:, 2], -lever[:, 0]
-    cross[:, 2, 0], cross[:, 2, 1] = -lever[:, 1], lever[:, 0]
+    reach, cross = _lever(scene, cell, gamma)
     # Of the gripped point by gamma and psi; phi leaves it where it is.
     moved = np.zeros((n, 3, 3))
     moved[:, 0, 0], moved[:, 2, 0] = g.dh_c - reach * g.c, g.dz_c - reach * g.s
-    moved[:, 1, 1] = g.h_c + lever[:, 0]
+    moved[:, 1, 1] = g.h_c - reach * g.s
     turned = np.zeros((n, 3, 3))
     turned[:, 1, 0], turned[:, 2, 1] = -1, 1
     turned[:, 0, 2], turned[:, 2, 2] = -g.s, g.c
-    force = cell.stiffness / cell.rotational_stiffness * moved
-    press = np.broadcast_to(np.asarray(cell.press, float), (n, 3))
-    wrench = np.concatenate([press, np.einsum("nij,nj->ni", cross, press)], axis=1)
-    return wrench, np.concatenate([force, turned + cross @ force], axis=1)
+    force = linear * moved
+    return np.concatenate([force, rotational * turned + cross @ force], axis=1)
+
+
+def _lever(scene, cell, gamma):
+    """Return how far the grip is above the mass centre, and the lever's cross product."""
+    reach = cell.grip_height - scene.mass_center_height
+    h, z = -reach * np.sin(gamma), reach * np.cos(gamma)
+    cross = np.zeros((gamma.size, 3, 3))
+    cross[:, 0, 1], cross[:, 1, 0] = -z, z
+    cross[:, 1, 2], cross[:, 2, 1] = -h, h
+    return reach, cross

@@ -17,7 +17,7 @@ from peg_on_hole_ros.mechanics.scene import Scene
 _TURNS = np.array([0.0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0, 1.4])
 
 
-def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions) -> Steady:
+def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions):
     """
     Return the loads along a path.
 
@@ -33,14 +33,16 @@ def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions) -> Steady:
 
     Returns
     -------
-    Steady
-        Arrays end with (f, n).
+    loads : Steady
+    rates : ndarray, shape (3, f, n)
+        Of the peg [rad/s].
 
     """
     turn = path.rates[1] + path.rates[2]
     fastest = int(np.argmax(np.abs(turn)))
     if not turn[fastest]:
-        return steady_loads(scene, cell, gamma, path.rates, frictions)
+        rates = np.repeat(path.rates[:, None], len(frictions), axis=1)
+        return steady_loads(scene, cell, gamma, path.rates, frictions), rates
     top, count, n = path.rates[1:, fastest], len(_TURNS), len(gamma)
     rates = np.empty((3, count, n))
     rates[0], rates[1:] = path.rates[0], top[:, None, None] * _TURNS[:, None]
@@ -61,7 +63,10 @@ def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions) -> Steady:
         found = _nearest_root(off, speeds, share[:, k - 1])
         share[:, k] = np.where(lets_go[:, k], share[:, k], found)
         before = before + step * (commanded[k] - share[:, k])
-    return Steady(*(_between(part, many, speeds, share) for part in table))
+    turned = top[:, None, None] * share / np.abs(turn[fastest])
+    closed = np.broadcast_to(path.rates[:1, None], (1, *share.shape))
+    loads = Steady(*(_between(part, many, speeds, share) for part in table))
+    return loads, np.concatenate([closed, turned])
 
 
 def _nearest_root(off, speeds, start):
