@@ -29,6 +29,8 @@ from scenes_setting import Draw
 
 # Before the recording [s], in which the simulated peg comes to lie on its contacts.
 LEAD_IN = 0.15
+# Simulated at a time [s].
+PIECE = 0.03
 # Of the integrator.
 RTOL = 1e-6
 # The last stage is led on below gamma0 [rad].
@@ -146,25 +148,33 @@ def simulated(drawn: Drawn, motion) -> Came:
     plan = plan_from_tree(configuration, tree)
     run = Run(plan, None)
     x = evaluate(run.knots, run.coefficients, 0.0)
-    found = run_contact(
-        run.model,
-        0.0,
-        np.concatenate([x[0, :3], x[1, :3]]),
-        run.grid[run.grid >= LEAD_IN],
-        run.knots[-1],
-        (cell.force_limit, cell.torque_limit),
-        RTOL,
-        LEAD_IN,
-        _Counted(STEPS_FREE + STEPS * run.knots[-1]),
-    )
-    if not len(found.t):
-        return Came("parts", found.state_end[0], np.full(3, np.nan))
-    _, normal, _, _ = contact_samples(run.model, found.t, found.states)
-    over = (normal > drawn.max_normal).any(axis=1)
-    if over.any():
-        at = found.states[int(np.argmax(over)), 0]
-        return Came("overload", at, normal.max(axis=0))
-    return Came(_outcome(found, scene), found.state_end[0], normal.max(axis=0))
+    counted = _Counted(STEPS_FREE + STEPS * run.knots[-1])
+    limits = cell.force_limit, cell.torque_limit
+    state, t, peak, ended = np.concatenate([x[0, :3], x[1, :3]]), 0.0, np.zeros(3), "end"
+    samples = run.grid[run.grid >= LEAD_IN]
+    # Piece by piece, since what follows an overload does not matter and may take long.
+    while t < run.knots[-1] - 1e-9 and ended == "end":
+        until = min(t + PIECE, run.knots[-1])
+        here = samples[(samples > t) & (samples <= until)]
+        found = run_contact(run.model, t, state, here, until, limits, RTOL, LEAD_IN, counted)
+        t, state, ended = found.t_end, found.state_end, found.ended_by
+        if not len(found.t):
+            continue
+        normal = contact_samples(run.model, found.t, found.states)[1]
+        peak = np.maximum(peak, normal.max(axis=0))
+        over = (normal > drawn.max_normal).any(axis=1)
+        if over.any():
+            return Came("overload", found.states[int(np.argmax(over)), 0], peak)
+    return Came(_outcome(ended, state[0], scene), state[0], peak)
+
+
+def _outcome(ended, gamma, scene):
+    near = gamma < scene.gamma0 + NEAR_TRANSITION
+    if ended in ("end", "transition") or near and ended in ("open B1", "open B2"):
+        return "through"
+    if ended.startswith("open"):
+        return "parts"
+    return "wedge" if ended == "wedged" else "holder"
 
 
 class _Chatter(Exception):
@@ -181,15 +191,6 @@ class _Counted:
         self.left -= 1
         if self.left < 0:
             raise _Chatter
-
-
-def _outcome(found, scene):
-    ended, near = found.ended_by, found.state_end[0] < scene.gamma0 + NEAR_TRANSITION
-    if ended in ("end", "transition") or near and ended in ("open B1", "open B2"):
-        return "through"
-    if ended.startswith("open"):
-        return "parts"
-    return "wedge" if ended == "wedged" else "holder"
 
 
 def foreseen(drawn: Drawn, motion) -> tuple[str, float]:

@@ -61,9 +61,9 @@ def test_no_plan_is_an_answer(tmp_path, capsys):
     [
         (
             "plan: {start_tilt: 0.05}",
-            "plan.start_tilt = 0.05 rad is not between gamma0 = 0.0632561 rad and 1.5708 rad, both "
-            "excluded: the peg rests on three points between them; gamma0 follows from the two "
-            "diameters",
+            "plan.start_tilt = 0.05 rad is not between gamma0 = 0.0632561 rad and 1.5708 rad, "
+            "both excluded: the peg rests on three points between them; gamma0 follows from the "
+            "two diameters",
         ),
         (
             "plan: {min_closing_rate: 0.5}",
