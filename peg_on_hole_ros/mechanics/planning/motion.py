@@ -7,7 +7,7 @@ import numpy as np
 # Nearest to gamma0 that is looked at [rad].
 NEAREST = 3e-6
 # Samples of a ramp, and of a stage with constant rates.
-_RAMP, _STEADY = 9, 60
+_RAMP, _STEADY = 9, 50
 
 
 class Stage(NamedTuple):
@@ -150,9 +150,10 @@ def path_of(motion: Motion, gamma0: float) -> Path:
     for stage in motion.stages:
         target = np.array(stage.rates)
         if np.array_equal(target, before):
-            # Even steps of the logarithm of what is left until gamma0.
+            # Even steps of the tilt, and of the logarithm of what is left of it until gamma0.
             left = np.geomspace(tilt - gamma0, max(stage.tilt - gamma0, NEAREST), _STEADY)
             u = (tilt - gamma0 - left) / (tilt - stage.tilt)
+            u = np.unique(np.concatenate([u, np.linspace(0, u[-1], _STEADY // 2)]))
         else:
             # At rest there is no direction of slip.
             u = np.linspace(0.02, 1, _RAMP)
