@@ -182,14 +182,14 @@ def test_a_soft_holder_takes_up_the_turn_at_first(plan):
 
 
 def test_a_turn_too_slow_chatters_where_one_not_much_faster_does_not():
-    """The determinant is above 1 in both: it is the steadiness of the motion that is lost."""
+    """The determinant stays far above 0 in both: it is the motion's steadiness that is lost."""
     limits, known = (1e5,) * 3, KNOWN
     outcomes = {}
     for slip in (0.046, 0.1):
         legs = [((-0.2, 0.0, 0.0), 0.1), ((-0.2, 0.0, slip), known.gamma0)]
         motion = motion_of(0.2, (0, 0, 0), legs, known.gamma0, CELL.max_acceleration)
         ahead = judge(known, CELL, limits, motion)
-        assert ahead.least_determinant > 1
+        assert ahead.least_determinant > 0.5
         came = simulated(Drawn(known, CELL, limits, known), motion)
         outcomes[slip] = ahead.expected, came
     assert outcomes[0.1][0] is None and outcomes[0.1][1].outcome == "through"
