@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
@@ -110,6 +111,7 @@ class Configuration:
     joints: JointInput = field(default_factory=JointInput)
     filter: FilterOptions = field(default_factory=FilterOptions)
     monitor: MonitorOptions = field(default_factory=MonitorOptions)
+    plan: Cell = field(default_factory=Cell)
     topics: Topics = field(default_factory=Topics)
 
 

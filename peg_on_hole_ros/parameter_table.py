@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from peg_on_hole_ros.mechanics.planning.cell import AIMS
 from peg_on_hole_ros.mechanics.scene import RANGES
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
@@ -75,6 +76,10 @@ def _filter(name, *rest, **more):
 
 def _monitor(name, *rest):
     return _row(f"monitor.{name}", *rest)
+
+
+def _plan(name, *rest, **more):
+    return _row(f"plan.{name}", *rest, **more)
 
 
 PARAMETERS: tuple[Parameter, ...] = (
@@ -382,6 +387,33 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         1.0,
     ),
+    _plan("aim", "what a planned motion has least of, within its limits", choices=AIMS),
+    _plan("start_tilt", "at which the peg has been set on the rim; above gamma0", "rad", 0.0, 1.5),
+    _plan(
+        "press",
+        "push along h, e, z beside the weight, which the holder carries; loads grow with it",
+        "N",
+        -1e4,
+        1e4,
+    ),
+    _plan("grip_height", "of the gripped point above the peg's lower end face", "m", 0.0, 10.0),
+    _plan("stiffness", "of the holder's grip; softer: it gives way to the rim", "N/m", 1e2, 1e7),
+    _plan("rotational_stiffness", "of the holder", "N m/rad", 1e-1, 1e6),
+    _plan(
+        "damping_ratio", "of the peg on the free holder; less: it chatters sooner", "", 0.01, 5.0
+    ),
+    _plan("force_limit", "of the holder, with the peg's weight", "N", 1e-3, 1e5),
+    _plan("torque_limit", "of the holder, about the mass centre", "N m", 1e-4, 1e4),
+    _plan("min_closing_rate", "slowest closing that is looked at", "rad/s", 1e-4, 100.0),
+    _plan(
+        "max_closing_rate", "fastest closing; plain closing is judged at it", "rad/s", 1e-4, 100.0
+    ),
+    _plan("max_slip_rate", "of phi; 0: the peg is not turned about its axis", "rad/s", 0.0, 100.0),
+    _plan("max_slide_rate", "of psi, beside the fastest slip; 0: none", "rad/s", 0.0, 100.0),
+    _plan("max_acceleration", "of each angle; sets the ramps", "rad/s^2", 1e-2, 1e4),
+    _plan("tilt_margin", "by which turning begins earlier than it must", "rad", 0.0, 0.5),
+    _plan("wedge_probability", "allowed, by the spread of friction and clearance", "", 0.0, 1.0),
+    _plan("overload_probability", "allowed for passing any other limit", "", 0.0, 1.0),
     _row("topics.wrench", "geometry_msgs/WrenchStamped to read", topic=True),
     _row("topics.joint_states", "sensor_msgs/JointState to read", topic=True),
     _row("autostart", "node: configure and activate itself at start"),

@@ -12,7 +12,7 @@ from peg_on_hole_ros.cli.main import main
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "docs" / "summary.schema.json").read_text(encoding="utf-8"))
-COMMANDS = ["replay", "simulate", "solve", "inspect", "calibrate", "compare", "node"]
+COMMANDS = ["replay", "simulate", "solve", "plan", "inspect", "calibrate", "compare", "node"]
 
 
 @contextmanager

@@ -82,7 +82,8 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"peg-on-hole {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
-        _replay, _simulate, _solve, _chart, _stability, _inspect, _calibrate, _compare, _node,
+        _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _calibrate, _compare,
+        _node,
     ):  # fmt: skip
         add(commands)
     return top
@@ -159,8 +160,10 @@ def _solve(commands):
     command = _command(
         commands,
         "solve",
-        "accelerations, reactions, slip speeds and critical friction at one state",
-        "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --wrench 0,0,-10,0,0.3,0 --json",
+        "motion from forces, forces for a motion, or any mix, at one state",
+        "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --wrench 0,0,-10,0,0.3,0 --json\n"
+        "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --frame auxiliary \\\n"
+        "      --unknown N_K,N_B1,N_B2,M_h,M_e,M_z --known F_z=-10",
     )
     _config(command)
     command.add_argument(
@@ -171,9 +174,48 @@ def _solve(commands):
     )
     command.add_argument(
         "--wrench",
-        default="0,0,0,0,0,0",
         metavar="FX,FY,FZ,MX,MY,MZ",
         help="on the peg at its mass centre, hole axes, without gravity [N], [N m]; default 0",
+    )
+    command.add_argument(
+        "--unknown",
+        metavar="NAME,...",
+        help="what is asked for, one to six of: ddgamma, ddpsi, ddphi [rad/s^2], N_K, N_B1, N_B2 "
+        "[N], F_x, F_y, F_z [N], M_x, M_y, M_z [N m] of the applied wrench at the mass centre",
+    )
+    command.add_argument(
+        "--known",
+        metavar="NAME=VALUE,...",
+        action="append",
+        help="with --unknown: values of the others; what is not named is 0",
+    )
+    command.add_argument(
+        "--frame",
+        choices=("hole", "auxiliary", "moving", "peg"),
+        help="with --unknown: axes of the wrench: hole (x, y, z; the default), auxiliary "
+        "(h, e, z), moving (eps, eta, zeta) or peg (1, 2, 3)",
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _plan(commands):
+    command = _command(
+        commands,
+        "plan",
+        "closing, slip and slide rates that keep loads and wedging under limits",
+        "  peg-on-hole plan --config config/plan_cell.yaml --out plan",
+    )
+    command.epilog += (
+        "\n\nThe cell is described by the groups scene, plan and monitor.max_normal of CELL.yaml. "
+        "Where no\nmotion keeps the limits the answer says what would do, and the exit code is 0."
+    )
+    command.add_argument(
+        "--config", metavar="CELL.yaml", required=True, help="ROS 2 parameters file"
+    )
+    command.add_argument(
+        "--out",
+        metavar="DIR",
+        help="folder for plan.json, plan.png and plan.svg, made if missing",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
 

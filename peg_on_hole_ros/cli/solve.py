@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from peg_on_hole_ros.cli import sides
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -11,15 +12,36 @@ from peg_on_hole_ros.records import ANGLES, CONTACTS
 # Beyond, no peg is; squares of what is far beyond overflow. The tilt has a range of its own.
 _STATE = (1e6, 1e6, 1e6, 1e4, 1e4, 1e4)
 _WRENCH = (1e6,) * 6
+_NO_WRENCH = "0,0,0,0,0,0"
 
 
 def run(arguments) -> int:
-    """Print motion and reactions."""
+    """Print motion and reactions, or what is declared unknown."""
     configuration, _ = load(arguments.config)
     state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s", _STATE)
-    wrench = _six("--wrench", arguments.wrench, "N, N, N, N m, N m, N m", _WRENCH)
+    if arguments.unknown is not None:
+        return _any_side(configuration.scene, state, arguments)
+    for name in ("known", "frame"):
+        if getattr(arguments, name):
+            raise PegOnHoleError(
+                f"--{name} needs --unknown: name what is asked for, such as --unknown "
+                "N_K,N_B1,N_B2"
+            )
+    wrench = _six("--wrench", arguments.wrench or _NO_WRENCH, "N, N, N, N m, N m, N m", _WRENCH)
     result = solve(configuration.scene, state, wrench)
     print(to_json(result) if arguments.json else _text(result))
+    return 0
+
+
+def _any_side(scene, state, arguments):
+    if arguments.wrench:
+        raise PegOnHoleError(
+            f"--wrench = {arguments.wrench} beside --unknown: state what is known of the wrench "
+            "as --known F_x=...,M_z=... in the axes of --frame"
+        )
+    frame = arguments.frame or "hole"
+    result = sides.solve(scene, state, arguments.unknown, arguments.known or [], frame)
+    print(to_json(result) if arguments.json else sides.text(result))
     return 0
 
 

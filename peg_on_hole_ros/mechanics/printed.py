@@ -59,6 +59,41 @@ def slip_velocities(scene: Scene, gamma, psi, dphi) -> np.ndarray:
     return np.array([B1, B2]) * dphi
 
 
+def slip_velocities_moving(scene: Scene, gamma, dphi) -> np.ndarray:
+    """
+    Return V^phi at B1, B2 along eps, eta by the first expressions of eq. (16) [m/s].
+
+    cos(beta) = S2/(d/2), sin(beta) = b/(d/2); what follows after the second sign of equality is
+    right, and has other signs at V_B1eps and V_B2eta.
+    """
+    g, half = contact_geometry(scene, gamma), scene.peg_diameter / 2
+    cosine, sine = g.S2 / half, g.b / half
+    return half * dphi * np.array([[cosine, sine], [-cosine, sine]])
+
+
+def absolute_velocities(scene: Scene, gamma, psi, rates) -> np.ndarray:
+    """
+    Return V at B1, B2 along x, y as far as eq. (19) is legible in the scan [m/s].
+
+    Its last expressions; z, and K, are lost or garbled.
+    """
+    g, (dgamma, dpsi, dphi) = contact_geometry(scene, gamma), rates
+    c, s = np.cos(psi), np.sin(psi)
+    rows = []
+    for b in (g.b, -g.b):
+        rows.append(
+            [
+                -2 * g.a1 * c * dgamma
+                - (g.S1 * s - b * c) * dpsi
+                - (g.S2 * s - b * g.c * c) * dphi,
+                -2 * g.a1 * s * dgamma
+                + (g.S1 * c + b * s) * dpsi
+                + (g.S2 * c + b * g.c * s) * dphi,
+            ]
+        )
+    return np.array(rows)
+
+
 def moving_velocities(scene: Scene, gamma, rates) -> np.ndarray:
     """Return V at K, B1, B2 along eps, eta [m/s]. Eqs. (20.1)-(20.3)."""
     g, (dgamma, dpsi, dphi) = contact_geometry(scene, gamma), rates
@@ -94,6 +129,12 @@ def kinetic_energy(scene: Scene, gamma, rates) -> float:
     v2 = (g.dh_c**2 + g.dz_c**2) * dgamma**2 + g.h_c**2 * dpsi**2
     I_z = Ie * g.s**2 + Iz * g.c**2
     return float(m * v2 + Ie * dgamma**2 + I_z * dpsi**2 + Iz * dphi**2) / 2
+
+
+def inertia_about_z(scene: Scene, gamma) -> float:
+    """Return I_z, "moment of peg relative to hole axis", by the line below eq. (5) [kg m^2]."""
+    g = contact_geometry(scene, gamma)
+    return float(scene.transverse_inertia * g.s**2 + scene.axial_inertia * g.c**2)
 
 
 def gravity_moment(scene: Scene, gamma) -> float:
@@ -195,6 +236,11 @@ def small_tilt_speeds(scene: Scene, rates) -> np.ndarray:
     dgamma, dpsi, dphi = rates
     half, turn = scene.hole_diameter / 2, dpsi + dphi
     return half * np.array([turn, np.sqrt((2 * dgamma) ** 2 + turn**2)])
+
+
+def friction_at_K(psi) -> np.ndarray:
+    """Return friction at K over f N_K along x, y, by (37.1), (37.2)."""
+    return np.array([-np.sin(psi), np.cos(psi)])
 
 
 def momentum_rates(scene: Scene, psi, rates) -> np.ndarray:

@@ -79,7 +79,7 @@ def test_values_reach_their_fields_and_come_back():
             {"zzz": 1},
             (
                 "unknown parameter 'zzz'; there are: autostart, filter, joints, markers_rate, "
-                "monitor, qos_depth, record_arrivals, scene, topics, wrench"
+                "monitor, plan, qos_depth, record_arrivals, scene, topics, wrench"
             ),
         ),
         (

@@ -84,6 +84,35 @@ def test_slip_velocities():
     )
 
 
+def test_slip_velocities_on_moving_axes():
+    """(16), first expressions: the signs of V_B1eps and V_B2eta; the last ones are right."""
+    moving = velocities.frame_axes("moving", [GAMMA, PSI, 0.2]) @ oracle.rotation([0, PSI, 0]).T
+    true = (alone(2).velocity @ moving.T)[1:, :2]
+    found = printed.slip_velocities_moving(SCENE, GAMMA, 1.0)
+    np.testing.assert_allclose(found * [[-1, 1], [1, -1]], true, atol=1e-10)
+    assert np.all(np.abs(true) > 1e-3)
+
+
+def test_absolute_velocities():
+    """(19), what is legible of it: right for the closing speed, the sum of (12), (13), (18)."""
+    found = printed.absolute_velocities(SCENE, GAMMA, PSI, CLOSING)
+    np.testing.assert_allclose(found, body().velocity[1:, :2], atol=1e-10)
+
+
+def test_inertia_about_z():
+    """Below (5): I_z is not about the hole's axis but about its parallel through C."""
+    one = body()
+    found = printed.inertia_about_z(SCENE, GAMMA)
+    assert found == pytest.approx(one.inertia[2, 2], rel=1e-9)
+    about_hole = one.inertia[2, 2] + SCENE.peg_mass * (one.C[0] ** 2 + one.C[1] ** 2)
+    assert about_hole > 1.05 * found
+    # (6) counts m h_c^2 apart: with what the text says it would be counted twice.
+    turning = alone(1)
+    v = turning.dC[:, 1]
+    true = (SCENE.peg_mass * v @ v + turning.omega @ turning.inertia @ turning.omega) / 2
+    assert printed.kinetic_energy(SCENE, GAMMA, [0, 1, 0]) == pytest.approx(true, rel=1e-9)
+
+
 def test_moving_velocities():
     """(20.2): the sign of S1 psi' at B2."""
     found = printed.moving_velocities(SCENE, GAMMA, CLOSING)
@@ -293,6 +322,17 @@ def test_small_tilt_reactions(rates):
         assert found.B_sum == pytest.approx(true[1] + true[2], rel=0.03)
         size = abs(true[1] - true[2])
         assert found.B_difference == pytest.approx(true[1] - true[2], abs=0.07 * size + 0.03)
+
+
+@pytest.mark.parametrize("turn", [2.0, -2.0])
+def test_sign_of_friction_at_K(turn):
+    """(37.1), (37.2), (38.2): friction at K without the sign of psi' + phi'."""
+    scene = Scene()
+    one = body(np.array([-0.16, 0.0, turn]), PSI, scene.gamma0 * (1 + 1e-6), scene)
+    true = one.friction[0, :2] / scene.friction
+    found = printed.friction_at_K(PSI)
+    # Left out near gamma0: what K slides along the peg's axis.
+    np.testing.assert_allclose(np.sign(turn) * found, true, atol=1e-2)
 
 
 def test_difference_of_B1_and_B2_diverges_with_slip():

@@ -70,12 +70,36 @@ def free(gamma, slip):
     )
 
 
-def test_slip_raises_the_reaction_of_imposed_alignment():
-    for gamma in (0.08, 0.1, 0.15, 0.2):
-        without, slipping = (
-            examples.figure_10(SCENE, gamma, rates, "corrected") for rates in (CLOSING, WITH_SLIP)
+def reactions_by_the_body(gamma, rates):
+    """Return N under a pure couple with constant rates, from the numeric body's force balance."""
+    body = oracle.Body(SCENE, [gamma, 0, 0], rates, np.zeros(3), np.zeros(3))
+    a_C = oracle.along(lambda t: body.center_jacobian(body.path(t)), 2.0) @ body.rates
+    return np.linalg.solve(body.reaction.T, SCENE.peg_mass * a_C - body.force)
+
+
+TURNS = {"slip": (-0.16, 0.0, 2.0), "slide": (-0.16, 2.0, 0.0), "both": (-0.16, 1.0, 1.0)}
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_both_claims_of_the_abstract_are_reversed_in_imposed_alignment(turn):
+    """Far from gamma0 turning raises all three reactions, near it lowers them."""
+    for gamma, sign in ((0.2, 1), (0.1, 1), (0.0680, 1), (0.0670, -1), (0.0650, -1), (0.0640, -1)):
+        plain, turning = (reactions_by_the_body(gamma, r) for r in (CLOSING, TURNS[turn]))
+        assert np.all(sign * (turning - plain) > 0), gamma
+        assert examples.imposed(SCENE, gamma, TURNS[turn]).normal == pytest.approx(
+            turning, rel=1e-8
         )
-        assert slipping > without + 0.4
+
+
+@pytest.mark.parametrize(("slip", "crossing"), [(2.0, 0.0673), (0.5, 0.0764), (0.1, 0.0907)])
+def test_slower_slip_lowers_the_reaction_at_K_from_larger_tilts_on(slip, crossing):
+    def raised(gamma):
+        with_slip, without = (
+            reactions_by_the_body(gamma, (-0.16, 0.0, phi))[0] for phi in (slip, 0.0)
+        )
+        return with_slip - without
+
+    assert raised(crossing - 1e-4) < 0 < raised(crossing + 1e-4)
 
 
 def test_slip_lowers_the_reaction_of_free_alignment_only_where_that_would_wedge():

@@ -1,0 +1,212 @@
+"""A plan in words, and what is still possible from a present state in one sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.planning.cell import Cell
+from peg_on_hole_ros.mechanics.planning.outlook import Outlook
+from peg_on_hole_ros.mechanics.planning.search import MotionPlan, kept, plan_motion
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.records import CONTACTS
+
+
+def in_words(plan: MotionPlan, cell: Cell, max_normal, remedies=()) -> str:
+    """Return a plan as lines of text; `remedies` are those of `search.remedies`."""
+    motion, lines = plan.motion, []
+    if not plan.possible:
+        lines.append("No motion within these limits is safe; the nearest is this one.")
+    lines.append(f"From a tilt of {motion.start_tilt:.4g} rad, pushing {_press(cell)}:")
+    before = (motion.start_tilt, motion.start_rates)
+    for number, stage in enumerate(motion.stages, 1):
+        lines.append(f"  {number}. {_stage(stage, before)}")
+        before = stage.tilt, stage.rates
+    lines.append(
+        f"It takes {motion.duration:.3g} s and {motion.turning:.3g} rad of turning. "
+        f"{_outlook(plan.outlook, max_normal)}"
+    )
+    plain = f"{_words(plan.plain.stages[-1].rates)} without turning"
+    if motion.turn_tilt is None and plan.possible:
+        lines.append("No turning is needed.")
+    else:
+        lines.append(f"To {plain}: {_lower(_outlook(plan.plain_outlook, max_normal))}")
+    if not plan.possible:
+        lines.append(
+            "What would do: " + "; or ".join(remedies) + "."
+            if remedies
+            else "Neither a tenth of the push, nor eight times the slip, nor a tenth of the "
+            "closing rate would do: it takes less friction, more clearance or higher limits."
+        )
+    return "\n".join(lines)
+
+
+def advice(scene: Scene, cell: Cell, max_normal, tilt: float, rates) -> str:
+    """
+    Return what keeps the limits from a present state, in one sentence.
+
+    Parameters
+    ----------
+    scene : Scene
+        With friction, and its spread, as they are known by now.
+    cell : Cell
+        Its `press` is the present push.
+    max_normal : sequence of 3 float
+        Limits of the reactions at K, B1, B2 [N].
+    tilt : float
+        [rad]
+    rates : array_like, shape (3,)
+        Present gamma', psi', phi' [rad/s].
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    PegOnHoleError
+        Where the tilt is none of three-point contact.
+
+    """
+    plan = plan_motion(scene, cell, max_normal, tilt, rates)
+    turns = np.any(np.asarray(rates, float)[1:])
+    if kept(plan.plain_outlook, cell) and not turns:
+        return f"go on without turning: {_most(plan.plain_outlook, max_normal)}"
+    if plan.possible:
+        return _sentence(plan, rates, max_normal)
+    for share in _LIGHTER:
+        lighter = replace(cell, press=tuple(share * x for x in cell.press))
+        found = plan_motion(scene, lighter, max_normal, tilt, rates)
+        if found.possible:
+            return f"push with at most {share:.0%}, {_sentence(found, rates, max_normal)}"
+    ways = [f"turn of at most {cell.max_slip_rate:g} rad/s"] if cell.max_slip_rate else []
+    ways += [f"slide of at most {cell.max_slide_rate:g} rad/s"] if cell.max_slide_rate else []
+    cause, chance = plan.outlook.causes[0]
+    return (
+        f"stop and back off: {cause.value} with a probability of {_share(chance)}, "
+        f"whatever {' or '.join(ways) or 'the closing rate'}"
+    )
+
+
+# Shares of the push that are tried where nothing else does.
+_LIGHTER = (0.7, 0.5, 0.3)
+
+
+def _sentence(plan, rates, max_normal):
+    closing, slide, slip = plan.motion.stages[-1].rates
+    do = [f"close at {-closing:.2g} rad/s"] if _slower(closing, rates) else []
+    do += [f"turn at {slip:.2g} rad/s"] if slip else []
+    do += [f"slide at {slide:.2g} rad/s"] if slide else []
+    return f"{', '.join(do) or 'stop turning'} and {_most(plan.outlook, max_normal)}"
+
+
+def _slower(closing, rates):
+    return not np.isclose(closing, rates[0], rtol=0.1)
+
+
+def _most(ahead: Outlook, max_normal):
+    """Return which load comes nearest to its limit, and what it stays under."""
+    k = int(np.argmax(np.array(ahead.peak_high) / max_normal))
+    # Two digits, rounded up: it is an upper end.
+    step = 10.0 ** (np.floor(np.log10(max(ahead.peak_high[k], 1e-3))) - 1)
+    top = np.ceil(ahead.peak_high[k] / step) * step
+    return f"the load at {CONTACTS[k]} stays under {min(top, max_normal[k]):g} N"
+
+
+def _stage(stage, before):
+    tilt, rates = before
+    if rates == stage.rates:
+        return (
+            f"{_words(rates)}{_turn(rates)} for {stage.duration:.3g} s, "
+            f"down to {stage.tilt:.4g} rad"
+        )
+    what = "begin to turn" if any(stage.rates[1:]) else "begin to close"
+    return (
+        f"at {tilt:.4g} rad {what}: within {stage.duration:.2g} s come to "
+        f"{_words(stage.rates)}{_turn(stage.rates)}"
+    )
+
+
+def _words(rates):
+    return f"close at {-rates[0]:.3g} rad/s"
+
+
+def _turn(rates):
+    parts = [
+        f"{name} at {rate:.3g} rad/s" for name, rate in zip(("slide", "slip"), rates[1:]) if rate
+    ]
+    return "".join(f", {part}" for part in parts)
+
+
+def _press(cell):
+    return (
+        ", ".join(f"{x:g} N along {axis}" for x, axis in zip(cell.press, "hez") if x) or "nothing"
+    )
+
+
+def _outlook(ahead: Outlook, max_normal):
+    loads = ", ".join(
+        f"{name} {mean:.3g} N (95 %: {high:.3g} N, limit {limit:g} N)"
+        for name, mean, high, limit in zip(CONTACTS, ahead.peak, ahead.peak_high, max_normal)
+    )
+    text = (
+        f"It wedges with a probability of {_share(ahead.wedge)}, passes another limit with "
+        f"{_share(ahead.overload)}. Largest loads: {loads}."
+    )
+    if ahead.expected:
+        text += (
+            f" With friction as stated {ahead.expected.value} at {ahead.expected_tilt:.4g} rad."
+        )
+    return text
+
+
+def _lower(text):
+    return text[0].lower() + text[1:]
+
+
+def _share(probability):
+    if probability < 1e-3:
+        return "under 0.1 %"
+    return f"{100 * probability:.2g} %" if probability < 0.99 else "over 99 %"
+
+
+def as_data(plan: MotionPlan, cell: Cell, remedies=()) -> dict:
+    """Return a plan as plain data for a robot program; units as in the records."""
+    motion = plan.motion
+    return {
+        "possible": plan.possible,
+        "aim": cell.aim,
+        "press": dict(zip("hez", map(float, cell.press))),
+        "start": {"tilt": motion.start_tilt, "rates": _rates(motion.start_rates)},
+        "turn_tilt": motion.turn_tilt,
+        "duration": motion.duration,
+        "turning": motion.turning,
+        "stages": [
+            {
+                "name": stage.name,
+                "duration": stage.duration,
+                "tilt": stage.tilt,
+                "rates": _rates(stage.rates),
+            }
+            for stage in motion.stages
+        ],
+        "outlook": _data(plan.outlook),
+        "plain": {"closing_rate": -plan.plain.stages[-1].rates[0], **_data(plan.plain_outlook)},
+        "remedies": list(remedies),
+    }
+
+
+def _rates(rates):
+    return dict(zip(("gamma", "psi", "phi"), map(float, rates)))
+
+
+def _data(ahead: Outlook):
+    return {
+        "wedge_probability": ahead.wedge,
+        "overload_probability": ahead.overload,
+        "expected": ahead.expected.name.lower() if ahead.expected else None,
+        "expected_tilt": ahead.expected_tilt,
+        "causes": {cause.name.lower(): chance for cause, chance in ahead.causes},
+        "peak": dict(zip(CONTACTS, ahead.peak)),
+        "peak_high": dict(zip(CONTACTS, ahead.peak_high)),
+        "least_determinant": ahead.least_determinant,
+    }
