@@ -1,0 +1,310 @@
+"""A peg on its way into a hole: six degrees of freedom on contacts that give, by the samples."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.simulation.command import evaluate, quintic
+from peg_on_hole_ros.simulation.dynamics import (
+    angular_acceleration,
+    angular_velocity,
+    rotation,
+)
+from peg_on_hole_ros.simulation.hole_forces import (
+    acceleration,
+    commanded,
+    contact_forces,
+    pull,
+    surface_of,
+)
+from peg_on_hole_ros.simulation.hole_places import SLOTS
+from peg_on_hole_ros.simulation.hole_steps import STEP, advance
+from peg_on_hole_ros.simulation.holder import mass_centre
+
+# Newton's steps to the place where the contacts carry given loads.
+_CORRECTIONS = 5
+# Slower than this [m/s] a contact that is taken over is at rest, and holds nothing yet.
+_AT_REST = 1e-7
+
+
+class Body(NamedTuple):
+    """
+    A peg in the hole at a time.
+
+    Attributes
+    ----------
+    C, R, V : ndarray, shape (3,), (3, 3), (6,)
+        Mass centre [m], axes, velocity [m/s] and angular velocity [rad/s], hole axes.
+    acceleration : ndarray, shape (6,)
+        [m/s^2], [rad/s^2]
+    shift, slips : ndarray, shape (4, 3)
+        Strain of the contacts along the surfaces [m], velocity there [m/s].
+    azimuth : ndarray, shape (4,)
+        Of the contacts' slots [rad].
+    J : ndarray, shape (6, 6)
+        Of the last step's equations.
+
+    """
+
+    C: np.ndarray
+    R: np.ndarray
+    V: np.ndarray
+    acceleration: np.ndarray
+    shift: np.ndarray
+    slips: np.ndarray
+    azimuth: np.ndarray
+    J: np.ndarray
+
+
+class Rows(NamedTuple):
+    """
+    Samples of an insertion.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        [s]
+    C, V, acceleration : ndarray, shape (n, 3), (n, 6), (n, 6)
+        Of the mass centre, and the angular ones, hole axes.
+    R : ndarray, shape (n, 3, 3)
+    force, moment : ndarray, shape (n, 3)
+        Of the holder on the peg about the mass centre, hole axes [N], [N m].
+    points, forces, slips : ndarray, shape (n, 4, 3)
+        Of the slots of `hole_places`, hole axes [m], [N], [m/s].
+    normal, azimuth, gaps : ndarray, shape (n, 4)
+        [N], [rad], [m]
+
+    """
+
+    t: np.ndarray
+    C: np.ndarray
+    V: np.ndarray
+    acceleration: np.ndarray
+    R: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+    points: np.ndarray
+    forces: np.ndarray
+    slips: np.ndarray
+    normal: np.ndarray
+    azimuth: np.ndarray
+    gaps: np.ndarray
+
+
+def place_program(phases, begin: np.ndarray, angles: np.ndarray):
+    """
+    Return the commanded angles and place of phases in the hole, as knots and quintics.
+
+    Parameters
+    ----------
+    phases : sequence of Phase
+        All of kind `insert`.
+    begin : ndarray, shape (3, 3)
+        Place x, y and depth of the lower end's centre when they begin [m], with rates and
+        accelerations.
+    angles : ndarray, shape (n, 3, 6)
+        Quintics of gamma, psi, phi in these phases.
+
+    Returns
+    -------
+    knots : ndarray, shape (n + 1,)
+        From the begin of the first [s].
+    coefficients : ndarray, shape (n, 6, 6)
+
+    """
+    now, knots, pieces = begin.copy(), [0.0], []
+    for phase, turning in zip(phases, angles, strict=True):
+        end = np.zeros((3, 3))
+        end[1, 2] = phase.depth_rate
+        end[0, :2] = now[0, :2] if phase.place is None else phase.place
+        mean = (now[1, 2] + end[1, 2]) / 2
+        end[0, 2] = now[0, 2] + mean * phase.duration if phase.depth is None else phase.depth
+        pieces.append(np.concatenate([turning, quintic(now, end, phase.duration)]))
+        knots.append(knots[-1] + phase.duration)
+        now = end
+    return np.array(knots), np.array(pieces)
+
+
+def end_motion(p: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """
+    Return place x, y and depth of the lower end's centre, with rates and accelerations.
+
+    Parameters
+    ----------
+    p : ndarray
+        Scene.
+    x : ndarray, shape (3, 6)
+        Angles and offset from the touching pose with rates and accelerations.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        [m], [m/s], [m/s^2] as rows.
+
+    """
+    q, rates = x[0, :3].copy(), x[1, :3].copy()
+    w, zeta = angular_velocity(q, rates), rotation(q)[:, 2]
+    alpha = angular_acceleration(q, rates, x[2, :3].copy())
+    lever = -p[2] * np.array(
+        [zeta, np.cross(w, zeta), np.cross(alpha, zeta) + np.cross(w, np.cross(w, zeta))]
+    )
+    return (mass_centre(p, x) + lever) * [1.0, 1.0, -1.0]
+
+
+class Insertion:
+    """
+    The simulation in the hole under way.
+
+    Parameters
+    ----------
+    p : ndarray
+        Scene; another friction may be put into it between two stretches.
+    height : float
+        Of the peg [m].
+    holder, knots, coefficients : ndarray
+        Holder and its program, from `place_program`; knots in the simulation's time.
+    stiffness : float, optional
+        Of a contact [N/m].
+    step : float
+        The largest [s].
+
+    """
+
+    def __init__(self, p, height, holder, knots, coefficients, stiffness=None, step=STEP):
+        self.height, self.holder, self.step = float(height), holder, step
+        self.knots, self.coefficients = knots, coefficients
+        self.surface = surface_of(p[3]) if stiffness is None else surface_of(p[3], stiffness)
+        self.take(p)
+
+    def take(self, p: np.ndarray) -> None:
+        """Let another scene, with another friction, hold from now on."""
+        self.p = p
+        self.model = (p, self.height, self.surface, self.holder)
+
+    def body(self, t, C, R, V, normal=None) -> Body:
+        """
+        Return a peg that begins here.
+
+        Parameters
+        ----------
+        t : float
+            [s]
+        C, R, V : ndarray
+            As in `Body`.
+        normal : ndarray, shape (3,), optional
+            What K, B1, B2 carry, on the azimuths of three-point contact [N]; the peg is moved so
+            that they do.
+
+        """
+        shift = np.zeros((SLOTS, 3))
+        psi = np.arctan2(-R[1, 2], -R[0, 2])
+        azimuth = np.array([psi + np.pi, psi, psi - 0.5, psi + 0.5])
+        C = np.array(C, float)
+        if normal is not None:
+            C, shift, azimuth = self._loaded(C, R, V, normal, azimuth)
+        _, _, _, slips, _, azimuth, _ = self._contact(C, R, V, shift, azimuth)
+        F, M = pull(self.p, self.holder, self._command(t), C, R, V)
+        points, forces = self._contact(C, R, V, shift, azimuth)[:2]
+        acc = acceleration(self.p, F, M, C, R, V, points, forces)
+        return Body(C, R.copy(), V.copy(), acc, shift, slips, azimuth, np.eye(6))
+
+    def _command(self, t):
+        return commanded(self.p, self.knots, self.coefficients, float(t))
+
+    def _contact(self, C, R, V, shift, azimuth):
+        return contact_forces(
+            self.p, self.height, self.surface, C, R, V, shift, 0.0, azimuth
+        )
+
+    def _loaded(self, C, R, V, normal, azimuth):
+        from peg_on_hole_ros.simulation.hole_places import touching_places
+
+        k = self.surface.normal
+        for _ in range(_CORRECTIONS):
+            points, normals, gaps, azimuth, share = touching_places(
+                self.p, self.height, C, R, azimuth
+            )
+            carries = np.array([normal[0], 0.0, normal[1], normal[2]])
+            rows = [i for i in (0, 2, 3) if gaps[i] < 0.5]
+            wanted = -np.maximum(carries[rows], 0.0) / (k * share[rows])
+            C = C + np.linalg.lstsq(normals[rows], wanted - gaps[rows], rcond=1e-6)[0]
+        slips = self._contact(C, R, V, np.zeros((SLOTS, 3)), azimuth)[3]
+        shift = np.zeros((SLOTS, 3))
+        for i in rows:
+            speed = np.linalg.norm(slips[i])
+            if speed > _AT_REST:
+                most = self.p[6] * max(carries[i], 0.0) / (share[i] * self.surface.along)
+                shift[i] = most * slips[i] / speed
+        return C, shift, azimuth
+
+    def run(self, t0: float, body: Body, samples, t_end: float, limits, progress=None):
+        """
+        Simulate until a time, and return rows at samples, the body then, and what ended it.
+
+        Parameters
+        ----------
+        t0, t_end : float
+            [s]
+        body : Body
+        samples : ndarray
+            Times wanted, rising, from t0 on [s].
+        limits : tuple of 2 float
+            Force [N] and torque [N m] of the holder that end the run.
+        progress : callable, optional
+            Told the time reached.
+
+        Returns
+        -------
+        rows : Rows
+        body : Body
+        t : float
+            Reached [s].
+        ended_by : str
+            `force limit`, `torque limit`, or `end`.
+
+        """
+        found, t, ended = [], t0, "end"
+        for k, sample in enumerate((*samples, t_end)):
+            if sample > t:
+                body = self._to(t, sample, body)
+                t = sample
+            if k == len(samples):
+                break
+            row = self._row(t, body)
+            load = np.linalg.norm(row[5]), np.linalg.norm(row[6])
+            over = [x > limit for x, limit in zip(load, limits, strict=True)]
+            if any(over):
+                ended = "force limit" if over[0] else "torque limit"
+                break
+            found.append(row)
+            if progress and k % 64 == 0:
+                progress(t)
+        return Rows(*(np.array(part) for part in zip(*found))) if found else None, body, t, ended
+
+    def _to(self, t, end, body):
+        good, state = advance(
+            self.model, self.knots, self.coefficients, t, end, self.step, *body
+        )
+        if not good:
+            tilt = np.arctan2(np.hypot(*body.R[:2, 2]), body.R[2, 2])
+            raise PegOnHoleError(
+                f"no step of {self.step:g} s or shorter solves the contacts in the hole at "
+                f"{t:.6f} s, tilt {tilt:.6g} rad: slow the phase, or soften the holder"
+            )
+        return Body(*state)
+
+    def _row(self, t, body):
+        C, R, V = body.C, body.R, body.V
+        F, M = pull(self.p, self.holder, self._command(t), C, R, V)
+        points, forces, _, slips, normal, azimuth, gaps = self._contact(
+            C, R, V, body.shift, body.azimuth
+        )
+        return (
+            t, C, V, body.acceleration, R, F, M, points, forces, slips, normal, azimuth, gaps
+        )  # fmt: skip
+
+
+def begin_of(knots, coefficients, p, t: float) -> np.ndarray:
+    """Return place and depth that a program of angles and offsets commands at t; see above."""
+    return end_motion(p, evaluate(knots, coefficients, t))
