@@ -17,6 +17,7 @@ KINDS = {
     "lift_off": "as contact, until the contacts let go; then as free",
     "two_point": "as contact, through the transition; then guided in the hole on two contacts",
     "parted": "as contact, until a contact opens; then on those left, which give a little",
+    "insert": "into the hole and down it, on any contacts; the holder gives way",
 }
 
 
@@ -55,6 +56,14 @@ class Phase:
     friction : float or None
         Coulomb coefficient of all contacts from its begin on; None: as before, at first the
         scene's.
+    depth : float or None
+        insert: depth of the lower end's centre below the rim, commanded at its end [m]; None:
+        where constant change between the rates at begin and end leads.
+    depth_rate : float
+        insert: commanded at its end [m/s].
+    place : tuple of 2 float or None
+        insert: x, y of the lower end's centre in hole axes, commanded at its end [m]; None: as
+        before.
 
     """
 
@@ -66,6 +75,9 @@ class Phase:
     offset: tuple[float, float, float] | None = None
     load: tuple[float, float] | None = None
     friction: float | None = None
+    depth: float | None = None
+    depth_rate: float = 0.0
+    place: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -129,6 +141,9 @@ _RANGES = {
     "offset": (-0.1, 0.5, "m"),
     "load": (0.0, 1e5, "N"),
     "friction": (0.0, 2.0, ""),
+    "depth": (-0.1, 10.0, "m"),
+    "depth_rate": (-1.0, 1.0, "m/s"),
+    "place": (-0.1, 0.1, "m"),
 }
 _REMEDIES = {
     "rad": "angles are in radians: 10 degrees are 0.1745",
@@ -138,7 +153,8 @@ _REMEDIES = {
     "m/s": "speeds are in metres a second: 1 mm/s is 0.001",
 }
 _START = ("angles", "rates", "offset")
-_LENGTHS = {"angles": 3, "rates": 3, "offset": 3, "load": 2}
+_LENGTHS = {"angles": 3, "rates": 3, "offset": 3, "load": 2, "place": 2}
+_NUMBERS = ("duration", "friction", "depth", "depth_rate")
 _TOP = ("origin", "seed", "wrench_rate", "joint_rate", "lead_in", "settle", "slip_velocity_scale")
 _TOP += ("rtol", "holder", "start", "phases")
 
@@ -226,15 +242,13 @@ def _number(name, value, where):
 
 
 def _phase(name, tree, where):
-    _known(tree, ("kind", "duration", "friction", *_LENGTHS), where)
+    _known(tree, ("kind", *_NUMBERS, *_LENGTHS), where)
     kind = tree.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
         raise PegOnHoleError(f"{where}.kind = {kind!r} is not one of {', '.join(KINDS)}")
     if "duration" not in tree:
         raise PegOnHoleError(f"{where}.duration is missing [s]")
-    values = {"duration": _number("duration", tree["duration"], f"{where}.duration")}
-    if "friction" in tree:
-        values["friction"] = _number("friction", tree["friction"], f"{where}.friction")
+    values = {k: _number(k, tree[k], f"{where}.{k}") for k in _NUMBERS if k in tree}
     for key, length in _LENGTHS.items():
         if key in tree:
             value = tree[key]
