@@ -17,7 +17,7 @@ from peg_on_hole_ros.simulation.guided import (
     newton_euler,
 )
 from peg_on_hole_ros.simulation.holder import holder_wrench, mass_centre
-from peg_on_hole_ros.simulation.parted import CONTACT_STIFFNESS, parted_motion, pushes
+from peg_on_hole_ros.simulation.parted import parted_motion, pushes
 from peg_on_hole_ros.simulation.stuck import rest_residual
 
 # Share of the load that may stay unbalanced: rounding.
@@ -114,18 +114,18 @@ def contact_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
     return block
 
 
-def parted_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
+def parted_block(model: Model, t: np.ndarray, states: np.ndarray, stiffness: float) -> dict:
     """Return the samples of a motion in which contacts come and go."""
     block = empty_block(t, "unknown")
     for i, y in enumerate(states):
         x = np.zeros((3, 6))
         x[0], x[1] = y[:6], y[6:]
-        motion = parted_motion(t[i], y, *model, CONTACT_STIFFNESS)
+        motion = parted_motion(t[i], y, *model, stiffness)
         x[2] = motion[:6]
         _pose(model.p, block, i, x)
         block["gap"][i] = _gaps(model.p, x)
         block["force"][i], block["moment"][i] = motion[6:9], motion[9:]
-        points, forces, normal, slip = pushes(model.p, x, model.scale, CONTACT_STIFFNESS)
+        points, forces, normal, slip = pushes(model.p, x, model.scale, stiffness)
         block["contact_point"][i], block["contact_force"][i] = points, forces
         block["normal"][i], block["closed"][i], block["slip_speed"][i] = normal, normal > 0, slip
     block["mode"][block["closed"].all(axis=1)] = "three_point"

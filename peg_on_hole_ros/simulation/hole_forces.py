@@ -16,8 +16,6 @@ from peg_on_hole_ros.simulation.dynamics import angular_velocity, rotation
 from peg_on_hole_ros.simulation.hole_places import SLOTS, touching_places
 from peg_on_hole_ros.simulation.holder import cross, rotation_vector
 
-# Of steel on steel, about [N/m]: 100 N press 1 um in.
-STIFFNESS = 1e8
 # Of the surfaces along each other over that along the normal: Mindlin, 2 (1 - nu)/(2 - nu).
 ALONG = 0.82
 # Share of the critical damping of the peg's mass on one contact.
@@ -33,7 +31,7 @@ class Surface(NamedTuple):
     along_damping: float
 
 
-def surface_of(mass: float, stiffness: float = STIFFNESS) -> Surface:
+def surface_of(mass: float, stiffness: float) -> Surface:
     """Return the contacts of a peg of some mass [kg]; N/m and N s/m."""
     damping = 2 * DAMPING * np.sqrt(stiffness * mass)
     return Surface(stiffness, ALONG * stiffness, damping, np.sqrt(ALONG) * damping)

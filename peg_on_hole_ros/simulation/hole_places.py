@@ -10,9 +10,9 @@ RIM, EDGE = slice(0, 2), slice(2, 4)
 CLEAR = 1.0
 # Newton's steps to where two curves come nearest, and how far one goes [rad].
 _STEPS, _LONGEST = 40, 0.2
-# Two places of one pair nearer to one another than this [rad] share a contact's stiffness, so
-# that nothing jumps where they become one.
-_APART = 0.5
+# Two places of one pair nearer to one another than the first [rad] share the stiffness of one
+# contact, beyond the second each has its own: so nothing jumps where they become one.
+_TOGETHER, _APART = 0.5, 1.2
 
 
 @njit(cache=True)
@@ -85,7 +85,7 @@ def touching_places(p, height, C, R, before):
         Rows: two on the rim, two on the edge [m]; on the peg, unit length; hole axes.
     gaps, azimuth, share : ndarray, shape (4,)
         [m], negative where pressed in, CLEAR where there is no such place; [rad]; of a contact's
-        stiffness, 0.5 to 1.
+        stiffness, 0 to 1.
 
     Notes
     -----
@@ -104,22 +104,23 @@ def touching_places(p, height, C, R, before):
     s, c = np.hypot(zeta[0], zeta[1]), zeta[2]
     hx, hy = (-zeta[0] / s, -zeta[1] / s) if s > 1e-12 else (1.0, 0.0)
     P = C - p[2] * zeta
-    found = np.zeros((4, 8))
-    count = _rim(d, D, height, s, hx, hy, zeta, P, found)
-    _into_slots(found, count, 0, before, points, normals, gaps, azimuth, share)
-    count = _edge(d, D, s, c, hx, hy, P, found)
-    _into_slots(found, count, 2, before, points, normals, gaps, azimuth, share)
+    # Rows of point, normal, gap, azimuth, angle on the ellipse; what the ellipse is, in metres.
+    found, form = np.zeros((4, 9)), np.zeros(4)
+    count = _rim(d, D, height, s, hx, hy, zeta, P, found, form)
+    _into_slots(found, count, form, 0, before, points, normals, gaps, azimuth, share)
+    count = _edge(d, D, s, c, hx, hy, P, found, form)
+    _into_slots(found, count, form, 2, before, points, normals, gaps, azimuth, share)
     return points, normals, gaps, azimuth, share
 
 
 @njit(cache=True)
-def _rim(d, D, height, s, hx, hy, zeta, P, found):
-    """Fill rows of point, normal, gap, azimuth; return how many."""
+def _rim(d, D, height, s, hx, hy, zeta, P, found, form):
+    """Fill rows and form; return how many rows."""
     along = np.sum(P * zeta)
     Qx, Qy = P[0] - along * zeta[0], P[1] - along * zeta[1]
-    number, u = farthest(
-        D * (Qx * hx + Qy * hy), D * (Qy * hx - Qx * hy), D * D / 4 * s * s
-    )
+    form[0], form[1], form[2] = Qx * hx + Qy * hy, Qy * hx - Qx * hy, D / 4 * s * s
+    form[3] = 0.0
+    number, u = farthest(form[0], form[1], form[2])
     count = 0
     for i in range(number):
         cu, su = np.cos(u[i]), np.sin(u[i])
@@ -133,19 +134,20 @@ def _rim(d, D, height, s, hx, hy, zeta, P, found):
         row = found[count]
         row[0], row[1], row[2] = x, y, 0.0
         row[3], row[4], row[5] = -wx / length, -wy / length, -wz / length
-        row[6], row[7] = length - d / 2, np.arctan2(y, x)
+        row[6], row[7], row[8] = length - d / 2, np.arctan2(y, x), u[i]
         count += 1
     return count
 
 
 @njit(cache=True)
-def _edge(d, D, s, c, hx, hy, P, found):
-    """Fill rows of point, normal, gap, azimuth; return how many."""
+def _edge(d, D, s, c, hx, hy, P, found, form):
+    """Fill rows and form; return how many rows."""
     radius = d / 2
     Ph, Pe = P[0] * hx + P[1] * hy, P[1] * hx - P[0] * hy
-    kappa = radius * radius * s * s
-    # cos^2 of the other angle: the edge is an ellipse that is longest across the tilt.
-    number, v = farthest(2 * radius * Pe, 2 * radius * c * Ph, kappa)
+    # By the angle from e, not from h: the edge is an ellipse that is longest across the tilt.
+    form[0], form[1], form[2] = Pe, c * Ph, radius / 2 * s * s
+    form[3] = max(P[2] + radius * s, 0.0)
+    number, v = farthest(form[0], form[1], form[2])
     count = 0
     for i in range(number):
         u = np.pi / 2 - v[i]
@@ -157,14 +159,14 @@ def _edge(d, D, s, c, hx, hy, P, found):
         row = found[count]
         row[0], row[1], row[2] = h * hx - e * hy, h * hy + e * hx, z
         row[3], row[4], row[5] = -row[0] / r, -row[1] / r, 0.0
-        row[6], row[7] = D / 2 - r, np.arctan2(row[1], row[0])
+        row[6], row[7], row[8] = D / 2 - r, np.arctan2(row[1], row[0]), v[i]
         count += 1
     if abs(P[2]) >= radius * s:
         return count
     cu = -P[2] / (radius * s)
     for side in (-1.0, 1.0):
         su = side * np.sqrt(1.0 - cu * cu)
-        slope = 2 * radius * (Pe * cu - c * Ph * su) + 2 * kappa * su * cu
+        slope = Pe * cu - c * Ph * su + 2 * form[2] * su * cu
         if slope * side >= 0 or count == 4:
             # Further down the edge is nearer to the wall: that place is a row of its own.
             continue
@@ -181,12 +183,43 @@ def _edge(d, D, s, c, hx, hy, P, found):
         row[0], row[1], row[2] = D / 2 * (ch * hx - ce * hy), D / 2 * (ch * hy + ce * hx), 0.0
         row[3], row[4], row[5] = nh * hx - ne * hy, nh * hy + ne * hx, nz
         row[6], row[7] = (D / 2 - r) * -(nh * ch + ne * ce), np.arctan2(row[1], row[0])
+        row[8] = np.pi / 2 - np.arctan2(su, cu)
         count += 1
     return count
 
 
 @njit(cache=True)
-def _into_slots(found, count, first, before, points, normals, gaps, azimuth, share):
+def _height(alpha, beta, kappa, u):
+    return alpha * np.cos(u) + beta * np.sin(u) + kappa * np.cos(u) ** 2
+
+
+@njit(cache=True)
+def _shares(alpha, beta, kappa, u, v, between):
+    """
+    Return the shares of one contact's stiffness of two neighbouring places, the nearer first.
+
+    A place that is about to vanish, as no hollow parts it from the nearer one any more, has no
+    share left. `between` [m] is what else parts the two: an edge that rises above the rim.
+
+    """
+    apart = np.arccos(min(max(np.cos(u - v), -1.0), 1.0))
+    if apart >= _APART:
+        return 1.0, 1.0
+    x = max(apart - _TOGETHER, 0.0) / (_APART - _TOGETHER)
+    near = 1 - x * x * (3 - 2 * x)
+    middle = np.arctan2(np.sin(u) + np.sin(v), np.cos(u) + np.cos(v))
+    low = _climb(-alpha, -beta, -kappa, middle)
+    high, lower = _height(alpha, beta, kappa, u), _height(alpha, beta, kappa, v)
+    hollow = between
+    if np.cos(low - middle) > np.cos(apart / 2):
+        hollow += max(lower - _height(alpha, beta, kappa, low), 0.0)
+    difference = max(high - lower, 0.0)
+    parted = hollow / (hollow + difference) if hollow + difference > 0 else 1.0
+    return 1 - 0.5 * near * parted, 0.5 * near * parted + 1 - near
+
+
+@njit(cache=True)
+def _into_slots(found, count, form, first, before, points, normals, gaps, azimuth, share):
     """Give the two nearest of what was found to the slots that they were in."""
     if count == 0:
         return
@@ -199,18 +232,15 @@ def _into_slots(found, count, first, before, points, normals, gaps, azimuth, sha
         if i != one and (two < 0 or found[i, 6] < found[two, 6]):
             two = i
     near_one = np.cos(found[one, 7] - before[first]) - np.cos(found[one, 7] - before[first + 1])
+    shares = (1.0, 1.0)
     if two >= 0:
         near_one -= np.cos(found[two, 7] - before[first]) - np.cos(
             found[two, 7] - before[first + 1]
         )
+        shares = _shares(form[0], form[1], form[2], found[one, 8], found[two, 8], form[3])
     slot = first if near_one >= 0 else first + 1
     other = 2 * first + 1 - slot
-    weight = 1.0
-    if two >= 0:
-        apart = np.arccos(min(max(np.cos(found[one, 7] - found[two, 7]), -1.0), 1.0)) / _APART
-        if apart < 1:
-            weight = 0.5 + 0.5 * apart * apart * (3 - 2 * apart)
-    for k, i in ((slot, one), (other, two)):
+    for k, i, weight in ((slot, one, shares[0]), (other, two, shares[1])):
         if i < 0:
             continue
         points[k], normals[k] = found[i, 0:3], found[i, 3:6]

@@ -13,12 +13,12 @@ from peg_on_hole_ros.simulation.dynamics import (
 )
 from peg_on_hole_ros.simulation.hole_forces import (
     acceleration,
+    Surface,
     commanded,
     contact_forces,
     pull,
-    surface_of,
 )
-from peg_on_hole_ros.simulation.hole_places import SLOTS
+from peg_on_hole_ros.simulation.hole_places import SLOTS, touching_places
 from peg_on_hole_ros.simulation.hole_steps import STEP, advance
 from peg_on_hole_ros.simulation.holder import mass_centre
 
@@ -164,17 +164,17 @@ class Insertion:
         Of the peg [m].
     holder, knots, coefficients : ndarray
         Holder and its program, from `place_program`; knots in the simulation's time.
-    stiffness : float, optional
-        Of a contact [N/m].
+    surface : Surface
+        Of the contacts.
     step : float
         The largest [s].
 
     """
 
-    def __init__(self, p, height, holder, knots, coefficients, stiffness=None, step=STEP):
+    def __init__(self, p, height, holder, knots, coefficients, surface: Surface, step=STEP):
         self.height, self.holder, self.step = float(height), holder, step
         self.knots, self.coefficients = knots, coefficients
-        self.surface = surface_of(p[3]) if stiffness is None else surface_of(p[3], stiffness)
+        self.surface = surface
         self.take(p)
 
     def take(self, p: np.ndarray) -> None:
@@ -218,8 +218,6 @@ class Insertion:
         )
 
     def _loaded(self, C, R, V, normal, azimuth):
-        from peg_on_hole_ros.simulation.hole_places import touching_places
-
         k = self.surface.normal
         for _ in range(_CORRECTIONS):
             points, normals, gaps, azimuth, share = touching_places(

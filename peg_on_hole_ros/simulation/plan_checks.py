@@ -142,7 +142,7 @@ def check_motion(plan, knots: np.ndarray, coefficients: np.ndarray) -> None:
                 f"three contacts above gamma0 = {gamma0:.6g} rad only, which follows from the two "
                 "diameters; begin at a larger tilt, and go on with two_point"
             )
-        lowest = 0 if phase.kind in ("free", "two_point", "insert") else -pi / 2
+        lowest = 0 if phase.kind in ("free", "two_point") else -pi / 2
         for gamma in (angles[:, 0].min(), angles[:, 0].max()):
             if not lowest - _ROUNDING <= gamma < pi / 2:
                 raise PegOnHoleError(

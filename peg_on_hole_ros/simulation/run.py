@@ -16,6 +16,7 @@ from peg_on_hole_ros.simulation.command import evaluate, quintic
 from peg_on_hole_ros.simulation.contact_run import Model, contact_samples, run_contact
 from peg_on_hole_ros.simulation.dynamics import angular_velocity, rotation, scene_numbers
 from peg_on_hole_ros.simulation.guided import Guidance, guided_state
+from peg_on_hole_ros.simulation.hole_forces import surface_of
 from peg_on_hole_ros.simulation.holder import holder_numbers, mass_centre
 from peg_on_hole_ros.simulation.insertion import Insertion, begin_of, place_program
 from peg_on_hole_ros.simulation.insertion_block import insertion_block
@@ -265,9 +266,12 @@ def _parted(run):
     plan, limits = run.plan, (run.plan.holder.force_limit, run.plan.holder.torque_limit)
     normal = contact_samples(run.model, np.array([run.t]), run.state[None])[1][0]
     begin, end = run.t, run.knots[-1]
-    state = parted_state(run.model, run.state, normal)
-    result = run_parted(run.model, begin, state, run.until(end), end, limits, plan.rtol)
-    run.blocks.append(parted_block(run.model, result.t, result.states))
+    stiffness = plan.contact_stiffness
+    state = parted_state(run.model, run.state, normal, stiffness)
+    result = run_parted(
+        run.model, begin, state, run.until(end), end, limits, plan.rtol, stiffness
+    )
+    run.blocks.append(parted_block(run.model, result.t, result.states, stiffness))
     run.t = float(result.t[-1]) if len(result.t) else begin
     run.event(f"with that contact open: {PARTED_ENDS[result.ended_by]}")
 
@@ -299,7 +303,12 @@ def _insert(run):
     run.take_friction()
     p = run.model.p
     insertion = Insertion(
-        p, plan.configuration.scene.peg_height, run.model.holder, knots + begin, pieces
+        p,
+        plan.configuration.scene.peg_height,
+        run.model.holder,
+        knots + begin,
+        pieces,
+        surface_of(p[3], plan.contact_stiffness),
     )
     x = np.zeros((3, 6))
     normal = None

@@ -13,7 +13,6 @@ from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
 from peg_on_hole_ros.edges.messages.plain import header, xyz
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
-from peg_on_hole_ros.simulation.hole_forces import STIFFNESS
 from peg_on_hole_ros.simulation.hole_steps import STEP
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import Truth
@@ -130,7 +129,7 @@ def _metadata(truth, seed):
             f"{plan.slip_velocity_scale:g} m/s"
             + (
                 f"; in the hole TR-BDF2, steps of at most {STEP:g} s, contacts of "
-                f"{STIFFNESS:g} N/m with dry friction"
+                f"{plan.contact_stiffness:g} N/m with dry friction"
                 if any(phase.kind == "insert" for phase in plan.phases)
                 else ""
             )
