@@ -48,7 +48,7 @@ def setting_of(draw: Draw, **given) -> Setting:
         rotational_stiffness=draw.log(30.0, 200.0) * D / 0.05,
         noise=draw.log(0.5, 2.0),
         closing=min(draw.log(0.1, 0.4), 3 * scene.gamma0),
-        slip=draw.sign() * draw.even(0.5, 2.0),
+        slip=draw.sign() * draw.even(1.0, 3.0),
         azimuth=draw.even(-3.0, 3.0),
     )
 
@@ -68,7 +68,7 @@ class Program:
         rates = [-s.closing, 0.0, s.slip]
         angles = [gamma0 + s.closing * (LEAD_IN + before), s.azimuth, 0.0]
         press = draw.even(5.0, 20.0) / s.stiffness
-        self.phases["lead"] = {"kind": "contact", "duration": LEAD_IN, "rates": rates}
+        self.phases["lead"] = {"kind": "insert", "duration": LEAD_IN, "rates": rates}
         self.phases["close"] = {"kind": "insert", "duration": before, "rates": rates}
         self.turn = s.slip * (LEAD_IN + before)
         return {"angles": angles, "rates": rates, "offset": [0.0, 0.0, -press]}

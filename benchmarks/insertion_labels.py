@@ -2,12 +2,14 @@
 What truly happened in an insertion: read off motion, loads and contacts, and off nothing else.
 
 Stuck is a peg that is pushed and does not move along the hole. Whether the push is to blame, or
-forces that are locked in between two contacts, is told by Whitney's diagram, of the true wrench.
+forces that are locked in between two contacts, is told by Whitney's diagram, of the true wrench,
+and by how much of the true load on the rim that wrench asks for.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import linprog
 
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 
@@ -19,6 +21,8 @@ PUSHED = 5.0
 SHORTEST, INTERRUPTED = 0.03, 0.01
 # Farther on [m] behind a stop: freed.
 FREED = 2e-4
+# So many times the load on the rim that the wrench asks for is locked in.
+LOCKED = 1.5
 
 
 class Stop(NamedTuple):
@@ -28,7 +32,8 @@ class Stop(NamedTuple):
     Attributes
     ----------
     cause : str
-        `jammed`: the push lies outside of Whitney's diagram. `wedged`: inside, and the peg rests.
+        `wedged`: the push lies inside of Whitney's diagram, or rim and edge squeeze the peg by
+        more than LOCKED times what balances the wrench. `jammed`: else.
     begin, end : float
         [s]
     freed : bool
@@ -82,20 +87,46 @@ def labels_of(truth) -> Labels:
         if t[last] - t[first] < SHORTEST:
             continue
         stuck[first : last + 1] = True
-        inside = np.nanmedian(margin[first : last + 1]) > 0
+        wedged = np.nanmedian(margin[first : last + 1]) > 0 or _locked(truth, (first + last) // 2)
         went_on = truth.place[last:, 2].max() - truth.place[last, 2] > FREED
-        events.append(Stop("wedged" if inside else "jammed", t[first], t[last], bool(went_on)))
+        events.append(Stop("wedged" if wedged else "jammed", t[first], t[last], bool(went_on)))
     below = (truth.q[:, 0] < scene.gamma0) & touches
     transition = float(t[below.argmax()]) if below.any() else None
     return Labels(t, truth.mode, stuck, push, margin, transition, tuple(events))
 
 
-def _whitney(truth):
-    """Return push and margin [N], in the plane of the side load and the moment."""
+def _load(truth):
+    """Return force and moment about the lower end's centre, the weight counted in, (n, 3) each."""
     scene = truth.plan.configuration.scene
     load = truth.force + scene.peg_mass * np.asarray(scene.gravity)
-    # About the centre of the lower end.
-    moment = truth.moment + np.cross(truth.centre[:, 0] - truth.position, load)
+    return load, truth.moment + np.cross(truth.centre[:, 0] - truth.position, load)
+
+
+def _locked(truth, k):
+    """Return whether the rim carries more than the wrench asks for, in the plane of the tilt."""
+    f, psi = friction_of(truth)[k], truth.q[k, 1]
+    h, z = np.array([np.cos(psi), np.sin(psi), 0.0]), np.array([0.0, 0.0, 1.0])
+    load, moment = (part[k] for part in _load(truth))
+    across = np.cross(h, z)
+    columns = []
+    for contact in (0, 1):
+        arm = truth.contact_point[k, contact] - truth.position[k]
+        normal = truth.contact_force[k, contact] @ h
+        for along in (f, -f):
+            force = np.sign(normal) * h + along * z
+            columns.append([force @ h, force @ z, np.cross(arm, force) @ across])
+    rows = np.array(columns).T
+    wanted = -np.array([load @ h, load @ z, moment @ across])
+    scale = np.array([1.0, 1.0, 2.0 / truth.plan.configuration.scene.peg_diameter])
+    # Along the normal of both cone edges the rim carries the sum of their shares.
+    least = linprog([1, 1, 0, 0], A_eq=rows * scale[:, None], b_eq=wanted * scale)
+    return least.status == 0 and truth.normal[k, 0] > LOCKED * least.fun
+
+
+def _whitney(truth):
+    """Return push and margin [N], in the plane of the tilt."""
+    scene = truth.plan.configuration.scene
+    load, moment = _load(truth)
     push, friction = -load[:, 2], friction_of(truth)
     length = truth.place[:, 2] + scene.peg_diameter / 2 * np.sin(truth.q[:, 0])
     margin = np.full(len(push), np.nan)
