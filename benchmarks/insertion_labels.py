@@ -136,9 +136,7 @@ def _whitney(truth):
         # Of the diagram: x along h, and the moment that tilts towards it.
         F_x = load[k, :2] @ h
         M = moment[k, 0] * h[1] - moment[k, 1] * h[0]
-        margin[k] = jamming_margin(
-            scene.peg_diameter / 2, length[k], friction[k], F_x, push[k], M
-        )
+        margin[k] = jamming_margin(scene.peg_diameter / 2, length[k], friction[k], F_x, push[k], M)
     return push, margin
 
 

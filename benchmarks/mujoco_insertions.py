@@ -19,57 +19,19 @@ import mujoco
 import numpy as np
 
 import mujoco_peg as engine
-from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration
+from insertion_programs import PROGRAMS, SCENE, plan_of
 from peg_on_hole_ros.simulation.dynamics import scene_numbers
-from peg_on_hole_ros.simulation.hole_forces import commanded, pull
 from peg_on_hole_ros.simulation.holder import holder_numbers
+from peg_on_hole_ros.simulation.hole_forces import commanded, pull
 from peg_on_hole_ros.simulation.insertion import begin_of, place_program
-from peg_on_hole_ros.simulation.plan import holder_program, plan_from_tree
+from peg_on_hole_ros.simulation.plan import holder_program
 
 WALL = 0.03  # half of the hole's depth [m]
 WINDOW = 100
 # A contact deeper than this below the rim is the edge's [m].
 AT_RIM = 1e-3
-SCENE = Scene(hole_diameter=0.050, peg_diameter=0.0496, peg_height=0.070, peg_mass=0.5, friction=0.2)
-HOLDER = {"stiffness": 1e4, "rotational_stiffness": 100.0, "force_limit": 1e3}
-# On two points, 20 mm in the hole.
-START = {"angles": [0.02, 0.0, 0.0], "rates": [0.0, 0.0, 0.0]}
 # Where nothing touches there are no boxes: this far from the plane of tilt [rad].
 SECTOR = 0.35
-
-
-def _insert(duration, **more):
-    return {"kind": "insert", "duration": duration, **more}
-
-
-PROGRAMS = {
-    # Tilted on two points, down to a diameter, turning.
-    "slides": {
-        "down": _insert(0.25, angles=[0.016, 0.0, 0.3], rates=[0.0, 0.0, 1.0], depth=0.033,
-                        depth_rate=0.1),
-        "deeper": _insert(0.25, angles=[0.014, 0.0, 0.5], depth=0.052),
-    },
-    # A side load, then a push that is too small to move the peg under it.
-    "jams": {
-        "aside": _insert(0.1, place=[-0.002, 0.0]),
-        "push": _insert(0.08, depth=0.0213),
-        "pushing": _insert(0.1),
-    },
-    # The same, freed by less side load.
-    "is_freed": {
-        "aside": _insert(0.1, place=[-0.002, 0.0]),
-        "push": _insert(0.08, depth=0.0216),
-        "less": _insert(0.1, place=[0.0, 0.0]),
-        "rest": _insert(0.1),
-    },
-}  # fmt: skip
-
-
-def plan_of(name: str, **more):
-    """Return the plan of a program, for `simulation.truth.integrate` as well."""
-    tree = {"holder": HOLDER, "start": START, "phases": PROGRAMS[name], **more}
-    return plan_from_tree(Configuration(scene=SCENE), tree)
 
 
 def trace(name: str) -> np.ndarray:
@@ -133,7 +95,9 @@ def main():
         stored[f"pose_{name}"] = rows[:, :12]
         stored[f"load_{name}"] = rows[:, 12:].astype(np.float32)
         np.savez_compressed(args.out, **stored)
-        print(f"{name}: {len(rows)} rows, N at most {rows[:, 18:].max(axis=0).round(1)}", flush=True)
+        print(
+            f"{name}: {len(rows)} rows, N at most {rows[:, 18:].max(axis=0).round(1)}", flush=True
+        )
 
 
 if __name__ == "__main__":

@@ -13,8 +13,8 @@ from numba import njit
 
 from peg_on_hole_ros.simulation.command import evaluate
 from peg_on_hole_ros.simulation.dynamics import angular_velocity, rotation
-from peg_on_hole_ros.simulation.hole_places import SLOTS, touching_places
 from peg_on_hole_ros.simulation.holder import cross, rotation_vector
+from peg_on_hole_ros.simulation.hole_places import SLOTS, touching_places
 
 # Of the surfaces along each other over that along the normal: Mindlin, 2 (1 - nu)/(2 - nu).
 ALONG = 0.82
@@ -83,7 +83,11 @@ def contact_forces(p, height, surface, C, R, V, shift, lasts, before):
         N = -share[i] * (surface.normal * gaps[i] + surface.normal_damping * away)
         if N <= 0:
             continue
-        slips[i, 0], slips[i, 1], slips[i, 2] = vx - away * n[0], vy - away * n[1], vz - away * n[2]
+        slips[i, 0], slips[i, 1], slips[i, 2] = (
+            vx - away * n[0],
+            vy - away * n[1],
+            vz - away * n[2],
+        )
         out = shift[i, 0] * n[0] + shift[i, 1] * n[1] + shift[i, 2] * n[2]
         pulled = 0.0
         length = 0.0

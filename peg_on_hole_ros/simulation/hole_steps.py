@@ -29,8 +29,10 @@ def turned(theta):
     # Of sin(a)/a and (1 - cos(a))/a^2; steps turn by milliradians.
     a, b = 1 - a2 / 6 * (1 - a2 / 20), 0.5 - a2 / 24 * (1 - a2 / 30)
     R = np.empty((3, 3))
-    R[0, 0], R[1, 1], R[2, 2] = 1 - b * (y * y + z * z), 1 - b * (x * x + z * z), 1 - b * (
-        x * x + y * y
+    R[0, 0], R[1, 1], R[2, 2] = (
+        1 - b * (y * y + z * z),
+        1 - b * (x * x + z * z),
+        1 - b * (x * x + y * y),
     )
     R[0, 1], R[1, 0] = b * x * y - a * z, b * x * y + a * z
     R[0, 2], R[2, 0] = b * x * z + a * y, b * x * z - a * y

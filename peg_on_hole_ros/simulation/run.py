@@ -14,12 +14,10 @@ from peg_on_hole_ros.simulation.blocks import (
 )
 from peg_on_hole_ros.simulation.command import evaluate, quintic
 from peg_on_hole_ros.simulation.contact_run import Model, contact_samples, run_contact
-from peg_on_hole_ros.simulation.dynamics import angular_velocity, rotation, scene_numbers
+from peg_on_hole_ros.simulation.dynamics import scene_numbers
 from peg_on_hole_ros.simulation.guided import Guidance, guided_state
-from peg_on_hole_ros.simulation.hole_forces import surface_of
-from peg_on_hole_ros.simulation.holder import holder_numbers, mass_centre
-from peg_on_hole_ros.simulation.insertion import Insertion, begin_of, place_program
-from peg_on_hole_ros.simulation.insertion_block import insertion_block
+from peg_on_hole_ros.simulation.holder import holder_numbers
+from peg_on_hole_ros.simulation.insertion_phases import insert
 from peg_on_hole_ros.simulation.parted import parted_state, run_parted
 from peg_on_hole_ros.simulation.plan import KINDS, Plan, holder_program
 
@@ -121,7 +119,7 @@ def run_phases(plan: Plan, progress: Callable[[float], None] | None = None) -> R
         if plan.phases[run.phase_index(run.t)].kind == "free":
             _free(run)
         elif plan.phases[run.phase_index(run.t)].kind == "insert":
-            _insert(run)
+            insert(run)
         else:
             _contact(run)
     run.ended_by = run.ended_by or "end"
@@ -268,9 +266,7 @@ def _parted(run):
     begin, end = run.t, run.knots[-1]
     stiffness = plan.contact_stiffness
     state = parted_state(run.model, run.state, normal, stiffness)
-    result = run_parted(
-        run.model, begin, state, run.until(end), end, limits, plan.rtol, stiffness
-    )
+    result = run_parted(run.model, begin, state, run.until(end), end, limits, plan.rtol, stiffness)
     run.blocks.append(parted_block(run.model, result.t, result.states, stiffness))
     run.t = float(result.t[-1]) if len(result.t) else begin
     run.event(f"with that contact open: {PARTED_ENDS[result.ended_by]}")
@@ -292,57 +288,6 @@ def _two_point(run):
         _guide(run, begin, run.until(end), "two_point")
         at_K, at_wall = target
     run.ended_by = "end"
-
-
-def _insert(run):
-    """Go into the hole and down it; only insert phases follow."""
-    plan, begin = run.plan, run.t
-    first = run.phase_index(begin)
-    start = begin_of(run.knots, run.coefficients, run.model.p, begin - 1e-12)
-    knots, pieces = place_program(plan.phases[first:], start, run.coefficients[first:, :3])
-    run.take_friction()
-    p = run.model.p
-    insertion = Insertion(
-        p,
-        plan.configuration.scene.peg_height,
-        run.model.holder,
-        knots + begin,
-        pieces,
-        surface_of(p[3], plan.contact_stiffness),
-    )
-    x = np.zeros((3, 6))
-    normal = None
-    if run.state is None:
-        x[:2] = evaluate(run.knots, run.coefficients, begin)[:2]
-        x[:2, 3:] = 0
-    else:
-        x[0, :3], x[1, :3] = run.state[:3], run.state[3:]
-        normal = contact_samples(run.model, np.array([begin]), run.state[None])[1][0]
-    C, v, _ = mass_centre(p, x)
-    V = np.concatenate([v, angular_velocity(x[0, :3], x[1, :3])])
-    body = insertion.body(begin, C, rotation(x[0, :3]), V, normal)
-    limits = plan.holder.force_limit, plan.holder.torque_limit
-    passed = False
-    while not run.done():
-        run.take_friction()
-        insertion.take(run.model.p)
-        end, total = run.stretch_end(("insert",)), run.knots[-1]
-        told = (lambda t: run.progress(t / total)) if run.progress else None
-        rows, body, run.t, ended = insertion.run(
-            run.t, body, run.until(end), end, limits, told
-        )
-        if rows is not None:
-            block = insertion_block(run.model.p, rows)
-            run.blocks.append(block)
-            below = (block["q"][:, 0] < run.model.p[7]) & block["closed"].any(axis=1)
-            if not passed and below.any():
-                passed = True
-                k = int(below.argmax())
-                run.events.append((float(rows.t[k]), "transition: the tilt is below gamma0"))
-        if ended != "end":
-            run.event(f"{ended} of the holder reached in the hole")
-            run.ended_by = ended
-    run.ended_by = run.ended_by or "end"
 
 
 def _stuck(run):

@@ -134,8 +134,7 @@ def test_samples_keep_to_newton_and_euler():
             w = np.array([turned[2, 1], turned[0, 2], turned[1, 0]]) / (2 * h)
             L.append(R @ (inertia * (R.T @ w)))
         moment = truth.moment[k] + sum(
-            np.cross(truth.contact_point[k, i] - C[k], truth.contact_force[k, i])
-            for i in range(3)
+            np.cross(truth.contact_point[k, i] - C[k], truth.contact_force[k, i]) for i in range(3)
         )
         assert np.abs((L[1] - L[0]) / (10 * h) - moment).max() < 2e-3
 
@@ -179,9 +178,7 @@ def test_forces_lie_in_the_cones_and_against_the_slip():
         assert rows.sum() > 500
         assert (size <= normal[rows] * np.sqrt(1 + f * f) * (1 + 1e-6)).all()
         fast = truth.slip_speed[in_hole, contact][rows] > 1e-3
-        np.testing.assert_allclose(
-            size[fast], normal[rows][fast] * np.sqrt(1 + f * f), rtol=2e-3
-        )
+        np.testing.assert_allclose(size[fast], normal[rows][fast] * np.sqrt(1 + f * f), rtol=2e-3)
 
 
 def test_goes_through_all_contact_sets_to_more_than_a_diameter():
