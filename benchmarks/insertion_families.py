@@ -232,9 +232,8 @@ def _freed(draw):
         _wiggle(draw, program)
     else:
         program.hold("less_side_force", draw.even(0.1, 0.2), place=[0.0, 0.0], gamma=0.0)
-    program.hold(
-        "go_on", draw.even(0.25, 0.4), depth=program.depth + 0.15 * setting.scene.hole_diameter
-    )
+    farther = program.depth + 0.15 * setting.scene.hole_diameter
+    program.hold("go_on", draw.even(0.25, 0.4), depth=farther)
     program.hold("rest", 0.1, depth=None, depth_rate=0.0)
     return setting, start, program.phases
 

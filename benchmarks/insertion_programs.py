@@ -4,9 +4,7 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 
-SCENE = Scene(
-    hole_diameter=0.050, peg_diameter=0.0496, peg_height=0.070, peg_mass=0.5, friction=0.2
-)
+SCENE = Scene(hole_diameter=0.050, peg_diameter=0.0496)
 HOLDER = {"stiffness": 1e4, "rotational_stiffness": 100.0, "force_limit": 1e3}
 # On two points, 20 mm in the hole.
 START = {"angles": [0.02, 0.0, 0.0], "rates": [0.0, 0.0, 0.0]}

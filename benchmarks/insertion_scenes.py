@@ -133,7 +133,8 @@ def main(arguments=None):
         spent = sorted(row["spent"] for row in rows)
         print(
             f"{family:9} {len(rows):6} {with_cause[0]:7} {with_cause[1]:7} "
-            f"{sum(row['freed'] for row in rows):7}  {depths[0]:.2f} to {depths[-1]:.2f}  {shown}; "
+            f"{sum(row['freed'] for row in rows):7}  "
+            f"{depths[0]:.2f} to {depths[-1]:.2f}  {shown}; "
             f"{spent[len(spent) // 2]:.2f} s, at most {spent[-1]:.2f} s"
         )
 

@@ -23,7 +23,7 @@ from insertion_programs import PROGRAMS, SCENE, plan_of
 from peg_on_hole_ros.simulation.dynamics import scene_numbers
 from peg_on_hole_ros.simulation.holder import holder_numbers
 from peg_on_hole_ros.simulation.hole_forces import commanded, pull
-from peg_on_hole_ros.simulation.insertion import begin_of, place_program
+from peg_on_hole_ros.simulation.insertion_program import begin_of, place_program
 from peg_on_hole_ros.simulation.plan import holder_program
 
 WALL = 0.03  # half of the hole's depth [m]
@@ -95,9 +95,8 @@ def main():
         stored[f"pose_{name}"] = rows[:, :12]
         stored[f"load_{name}"] = rows[:, 12:].astype(np.float32)
         np.savez_compressed(args.out, **stored)
-        print(
-            f"{name}: {len(rows)} rows, N at most {rows[:, 18:].max(axis=0).round(1)}", flush=True
-        )
+        most = rows[:, 18:].max(axis=0).round(1)
+        print(f"{name}: {len(rows)} rows, N at most {most}", flush=True)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,8 @@ def scene() -> str:
         x, y = (D / 2 + 0.002) * np.cos(angle), (D / 2 + 0.002) * np.sin(angle)
         half = angle / 2
         boxes.append(
-            f'<geom type="box" size="0.002 {BOX_LENGTH / 2} {WALL}" pos="{x:.17g} {y:.17g} {-WALL}" '
+            f'<geom type="box" size="0.002 {BOX_LENGTH / 2} {WALL}" '
+            f'pos="{x:.17g} {y:.17g} {-WALL}" '
             f'quat="{np.cos(half):.17g} 0 0 {np.sin(half):.17g}" class="rim"/>'
         )
     Ie, Iz = MASS * (3 * (d / 2) ** 2 + H**2) / 12, MASS * (d / 2) ** 2 / 2

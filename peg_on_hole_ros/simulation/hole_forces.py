@@ -83,11 +83,8 @@ def contact_forces(p, height, surface, C, R, V, shift, lasts, before):
         N = -share[i] * (surface.normal * gaps[i] + surface.normal_damping * away)
         if N <= 0:
             continue
-        slips[i, 0], slips[i, 1], slips[i, 2] = (
-            vx - away * n[0],
-            vy - away * n[1],
-            vz - away * n[2],
-        )
+        slips[i, 0], slips[i, 1] = vx - away * n[0], vy - away * n[1]
+        slips[i, 2] = vz - away * n[2]
         out = shift[i, 0] * n[0] + shift[i, 1] * n[1] + shift[i, 2] * n[2]
         pulled = 0.0
         length = 0.0

@@ -204,7 +204,7 @@ def test_goes_through_all_contact_sets_to_more_than_a_diameter():
 
 def test_converges_with_the_step(monkeypatch):
     """Half of the step leaves half of the error at most, of angles and of reactions."""
-    import peg_on_hole_ros.simulation.run as run
+    import peg_on_hole_ros.simulation.insertion_phases as run
 
     original, found = run.Insertion, []
     for step in (1e-3, 5e-4, 2.5e-4, 3.125e-5):

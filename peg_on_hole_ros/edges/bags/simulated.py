@@ -74,12 +74,8 @@ def write_bag(
             if truth.known[i]:
                 bag.write(CONTACTS_TOPIC, JOINT_STATE, _contacts(truth, i, t_ns), t_ns)
             if inserts:
-                bag.write(
-                    PLACE_TOPIC,
-                    JOINT_STATE,
-                    joint_state(t_ns, PLACE, place[i], place_rate[i]),
-                    t_ns,
-                )
+                where = joint_state(t_ns, PLACE, place[i], place_rate[i])
+                bag.write(PLACE_TOPIC, JOINT_STATE, where, t_ns)
                 bag.write(HOLE_CONTACTS_TOPIC, JOINT_STATE, _touching(truth, i, t_ns), t_ns)
             if truth.mode[i] != mode:
                 mode = truth.mode[i]
