@@ -139,21 +139,24 @@ def _normal(draw):
     # Tilted on two points, or past the middle with next to no load.
     tilt = draw.even(0.0, 3.0)
     turning = setting.slip if draw.chance(0.4) else 0.0
-    first, deep = draw.even(0.35, 0.5), draw.even(1.02, 1.25)
+    first, deep = draw.even(0.35, 0.5), draw.even(1.12, 1.3)
     side = {"place": program.aside(draw.even(-4.0, 4.0))}
     program.into("go_in", first, 1.6 * first * D / speed, speed, tilt, slip=turning, **side)
     last = 1.4 * (deep - first) * D / speed
+    farther = (deep + 0.05) * D
     if draw.chance(0.35):
         # Along one wall: the side load acts half way down, by the holder's moment.
         force = draw.log(2.0, 15.0)
         lean = force * (setting.sensor_height - deep * D / 2) / setting.rotational_stiffness
         program.hold(
-            "along_one_wall", last, gamma=lean, slip=turning, depth=deep * D,
+            "along_one_wall", last, gamma=lean, slip=turning, depth=deep * D, depth_rate=speed,
             place=program.aside(-force),
         )  # fmt: skip
     else:
-        program.into("down", deep, last, 0.0, tilt, slip=turning, **side)
-    program.hold("rest", draw.even(0.1, 0.2), depth=None, depth_rate=0.0)
+        program.into("down", deep, last, speed, tilt, slip=turning, **side)
+    # Let go of before it rests: at rest under a push it would be stuck.
+    program.hold("let_go", draw.even(0.05, 0.1), gamma=0.0, place=[0.0, 0.0], depth=farther)
+    program.hold("rest", draw.even(0.05, 0.15))
     return setting, start, program.phases
 
 

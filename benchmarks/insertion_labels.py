@@ -58,8 +58,8 @@ class Labels(NamedTuple):
     mode : ndarray of str, shape (n,)
     stuck : ndarray of bool, shape (n,)
     push, margin : ndarray, shape (n,)
-        Along the hole, the weight counted in; what is left of it by Whitney, NaN where the lower
-        end is not in the hole [N].
+        Along the hole, the weight counted in; what is left of it by Whitney, and by friction of
+        the side load where not two points touch; NaN where the lower end is not in the hole [N].
     transition : float or None
         When the tilt first fell below gamma0 in contact [s].
     events : tuple of Stop
@@ -131,6 +131,10 @@ def _whitney(truth):
     length = truth.place[:, 2] + scene.peg_diameter / 2 * np.sin(truth.q[:, 0])
     margin = np.full(len(push), np.nan)
     for k in np.flatnonzero(length > 0):
+        if truth.mode[k] != "two_point":
+            # A side load in any direction, and nothing that a moment could press.
+            margin[k] = push[k] - friction[k] * np.hypot(load[k, 0], load[k, 1])
+            continue
         tilt = truth.q[k, 1]
         h = np.array([np.cos(tilt), np.sin(tilt)])
         # Of the diagram: x along h, and the moment that tilts towards it.

@@ -112,14 +112,11 @@ def main(arguments=None):
     chosen = cases(options.scenes, options.set)
     # The first compiles; the others load what it compiled.
     found = [summary_of(chosen[0])]
-    if options.jobs > 1:
-        with ProcessPoolExecutor(options.jobs) as pool:
-            found += pool.map(summary_of, chosen[1:])
-    else:
-        found += map(summary_of, chosen[1:])
-    if options.each:
-        for row in found:
-            print(row)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for row in pool.map(summary_of, chosen[1:]):
+            found.append(row)
+            if options.each:
+                print(row, flush=True)
     print("family    scenes  jammed  wedged   freed   depth/D      modes, share of samples; time")
     for family in FAMILIES:
         rows = [row for row in found if row["family"] == family]
