@@ -16,6 +16,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scenes_setting import Draw
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion
@@ -25,7 +26,6 @@ from peg_on_hole_ros.simulation.command import evaluate
 from peg_on_hole_ros.simulation.contact_run import contact_samples, run_contact
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.run import NEAR_TRANSITION, Run
-from scenes_setting import Draw
 
 # Before the recording [s], in which the simulated peg comes to lie on its contacts.
 LEAD_IN = 0.15

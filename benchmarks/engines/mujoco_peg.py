@@ -22,6 +22,10 @@ import numpy as np
 
 D, d, H, MASS, FRICTION, GRAVITY = 0.050, 0.049, 0.070, 1.0, 0.2, 9.81
 BOXES, BOX_LENGTH, STEP, WINDOW = 1440, 0.003, 2e-5, 50
+# Half of how deep the boxes go down [m].
+WALL = 0.005
+# How far boxes go from the plane in which the peg tilts at the begin, on both sides [rad].
+SECTOR = np.pi / 2
 # Holder: stiffness, and damping at this ratio; where it holds the peg, from the three-point pose.
 STIFFNESS, TURNING_STIFFNESS, DAMPING_RATIO = 2e4, 2000.0, 0.7
 PRESS = np.array([-0.3e-3, 0.0, -0.5e-3])
@@ -32,10 +36,13 @@ def scene() -> str:
     boxes = []
     for k in range(BOXES):
         angle = 2 * np.pi * k / BOXES
+        if abs((angle + np.pi / 2) % np.pi - np.pi / 2) > SECTOR:
+            continue
         x, y = (D / 2 + 0.002) * np.cos(angle), (D / 2 + 0.002) * np.sin(angle)
         half = angle / 2
         boxes.append(
-            f'<geom type="box" size="0.002 {BOX_LENGTH / 2} 0.005" pos="{x:.17g} {y:.17g} -0.005" '
+            f'<geom type="box" size="0.002 {BOX_LENGTH / 2} {WALL}" '
+            f'pos="{x:.17g} {y:.17g} {-WALL}" '
             f'quat="{np.cos(half):.17g} 0 0 {np.sin(half):.17g}" class="rim"/>'
         )
     Ie, Iz = MASS * (3 * (d / 2) ** 2 + H**2) / 12, MASS * (d / 2) ** 2 / 2

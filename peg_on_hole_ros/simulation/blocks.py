@@ -4,7 +4,12 @@ import numpy as np
 
 from peg_on_hole_ros.simulation.command import evaluate
 from peg_on_hole_ros.simulation.contact_run import Model, contact_samples
-from peg_on_hole_ros.simulation.dynamics import contacts, rotation
+from peg_on_hole_ros.simulation.dynamics import (
+    angular_acceleration,
+    angular_velocity,
+    contacts,
+    rotation,
+)
 from peg_on_hole_ros.simulation.guided import (
     guided_contacts,
     guided_state,
@@ -12,7 +17,7 @@ from peg_on_hole_ros.simulation.guided import (
     newton_euler,
 )
 from peg_on_hole_ros.simulation.holder import holder_wrench, mass_centre
-from peg_on_hole_ros.simulation.parted import CONTACT_STIFFNESS, parted_motion, pushes
+from peg_on_hole_ros.simulation.parted import parted_motion, pushes
 from peg_on_hole_ros.simulation.stuck import rest_residual
 
 # Share of the load that may stay unbalanced: rounding.
@@ -37,10 +42,15 @@ _SHAPES = {
     "moment": (3,),
     "mode": (),
     "gap": (3,),
+    "turning": (2, 3),
+    "hole_normal": (4,),
+    "hole_azimuth": (4,),
+    "hole_slip": (4,),
 }
 
 
-def _empty(t, mode):
+def empty_block(t, mode) -> dict:
+    """Return samples at times [s] in one mode, whose columns are zero."""
     block = {name: np.zeros((len(t), *shape)) for name, shape in _SHAPES.items()}
     block["t"] = np.asarray(t, float)
     block["closed"] = np.zeros((len(t), 3), bool)
@@ -52,6 +62,8 @@ def _empty(t, mode):
 def _pose(p, block, i, x):
     centre = mass_centre(p, x)
     block["q"][i], block["rates"][i], block["acceleration"][i] = x[:, :3]
+    q, rates, acceleration = x[0, :3].copy(), x[1, :3].copy(), x[2, :3].copy()
+    block["turning"][i] = angular_velocity(q, rates), angular_acceleration(q, rates, acceleration)
     block["centre"][i] = centre
     block["position"][i] = centre[0] - p[2] * rotation(x[0, :3])[:, 2]
 
@@ -70,13 +82,23 @@ def _gaps(p, x):
 
 
 def joined(blocks: list[dict]) -> dict:
-    """Return one block of several."""
+    """Return one block of several; K, B1 and B2 stand among the places of the hole, too."""
+    for block in blocks:
+        if block["hole_normal"].any():
+            continue
+        points = block["contact_point"]
+        for slot, contact in ((0, 0), (2, 1), (3, 2)):
+            block["hole_normal"][:, slot] = block["normal"][:, contact]
+            block["hole_slip"][:, slot] = block["slip_speed"][:, contact]
+            block["hole_azimuth"][:, slot] = np.arctan2(
+                points[:, contact, 1], points[:, contact, 0]
+            )
     return {name: np.concatenate([block[name] for block in blocks]) for name in _SHAPES}
 
 
 def contact_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
     """Return the samples of a motion on three contacts."""
-    block = _empty(t, "three_point")
+    block = empty_block(t, "three_point")
     acceleration, normal, force, moment = contact_samples(model, t, states)
     block["normal"], block["force"], block["moment"] = normal, force, moment
     block["closed"][:] = True
@@ -92,18 +114,18 @@ def contact_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
     return block
 
 
-def parted_block(model: Model, t: np.ndarray, states: np.ndarray) -> dict:
+def parted_block(model: Model, t: np.ndarray, states: np.ndarray, stiffness: float) -> dict:
     """Return the samples of a motion in which contacts come and go."""
-    block = _empty(t, "unknown")
+    block = empty_block(t, "unknown")
     for i, y in enumerate(states):
         x = np.zeros((3, 6))
         x[0], x[1] = y[:6], y[6:]
-        motion = parted_motion(t[i], y, *model, CONTACT_STIFFNESS)
+        motion = parted_motion(t[i], y, *model, stiffness)
         x[2] = motion[:6]
         _pose(model.p, block, i, x)
         block["gap"][i] = _gaps(model.p, x)
         block["force"][i], block["moment"][i] = motion[6:9], motion[9:]
-        points, forces, normal, slip = pushes(model.p, x, model.scale, CONTACT_STIFFNESS)
+        points, forces, normal, slip = pushes(model.p, x, model.scale, stiffness)
         block["contact_point"][i], block["contact_force"][i] = points, forces
         block["normal"][i], block["closed"][i], block["slip_speed"][i] = normal, normal > 0, slip
     block["mode"][block["closed"].all(axis=1)] = "three_point"
@@ -129,7 +151,7 @@ def guided_block(model: Model, t, guidance, load, mode, fade_time, begin) -> dic
         [s]
 
     """
-    block = _empty(t, mode)
+    block = empty_block(t, mode)
     p = model.p
     for i, ti in enumerate(t):
         x = guided_state(model.knots, model.coefficients, guidance, ti)
@@ -192,7 +214,7 @@ def stuck_block(model: Model, t, state, limits) -> tuple[dict, bool, str]:
             break
         force.append(F)
         moment.append(M)
-    block = _empty(t[: len(force)], "unknown")
+    block = empty_block(t[: len(force)], "unknown")
     block["known"][:] = False
     points, _, _, _ = contacts(p, still[:3], still[3:], model.scale)
     for i in range(len(force)):

@@ -59,6 +59,22 @@ def angular_velocity(q, rates):
 
 
 @njit(cache=True)
+def angular_acceleration(q, rates, acceleration):
+    """Return the rate of `angular_velocity` in hole axes [rad/s^2], shape (3,)."""
+    sp, cp = np.sin(q[1]), np.cos(q[1])
+    zeta = rotation(q)[:, 2].copy()
+    w = angular_velocity(q, rates)
+    out = acceleration[0] * np.array([sp, -cp, 0.0])
+    out += rates[0] * rates[1] * np.array([cp, sp, 0.0])
+    out += acceleration[2] * zeta
+    out[0] += rates[2] * (w[1] * zeta[2] - w[2] * zeta[1])
+    out[1] += rates[2] * (w[2] * zeta[0] - w[0] * zeta[2])
+    out[2] += rates[2] * (w[0] * zeta[1] - w[1] * zeta[0])
+    out[2] += acceleration[1]
+    return out
+
+
+@njit(cache=True)
 def three_points(p, gamma):
     """
     Return the geometry of three-point contact.

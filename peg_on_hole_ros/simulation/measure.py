@@ -6,7 +6,7 @@ from heapq import merge
 import numpy as np
 
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from peg_on_hole_ros.simulation.dynamics import angular_velocity, rotation
+from peg_on_hole_ros.simulation.dynamics import rotation
 from peg_on_hole_ros.simulation.truth import Truth
 
 # Stamp of the first sample: 2026-01-01T00:00:00Z, so that stamps are as long as real ones [ns].
@@ -57,13 +57,8 @@ def sensor_wrench(truth: Truth) -> np.ndarray:
 
 def _point_acceleration(truth, i, arm):
     """Return the acceleration of a point of the peg at `arm` from the mass centre, hole axes."""
-    q, rates, acc = truth.q[i], truth.rates[i], truth.acceleration[i]
-    w = angular_velocity(q, rates)
-    eps = np.array([np.sin(q[1]), -np.cos(q[1]), 0.0])
-    deps = rates[1] * np.array([np.cos(q[1]), np.sin(q[1]), 0.0])
-    zeta = rotation(q)[:, 2]
-    alpha = acc[0] * eps + rates[0] * deps + acc[2] * zeta + rates[2] * np.cross(w, zeta)
-    alpha = alpha + [0.0, 0.0, acc[1]]
+    # Not from the angles: psi and phi of an upright peg have no rates.
+    w, alpha = truth.turning[i]
     return truth.centre[i, 2] + np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))
 
 

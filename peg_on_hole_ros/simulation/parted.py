@@ -19,9 +19,8 @@ from peg_on_hole_ros.simulation.dynamics import angular_velocity, solve6
 from peg_on_hole_ros.simulation.gaps import contact_gaps
 from peg_on_hole_ros.simulation.guided import hole_axes, newton_euler
 from peg_on_hole_ros.simulation.holder import cross, holder_pull, mass_centre
+from peg_on_hole_ros.simulation.plan import CONTACT_STIFFNESS
 
-# Of steel on steel, about [N/m]: 100 N press 1 um in.
-CONTACT_STIFFNESS = 1e8
 # Share of the critical damping of the peg's mass on one contact.
 CONTACT_DAMPING = 0.3
 # A peg this far off the rim has lost more than a contact [m].

@@ -67,17 +67,45 @@ def check_together(plan) -> None:
                 f"simulation.phases.{phase.name}: {phase.kind} does not follow parted; with a "
                 "contact open the simulation ends"
             )
+        if before == "insert" and phase.kind != "insert":
+            raise PegOnHoleError(
+                f"simulation.phases.{phase.name}: {phase.kind} does not follow insert; in the "
+                "hole the simulation ends"
+            )
+        _check_place(phase, plan.configuration.scene.peg_height)
         if phase.load and phase.kind != "two_point":
             raise PegOnHoleError(
                 f"simulation.phases.{phase.name}.load is for two_point; elsewhere the reactions "
                 "come out of the motion"
             )
-        if phase.friction is not None and phase.kind not in ("contact", "two_point"):
+        if phase.friction is not None and phase.kind not in ("contact", "two_point", "insert"):
             raise PegOnHoleError(
-                f"simulation.phases.{phase.name}.friction is for contact and two_point; in "
-                f"{phase.kind} contacts let go: set it in the phase before"
+                f"simulation.phases.{phase.name}.friction is for contact, two_point and insert; "
+                f"in {phase.kind} contacts let go: set it in the phase before"
             )
         before = phase.kind
+
+
+def _check_place(phase, height):
+    where = f"simulation.phases.{phase.name}"
+    if phase.kind != "insert":
+        for name in ("depth", "depth_rate", "place"):
+            if getattr(phase, name):
+                raise PegOnHoleError(
+                    f"{where}.{name} is for insert; in {phase.kind} the peg's place follows from "
+                    "angles and offset"
+                )
+        return
+    if phase.offset is not None:
+        raise PegOnHoleError(
+            f"{where}.offset is not for insert: in the hole state place and depth of the lower "
+            "end's centre"
+        )
+    if phase.depth is not None and not phase.depth < height:
+        raise PegOnHoleError(
+            f"{where}.depth = {phase.depth:g} m is not below scene.peg_height = {height:g} m: "
+            "the whole peg would be in the hole"
+        )
 
 
 def check_motion(plan, knots: np.ndarray, coefficients: np.ndarray) -> None:
@@ -107,7 +135,8 @@ def check_motion(plan, knots: np.ndarray, coefficients: np.ndarray) -> None:
         powers = np.linspace(0, duration, 65)[:, None] ** np.arange(6)
         angles = powers @ pieces[:3].T
         rates = powers[:, :5] @ (pieces[:3, 1:] * np.arange(1, 6)).T
-        if before in (None, "free") and phase.kind != "free" and angles[0, 0] <= gamma0:
+        touches = phase.kind not in ("free", "insert")
+        if before in (None, "free") and touches and angles[0, 0] <= gamma0:
             raise PegOnHoleError(
                 f"{where} begins in contact at gamma = {angles[0, 0]:g} rad, but a peg rests on "
                 f"three contacts above gamma0 = {gamma0:.6g} rad only, which follows from the two "

@@ -17,6 +17,7 @@ from peg_on_hole_ros.simulation.contact_run import Model, contact_samples, run_c
 from peg_on_hole_ros.simulation.dynamics import scene_numbers
 from peg_on_hole_ros.simulation.guided import Guidance, guided_state
 from peg_on_hole_ros.simulation.holder import holder_numbers
+from peg_on_hole_ros.simulation.insertion_phases import insert
 from peg_on_hole_ros.simulation.parted import parted_state, run_parted
 from peg_on_hole_ros.simulation.plan import KINDS, Plan, holder_program
 
@@ -117,6 +118,8 @@ def run_phases(plan: Plan, progress: Callable[[float], None] | None = None) -> R
     while not run.done():
         if plan.phases[run.phase_index(run.t)].kind == "free":
             _free(run)
+        elif plan.phases[run.phase_index(run.t)].kind == "insert":
+            insert(run)
         else:
             _contact(run)
     run.ended_by = run.ended_by or "end"
@@ -261,9 +264,10 @@ def _parted(run):
     plan, limits = run.plan, (run.plan.holder.force_limit, run.plan.holder.torque_limit)
     normal = contact_samples(run.model, np.array([run.t]), run.state[None])[1][0]
     begin, end = run.t, run.knots[-1]
-    state = parted_state(run.model, run.state, normal)
-    result = run_parted(run.model, begin, state, run.until(end), end, limits, plan.rtol)
-    run.blocks.append(parted_block(run.model, result.t, result.states))
+    stiffness = plan.contact_stiffness
+    state = parted_state(run.model, run.state, normal, stiffness)
+    result = run_parted(run.model, begin, state, run.until(end), end, limits, plan.rtol, stiffness)
+    run.blocks.append(parted_block(run.model, result.t, result.states, stiffness))
     run.t = float(result.t[-1]) if len(result.t) else begin
     run.event(f"with that contact open: {PARTED_ENDS[result.ended_by]}")
 

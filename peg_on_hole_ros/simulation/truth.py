@@ -36,8 +36,13 @@ class Truth:
         Rows K, B1, B2, hole axes [m], [N].
     force, moment : ndarray, shape (n, 3)
         Of the holder on the peg at its mass centre, hole axes [N], [N m].
+    turning : ndarray, shape (n, 2, 3)
+        Angular velocity and acceleration, hole axes [rad/s], [rad/s^2].
+    hole_normal, hole_azimuth, hole_slip : ndarray, shape (n, 4)
+        Normal force, place about the hole's axis and slip speed at two places of the rim and two
+        of the peg's lower edge [N], [rad], [m/s]; on three contacts K, none, B1, B2.
     mode : ndarray of str, shape (n,)
-        `three_point`, `two_point`, `open`, `unknown`.
+        `three_point`, `two_point`, `one_point`, `line`, `open`, `unknown`.
     phase : ndarray of str, shape (n,)
     ended_by : str
         `transition`, `jammed`, `end`, or what stopped the simulation.
@@ -61,10 +66,26 @@ class Truth:
     contact_force: np.ndarray
     force: np.ndarray
     moment: np.ndarray
+    turning: np.ndarray
+    hole_normal: np.ndarray
+    hole_azimuth: np.ndarray
+    hole_slip: np.ndarray
     mode: np.ndarray
     phase: np.ndarray
     ended_by: str
     events: tuple[tuple[int, str], ...]
+
+    @property
+    def place(self) -> np.ndarray:
+        """Place x, y and depth below the rim of the lower end's centre, shape (n, 3) [m]."""
+        return self.position * [1.0, 1.0, -1.0]
+
+    @property
+    def place_rate(self) -> np.ndarray:
+        """How fast `place` changes, shape (n, 3) [m/s]."""
+        lever = self.position - self.centre[:, 0]
+        velocity = self.centre[:, 1] + np.cross(self.turning[:, 0], lever)
+        return velocity * [1.0, 1.0, -1.0]
 
 
 def integrate(plan: Plan, progress: Callable[[float], None] | None = None) -> Truth:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plans import Drawn, foreseen, simulated
 
 import rigid_body_oracle as oracle
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -17,7 +18,6 @@ from peg_on_hole_ros.mechanics.planning.steady import steady_loads
 from peg_on_hole_ros.mechanics.planning.words import advice, as_data, in_words
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging
-from plans import Drawn, foreseen, simulated
 
 SCENE, CELL = Scene(friction_stddev=0.03), Cell()
 LIMITS = (200.0, 200.0, 200.0)

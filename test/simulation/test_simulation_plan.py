@@ -184,7 +184,7 @@ def test_sample_files_state_the_papers_scene(name):
     assert read_parameters(ROOT / "config" / f"{name}.yaml")["wrench.force_stddev"] == 0.2
 
 
-@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("name", (*SAMPLES, "insertion"))
 def test_ros_takes_the_sample_files(name):
     rclpy = pytest.importorskip("rclpy")
     context = rclpy.Context()

@@ -316,7 +316,7 @@ def test_friction_jumps_where_a_phase_says_so():
 
 def test_friction_of_a_phase_that_lets_go_is_refused():
     phases = {"leave": {"kind": "lift_off", "duration": 0.1, "friction": 0.3}}
-    with pytest.raises(PegOnHoleError, match="phases.leave.friction is for contact and two_point"):
+    with pytest.raises(PegOnHoleError, match="phases.leave.friction is for contact, two_point"):
         contact_plan([0.2, 0, 0], [0, 0, 1.0], [0, 0, -1e-3], phases=phases)
 
 

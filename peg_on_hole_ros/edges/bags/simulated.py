@@ -13,10 +13,16 @@ from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
 from peg_on_hole_ros.edges.messages.plain import header, xyz
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
+from peg_on_hole_ros.simulation.hole_steps import STEP
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from peg_on_hole_ros.simulation.truth import Truth
 
 SENSOR_FRAME = "sensor"
+# Of a peg that is inserted: where its lower end's centre is, and every place where it touches.
+PLACE_TOPIC = "/truth/place"
+HOLE_CONTACTS_TOPIC = "/truth/hole_contacts"
+PLACE = ("x", "y", "depth")
+HOLE_CONTACTS = ("rim_1", "rim_2", "edge_1", "edge_2")
 SIMULATION_METADATA = "peg_on_hole_simulation"
 
 
@@ -49,6 +55,8 @@ def write_bag(
     """
     plan = truth.plan
     topics = plan.configuration.topics
+    inserts = any(phase.kind == "insert" for phase in plan.phases)
+    place, place_rate = truth.place, truth.place_rate
     metadata = {SIMULATION_METADATA: _metadata(truth, plan.seed if seed is None else seed)}
     with BagWriter(path, plan.configuration, metadata) as bag:
         rows, mode = iter(range(len(truth.t_ns))), None
@@ -65,6 +73,10 @@ def write_bag(
             bag.write(STATE_TOPIC, JOINT_STATE, _state(truth, i, t_ns), t_ns)
             if truth.known[i]:
                 bag.write(CONTACTS_TOPIC, JOINT_STATE, _contacts(truth, i, t_ns), t_ns)
+            if inserts:
+                where = joint_state(t_ns, PLACE, place[i], place_rate[i])
+                bag.write(PLACE_TOPIC, JOINT_STATE, where, t_ns)
+                bag.write(HOLE_CONTACTS_TOPIC, JOINT_STATE, _touching(truth, i, t_ns), t_ns)
             if truth.mode[i] != mode:
                 mode = truth.mode[i]
                 bag.write(MODE_TOPIC, STRING, {"data": str(mode)}, t_ns)
@@ -82,10 +94,19 @@ def _contacts(truth, i, t_ns):
     return joint_state(t_ns, CONTACTS, truth.closed[i], truth.slip_speed[i], truth.normal[i])
 
 
+def _touching(truth, i, t_ns):
+    azimuth, slip, normal = (
+        values[i] for values in (truth.hole_azimuth, truth.hole_slip, truth.hole_normal)
+    )
+    return joint_state(t_ns, HOLE_CONTACTS, azimuth, slip, normal)
+
+
 def _phase(phase):
     tree = asdict(phase)
-    # Without a jump there is nothing to say, and older bags say nothing.
-    return tree if phase.friction is not None else {k: tree[k] for k in tree if k != "friction"}
+    # Without a jump or a place there is nothing to say, and older bags say nothing.
+    silent = [] if phase.friction is not None else ["friction"]
+    silent += [] if phase.kind == "insert" else ["depth", "depth_rate", "place"]
+    return {k: tree[k] for k in tree if k not in silent}
 
 
 def _metadata(truth, seed):
@@ -107,5 +128,11 @@ def _metadata(truth, seed):
         "integrator": (
             f"Radau IIA of order 5, rtol {plan.rtol:g}; friction regularised at "
             f"{plan.slip_velocity_scale:g} m/s"
+            + (
+                f"; in the hole TR-BDF2, steps of at most {STEP:g} s, contacts of "
+                f"{plan.contact_stiffness:g} N/m with dry friction"
+                if any(phase.kind == "insert" for phase in plan.phases)
+                else ""
+            )
         ),
     }

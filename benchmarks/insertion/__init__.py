@@ -1,0 +1,1 @@
+"""Drawn insertions down the hole, and another engine's."""

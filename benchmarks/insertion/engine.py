@@ -1,0 +1,91 @@
+"""
+Insertions of the simulation against MuJoCo's, under the same holder and program.
+
+    python -m benchmarks.insertion.engine
+
+reads `data/mujoco_insertions.npz` (see `mujoco_traces.py`), simulates the same, and prints how
+far apart both are: tilt, depth, loads on rim and edge.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.insertion.programs import PROGRAMS, plan_of
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.simulation.truth import integrate
+
+TRACES = Path(__file__).parent / "data" / "mujoco_insertions.npz"
+# The engine's peg taps on its contacts at the begin, until this [s].
+AFTER = 0.05
+
+
+def engine_rows(name: str, scene: Scene) -> dict[str, np.ndarray]:
+    """Return t [s], tilt [rad], depth [m], force (n, 3), rim and edge [N] of a trace."""
+    with np.load(TRACES) as stored:
+        pose, load = stored[f"pose_{name}"], stored[f"load_{name}"].astype(float)
+    R = pose[:, 3:].reshape(-1, 3, 3)
+    return {
+        "t": 0.002 * np.arange(1, len(pose) + 1),
+        "tilt": np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2]),
+        "depth": scene.mass_center_height * R[:, 2, 2] - pose[:, 2],
+        "force": load[:, :3],
+        "rim": load[:, 6],
+        "edge": load[:, 7],
+    }
+
+
+def own_rows(plan) -> dict[str, np.ndarray]:
+    """Return the same of the simulation: loads are means over the 2 ms before."""
+    truth = integrate(plan)
+
+    def mean(values):
+        return (values[0:-2:2] / 2 + values[1:-1:2] + values[2::2] / 2) / 2
+
+    return {
+        "t": truth.t_ns[2::2] * 1e-9,
+        "tilt": truth.q[2::2, 0],
+        "depth": truth.place[2::2, 2],
+        "force": mean(truth.force),
+        "rim": mean(truth.normal[:, 0]),
+        "edge": mean(truth.normal[:, 1:].sum(axis=1)),
+    }
+
+
+def differences(name: str, plan) -> dict[str, float]:
+    """
+    Return how far both are apart after AFTER.
+
+    Largest of tilt [rad] and depth [m]; root mean square of rim and edge, and the mean of their
+    difference, over their mean.
+
+    """
+    theirs, own = engine_rows(name, plan.configuration.scene), own_rows(plan)
+    rows = theirs["t"] > AFTER
+    found = {
+        what: float(np.abs(theirs[what] - own[what])[rows].max()) for what in ("tilt", "depth")
+    }
+    for what in ("rim", "edge"):
+        off = theirs[what][rows] - own[what][rows]
+        mean = own[what][rows].mean()
+        found[what] = float(np.sqrt((off**2).mean()) / mean)
+        found[f"{what}_mean"] = float(off.mean() / mean)
+    return found
+
+
+def main():
+    """Print the table."""
+    for name in PROGRAMS:
+        found = differences(name, plan_of(name))
+        loads = ", ".join(
+            f"{what} {found[what]:.1%} rms, {found[f'{what}_mean']:+.1%}"
+            for what in ("rim", "edge")
+        )
+        print(
+            f"{name:9} tilt {found['tilt'] * 1e6:.0f} urad, depth {found['depth'] * 1e6:.0f} um, "
+            f"{loads}"
+        )
+
+
+if __name__ == "__main__":
+    main()

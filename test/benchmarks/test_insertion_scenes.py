@@ -1,0 +1,58 @@
+"""Drawn insertions: that they are what their labels say, and that another engine agrees."""
+
+import numpy as np
+import pytest
+
+from benchmarks.insertion import engine as insertion_engine
+from benchmarks.insertion import programs as insertion_programs
+from benchmarks.insertion.labels import PUSHED, labels_of
+from benchmarks.insertion.scenes import FAMILIES, Case, cases, plan_of
+from peg_on_hole_ros.simulation.truth import integrate
+
+pytestmark = pytest.mark.xdist_group("simulation")
+
+
+def test_cases_are_three_hundred_and_drawn_again_the_same():
+    chosen = cases()
+    assert len(chosen) == 300 == len(set(map(str, chosen)))
+    assert {case.family for case in chosen} == set(FAMILIES)
+    again = Case("freed", 3)
+    assert plan_of(again) == plan_of(again) != plan_of(again._replace(set="tuning"))
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_normal_insertion_is_never_stuck(number):
+    truth = integrate(plan_of(Case("normal", number)))
+    labels = labels_of(truth)
+    assert labels.events == () and not labels.stuck.any()
+    assert truth.place[-1, 2] > truth.plan.configuration.scene.hole_diameter
+    assert labels.transition == pytest.approx(truth.events[0][0] * 1e-9, abs=2e-3)
+
+
+@pytest.mark.parametrize("family, cause", [("jammed", "jammed"), ("wedged", "wedged")])
+def test_a_stuck_peg_is_pushed_and_rests(family, cause):
+    truth = integrate(plan_of(Case(family, 0)))
+    labels = labels_of(truth)
+    assert [event.cause for event in labels.events] == [cause]
+    rows = np.flatnonzero(labels.stuck)
+    assert len(rows) > 200 and labels.push[rows].min() > PUSHED
+    assert np.ptp(truth.place[rows, 2]) < 5e-5 * len(rows) * 1e-3
+    assert not labels.events[0].freed
+
+
+def test_a_freed_peg_goes_on():
+    truth = integrate(plan_of(Case("freed", 1)))
+    events = labels_of(truth).events
+    assert events and events[0].freed
+    stuck_at = np.interp(events[0].end, truth.t_ns * 1e-9, truth.place[:, 2])
+    assert truth.place[-1, 2] > stuck_at + 1e-3
+
+
+@pytest.mark.parametrize("name", insertion_programs.PROGRAMS)
+def test_another_engine_agrees(name):
+    """Its contacts vibrate while they slide: means are compared closely, rms values loosely."""
+    found = insertion_engine.differences(name, insertion_programs.plan_of(name))
+    assert found["tilt"] < 5e-5 and found["depth"] < 4e-5
+    for what in ("rim", "edge"):
+        assert abs(found[f"{what}_mean"]) < 0.01
+        assert found[what] < 0.06
