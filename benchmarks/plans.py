@@ -16,8 +16,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scenes_setting import Draw
 
+from benchmarks.scenes.setting import Draw
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion
 from peg_on_hole_ros.mechanics.scene import Scene

@@ -15,10 +15,9 @@ from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
 
-from scenes_setting import Draw
-
 from benchmarks.insertion.families import FAMILY, LEAD_IN
 from benchmarks.insertion.labels import labels_of
+from benchmarks.scenes.setting import Draw
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.simulation.plan import Plan, plan_from_tree
 from peg_on_hole_ros.simulation.truth import integrate

@@ -431,7 +431,7 @@ def test_goes_on_with_what_it_has(ran, monkeypatch):
     (path, *_) = sorted((folder / "runs").glob("tipped*_matched.json"))
     path.write_text(path.read_text()[:50])
     assert kept(path, {}) is None
-    monkeypatch.setattr("scenes_play.integrate", None)
+    monkeypatch.setattr("benchmarks.scenes.play.integrate", None)
     assert scenes.run(chosen, scenes.VARIANTS, folder, 1, told.append) == found
 
 

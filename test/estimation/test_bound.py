@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
+from measured import recorded
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.bound import (
     Meaning,
@@ -20,7 +21,7 @@ from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.options import WrenchInput
-from peg_on_hole_ros.study.scenes import first_samples, recorded, true_wrench
+from peg_on_hole_ros.study.scenes import first_samples, true_wrench
 from simulated import truth
 
 SCALE, STEP, STDDEV, RATE_STDDEV = 1e-5, 1e-3, 1e-4, 1.0

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plans import Drawn, foreseen, simulated
 
 import rigid_body_oracle as oracle
+from benchmarks.plans import Drawn, foreseen, simulated
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.motion import motion_of

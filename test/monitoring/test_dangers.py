@@ -62,7 +62,6 @@ def test_plain_geometry_loses_b_at_gamma0():
     assert abs(plain / exact - 1) > 1e-4
 
 
-@pytest.mark.parametrize("method", ["explicit Euler", "RK4", "linearly implicit Euler", "ROS3P"])
 def test_at_the_singular_set_the_six_equations_say_nothing_of_the_reactions():
     scene = Scene(friction_stddev=0.0)
     noise = WrenchReduction(WrenchInput(), scene).covariance
