@@ -2,7 +2,7 @@
 Simulate insertions in MuJoCo: another engine's contacts in the hole, under the same holder.
 
     pip install mujoco numpy
-    python -m benchmarks.insertion.mujoco_traces benchmarks/insertion/data/mujoco_insertions.npz [--only NAME]
+    python -m benchmarks.insertion.mujoco_traces OUT.npz [--only NAME]
 
 made the traces that `insertion_engine.py` and the tests read (MuJoCo 4.0.0); each takes some
 minutes on a core. Contacts are those of `mujoco_peg.py`: the rim is 1440 boxes, here as deep as
