@@ -92,7 +92,8 @@ def test_a_place_is_what_is_simulated():
     assert scene.hole_diameter == 0.02 and scene.friction == 0.3
     assert scene.hole_diameter - scene.peg_diameter == pytest.approx(4e-5)
     assert plan.configuration.wrench.sensor_xyz == (0.0, 0.0, 0.1)
-    assert -truth.rates[20, 0] == pytest.approx(0.16, rel=0.1)
+    # At the begin; the holder gives, and slows down from there on.
+    assert -truth.rates[0, 0] == pytest.approx(0.16, rel=0.02)
     # A peg that the rim cannot hold from the begin on.
     assert truth_at(Place(speed=30.0), Configuration()) is None
 
