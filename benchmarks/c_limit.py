@@ -14,12 +14,12 @@ from pathlib import Path
 from time import thread_time
 
 import numpy as np
+from peg_on_hole_ros.study.step_loop import run_steps
 
 from kernel_step import ROOT, SAMPLE, Bench
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.c_code import limit as c_limit
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.study.step_loop import run_steps
 
 LARGEST_RATIO = 2.5
 # Other orders of rounding over a bag's steps, through corrections that amplify it.

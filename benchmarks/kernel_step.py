@@ -19,14 +19,14 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.kernel import correction, prediction
 from peg_on_hole_ros.estimation.kernel.cycle import correct_and_follow
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, R
 from peg_on_hole_ros.estimation.kernel.reactions import react
+
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline

@@ -15,9 +15,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from peg_on_hole_ros.ladder.rungs import DYNAMIC, RUNGS
 
 from ladder_run import score
-from peg_on_hole_ros.ladder.rungs import DYNAMIC, RUNGS
 from resumable import keep, kept, sources_key, work_through
 
 HERE = Path(__file__).parent

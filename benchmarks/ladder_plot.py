@@ -7,7 +7,6 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, RUNGS
 
 # Okabe and Ito's colours, told apart by colour-blind eyes.

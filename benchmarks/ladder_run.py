@@ -3,8 +3,6 @@
 from time import perf_counter
 
 import numpy as np
-
-from ladder_scenes import SCALE, Drawn, draw
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.model import choose_at, predict_at_constant_rates, react_by
 from peg_on_hole_ros.estimation.kernel import correction
@@ -19,6 +17,8 @@ from peg_on_hole_ros.estimation.kernel.reactions import react
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.ladder.choice import answer_by_choice, new_choice, tally
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC, RUNGS, answer
+
+from ladder_scenes import SCALE, Drawn, draw
 from peg_on_hole_ros.mechanics.kernel import WIDTH, compiled, workspace
 from peg_on_hole_ros.options import FilterOptions, WrenchInput
 

@@ -3,9 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
+from peg_on_hole_ros.ladder import reference
+from peg_on_hole_ros.study.steps import ROS3P, SCRATCH, advance
 from scipy.interpolate import CubicSpline
 
-from peg_on_hole_ros.ladder import reference
 from peg_on_hole_ros.mechanics.kernel import (
     SceneScalars,
     accelerate,
@@ -16,7 +17,6 @@ from peg_on_hole_ros.mechanics.kernel import (
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.problems import balancing_wrench
-from peg_on_hole_ros.study.steps import ROS3P, SCRATCH, advance
 
 INTERVAL = 1e-3
 SAMPLES = 250

@@ -18,9 +18,6 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.kernel import correction
 from peg_on_hole_ros.estimation.kernel.cycle import (
     follow_innovation,
@@ -30,6 +27,9 @@ from peg_on_hole_ros.estimation.kernel.cycle import (
 from peg_on_hole_ros.estimation.kernel.held_wrench import hold_wrench
 from peg_on_hole_ros.estimation.kernel.memory import CROSS, INTERVAL, SPREAD, R, X, Z
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
+
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.mechanics.kernel import compiled
 from side_by_side import bag_steps, filters
 

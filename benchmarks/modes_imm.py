@@ -20,11 +20,11 @@ from time import process_time
 
 import numpy as np
 from filterpy.kalman import IMMEstimator
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.monitoring.carried import carried_load, new_means
 from peg_on_hole_ros.monitoring.contacts import below, load_evidence
 from peg_on_hole_ros.pipeline import Pipeline

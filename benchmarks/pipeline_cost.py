@@ -23,11 +23,11 @@ from time import perf_counter, process_time
 from unittest.mock import patch
 
 import numpy as np
+from peg_on_hole_ros.estimation.filters import contact
+from peg_on_hole_ros.estimation.kernel import correction, description, prediction
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation.filters import contact
-from peg_on_hole_ros.estimation.kernel import correction, description, prediction
 from peg_on_hole_ros.monitoring import assessment
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline

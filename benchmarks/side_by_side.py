@@ -8,16 +8,16 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
 from peg_on_hole_ros.estimation.kernel.memory import part
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.estimation.reference.offsets import OffsetReference
+
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import JointSample
 

@@ -1,8 +1,8 @@
 """A contact filter under way, and a wrench that presses the peg on all contacts."""
 
 import numpy as np
-
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+
 from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.ladder import choice, domain, reference, rungs
 from scipy.interpolate import CubicSpline
 
 import ladder
 from ladder_run import score
 from ladder_scenes import INTERVAL, SAMPLES, draw
-from peg_on_hole_ros.ladder import choice, domain, reference, rungs
 from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.problems import Problem, balancing_wrench, by_scipy

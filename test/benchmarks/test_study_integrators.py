@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.study.steps import METHODS
 
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import problems, regularisation
-from peg_on_hole_ros.study.steps import METHODS
 
 SCENE = Scene()
 STATE = np.array([0.3, 0.1, 0.2, -0.3, 0.2, 2.0])

@@ -7,6 +7,7 @@ import re
 from html.parser import HTMLParser
 
 import pytest
+from peg_on_hole_ros.edges.contact_steps import told
 
 from cli_helpers import ROOT, SCHEMA, config, fails
 from json_schema import check
@@ -18,7 +19,6 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import write_parameters
-from peg_on_hole_ros.edges.contact_steps import told
 from peg_on_hole_ros.edges.messages.output import STRING, joint_state
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.simulation.truth import integrate

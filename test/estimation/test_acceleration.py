@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, first_samples, truth_of, with_noise
-from grid_score import Meaning, bound_of, run_seeds
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.kernel.acceleration import (
     CHANGED,
@@ -15,8 +12,11 @@ from peg_on_hole_ros.estimation.kernel.acceleration import (
     follow_acceleration,
 )
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
-from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.reference.acceleration import FollowedAcceleration
+
+from grid_cells import Motion, first_samples, truth_of, with_noise
+from grid_score import Meaning, bound_of, run_seeds
+from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.options import FilterOptions
 from sliding_filter import SCENE, WRENCH_NOISE, balanced, sliding
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.kernel.forces import contact_forces
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.ladder.rungs import QUASI_STATIC
+
 from peg_on_hole_ros.mechanics.kernel import scene_of
 from peg_on_hole_ros.options import FilterOptions
 from sliding_filter import SCENE, WRENCH_NOISE

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
-
-from bias_in_air import cycle
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.kernel.bias_in_air import LONGEST, READINGS, SPEED
 from peg_on_hole_ros.estimation.kernel.memory import part
+from scipy.stats import chi2
+
+from bias_in_air import cycle
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration

@@ -6,8 +6,6 @@ from itertools import takewhile
 
 import numpy as np
 import pytest
-
-from grid_cells import SMALLEST, Motion, truth_of
 from peg_on_hole_ros.estimation.filters.flow import joint_estimate
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.outcomes import Prediction
@@ -15,6 +13,8 @@ from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.kernel.friction_doubt import SURPRISED
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.kernel.parameters import TOLD_AT, TOLD_IN_A_SECOND
+
+from grid_cells import SMALLEST, Motion, truth_of
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.assessment import Assessment
 from peg_on_hole_ros.options import FilterOptions

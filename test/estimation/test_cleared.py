@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.kernel import memory
 from peg_on_hole_ros.estimation.kernel.memory import CLEARED, part
+
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from side_by_side import bag_steps
 from simulated import ROOT

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-import grid_score
-from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters import contact
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Prediction
 from peg_on_hole_ros.estimation.kernel.constant_rates import correct_beside, take_beside
 from peg_on_hole_ros.estimation.kernel.cycle import KEPT
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.reference.bridging import ConstantRates
+
+import grid_score
+from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
 

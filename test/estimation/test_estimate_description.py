@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.kernel.memory import part
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.mechanics.geometry import (
     contact_geometry,
     contact_points,

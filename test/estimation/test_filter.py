@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS, make_filter
 from peg_on_hole_ros.estimation.kernel import prediction
@@ -13,9 +11,11 @@ from peg_on_hole_ros.estimation.kernel.held_wrench import JUMP_LIMIT
 from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.kernel.parameters import BENT
 from peg_on_hole_ros.estimation.kernel.reactions import react
-from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED, FAILED, implicit_euler
 from peg_on_hole_ros.estimation.steps.second_order import SHARE, sdirk2
+from scipy.integrate import solve_ivp
+
+from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
 from peg_on_hole_ros.options import FilterOptions
 from sliding_filter import PLAIN, SCENE, WRENCH_NOISE, P, balanced, sliding

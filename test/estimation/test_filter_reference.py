@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, truth_of, with_noise
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
 from peg_on_hole_ros.estimation.kernel.parameters import ALONG_RIDGE
 from peg_on_hole_ros.estimation.reference import kalman
 from peg_on_hole_ros.estimation.reference.kalman import ReferenceFilter
 from peg_on_hole_ros.estimation.reference.steps import DIAMETER, FRICTION
+
+from grid_cells import Motion, truth_of, with_noise
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study import scenes
 from pegs import closing

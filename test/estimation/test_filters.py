@@ -5,12 +5,12 @@ from itertools import takewhile
 
 import numpy as np
 import pytest
-
-from late_samples import ordered, shuffled
-from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.filters.contact import Correction, Prediction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+
+from late_samples import ordered, shuffled
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample

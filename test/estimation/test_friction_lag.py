@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters import contact
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.methods import make_filter
 from peg_on_hole_ros.estimation.kernel.acceleration import follow_acceleration
 from peg_on_hole_ros.estimation.kernel.friction_lag import LAGS, follow_friction
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
-from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.estimation.reference.friction import FrictionLag
+
+from grid_cells import Motion, truth_of, with_noise
+from peg_on_hole_ros.estimation.measurement import angle_covariance
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
 from sliding_filter import PLAIN, SCENE, WRENCH_NOISE, balanced

@@ -5,15 +5,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
+from peg_on_hole_ros.estimation.kernel.parameters import learning_shares
 from scipy.stats import chi2
 
 from grid_cells import SMALLEST, truth_of
 from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
-from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
-from peg_on_hole_ros.estimation.kernel.parameters import learning_shares
 from peg_on_hole_ros.estimation.watches import (
     DRIFTS,
     TOO_LARGE,

@@ -5,8 +5,8 @@ import sys
 
 import numpy as np
 import pytest
-
 from peg_on_hole_ros.estimation.reference.steps import with_parameters
+
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import friction_cubic, six_equations
 from peg_on_hole_ros.mechanics.scene import Scene

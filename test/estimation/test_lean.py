@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-
-from engine_traces import trace
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.kernel.lean import (
     AS_STATED,
@@ -16,6 +14,8 @@ from peg_on_hole_ros.estimation.kernel.lean import (
     follow_steps,
 )
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, STEPS_LEAN, part
+
+from engine_traces import trace
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample

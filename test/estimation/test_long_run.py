@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.kernel.memory import SIZE, Z
 
 import long_run
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation.kernel.memory import SIZE, Z
 from simulated import ROOT, SAMPLES
 
 

@@ -5,11 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.model import MODELS
 from peg_on_hole_ros.ladder.rungs import DYNAMIC, QUASI_STATIC
+
+from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.simulation.measure import measure

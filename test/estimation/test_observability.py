@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.configuration import from_parameters
@@ -15,7 +16,6 @@ from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.edges.messages.output import STRING
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.identification.observability import (
     NAMES,
     ObservingFilter,

@@ -4,6 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
+from peg_on_hole_ros.estimation.filters.methods import make_filter
+from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
+from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
+from peg_on_hole_ros.estimation.kernel.friction_lag import WANDERS_BESIDE
+from peg_on_hole_ros.estimation.kernel.memory import part
 from scipy.stats import chi2
 
 import offsets_learnt
@@ -13,12 +19,6 @@ from offsets_learnt import Stated
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
-from peg_on_hole_ros.estimation.filters.methods import make_filter
-from peg_on_hole_ros.estimation.filters.offset import OffsetFilter
-from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
-from peg_on_hole_ros.estimation.kernel.friction_lag import WANDERS_BESIDE
-from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angles_of, tilt_axes
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.methods import FILTERS
+from peg_on_hole_ros.estimation.filters.outcomes import Correction
 
 from grid_cells import Motion, first_samples, truth_of, with_noise
 from grid_score import run_seeds
-from peg_on_hole_ros.estimation.filters.methods import FILTERS
-from peg_on_hole_ros.estimation.filters.outcomes import Correction
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample

@@ -6,8 +6,6 @@ from math import exp
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters import rivals
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.outcomes import Correction, Prediction, Reactions
@@ -23,6 +21,8 @@ from peg_on_hole_ros.estimation.filters.rivals import (
 from peg_on_hole_ros.estimation.filters.smoother import SmoothingFilter
 from peg_on_hole_ros.estimation.kernel import friction_doubt
 from peg_on_hole_ros.estimation.steps.choice import LONG_STEP
+
+from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample

@@ -4,14 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-
-from grid_cells import Motion, truth_of, with_noise
-from grid_score import peg_wrench, run_seeds
 from peg_on_hole_ros.estimation.filters.outcomes import Prediction
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, part
 from peg_on_hole_ros.estimation.kernel.runaway import FASTEST_GROWTH, runs_away
 from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
+from scipy.integrate import solve_ivp
+
+from grid_cells import Motion, truth_of, with_noise
+from grid_score import peg_wrench, run_seeds
 from peg_on_hole_ros.mechanics.kernel import scene_of, scene_scalars
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure

@@ -5,11 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.reference.steps import with_parameters
 from test_kernel import SCALES, random_case
 
 from grid_cells import Motion, truth_of, with_noise
 from grid_score import NEAR_SINGULAR, SETTLE_NS, bound_of, drawn, run_seeds
-from peg_on_hole_ros.estimation.reference.steps import with_parameters
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.pipeline import Pipeline

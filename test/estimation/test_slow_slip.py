@@ -5,9 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, truth_of, with_noise
-from grid_score import score_cell
 from peg_on_hole_ros.estimation.filters.contact import Prediction
 from peg_on_hole_ros.estimation.filters.methods import FILTERS
 from peg_on_hole_ros.estimation.filters.outcomes import NO_STEP
@@ -40,6 +37,9 @@ from peg_on_hole_ros.estimation.kernel.slip import (
 )
 from peg_on_hole_ros.estimation.kernel.slow_friction import UNSURE, answers_to_friction
 from peg_on_hole_ros.estimation.reference.steps import solve_with_slopes
+
+from grid_cells import Motion, truth_of, with_noise
+from grid_score import score_cell
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
     WIDTH,

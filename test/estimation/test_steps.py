@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction, Prediction
 from peg_on_hole_ros.estimation.kernel.bridging import TILT_WALK
 from peg_on_hole_ros.estimation.kernel.friction_doubt import LEARNT_WRONG
@@ -13,6 +11,8 @@ from peg_on_hole_ros.estimation.kernel.memory import part
 from peg_on_hole_ros.estimation.steps.choice import INTEGRATORS, LONG_STEP, step_error, take_step
 from peg_on_hole_ros.estimation.steps.implicit_euler import CONVERGED
 from peg_on_hole_ros.estimation.steps.second_order import SHARE
+from scipy.integrate import solve_ivp
+
 from peg_on_hole_ros.mechanics.kernel import WIDTH, accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions

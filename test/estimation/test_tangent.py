@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters.outcomes import Prediction
 from peg_on_hole_ros.estimation.kernel.memory import SIZE, X, Z, part
 from peg_on_hole_ros.estimation.kernel.prediction import SELECTED
@@ -19,6 +17,8 @@ from peg_on_hole_ros.estimation.kernel.tangent import (
 )
 from peg_on_hole_ros.estimation.reference.acceleration import MeanRates
 from peg_on_hole_ros.estimation.reference.steps import implicit_euler_tangent
+
+from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.mechanics.kernel import scene_scalars, workspace
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench

@@ -9,10 +9,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from consistency import residuals
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter, Correction
 from peg_on_hole_ros.estimation.kernel import prediction
+
+from consistency import residuals
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, angle_covariance
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
 from peg_on_hole_ros.mechanics.reference import Outcome, solve_contact

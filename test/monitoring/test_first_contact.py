@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-
-from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.filters.square_root import SquareRootFilter
+from peg_on_hole_ros.monitoring.first_contact import SETTLED, FirstContact
+
+from grid_cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitoring.first_contact import SETTLED, FirstContact
 from peg_on_hole_ros.options import FilterOptions
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import measure

@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging

@@ -7,14 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from peg_on_hole_ros.estimation.filters.contact import ContactFilter
+from peg_on_hole_ros.estimation.kernel import memory
 from scipy.spatial.transform import Rotation
 
 from grid_cells import Motion, truth_of, with_noise
 from late_samples import ordered
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.estimation.filters.contact import ContactFilter
 from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.kernel import memory
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import contacts
 from peg_on_hole_ros.monitoring.carried import LIFT, SIZE, carried_load, new_means

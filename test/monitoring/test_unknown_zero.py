@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from peg_on_hole_ros.estimation.filters.methods import make_filter
+
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.monitoring.carried import unknown_load
 from peg_on_hole_ros.options import Configuration

@@ -5,6 +5,7 @@ import re
 from collections import Counter
 
 import pytest
+from peg_on_hole_ros.estimation.filters.offset import NAMES as OFFSETS
 
 from inputs import closing
 from peg_on_hole_ros import pipeline, processing
@@ -14,7 +15,6 @@ from peg_on_hole_ros.edges.messages import decode, stream
 from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.estimation import measurement, orientation
-from peg_on_hole_ros.estimation.filters.offset import NAMES as OFFSETS
 from peg_on_hole_ros.parameter_table import PARAMETERS
 from simulated import ROOT
 
