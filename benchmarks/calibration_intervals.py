@@ -4,7 +4,7 @@ How often the 95 % intervals of `calibrate` hold the truth, over drawn cells and
     python benchmarks/calibration_intervals.py [--runs 50] [--seed 1]
 
 Each run draws what a cell is (bias, delay, noise) and a start that is off it in all that is
-searched for, simulates a recording of one of three motions, and calibrates. Ten seconds a run.
+searched for, simulates a recording of one of three motions, and calibrates: ten seconds each.
 """
 
 import argparse
@@ -90,7 +90,7 @@ def drawn(truth, seed):
 
 
 def main():
-    """Print how many intervals hold the truth, are seen, and how wide they are."""
+    """Print of each quantity how many intervals hold the truth, and how wide they are."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--runs", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)

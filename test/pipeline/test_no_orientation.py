@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from late_samples import MS, ordered, pipeline, play
+from late_samples import MS, ordered, pipeline
 from peg_on_hole_ros.monitoring.alarms import ERROR
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline

@@ -38,7 +38,6 @@ from peg_on_hole_ros.estimation.identification.recording import (
 )
 from peg_on_hole_ros.estimation.identification.scoring import (
     FEW_ITERATIONS,
-    MOST_ITERATIONS,
     Peak,
     Search,
 )
@@ -64,6 +63,10 @@ EXPLAINED, UNEXPLAINED = 4.0, 9.0
 AS_LIKELY = 2.0
 # Of a direction that is not told, what a quantity has to be of its longest part to be named.
 PART = 0.3
+# Of the load, how far off a bias may be in a first guess: a little, and much.
+BIAS_SHARES = 0.05, 0.2
+# Climbs from one start at most, and how much lower a second start may be to be looked at.
+MOST_CLIMBS, NEAR_ENOUGH = 4, 1000.0
 # Runs of a usual calibration, for the progress.
 USUAL = 250
 
@@ -261,14 +264,23 @@ def _with_noise(record, x0, limits):
 
 def _peaks(search: Search, likelihood, start, begin, free, force) -> list[Peak]:
     """Return where the climbs from several starts end, the best first."""
-    starts = [begin, guess(likelihood, start, begin, force)]
-    tried = sorted(((search.at(x), k) for k, x in enumerate(starts)), reverse=True)
-    iterations = MOST_ITERATIONS, FEW_ITERATIONS
-    peaks = [
-        search.climb(starts[k], free, most)
-        for (value, k), most in zip(tried, iterations)
-        if np.isfinite(value)
-    ]
+    starts = [begin, *(guess(likelihood, start, begin, share * force) for share in BIAS_SHARES)]
+    values = [search.at(x) for x in starts]
+    first, second, *_ = np.argsort(values)[::-1]
+    if not np.isfinite(values[first]):
+        return []
+    peaks, x = [], starts[first]
+    for _ in range(MOST_CLIMBS):
+        peak = search.climb(x, free)
+        if peak is None or peak.converged:
+            break
+        # What was open so far may now be told the better.
+        x = max((guess(likelihood, start, peak.x, BIAS_SHARES[0] * force), peak.x), key=search.at)
+    if peak is None:
+        return []
+    peaks = [peak]
+    if values[second] > peak.value - NEAR_ENOUGH:
+        peaks.append(search.climb(starts[second], free, FEW_ITERATIONS))
     return sorted(filter(None, peaks), key=lambda peak: -peak.value)
 
 

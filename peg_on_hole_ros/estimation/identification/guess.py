@@ -17,13 +17,13 @@ from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.options import Configuration
 
-# What is open in the first pass: friction, clearance as a share, bias as a share of the load.
-FRICTION_STDDEV, CLEARANCE_STDDEV, BIAS_SHARE = 0.2, 0.2, 0.2
+# How far off friction may be, and the clearance as a share of itself.
+FRICTION_STDDEV, CLEARANCE_STDDEV = 0.2, 0.2
 # Each pass begins where the one before has ended: slopes taken far off lead only so near.
 PASSES = 2
 
 
-def guess(likelihood: Likelihood, start: Configuration, x, load: float) -> np.ndarray:
+def guess(likelihood: Likelihood, start: Configuration, x, bias: float) -> np.ndarray:
     """
     Return coordinates nearer to what a recording shows, shape (14,); tilt and delay stay.
 
@@ -34,14 +34,14 @@ def guess(likelihood: Likelihood, start: Configuration, x, load: float) -> np.nd
     start : Configuration
     x : ndarray, shape (14,)
         Where to begin.
-    load : float
-        What the rim carries [N].
+    bias : float
+        How far off that of the force may be [N]; that of the couple by as much at the rim.
 
     """
     x = x.copy()
     for _ in range(PASSES):
         configuration = configured(start, x)
-        peg = _open(configuration, load)
+        peg = _open(configuration, bias)
         events, now = likelihood.events(x, configuration), 0.0
         for t, kind, value, R, _ in zip(*events):
             if kind == BEGIN:
@@ -62,9 +62,9 @@ def guess(likelihood: Likelihood, start: Configuration, x, load: float) -> np.nd
     return x
 
 
-def _open(configuration: Configuration, load: float) -> HeldPeg:
+def _open(configuration: Configuration, bias: float) -> HeldPeg:
     scene, wrench = configuration.scene, configuration.wrench
-    clearance, bias = scene.hole_diameter - scene.peg_diameter, BIAS_SHARE * load
+    clearance = scene.hole_diameter - scene.peg_diameter
     scene = replace(
         scene, friction_stddev=FRICTION_STDDEV, clearance_stddev=CLEARANCE_STDDEV * clearance
     )
