@@ -132,8 +132,9 @@ class HeldPeg:
 
     def _keep_learnt(self):
         s = self.state
-        value, variance = s.mean.item(FRICTION), s.covariance.item(FRICTION, FRICTION)
-        self.friction_start = value, sqrt(max(variance, 0.0))
+        # A friction that is known stays as stated, without what rounding makes of it.
+        if self.scene.friction_stddev:
+            self.friction_start = self.friction
         for i in range(OPEN, self._n):
             self._open_mean[i - OPEN] = s.mean[i]
             self._open_stddev[i - OPEN] = sqrt(max(s.covariance[i, i], 0.0))
