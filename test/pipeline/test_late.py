@@ -289,10 +289,10 @@ def test_an_array_that_others_look_at_is_restored_in_place():
 
 
 def test_diagnostics_tell_what_was_lost_from_what_came_late_or_is_usual():
-    usual = {"wrench_late": 3, "joints_late": 2, "went_back": 4, "step_without_direction": 46}
+    usual = {"wrench_late": 3, "joints_late": 2, "went_back": 4}
     report, lines = Diagnostics().report(0, 1, usual | {"joints_dropped_late": 1}, {})
     assert lines == ["joints dropped late: 1 times"]
     diagnostics = Diagnostics()
-    diagnostics.report(0, 1, {"rates_widened": 3}, {})
+    diagnostics.report(0, 1, {"gap": 3}, {})
     # Going back may undo what was counted.
-    assert diagnostics.report(0, 1, {"rates_widened": 2}, {})[1] == []
+    assert diagnostics.report(0, 1, {"gap": 2}, {})[1] == []

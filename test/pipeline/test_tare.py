@@ -13,7 +13,7 @@ from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.replay import replay_bag
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.records import JointSample, WrenchSample
 
 REFUSED = (False, "nothing taken: no wrench and orientation have arrived yet")
 
@@ -71,13 +71,17 @@ def test_a_reset_keeps_a_tare_and_how_well_it_is_known():
 def test_a_tare_takes_no_wrench_from_before_a_long_pause(pause_ms, taken):
     line, samples = pipeline(), ordered(60)
     start = samples[-1].t_ns
+    seen = next(s for s in samples[::-1] if isinstance(s, JointSample))
     play(line, samples)
     for first_ns, force, count in (
         (start + MS, 7.0, 100),
         (start + (100 + pause_ms) * MS, 9.0, 50),
     ):
         stamps = range(first_ns, first_ns + count * MS, MS)
-        play(line, [WrenchSample(t_ns, (0.0, 0.0, force), (0.0, 0.0, 0.0)) for t_ns in stamps])
+        for t_ns in stamps:
+            # A peg that hangs free is seen all the while.
+            line.on_joints(seen._replace(t_ns=t_ns))
+            line.on_wrench(WrenchSample(t_ns, (0.0, 0.0, force), (0.0, 0.0, 0.0)))
     assert line.tare().message.startswith(f"tare over {taken} samples")
 
 
