@@ -30,7 +30,7 @@ STATED = {
     "clearance": [0.1],
     "friction_k": [0.05],
     "bias": [1.0] * 3 + [0.02] * 3,
-    "tilt": [2e-3] * 2,
+    "tilt": [5e-4] * 2,
     "delay": [2e-4],
     "compliance": [2e-7],
 }

@@ -9,7 +9,8 @@ from simulated import truth
 # The first test of a process may have to compile the step.
 pytestmark = pytest.mark.timeout(600)
 # In standard deviations, correlations and weights. filterpy inverts the innovation's covariance,
-# which holds reactions and torques 1e11 apart: that leaves 1e-8 here, and 1e-6 is allowed. A
+# which holds reactions and torques 1e11 apart: that leaves 1e-8 here, and 1e-6 is allowed. (A tilt
+# known to 2 mrad beside orientations of 0.1 mrad would leave 1e-6: it is stated to 0.5 mrad.) A
 # constant that is wrong by a thousandth shows as 1e-3.
 LIMIT = 1e-6
 LEVELS = {"one level": ONE_LEVEL, "three levels": {}, "held": ONE_LEVEL | {"time": (np.inf,)}}

@@ -84,7 +84,7 @@ def accumulate(
         kind, R, q = events.kind[k], events.covariance[k], events.value[k, :3]
         volume = events.volume[k]
         if kind == BEGIN:
-            step.start(s, o, n, q, R, rate_stddev, p.f, 0.0, none, none)
+            step.start(s, scratch, o, at, n, q, R, rate_stddev, p.f, 0.0, none, none)
             now = events.t[k]
             continue
         dt = events.t[k] - now
