@@ -24,7 +24,6 @@ from time import perf_counter, process_time
 from unittest.mock import patch
 
 import numpy as np
-from peg_on_hole_ros.estimation.kernel import description
 
 from benchmarks.bag_steps import bag_samples
 from peg_on_hole_ros.configuration import from_parameters

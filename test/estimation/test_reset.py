@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from peg_on_hole_ros.estimation.filters.outcomes import Correction
 
 from benchmarks.grid.cells import Motion, first_samples, truth_of, with_noise
 from benchmarks.grid.score import run_seeds

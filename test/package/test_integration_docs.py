@@ -5,7 +5,6 @@ import re
 from collections import Counter
 
 import pytest
-from peg_on_hole_ros.estimation.filters.offset import NAMES as OFFSETS
 
 from inputs import closing
 from peg_on_hole_ros import pipeline, processing
