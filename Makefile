@@ -10,9 +10,6 @@ EXTRAS ?= ros,report,urdf,dev
 WORKERS ?= 2
 PYTEST_ARGS ?=
 
-# The package adds a folder for each state of its sources.
-export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
-
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
 .PHONY: run test test-oldest test-other lint format setup clean

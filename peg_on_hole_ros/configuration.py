@@ -14,6 +14,7 @@ from math import isfinite, radians
 from peg_on_hole_ros.errors import PegOnHoleError, slipped
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
+from peg_on_hole_ros.shown import MOST, cut, printable, shown
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
 
@@ -80,15 +81,9 @@ def check(parameters: dict[str, object]) -> dict[str, object]:
     What is of an older version, and has no place any more, counts as not given: `superseded`.
     """
     parameters = _of_this_version(parameters)
-    for name in parameters:
-        if name not in BY_NAME and name not in ROS_NAMES and not name.startswith(_ROS_PREFIX):
-            raise PegOnHoleError(_unknown(name))
-    for name in ROS_NAMES:
-        # ROS 2 logs that it does not take another type, and goes on without it.
-        if type(parameters.get(name, False)) is not bool:
-            value = parameters[name]
-            found = _WORDS.get(type(value), f"a {type(value).__name__}")
-            raise PegOnHoleError(f"{name} = {value!r} is {found}, not a bool: true or false")
+    for name, value in parameters.items():
+        if name not in BY_NAME:
+            check_one(name, value)
     return {row.name: checked(row, parameters.get(row.name, row.default)) for row in PARAMETERS}
 
 
@@ -116,6 +111,21 @@ def _default_method():
     return BY_NAME["filter.method"].default
 
 
+def check_one(name: str, value: object) -> object:
+    """Return the value of a parameter of the table or of ROS 2, or raise with what is wrong."""
+    if name in BY_NAME:
+        return checked(BY_NAME[name], value)
+    if name in ROS_NAMES:
+        # ROS 2 logs that it does not take another type, and goes on without it.
+        if type(value) is not bool:
+            raise PegOnHoleError(
+                f"{name} = {shown(value)} is {_kind(value)}, not a bool: true or false"
+            )
+    elif not name.startswith(_ROS_PREFIX):
+        raise PegOnHoleError(_unknown(name))
+    return value
+
+
 def checked(row: Parameter, value: object) -> object:
     """Return the value of one parameter in its Python type, or raise with what is wrong."""
     kind = row.type.removesuffix("[]")
@@ -128,14 +138,14 @@ def checked(row: Parameter, value: object) -> object:
         return _scalar(row, row.name, kind, value)
     # The names of a group in place of a list would be taken for its items.
     if isinstance(value, (str, bytes, dict, set)) or not hasattr(value, "__len__"):
-        raise PegOnHoleError(f"{row.name} = {value!r} is not {row.type}; {_example(row)}")
+        raise PegOnHoleError(f"{row.name} = {shown(value)} is not {row.type}; {_example(row)}")
     # tolist() of numpy and array.array gives Python's own numbers.
     items = value.tolist() if hasattr(value, "tolist") else list(value)
     if not items:
         raise PegOnHoleError(f"{row.name} = [] is empty; {_example(row)}")
     if kind == "double" and len(items) != len(row.default):
         raise PegOnHoleError(
-            f"{row.name} = {items} has {len(items)} values, not {len(row.default)}; "
+            f"{row.name} = {shown(items)} has {len(items)} values, not {len(row.default)}; "
             f"{_example(row)}"
         )
     return tuple(_scalar(row, f"{row.name}[{i}]", kind, item) for i, item in enumerate(items))
@@ -145,29 +155,46 @@ def _scalar(row, name, kind, value):
     example = _example(row, name != row.name)
     if value is None or name != row.name and value in ("", *_NOTHING):
         raise PegOnHoleError(
-            f"{name} = {'null' if value is None else repr(value)} is empty; {example}"
+            f"{name} = {'null' if value is None else shown(value)} is empty; {example}"
         )
     # bool is an int for Python, not for ROS 2; numpy's numbers are neither.
     if type(value) is not _PYTHON[kind]:
-        found = _WORDS.get(type(value), f"a {type(value).__name__}")
         remedy = example
         if kind == "string" and type(value) in (bool, int, float):
             remedy = "write it within quotes"
         if kind == "double" and type(value) is int:
-            remedy = f"write {float(value)} (ROS 2 does not take an integer for a double)"
+            remedy = f"write {_double(value)} (ROS 2 does not take an integer for a double)"
         raise PegOnHoleError(
-            f"{name} = {value!r} is {found}, not {_WORDS[_PYTHON[kind]]}; {remedy}"
+            f"{name} = {shown(value)} is {_kind(value)}, not {_WORDS[_PYTHON[kind]]}; {remedy}"
         )
     if row.choices and value not in row.choices:
-        raise PegOnHoleError(f"{name} = {value!r} is not one of {', '.join(row.choices)}")
+        raise PegOnHoleError(f"{name} = {shown(value)} is not one of {', '.join(row.choices)}")
     if row.topic and not _TOPIC.fullmatch(value):
-        raise PegOnHoleError(f"{name} = {value!r} is not the name of a topic; {example}")
+        raise PegOnHoleError(f"{name} = {shown(value)} is not the name of a topic; {example}")
     if row.low is not None:
         _within(row, name, value)
     return value
 
 
+def _kind(value):
+    """Return what a value is, in words."""
+    if isinstance(value, dict):
+        return "a group of names"
+    return _WORDS.get(type(value), f"a {type(value).__name__}")
+
+
+def _double(value):
+    """Return an integer as a double is written; a text of its own where none is so large."""
+    try:
+        return shown(float(value))
+    except OverflowError:
+        return "a double"
+
+
 def _within(row, name, value):
+    if type(value) is int:
+        # Of any size, where it did not come through ROS 2.
+        value = float(max(min(value, 1 << 63), -1 << 63))
     if isfinite(value) and row.low <= value <= row.high:
         return
     unit = f" {row.unit}" if row.unit else ""
@@ -187,10 +214,11 @@ def _unknown(name):
     if below:
         return f"{name} is a group of parameters, not one of them; write it as in '{below[0]}'"
     if ":" in name:
-        return f"unknown parameter {name!r}; {spaced(name)}"
+        return f"unknown parameter {shown(name)}; {spaced(name)}"
     if name.rsplit(".", 1)[-1].isdigit():
-        return f"unknown parameter {name!r}; a number has a point, not a comma: 0.2"
+        return f"unknown parameter {shown(name)}; a number has a point, not a comma: 0.2"
     # Words misspelt, or the right words in the wrong group.
+    given, name = name, name[:MOST]
     near = difflib.get_close_matches(name, BY_NAME, n=3, cutoff=0.7)
     last = {row.rsplit(".", 1)[-1]: row for row in BY_NAME}
     for word in difflib.get_close_matches(name.rsplit(".", 1)[-1], last, n=3, cutoff=0.75):
@@ -201,14 +229,15 @@ def _unknown(name):
         near = [row for row in BY_NAME if row.startswith(group)]
     if not near:
         groups = sorted({row.split(".")[0] for row in BY_NAME})
-        return f"unknown parameter {name!r}; there are: {', '.join(groups)}"
-    return f"unknown parameter {name!r}; the nearest are: {', '.join(near)}"
+        return f"unknown parameter {shown(given)}; there are: {', '.join(groups)}"
+    return f"unknown parameter {shown(given)}; the nearest are: {', '.join(near)}"
 
 
 def spaced(text: str) -> str:
     """Return the remedy for a name that has its value in it, since YAML asks for a space."""
     name, _, value = text.partition(":")
-    return f"a colon needs a space behind it: '{name.rsplit('.', 1)[-1]}: {value}'"
+    written = cut(printable(f"{name.rsplit('.', 1)[-1]}: {value}"))
+    return f"a colon needs a space behind it: '{written}'"
 
 
 def uncertain_offsets(configuration: Configuration) -> list[tuple[str, float]]:

@@ -21,6 +21,7 @@ class WrenchInput:
     bias_torque_stddev: float = 0.0
     bias_force_drift: float = 0.0
     bias_torque_drift: float = 0.0
+    tare_in_contact: bool = False
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

@@ -29,6 +29,8 @@ class Parameter:
         One line: what it does, and what goes wrong with a bad value.
     topic : bool
         Whether the text has to be the name of a topic.
+    live : bool
+        Whether a node that is configured takes a new value; else it has to be configured anew.
 
     """
 
@@ -42,7 +44,21 @@ class Parameter:
     effect: str
     topic: bool = False
 
+    @property
+    def live(self) -> bool:
+        """See above."""
+        return self.name in LIVE or self.name.startswith("monitor.") and self.name not in _BUILT
 
+
+# The monitor is built with it or without.
+_BUILT = ("monitor.modes",)
+LIVE = (
+    "wrench.tare_in_contact",
+    "joints.position_stddev",
+    "filter.gate_threshold",
+    "filter.gate_reset_count",
+    "markers_rate",
+)
 _TYPES = {bool: "bool", int: "integer", float: "double", str: "string"}
 
 
@@ -157,6 +173,10 @@ PARAMETERS: tuple[Parameter, ...] = (
         "N m",
         0.0,
         1e3,
+    ),
+    _wrench(
+        "tare_in_contact",
+        "whether a tare is taken though the peg touches or moves: its load then counts as zero",
     ),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),

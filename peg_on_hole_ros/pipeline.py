@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.free_peg import not_free
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.processing import Processor
 from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outputs, WrenchSample
@@ -106,6 +107,7 @@ class Pipeline:
         self._arrival_counts["wrench_dropped_restart"] += self._history.wrenches
         self._arrival_counts["joints_dropped_restart"] += self._history.joints + len(self._waiting)
         self._history.clear()
+        self._told: Outputs | None = None
         self._waiting.clear()
         self._joint_stamps.clear()
         self._recent.clear()
@@ -131,6 +133,12 @@ class Pipeline:
         """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
         if not self._recent or not self.processor.oriented:
             return self.refuse_tare("no wrench and orientation have arrived yet")
+        held = not_free(self._told, self.configuration)
+        if held and not self.configuration.wrench.tare_in_contact:
+            return self.refuse_tare(
+                f"{held}; call again once it hangs free and still (wrench.tare_in_contact takes "
+                "it all the same)"
+            )
         # Wrenches before a tare cannot be processed again after it.
         self._catch_up()
         self._history.clear()
@@ -151,6 +159,27 @@ class Pipeline:
         """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
         self._arrival_counts["tare_refused"] += 1
         return Answer(False, f"nothing taken: {reason}")
+
+    def retune(self, configuration: Configuration, orientation: Callable | None = None) -> None:
+        """
+        Take other settings from here on, of those that a node takes while it is active.
+
+        Parameters
+        ----------
+        configuration : Configuration
+            Differs from the present one in such (`Parameter.live`) alone.
+        orientation : callable, optional
+            As for the class.
+
+        """
+        # Wrenches before it cannot be processed again after it.
+        self._catch_up()
+        self._history.clear()
+        self._leap = None
+        self.configuration = configuration
+        self._orientation = orientation or PegJoints(configuration.joints)
+        self.processor.retune(configuration)
+        self._arrival_counts["settings_changed"] += 1
 
     def on_sample(self, sample: WrenchSample | JointSample) -> Outputs | None:
         """Take a sample of either kind, see `on_wrench` and `on_joints`."""
@@ -257,7 +286,8 @@ class Pipeline:
         unit = Unit(sample, joints, self.processor.snapshot() if wanted else None, now_ns)
         self._leap = _Leap(unit, last_ns) if leaps else None
         self._history.append(unit)
-        return self.processor.process(unit)
+        self._told = self.processor.process(unit)
+        return self._told
 
     def _clock_went_back(self, source: str, t_ns: int, far: bool) -> bool:
         """

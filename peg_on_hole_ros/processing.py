@@ -80,6 +80,12 @@ class Processor:
         self.filter.forget()
         self.assessment = self._new_assessment()
 
+    def retune(self, configuration: Configuration) -> None:
+        """Take other gates and thresholds from here on; estimate, mode, flag and alarms stay."""
+        self.configuration = configuration
+        self.filter.options = configuration.filter
+        self.assessment.retune(configuration.monitor)
+
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
         self.t_ns = measurement.t_ns

@@ -10,11 +10,17 @@ import os
 import tempfile
 
 import pytest
+from hypothesis import settings
 
 from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
 
 os.environ.update(environment(free_domain()))
 os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="peg_on_hole_log_"))
+
+# How many examples: `HYPOTHESIS_PROFILE=nightly` for a run that may take its time.
+settings.register_profile("push", max_examples=100, deadline=None)
+settings.register_profile("nightly", max_examples=20_000, deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "push"))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import rclpy
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
@@ -23,6 +23,7 @@ SERVICES = {
     "tare": Trigger,
     "set_parameters": SetParameters,
     "get_parameters": GetParameters,
+    "describe_parameters": DescribeParameters,
     "change_state": ChangeState,
     "get_state": GetState,
 }

@@ -36,7 +36,11 @@ def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> Outpu
         position=centre,
         rotation=rotation,
         pose_covariance=1e-8 * np.ones((6, 6)),
-        monitor={"transition_probability": 0.25, "jamming_risk": 0.5},
+        monitor={
+            "transition_probability": 0.25,
+            "jamming_risk": 0.5,
+            "reactions_determined": 1.0,
+        },
         contact_mode="three_point",
         transition=False,
         alarms=alarms,

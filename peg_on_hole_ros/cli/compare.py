@@ -2,6 +2,7 @@
 
 import json
 import tempfile
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
@@ -174,6 +175,8 @@ class _Pairs:
         difference = b.values - a.values
         turns = np.round(difference / (2 * np.pi))
         difference = np.where(_WRAPPED, difference - 2 * np.pi * turns, difference)
+        # A reaction that one of them has not determined differs by no number; `topics` tell.
+        difference = np.where(np.isfinite(difference), difference, 0.0)
         size = np.abs(difference)
         self.count += 1
         self._greatest = np.maximum(self._greatest, size)
@@ -188,8 +191,10 @@ class _Pairs:
         self.modes += a.mode == b.mode
         self.transitions += a.transition == b.transition
         for name in a.monitor.keys() & b.monitor.keys():
-            entry = self._monitor.setdefault(name, [0, 0.0, 0.0])
             size = abs(b.monitor[name] - a.monitor[name])
+            if not isfinite(size):
+                continue  # does not exist at this moment
+            entry = self._monitor.setdefault(name, [0, 0.0, 0.0])
             entry[0] += 1
             entry[1] = max(entry[1], size)
             entry[2] += size**2

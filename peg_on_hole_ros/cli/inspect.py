@@ -16,6 +16,7 @@ from peg_on_hole_ros.edges.would_use import WouldUse
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import NamedPositions
 from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.shown import printable
 
 
 def run(arguments) -> int:
@@ -37,10 +38,10 @@ def run(arguments) -> int:
             told = observability_text.observe(bag, configuration, progress)
         result["observability"] = observability_text.content(told)
     if told and not arguments.json:
-        text = [_text(result), "", "of these parameters the motion tells"]
+        text = [_text(as_printed(result)), "", "of these parameters the motion tells"]
         print("\n".join([*text, *(f"  {line}" for line in observability_text.lines(told))]))
         return _ended(bag, error)
-    print(to_json(result) if arguments.json else _text(result))
+    print(to_json(result) if arguments.json else _text(as_printed(result)))
     return _ended(bag, error)
 
 
@@ -82,8 +83,8 @@ def inspect(
     sources = sources_of(configuration)
     wrench, joints = sources
     result = {
-        "bag": str(bag.path),
-        "damage": bag.damage or None,
+        "bag": printable(bag.path),
+        "damage": printable(bag.damage) or None,
         "messages": bag.count,
         "topics": [_topic(bag.topics[name]) for name in sorted(bag.topics)],
         "remarks": bag.remarks({wrench: WRENCH_TYPE, joints: JOINTS_TYPE}),
@@ -169,6 +170,15 @@ def _topic(info):
         "rate": (info.count - 1) / duration if duration > 0 else None,
         "duration": duration,
     }
+
+
+def as_printed(content: object) -> object:
+    """Return a report in which every text is printable: topics and frames may have any name."""
+    if isinstance(content, dict):
+        return {printable(key): as_printed(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [as_printed(item) for item in content]
+    return printable(content) if isinstance(content, str) else content
 
 
 def _text(result):

@@ -2,7 +2,8 @@
 Arguments of `peg-on-hole`; imports nothing heavy, a subcommand's module loads when it runs.
 
 Exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
-topics; 4 ended early on a cut-off or damaged bag, with what was read kept.
+topics; 4 ended early on a cut-off or damaged bag, with what was read kept; 70 a fault of the
+program.
 """
 
 import argparse
@@ -14,10 +15,28 @@ from contextlib import contextmanager, nullcontext
 
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.cli.streams import readers_may_go
+from peg_on_hole_ros.edges.one_line import PROGRAM, exit_code
 from peg_on_hole_ros.errors import PegOnHoleError
 
 # Values that may begin with a minus sign, which argparse would take for an option.
 _SIGNED = ("--state", "--wrench")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Tells what is wrong with arguments in one line, with the usage of the command meant."""
+
+    def error(self, message):
+        """Refuse the arguments."""
+        usage = " ".join(self.format_usage().split())
+        raise PegOnHoleError(f"{message}; {usage}")
+
+    def parse_known_args(self, args=None, namespace=None):
+        """Parse; a command refuses itself what it does not know, else the top would, for it."""
+        parsed, rest = super().parse_known_args(args, namespace)
+        if rest and self.prog not in (PROGRAM, f"{PROGRAM} node"):
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        return parsed, rest
+
 
 _DESCRIPTION = """\
 Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
@@ -28,32 +47,24 @@ BAG is an .mcap or .db3 file (also .zstd) or a rosbag2 folder. CONFIG is a ROS 2
 without one replay, inspect and calibrate use the configuration in the bag, if it has one, and
 else, as all others, the defaults of config/peg_on_hole.yaml.
 exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
-topics (inspect needs none); 4 ended early on a cut-off or damaged bag, with what was read kept"""
+topics (inspect needs none); 4 ended early on a cut-off or damaged bag, with what was read kept;
+70 a fault of the program"""
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code; an error is one line on stderr."""
     with readers_may_go():
-        return _run(_parsed(sys.argv[1:] if arguments is None else arguments))
+        return exit_code(lambda: _run(sys.argv[1:] if arguments is None else arguments))
 
 
-def _run(parsed):
-    try:
-        # A node has its own way to end.
-        with nullcontext() if parsed.command == "node" else _ended_by_sigterm():
-            module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
-            code = module.run(parsed)
-            sys.stdout.flush()
-            return code
-    except PegOnHoleError as error:
-        print(f"peg-on-hole: error: {error}", file=sys.stderr)
-        return error.exit_code
-    except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        print(f"peg-on-hole: error: {place}{error.strerror or error}", file=sys.stderr)
-        return PegOnHoleError.exit_code
-    except KeyboardInterrupt:
-        return 130
+def _run(arguments):
+    parsed = _parsed(arguments)
+    # A node has its own way to end.
+    with nullcontext() if parsed.command == "node" else _ended_by_sigterm():
+        module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
+        code = module.run(parsed)
+        sys.stdout.flush()
+        return code
 
 
 @contextmanager
@@ -73,13 +84,13 @@ def _ended_by_sigterm():
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of all subcommands."""
-    top = argparse.ArgumentParser(
-        prog="peg-on-hole",
+    top = _Parser(
+        prog=PROGRAM,
         description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    top.add_argument("--version", action="version", version=f"peg-on-hole {__version__}")
+    top.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
         _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _calibrate, _compare,

@@ -21,6 +21,6 @@ def run(arguments) -> int:
             raise
         raise PegOnHoleError(
             f"the node needs ROS 2 ({error.name} is missing): source its setup.bash, or install "
-            "the wheels: pip install 'peg_on_hole_ros[ros]'"
+            "its wheels from a checkout of this package: pip install '.[ros]'"
         ) from None
     return node.main([*file, *arguments.others, *arguments.ros]) or 0

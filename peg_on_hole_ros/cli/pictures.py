@@ -18,8 +18,7 @@ def needed() -> None:
     """
     if importlib.util.find_spec("matplotlib") is None:
         raise PegOnHoleError(
-            "pictures need matplotlib, which is not installed: pip install "
-            "'peg_on_hole_ros[report]'"
+            "pictures need matplotlib, which is not installed: pip install matplotlib"
         )
 
 

@@ -3,6 +3,8 @@
 import sys
 import time
 
+from peg_on_hole_ros.shown import printable
+
 _PERIOD = 0.2  # [s] between two updates
 
 
@@ -18,7 +20,7 @@ class Progress:
     """
 
     def __init__(self, text: str):
-        self._text = text
+        self._text = printable(text)
         self._shown = sys.stderr.isatty()
         self._last = 0.0
 
@@ -27,8 +29,7 @@ class Progress:
         now = time.monotonic()
         if self._shown and now - self._last >= _PERIOD:
             self._last = now
-            sys.stderr.write(f"\r{self._text} {100 * share:3.0f} %\x1b[K")
-            sys.stderr.flush()
+            _control(f"\r{self._text} {100 * share:3.0f} %\x1b[K")
 
     def __enter__(self) -> "Progress":
         """Return itself."""
@@ -37,5 +38,10 @@ class Progress:
     def __exit__(self, *_) -> None:
         """Remove the line."""
         if self._shown and self._last:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
+            _control("\r\x1b[K")
+
+
+def _control(text):
+    # The command line's own stream escapes what a terminal would obey, but here it is meant.
+    getattr(sys.stderr, "control", sys.stderr.write)(text)
+    sys.stderr.flush()

@@ -18,6 +18,7 @@ from peg_on_hole_ros.edges.replay import stored_configuration, stored_options
 from peg_on_hole_ros.edges.urdf_file import urdf_path
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
+from peg_on_hole_ros.shown import printable
 
 # Of --max-chunk [MiB].
 _LEAST_CHUNK, _GREATEST_CHUNK = 0.001, 4096.0
@@ -96,10 +97,9 @@ def open_bag(path: str | Path, most_chunk: int = MOST_CHUNK) -> Bag:
         bag = Bag(path, progress, most_chunk)
     if bag.unnamed:
         names = ", ".join(file.name for file in bag.unnamed)
-        print(
+        print_line(
             f"{bag.path}: not read, as metadata.yaml does not name it: {names}; if it is a part "
-            f"of the recording: ros2 bag reindex -s mcap {bag.path}",
-            file=sys.stderr,
+            f"of the recording: ros2 bag reindex -s mcap {bag.path}"
         )
     return bag
 
@@ -147,9 +147,14 @@ def configuration_in(bag: Bag, any_urdf: bool = False) -> Configuration | None:
     """Return the configuration that a bag carries and say so, or None."""
     stored = stored_configuration(bag, any_urdf)
     if stored is not None:
-        print(f"configuration: that in {bag.path}", file=sys.stderr)
+        print_line(f"configuration: that in {bag.path}")
         remark(stored)
     return stored
+
+
+def print_line(text: str) -> None:
+    """Print one line on stderr, whatever names are in it."""
+    print(printable(text), file=sys.stderr)
 
 
 def truth_in(bag: Bag) -> Truth | None:
@@ -159,7 +164,7 @@ def truth_in(bag: Bag) -> Truth | None:
             return read_truth(bag, progress)
     except BagError as error:
         # Truth that cannot be used is no reason to refuse the estimate.
-        print(f"no comparison with the truth: {error}", file=sys.stderr)
+        print_line(f"no comparison with the truth: {error}")
         return None
 
 

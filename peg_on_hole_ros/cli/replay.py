@@ -1,5 +1,6 @@
 """`peg-on-hole replay`: the estimator over a bag, as the node would have run."""
 
+import json
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from peg_on_hole_ros.edges.bags.score import (
     undetermined_content,
 )
 from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.cycles import CycleList, json_line
+from peg_on_hole_ros.edges.cycles import json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag
@@ -30,6 +31,7 @@ from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
 from peg_on_hole_ros.options import Configuration, NodeOptions
+from peg_on_hole_ros.shown import printable
 
 ALARM_HEAD = ("time [s]", "alarm", "level", "message")
 CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N]", "alarms")
@@ -90,7 +92,7 @@ def replay(
         inputs = Inputs(configuration, tracks)
     truth = truth_in(bag)
     summary = Summary()
-    score, cycles = Score(truth) if truth else None, CycleList()
+    score, cycles = Score(truth) if truth else None, _Tries()
     sinks = [sink for sink in (summary, score, tracks, inputs, cycles) if sink is not None]
     with ExitStack() as stack:
         writer = None
@@ -109,11 +111,12 @@ def replay(
             writer if smooth else None,
             inputs and inputs.read,
         )
-    cycles.finish()
+        for sink in (cycles, writer) if writer else (cycles,):
+            sink.add(replayed.t_ns, replayed.ending)
     content = {
         "version": VERSION,
-        "bag": str(bag.path),
-        "damage": bag.damage or None,
+        "bag": printable(bag.path),
+        "damage": printable(bag.damage) or None,
         "messages": {
             "read": replayed.read,
             "used": replayed.used,
@@ -170,6 +173,15 @@ def _alarm_rows(alarms):
     ]
 
 
+class _Tries:
+    def __init__(self):
+        self.records = []
+
+    def add(self, t_ns, messages):
+        told = (fields["data"] for suffix, _, fields in messages if suffix == "cycle")
+        self.records += map(json.loads, told)
+
+
 class _Writer:
     def __init__(self, writer: BagWriter):
         self._writer = writer
@@ -188,7 +200,8 @@ def _text(result, score, doubts):
     ]
     lines += [f"  {reason}: {count}" for reason, count in messages["dropped"].items()]
     lines += [f"  {event}: {count}" for event, count in messages["events"].items()]
-    lines += doubts
+    # Topics and frames may have any name.
+    lines += map(printable, doubts)
     shares = ", ".join(f"{mode} {share:.1%}" for mode, share in result["contact_mode"].items())
     lines += [
         f"contact mode: {shares}",

@@ -1,24 +1,38 @@
-"""Output and errors whose reader may go before the work is done, as `head` goes."""
+"""Output and errors as a terminal may have them, whose reader may go before the work is done."""
 
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from peg_on_hole_ros.shown import printable
+
 
 class _Stream:
-    """A text stream that lets what is left go nowhere once its reader has gone."""
+    """
+    A text stream that lets what is left go nowhere once its reader has gone.
+
+    What a terminal would obey is written as an escape, and so is what the stream cannot encode:
+    a topic, a frame or a file may have any name.
+    """
 
     def __init__(self, stream):
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write a text, or drop it."""
+        """Write a text, or drop it; only its ends of lines are obeyed."""
+        self.control("\n".join(map(printable, text.split("\n"))))
+        return len(text)
+
+    def control(self, text: str) -> None:
+        """Write a text as it is, as for progress on a terminal."""
         try:
-            return self._stream.write(text)
+            self._stream.write(text)
+        except UnicodeEncodeError:
+            encoding = self._stream.encoding or "ascii"
+            self._stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
         except BrokenPipeError:
             self.forget()
-            return len(text)
 
     def flush(self) -> None:
         """Hand on what was written, or drop it."""
@@ -39,7 +53,7 @@ class _Stream:
 
 @contextmanager
 def readers_may_go() -> Iterator[None]:
-    """Do what is done within to its end, with its exit code, whether anybody reads or not."""
+    """Do what is done within to its end, whether anybody reads or not."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = map(_Stream, before)
     try:

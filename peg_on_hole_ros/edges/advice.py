@@ -59,6 +59,8 @@ _NEVER = (
     "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = {:.4g} "
     "rad: if the peg rested on the rim, check hole_diameter - peg_diameter and joints.hole_rpy"
 )
+# So many times less than is stated, at least, is the noise of a wrench in another unit.
+_OTHER_UNIT = 100.0
 # Between the ways of two topics to the recorder there is less [s].
 _TRANSPORT = 0.05
 
@@ -136,6 +138,10 @@ class Seen:
     def odd(self, source: str) -> list[str]:
         """Return a line for each oddity in what those of `wrench` or `joints` hold."""
         return self._odd[source].lines()
+
+    def noise(self, name: str) -> float | None:
+        """Return at least what noise `force` or `torque` of the wrench has, see `Oddities`."""
+        return self._odd["wrench"].noise(name)
 
     def apart(self, configuration: Configuration) -> str:
         """Return how far stamps of both are apart where none goes with another, or nothing."""
@@ -246,5 +252,19 @@ def lines(
         told.append(_NEVER.format(configuration.scene.gamma0))
     found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
     told += [f"{source}: {line}" for source in read for line in seen.odd(source)]
+    told += _other_unit(configuration, seen)
     told += [seen.loop] if seen.loop else []
     return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]
+
+
+def _other_unit(configuration, seen):
+    told = []
+    for name, unit in (("force", "N"), ("torque", "N m")):
+        noise, stated = seen.noise(name), getattr(configuration.wrench, f"{name}_stddev")
+        if noise and noise * _OTHER_UNIT < stated:
+            told.append(
+                f"wrench: the noise of the {name} is {noise:.2g} {unit}, {stated / noise:.0f} "
+                f"times less than wrench.{name}_stddev = {stated:g} {unit}: a wrench in k{unit} "
+                "(units are N, N m), whose reactions mean nothing here, or noise stated far wrong"
+            )
+    return told

@@ -4,236 +4,152 @@ import difflib
 import re
 from pathlib import Path
 
-import yaml
-
-from peg_on_hole_ros.configuration import BY_NAME, PARAMETERS, check, spaced
+from peg_on_hole_ros.configuration import BY_NAME, PARAMETERS, check, check_one, spaced
+from peg_on_hole_ros.edges.config_parts import BODY, NODE, Part, of_node, of_ours, parts
+from peg_on_hole_ros.edges.ros_yaml import Group, NoYaml, load, value_of
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.parameter_table import Parameter
+from peg_on_hole_ros.shown import cut, printable, shown
 
-NODE = "peg_on_hole"
-_EVERY_NODE = ("**", "*")
-_BODY = "ros__parameters"
+# A file of more holds no parameters, or never ends (/dev/zero) [bytes].
+MOST_BYTES = 1 << 20
 
 
 class NoPart(PegOnHoleError):
     """A parameters file without a part for this node."""
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML as ROS 2 reads it: 1e-4 is a number (for YAML 1.1 it is a text)."""
-
-    def compose_node(self, parent, index):
-        """Refuse what ROS 2 refuses with less to go by."""
-        if self.check_event(yaml.AliasEvent):
-            event = self.peek_event()
-            raise yaml.composer.ComposerError(
-                problem=f"*{event.anchor} stands for a value elsewhere, which ROS 2 does not "
-                "read; write the value out",
-                problem_mark=event.start_mark,
-            )
-        return super().compose_node(parent, index)
-
-    def construct_mapping(self, node, deep=False):
-        """Refuse a name that is there twice: PyYAML keeps the later group, ROS 2 merges both."""
-        lines = {}
-        for key, _ in node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                continue
-            line = key.start_mark.line + 1
-            if key.tag == "tag:yaml.org,2002:merge":
-                raise yaml.constructor.ConstructorError(
-                    problem="<< puts the names of another group here for YAML, and is a name to "
-                    "ROS 2; write them out",
-                    problem_mark=key.start_mark,
-                )
-            if key.value in lines:
-                raise yaml.constructor.ConstructorError(
-                    problem=f"{key.value!r} was there before in the same group, at line "
-                    f"{lines[key.value]}; write it once, with all that belongs to it",
-                    problem_mark=key.start_mark,
-                )
-            lines[key.value] = line
-        return super().construct_mapping(node, deep)
-
-
-# Those that ROS 2 reads in another way; it has no dates, and 1_000 and 12:30 are texts to it.
-_OTHER = {f"tag:yaml.org,2002:{kind}" for kind in ("bool", "float", "int", "timestamp")}
-_Loader.yaml_implicit_resolvers = {
-    letter: [pair for pair in pairs if pair[0] not in _OTHER]
-    for letter, pairs in yaml.SafeLoader.yaml_implicit_resolvers.items()
-}
-for _kind, _pattern, _letters in (
-    ("bool", r"[yYnN]|yes|Yes|YES|true|True|TRUE|on|On|ON|no|No|NO|false|False|FALSE|off|Off|OFF",
-     "yYnNtTfFoO"),
-    ("int", r"[-+]?(0x[0-9a-fA-F]+|0[0-7]*|[1-9]\d*)", "-+0123456789"),
-    ("float",
-     r"[-+]?(\d+\.\d*|\.\d+|\d+(?=[eE]))([eE][-+]?\d+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
-     "-+0123456789."),
-):  # fmt: skip
-    _Loader.add_implicit_resolver(
-        f"tag:yaml.org,2002:{_kind}", re.compile(f"({_pattern})$"), list(_letters)
-    )
-_Loader.bool_values = yaml.SafeLoader.bool_values | {"y": True, "n": False}
-
-
-def read_parameters(path: str | Path) -> dict[str, object]:
+def read_parameters(path: str | Path, node: str | None = None) -> dict[str, object]:
     """
     Return dotted name to value of a ROS 2 parameters file, each checked on its own.
 
     A block for every node (`/**:`) and the node's own count in the order of the file, as for
     ROS 2: of two values of one parameter the later holds.
 
+    Parameters
+    ----------
+    path : str or Path
+    node : str, optional
+        Full name of a node that runs, as `/cell/peg_on_hole`: what ROS 2 gives it of the file.
+        Without it the file itself has to tell in which namespace it is.
+
     Raises
     ------
     PegOnHoleError
         No such file, no YAML, a name twice in one group, another node's file, unknown name, wrong
-        type, out of range.
+        type, out of range; with file and line.
 
     """
     path = Path(path)
     content = load_yaml(path)
     if not isinstance(content, dict) or not content:
         raise PegOnHoleError(f"{path} holds no parameters; {_expected()}")
-    parameters: dict[str, object] = {}
-    for name, body in _ours(content, path):
-        if not isinstance(body, dict) or list(body) != [_BODY]:
-            found = ", ".join(map(str, body)) if isinstance(body, dict) else repr(body)
-            near = ""
-            if isinstance(body, dict) and difflib.get_close_matches(_BODY, map(str, body)):
-                near = " (two underscores)"
-            raise PegOnHoleError(
-                f"{path}: below {name} there is {found}, not {_BODY}{near}; {_expected()}"
-            )
-        _flatten(body[_BODY], "", parameters, path)
-    try:
-        check(parameters)
-    except PegOnHoleError as error:
-        raise PegOnHoleError(f"{path}: {error}") from None
-    return parameters
+    ours = _ours(content, path) if node is None else of_node(parts(content), node)
+    values: dict[str, object] = {}
+    lines: dict[str, int] = {}
+    for part in ours:
+        try:
+            _flatten(_body(part), "", part.line, values, lines)
+        except _Misplaced as error:
+            raise PegOnHoleError(f"{path}, line {error.line}: {error}") from None
+    # A name that does not exist tells more than the value that it was split from: 0,2.
+    for name, value in sorted(values.items(), key=lambda item: item[0] in BY_NAME):
+        try:
+            check_one(name, value)
+        except PegOnHoleError as error:
+            raise PegOnHoleError(f"{path}, line {lines[name]}: {error}") from None
+    return values
+
+
+class _Misplaced(Exception):
+    """Something that is no parameter where one belongs, or the other way round."""
+
+    def __init__(self, line, problem):
+        super().__init__(problem)
+        self.line = line
 
 
 def _ours(content, path):
-    """Return (name, body) of the parts for all nodes and for this one, in the file's order."""
-    parts = list(_parts(content, ""))
-    # A namespace, written as a name with slashes or as a group, is for ROS to tell apart.
-    own = [name for name, _ in parts if name.rsplit("/", 1)[-1] == NODE]
-    full = [_full_name(name) for name in own if "*" not in name]
-    if len(full) == 1:
-        ours = [part for part in parts if matches(part[0], full[0])]
-    else:
-        ours = [part for part in parts if part[0] in own or _may_be_ours(*part)]
-        names = [name for name, _ in ours if name.strip("/") not in _EVERY_NODE]
-        # In which namespace the node is only it knows: one has to do for all of them.
-        full = full or [_full_name(name) for name in names]
-        if names and not any(all(matches(name, one) for name in names) for one in full):
-            found = ", ".join(names)
-            raise PegOnHoleError(f"{path} has parameters for {found}: keep those of one node")
-    if not ours:
-        found = ", ".join(str(key) for key in content)
-        raise NoPart(f"{path} has parameters for {found}, none for {NODE}; {_expected()}")
-    return ours
+    found = of_ours(parts(content))
+    if found is None:
+        names = ", ".join(printable(part.name) for part in parts(content))
+        raise PegOnHoleError(f"{path} has parameters for {cut(names)}: keep those of one node")
+    if not found:
+        names = ", ".join(printable(key) for key in content)
+        raise NoPart(f"{path} has parameters for {cut(names)}, none for {NODE}; {_expected()}")
+    return found
 
 
-def _full_name(name):
-    """Return the name of a node of ours that a part is for; with wildcards, of any."""
-    parts = [part for part in name.strip("/").split("/")[:-1] if part != "**"]
-    return "/" + "/".join([*(part.replace("*", "any") for part in parts), NODE])
-
-
-def _may_be_ours(name, body):
-    if name.strip("/") in _EVERY_NODE:
-        return True
-    # All nodes of a namespace: of ours, or of some other cell.
-    every = name.rsplit("/", 1)[-1] in _EVERY_NODE
-    return every and isinstance(body, dict) and is_ours(body.get(_BODY))
-
-
-def matches(name: str, full_name: str) -> bool:
-    """Return whether a part of a parameters file is for a node, as `/cell/peg_on_hole`."""
-    # As rcl: * is one part of a name, ** any number of parts.
-    parts = []
-    for part in name.strip("/").split("/"):
-        parts.append(
-            "(/[^/]+)*" if part == "**" else "/" + re.escape(part).replace(r"\*", "[^/]+")
-        )
-    return re.fullmatch("".join(parts), full_name) is not None
-
-
-def is_ours(body: object) -> bool:
-    """Return whether parameters of a file look like this node's, under whatever name."""
-    # Other programs have `joints` or `filter` too, and a misspelt name makes a file no other's.
-    names = list(_names(body))
-    known = [name for name in names if name in BY_NAME]
-    return 2 * len(known) >= len(names) and any("." in name for name in known)
-
-
-def _names(tree, prefix=""):
-    for key, value in tree.items() if isinstance(tree, dict) else ():
-        if isinstance(value, dict):
-            yield from _names(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}"
-
-
-def _parts(tree, prefix):
-    for key, body in tree.items():
-        name = f"{prefix}{key}"
-        last = name.rsplit("/", 1)[-1]
-        inner = isinstance(body, dict) and _BODY not in body and last != NODE
-        if inner and name.strip("/") not in _EVERY_NODE:
-            yield from _parts(body, f"{name}/")
-        else:
-            yield name, body
+def _body(part: Part):
+    body = part.body
+    if isinstance(body, dict) and list(body) == [BODY]:
+        return body[BODY]
+    found, near = shown(body), ""
+    if isinstance(body, dict):
+        found = cut(printable(", ".join(body)))
+        near = " (two underscores)" if difflib.get_close_matches(BODY, body) else ""
+    raise _Misplaced(
+        part.line,
+        f"below {printable(part.name)} there is {found}, not {BODY}{near}; {_expected()}",
+    )
 
 
 def load_yaml(path: Path) -> object:
-    """Return what a YAML file holds, its numbers as ROS 2 reads them; errors name the file."""
+    """Return what a YAML file holds, its values as ROS 2 reads them; errors name file and line."""
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise PegOnHoleError(
+                f"{path} is larger than {MOST_BYTES} bytes, so that it is no parameters file"
+            )
+        return load(data.decode())
     except FileNotFoundError:
         raise PegOnHoleError(f"there is no configuration file {path}") from None
-    except OSError as error:
-        raise PegOnHoleError(f"cannot read the configuration {path}: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise PegOnHoleError(
             f"cannot read the configuration {path}: it is no text in UTF-8 at byte {error.start}, "
             "a bag perhaps; a configuration is a ROS 2 parameters file (YAML)"
         ) from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" at line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or error
-        raise PegOnHoleError(f"{path} is not YAML{where}: {problem}") from None
+    except NoYaml as error:
+        raise NoYamlFile(path, error) from None
+    except PegOnHoleError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a name with a NUL
+        reason = getattr(error, "strerror", None) or error
+        raise PegOnHoleError(f"cannot read the configuration {path}: {reason}") from None
 
 
-def value_of(text: str) -> object:
-    """Return what ROS 2 reads of a single value, as behind `-p NAME:=`; raises yaml.YAMLError."""
-    return yaml.load(text, Loader=_Loader)
+class NoYamlFile(PegOnHoleError):
+    """A file that is no YAML, or has what ROS 2 does not read of it."""
+
+    def __init__(self, path: Path, error: NoYaml):
+        super().__init__(f"{path} is not YAML {error}")
 
 
 def _expected():
-    return f"a ROS 2 parameters file begins with '{NODE}:' and below it '{_BODY}:'"
+    return f"a ROS 2 parameters file begins with '{NODE}:' and below it '{BODY}:'"
 
 
-def _flatten(tree, prefix, parameters, path):
+def _flatten(tree, prefix, line, values, lines):
+    """Fill in value and line of each parameter by its dotted name."""
+    name = printable(cut(prefix.rstrip(".") or BODY))
     if tree is None or prefix and tree == {}:
-        raise PegOnHoleError(
-            f"{path}: nothing stands below {prefix.rstrip('.') or _BODY}, which ROS 2 does not "
-            "read; take the line out too"
+        raise _Misplaced(
+            line, f"nothing stands below {name}, which ROS 2 does not read; take the line out too"
         )
-    if not isinstance(tree, dict):
-        name = prefix.rstrip(".") or _BODY
+    if not isinstance(tree, Group):
         remedy = f"; {spaced(tree)}" if isinstance(tree, str) and ":" in tree else ""
-        raise PegOnHoleError(
-            f"{path}: {name} = {tree!r} is a value, but it is a group of names{remedy}"
+        raise _Misplaced(
+            line, f"{name} = {shown(tree)} is a value, but it is a group of names{remedy}"
         )
     for key, value in tree.items():
-        name = f"{prefix}{key}"
-        group = isinstance(value, dict) or any(row.startswith(f"{name}.") for row in BY_NAME)
-        if group and name not in BY_NAME:
-            _flatten(value, f"{name}.", parameters, path)
+        full = f"{prefix}{key}"
+        group = isinstance(value, Group) or any(row.startswith(f"{full}.") for row in BY_NAME)
+        if group and full not in BY_NAME:
+            _flatten(value, f"{full}.", tree.lines[key], values, lines)
         else:
-            parameters[name] = value
+            values[full], lines[full] = value, tree.lines[key]
 
 
 def write_parameters(parameters: dict[str, object], heading: str = "") -> str:
@@ -250,7 +166,7 @@ def write_parameters(parameters: dict[str, object], heading: str = "") -> str:
     """
     values = check(parameters)
     lines = [f"# {line}".rstrip() for line in heading.splitlines()]
-    lines += [f"{NODE}:", f"  {_BODY}:"]
+    lines += [f"{NODE}:", f"  {BODY}:"]
     group = ""
     # Parameters outside groups first: YAML has no way back out of the last group.
     for row in sorted(PARAMETERS, key=lambda row: "." in row.name):
@@ -286,13 +202,15 @@ def _yaml(value):
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
     if isinstance(value, str):
         plain = re.fullmatch(r"[A-Za-z/][A-Za-z0-9_/]*", value)
-        known = yaml.load(value, Loader=_Loader) if plain else None
-        return value if plain and isinstance(known, str) else '"' + _escaped(value) + '"'
+        text = plain and isinstance(value_of(value), str)
+        return value if text else '"' + _escaped(value) + '"'
     return str(value)
 
 
 def _escaped(text):
-    return text.replace("\\", "\\\\").replace('"', '\\"')
+    return "".join(
+        f"\\{c}" if c in '\\"' else c if c.isprintable() else f"\\U{ord(c):08x}" for c in text
+    )
 
 
 DEFAULT_HEADING = """\

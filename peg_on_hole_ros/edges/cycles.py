@@ -1,6 +1,7 @@
 """A record of each try to insert a peg, from the messages that the node publishes."""
 
 import json
+from math import isfinite, nan
 
 from peg_on_hole_ros.edges.determined import determined_reactions
 from peg_on_hole_ros.edges.messages.output import Message
@@ -9,6 +10,8 @@ from peg_on_hole_ros.records import CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].
 PAUSE_NS = 200_000_000
+# Without a wrench for longer a peg may have gone, and another come [ns].
+SILENCE_NS = 1_000_000_000
 LEVELS = ("OK", "WARN", "ERROR")
 # An alarm that flickers would fill the record; further ones are only counted.
 MOST_ALARMS = 100
@@ -23,8 +26,10 @@ class Cycles:
     """
     Makes a record of each try, ready for JSON, the same for node and replay; keeps none.
 
-    A try begins where contact came and ends where it has gone for a while, or where stamps fall.
-    What a record holds: docs/command_line.md.
+    A try begins where contact came. It ends where contact has gone for a while, where stamps
+    fall, or where the wrench fell silent for longer than anybody can say what the peg did; the
+    next one then begins with a contact mode that is declared anew. One stamp alone is no silence:
+    what comes after it is waited for. What a record holds: docs/command_line.md.
     """
 
     def __init__(self):
@@ -33,6 +38,9 @@ class Cycles:
         self._mode = ""
         self._open_ns: int | None = None
         self._passed = PassedTime()
+        self._seen_ns: int | None = None
+        # The first stamp after a silence, and its messages.
+        self._held: tuple[int, list[Message]] | None = None
         self._begin()
 
     def _begin(self):
@@ -46,13 +54,34 @@ class Cycles:
         self._alarms: list[dict] = []
         self._alarm_count = 0
 
-    def add(self, t_ns: int, messages: list[Message]) -> dict | None:
-        """Take the messages of one stamp [ns]; return the record of a try that ends with them."""
+    def add(self, t_ns: int, messages: list[Message]) -> list[dict]:
+        """Take the messages of one stamp [ns]; return the records of tries that end with them."""
+        ended = []
+        if self._held is not None:
+            (held_ns, held), self._held = self._held, None
+            if self._seen_ns < t_ns < held_ns:
+                # It was a wrong stamp, and no silence: what it changed was so at once.
+                held_ns = self._seen_ns
+            else:
+                ended += self._fall_silent()
+            ended += self._take(held_ns, held)
+        silent = self._seen_ns is not None and t_ns - self._seen_ns > SILENCE_NS
+        if silent and self._start_ns is not None:
+            self._held = t_ns, messages
+            return ended
+        return ended + self._take(t_ns, messages)
+
+    def _fall_silent(self):
+        """End a try where the wrench fell silent."""
+        record = self._end("unfinished" if self._open_ns is None else "aborted")
+        self._mode, self._open_ns = "", None
+        return [record]
+
+    def _take(self, t_ns, messages):
+        self._seen_ns = t_ns
         fields = {topic: message for topic, _, message in messages}
-        ended = None
-        if self._passed.take(t_ns):
-            # No time passes between the stamps before and those after.
-            ended = self.finish()
+        # No time passes between the stamps before a fall and those after.
+        ended = self._under_way() if self._passed.take(t_ns) else []
         if "contact_mode" in fields:
             self._mode = fields["contact_mode"]["data"]
         risen = fields.get("transition", {"data": self._flag})["data"] and not self._flag
@@ -68,23 +97,31 @@ class Cycles:
         elif self._start_ns is not None:
             self._open_ns = t_ns if self._open_ns is None else self._open_ns
             if t_ns - self._open_ns >= PAUSE_NS:
-                ended = self._end("aborted")
+                ended.append(self._end("aborted"))
         if risen and self._start_ns is not None:
             self._transition_ns = t_ns
         if "alarms" in fields:
             self._add_alarms(t_ns, fields["alarms"]["status"])
         return ended
 
-    def finish(self) -> dict | None:
-        """Return the record of a try that was under way, and end it."""
-        return None if self._start_ns is None else self._end("unfinished")
+    def finish(self) -> list[dict]:
+        """End all that is under way; return the records of tries that end so."""
+        ended = []
+        if self._held is not None:
+            (held_ns, held), self._held = self._held, None
+            ended = [*self._fall_silent(), *self._take(held_ns, held)]
+        return ended + self._under_way()
+
+    def _under_way(self):
+        return [] if self._start_ns is None else [self._end("unfinished")]
 
     def _start(self, t_ns, monitor):
         self._start_ns = t_ns
         if monitor:
             values = dict(zip(monitor["name"], monitor["position"]))
-            self._start_ns = t_ns - round(values.get("contact_age", 0.0) * 1e9)
-            self._latency = values.get("contact_latency", 0.0)
+            age, latency = (values.get(f"contact_{name}", nan) for name in ("age", "latency"))
+            if isfinite(age) and isfinite(latency):
+                self._start_ns, self._latency = t_ns - round(age * 1e9), latency
 
     def _add_loads(self, fields):
         loads = determined_reactions(fields)
@@ -136,31 +173,3 @@ class Cycles:
         }
         self._begin()
         return ended
-
-
-class CycleList:
-    """
-    All tries of a replay; the node, which runs for weeks, has no such list.
-
-    Attributes
-    ----------
-    records : list of dict
-        Of the tries that have ended, see `Cycles`.
-
-    """
-
-    def __init__(self):
-        self.records: list[dict] = []
-        self._cycles = Cycles()
-
-    def add(self, t_ns: int, messages: list[Message]) -> None:
-        """Take the messages of one stamp [ns]."""
-        self._keep(self._cycles.add(t_ns, messages))
-
-    def finish(self) -> None:
-        """End a try that was under way."""
-        self._keep(self._cycles.finish())
-
-    def _keep(self, record):
-        if record is not None:
-            self.records.append(record)

@@ -1,5 +1,6 @@
 """The ROS 2 node `peg_on_hole`: a lifecycle node around the message stream that a replay runs."""
 
+import json
 import sys
 import time
 from functools import partial
@@ -13,7 +14,6 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.configuration import half_stated
-from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.live import parameters as node_parameters
 from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.arrivals import Arrivals
@@ -24,9 +24,11 @@ from peg_on_hole_ros.edges.live.recording import Recording
 from peg_on_hole_ros.edges.live.transitions import aloud
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream
-from peg_on_hole_ros.edges.warm_up import warm
-from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.edges.messages.stream import SET, MessageStream, message_stream
+from peg_on_hole_ros.edges.one_line import exit_code
+from peg_on_hole_ros.edges.warm_up import COMPILING, warm
+from peg_on_hole_ros.numba_cache import compiled_before
+from peg_on_hole_ros.shown import printable
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
@@ -40,7 +42,7 @@ SILENT = "no wrench has come for a second, the sensor may carry something else b
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
-class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
+class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, LifecycleNode):
     """
     Takes wrench and joint states, publishes everything that each wrench makes known.
 
@@ -57,23 +59,22 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
     """
 
     def __init__(self, arguments: list[str]):
-        super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        self.arguments = arguments
         self._stream: MessageStream | None = None
+        super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
         self._recording: Recording | None = None
         self._outputs: Publishers | None = None
         self.arrivals = Arrivals()
-        self._cycles = Cycles()
         self._while_active: list = []
         self._timer = None
+        self._clock_missed = False
         # When the last wrench came; none has.
         self._heard_ns = sys.maxsize
         self._services_made: list = []
-        node_parameters.check_files(self.get_fully_qualified_name(), arguments)
         node_parameters.declare(self)
         self.configuration, self.options = node_parameters.read(self)
-        self.add_on_set_parameters_callback(
-            lambda changed: node_parameters.refusal(self, self._stream is not None, changed)
-        )
+        node_parameters.describe(self)
+        self.add_post_set_parameters_callback(self._take_parameters)
 
     @aloud
     def on_configure(self, state) -> TransitionCallbackReturn:
@@ -81,11 +82,12 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         self.configuration, self.options = node_parameters.read(self)
         self._warn(filter(None, [half_stated(self.configuration)]))
         begun = time.perf_counter()
+        if not compiled_before():
+            self.get_logger().info(COMPILING)
         warm(self.configuration, to_ros)
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
         self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)
-        self._cycles = Cycles()
         self._recording = Recording(self, self.configuration, self.options)
         self._outputs = Publishers(self, self.options.qos_depth)
         for name in ("reset", "tare"):
@@ -145,12 +147,26 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         self._release()
         return SUCCESS
 
+    @property
+    def is_configured(self) -> bool:
+        """Whether the estimator has been built from the parameters."""
+        return self._stream is not None
+
+    def _take_parameters(self, changed):
+        values = node_parameters.live(changed)
+        if values and self.is_configured:
+            # A replay of what arrived takes it at the same place.
+            event = SET + json.dumps(values)
+            self._recording.event(event)
+            self.get_logger().info(printable(self._stream.on_event(event).message))
+
     def close(self) -> None:
         """Work off what waits, finish the record and log a try under way, in whatever state."""
         self._stop_listening()
         if self._recording is not None:
             self._recording.close()
-        self._log_cycle(self._cycles.finish())
+        if self._stream is not None:
+            self._publish(self._stream.finish())
 
     def _stop_listening(self):
         try:
@@ -189,9 +205,8 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
         self._recording.wrench(payload)
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
         messages = [] if message is None else self._stream.on_wrench(message)
-        self._outputs.publish(messages)
+        self._publish(messages)
         if messages:
-            self._log_cycle(self._cycles.add(self._stream.t_ns, messages))
             now_ns = self.get_clock().now().nanoseconds
             self._diagnostics.aged(now_ns - self._stream.t_ns if now_ns else None)
         self._diagnostics.received("wrench", time.monotonic_ns() - begun, bool(messages))
@@ -219,9 +234,11 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             throttle_duration_sec=QUIET,
         )
 
-    def _log_cycle(self, record):
-        if record is not None:
-            self.get_logger().info(f"cycle: {json_line(record)}")
+    def _publish(self, messages):
+        self._outputs.publish(messages)
+        for suffix, _, fields in messages:
+            if suffix == "cycle":
+                self.get_logger().info(f"cycle: {fields['data']}")
 
     def _deserialised(self, source, ros_type, payload):
         try:
@@ -271,13 +288,15 @@ class PegOnHoleNode(node_parameters.NoEmptyLists, LifecycleNode):
             pipeline.model,
         )
         self._warn(lines)
-        if not stamp_ns:
+        if not stamp_ns and not self._clock_missed:
             self._warn([NO_CLOCK])
+        # Told again only after a clock that has come is gone.
+        self._clock_missed = not stamp_ns
         self._outputs.diagnostics(fields)
 
     def _warn(self, lines):
         for line in lines:
-            self.get_logger().warning(line)
+            self.get_logger().warning(printable(line))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -290,7 +309,10 @@ def main(arguments: list[str] | None = None) -> int:
         All of them for ROS; without, those of the process.
 
     """
-    arguments = sys.argv[1:] if arguments is None else arguments
+    return exit_code(lambda: _run(sys.argv[1:] if arguments is None else arguments))
+
+
+def _run(arguments):
     node = None
     try:
         process.init(arguments)
@@ -301,11 +323,6 @@ def main(arguments: list[str] | None = None) -> int:
         if node.options.autostart and node.trigger_activate() != SUCCESS:
             return 2
         process.spin(node, stopping)
-    except KeyboardInterrupt:
-        return 130  # while it was still being configured
-    except PegOnHoleError as error:
-        print(f"{NAME}: error: {error}", file=sys.stderr)
-        return error.exit_code
     finally:
         try:
             if node is not None:

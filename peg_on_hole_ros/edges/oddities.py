@@ -2,6 +2,8 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from math import sqrt
+from statistics import median
 
 import numpy as np
 
@@ -15,6 +17,8 @@ _ALIKE = 100
 _FASTEST, _STEP = 100.0, 0.01
 _OFTEN = 0.1
 _SHOWN = 4
+# More tell no more of a sensor's noise.
+_MOST_STEPS = 2000
 _OF_WRENCH = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
@@ -37,6 +41,7 @@ class Oddities:
         self._changed: set[str] = set()
         self._last: tuple[int, np.ndarray] | None = None
         self._count = self._jumps = 0
+        self._steps: dict[str, list[float]] = {"force": [], "torque": []}
         self._widest = 0.0
 
     def add(self, found: Iterable[tuple[np.ndarray, Stretch]]) -> None:
@@ -63,6 +68,9 @@ class Oddities:
             if name not in self._changed and (values[:, part] != first).any():
                 self._changed.add(name)
         if not self._names:
+            for name, part in _OF_WRENCH.items():
+                steps = np.linalg.norm(np.diff(values[:, part], axis=0), axis=1)
+                self._steps[name] += steps[: _MOST_STEPS - len(self._steps[name])].tolist()
             return
         if self._last is not None:
             t_ns = np.concatenate(([self._last[0]], t_ns))
@@ -73,6 +81,13 @@ class Oddities:
         self._jumps += int(jumps.sum())
         self._widest = max(self._widest, float(way[jumps].max(initial=0.0)))
         self._last = int(t_ns[-1]), values[-1]
+
+    def noise(self, name: str) -> float | None:
+        """Return at least what noise `force` or `torque` has [N], [N m]; None: few messages."""
+        steps = self._steps[name]
+        # Half of the steps of three noisy components are longer than sqrt(2 * 2.37) deviations; a
+        # motion makes them longer still.
+        return median(steps) / sqrt(4.73) if len(steps) >= _ALIKE else None
 
     def lines(self) -> list[str]:
         """Return what a user has to look at, a line for each oddity."""

@@ -1,6 +1,7 @@
 """Run a bag through the stream that the node runs, message by message in the bag's order."""
 
 import json
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -15,12 +16,18 @@ from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.output import STRING, Message, smoothed_messages
-from peg_on_hole_ros.edges.messages.stream import MessageStream, message_stream, orientation_of
+from peg_on_hole_ros.edges.messages.stream import (
+    MessageStream,
+    is_event,
+    message_stream,
+    orientation_of,
+)
 from peg_on_hole_ros.edges.urdf_file import check_regular, urdf_path
-from peg_on_hole_ros.edges.warm_up import warm
+from peg_on_hole_ros.edges.warm_up import COMPILING, warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.smoother import Smoother
+from peg_on_hole_ros.numba_cache import compiled_before
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 _REMEDY = (
@@ -60,6 +67,10 @@ class Replayed(NamedTuple):
         Messages in the bag of `wrench` and `joints`.
     seen : Seen
         What they had.
+    t_ns : int
+        Last stamp of an output [ns].
+    ending : list of Message
+        What the end of the bag made known, such as a try that was under way.
 
     """
 
@@ -70,6 +81,8 @@ class Replayed(NamedTuple):
     seconds: float
     by_source: dict[str, int]
     seen: Seen
+    t_ns: int
+    ending: list[Message]
 
 
 def sources_of(configuration: Configuration) -> dict[str, str]:
@@ -143,9 +156,12 @@ def _of_stored(bag, take):
     try:
         return take({name: json.loads(value) for name, value in stored.items()})
     except (PegOnHoleError, ValueError) as error:
-        raise PegOnHoleError(
-            f"the configuration in {bag.path} cannot be used ({error}); give one with --config"
-        ) from None
+        why = str(error)
+    except RecursionError:
+        why = "a value lies deeper within others than any parameter does"
+    raise PegOnHoleError(
+        f"the configuration in {bag.path} cannot be used ({why}); give one with --config"
+    )
 
 
 def replay_bag(
@@ -187,6 +203,8 @@ def replay_bag(
     sinks = list(sinks)
     # A URDF that cannot be used is refused before the long work of compiling.
     orientation_of(configuration.joints)
+    if sys.stderr.isatty() and not compiled_before():
+        print(COMPILING, file=sys.stderr, flush=True)
     warm(configuration)
     seen = Seen(configuration.joints.names)
     stream = message_stream(configuration, markers_rate, Smoother if smoothed else make_filter)
@@ -207,6 +225,7 @@ def replay_bag(
     if smoothed:
         for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):
             smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance))
+    ending = stream.finish()
     seconds = time.perf_counter() - begun
     for topic, source in sources.items():
         for _ in range(bag.undecodable[topic] - unreadable[topic]):
@@ -223,7 +242,8 @@ def replay_bag(
             f"{remedy(dropped, configuration.joints.names, seen)}"
         )
     total = sum(read.values())
-    return Replayed(total, sum(used.values()), dropped, events, seconds, read, seen)
+    told = sum(used.values()), dropped, events
+    return Replayed(total, *told, seconds, read, seen, stream.t_ns, ending)
 
 
 def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> list[Message]:
@@ -238,7 +258,7 @@ def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> lis
     if source == "joints":
         stream.take_joints(item.sample)
     # A name that this version does not know changes nothing that it could repeat.
-    elif item.sample.data in ("reset", "tare"):
+    elif is_event(item.sample.data):
         stream.on_event(item.sample.data)
     return []
 

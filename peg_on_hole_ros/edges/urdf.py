@@ -5,10 +5,12 @@ from math import cos, sin
 
 import numpy as np
 
+from peg_on_hole_ros.edges.library_output import held_back
 from peg_on_hole_ros.edges.urdf_file import Chain, read_chain
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.orientation import RobotJoints, TipPose
 from peg_on_hole_ros.options import JointInput
+from peg_on_hole_ros.shown import cut
 
 
 def orientation_source(options: JointInput) -> RobotJoints:
@@ -43,14 +45,18 @@ class UrdfKinematics:
 
     def __init__(self, chain: Chain, options: JointInput):
         self._pin = pin = _pinocchio()
+        said = None
         try:
             # Mimicking joints as joints of their own: Pinocchio follows a leader only where both
             # are of one kind, and the chain knows them all.
-            self._model = pin.buildModelFromXML(chain.text)
-        except ValueError:
+            # What it says of meshes and colours is of no use here.
+            with held_back(written_after=False) as said:
+                self._model = pin.buildModelFromXML(chain.text)
+        except (ValueError, RuntimeError) as error:
+            told = said.text.strip() if said else ""
             raise PegOnHoleError(
-                f"joints.urdf: {options.urdf} is not a valid URDF; what is wrong with it stands "
-                "above, as its parser said it"
+                f"joints.urdf: {options.urdf} is not a valid URDF, as its parser says: "
+                f"{cut(' '.join((told or str(error)).split()), 300)}"
             ) from None
         self._data = self._model.createData()
         self._tip = self._model.getFrameId(options.tip_frame, pin.FrameType.BODY)
@@ -91,13 +97,13 @@ def _pinocchio():
         import pinocchio
     except ImportError as error:
         raise PegOnHoleError(
-            f"joints.source robot needs Pinocchio ({error}): "
-            "pip install 'peg_on_hole_ros[urdf]'; beside a native ROS 2 its package pinocchio"
+            f"joints.source robot needs Pinocchio ({error}): pip install pin; beside a native "
+            "ROS 2 its package pinocchio"
         ) from None
     if not hasattr(pinocchio, "buildModelFromXML"):
         # On the package index that name is a plugin of a test runner.
         raise PegOnHoleError(
             f"{pinocchio.__file__} is another package of that name, not the rigid-body library: "
-            "pip uninstall pinocchio, then pip install 'peg_on_hole_ros[urdf]'"
+            "pip uninstall pinocchio, then pip install pin"
         )
     return pinocchio

@@ -9,10 +9,13 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import JointInput
+from peg_on_hole_ros.shown import shown
 
 # A robot's description has some 100 kB.
 MOST_BYTES = 16 * 10**6
 MOVING = ("revolute", "continuous", "prismatic")
+# Of a coordinate [m] or an angle [rad]: squares of much larger ones are no doubles.
+_LARGEST = 1e6
 
 
 class Joint(NamedTuple):
@@ -86,14 +89,14 @@ def read_chain(options: JointInput) -> Chain:
     links, joints = _parts(text, path)
     if options.tip_frame not in links:
         raise PegOnHoleError(
-            f"joints.tip_frame = {options.tip_frame!r} is no link of {path}; "
+            f"joints.tip_frame = {shown(options.tip_frame)} is no link of {path}; "
             f"{_nearest(options.tip_frame, links)}"
         )
     moving = [joint for joint in _way(options.tip_frame, joints, path) if joint.kind != "fixed"]
     for joint in moving:
         if joint.kind not in MOVING:
             raise PegOnHoleError(
-                f"{path}: joint {joint.name!r} is {joint.kind}; between the root link and "
+                f"{path}: joint {shown(joint.name)} is {joint.kind}; between the root link and "
                 f"{options.tip_frame} only {', '.join(MOVING)} and fixed joints can be read"
             )
     led = {joint.name: _leader(joint, joints, path) for joint in moving}
@@ -118,11 +121,15 @@ def read_chain(options: JointInput) -> Chain:
 
 
 def urdf_path(options: JointInput) -> Path:
-    """Return where joints.urdf is, `~` replaced."""
+    """Return where joints.urdf is, `~` replaced; raises PegOnHoleError for what is no path."""
     try:
-        return Path(options.urdf).expanduser()
-    except RuntimeError as error:
-        raise PegOnHoleError(f"joints.urdf = {options.urdf!r} has no path: {error}") from None
+        path = Path(options.urdf).expanduser()
+    except RuntimeError:
+        user = options.urdf.split("/")[0]
+        raise PegOnHoleError(f"joints.urdf: there is no user for {shown(user)}") from None
+    if "\0" in options.urdf:
+        raise PegOnHoleError(f"joints.urdf = {shown(options.urdf)} is no name of a file")
+    return path
 
 
 def description_of(options: JointInput) -> str:
@@ -189,7 +196,7 @@ def _joint(element, path):
     name, kind = element.get("name", ""), element.get("type", "")
     ends = [element.find(end) for end in ("parent", "child")]
     if not name or None in ends:
-        raise PegOnHoleError(f"{path}: joint {name!r} lacks its name, parent or child")
+        raise PegOnHoleError(f"{path}: joint {shown(name)} lacks its name, parent or child")
     parent, child = (end.get("link", "") for end in ends)
     limit, mimic = element.find("limit"), element.find("mimic")
     lower, upper = -inf, inf
@@ -197,21 +204,36 @@ def _joint(element, path):
         lower, upper = (_number(limit, side, 0.0, name, path) for side in ("lower", "upper"))
     if not lower < upper:  # left out, or a placeholder
         lower, upper = -inf, inf
-    axis = element.find("axis")
+    axis, origin = element.find("axis"), element.find("origin")
     if kind in MOVING and axis is not None:
         given = axis.get("xyz", "1 0 0")
-        try:
-            length = sum(float(x) ** 2 for x in given.split())
-        except ValueError:
-            length = 0.0
-        if not (length > 0 and isfinite(length)):
-            raise PegOnHoleError(f"{path}: joint {name!r} turns about no axis: {given!r}")
+        if not any(_triple(given)):
+            raise PegOnHoleError(
+                f"{path}: joint {shown(name)} turns about no axis: {shown(given)}"
+            )
+    for key in () if origin is None else ("xyz", "rpy"):
+        given = origin.get(key, "0 0 0")
+        if not _triple(given):
+            raise PegOnHoleError(
+                f"{path}: joint {shown(name)} has {key} {shown(given)}, which is not three "
+                f"numbers "
+                f"of at most {_LARGEST:g}"
+            )
     leader, multiplier, offset = "", 1.0, 0.0
     if mimic is not None:
         leader = mimic.get("joint", "")
         multiplier = _number(mimic, "multiplier", 1.0, name, path)
         offset = _number(mimic, "offset", 0.0, name, path)
     return Joint(name, kind, parent, child, lower, upper, leader, multiplier, offset)
+
+
+def _triple(text):
+    """Return three numbers, or nothing where there are not three that any robot has."""
+    try:
+        found = [float(x) for x in text.split()]
+    except ValueError:
+        return []
+    return found if len(found) == 3 and all(abs(x) <= _LARGEST for x in found) else []
 
 
 def _number(element, key, default, joint, path):
@@ -221,7 +243,9 @@ def _number(element, key, default, joint, path):
     except ValueError:
         value = inf
     if not isfinite(value):
-        raise PegOnHoleError(f"{path}: joint {joint!r} has {key} {text!r}, which is no number")
+        raise PegOnHoleError(
+            f"{path}: joint {shown(joint)} has {key} {shown(text)}, which is no number"
+        )
     return value
 
 
@@ -233,7 +257,7 @@ def _way(tip, joints, path):
         way.insert(0, above[link])
         link = above[link].parent
         if len(way) > len(joints):
-            raise PegOnHoleError(f"{path}: the links above {tip!r} form a loop")
+            raise PegOnHoleError(f"{path}: the links above {shown(tip)} form a loop")
     return way
 
 
@@ -244,14 +268,15 @@ def _leader(joint, joints, path):
         multiplier, offset = multiplier * joint.multiplier, multiplier * joint.offset + offset
         if joint.leader not in joints or joint.leader in seen:
             raise PegOnHoleError(
-                f"{path}: joint {joint.name!r} mimics {joint.leader!r}, which leads to no joint "
+                f"{path}: joint {shown(joint.name)} mimics {shown(joint.leader)}, which leads "
+                f"to no joint "
                 "that moves by itself"
             )
         joint = joints[joint.leader]
         seen.append(joint.name)
     if joint.kind not in MOVING:
         raise PegOnHoleError(
-            f"{path}: joint {seen[0]!r} mimics {joint.name!r}, which is {joint.kind}"
+            f"{path}: joint {shown(seen[0])} mimics {shown(joint.name)}, which is {joint.kind}"
         )
     return joint.name, multiplier, offset
 
@@ -260,16 +285,17 @@ def _check_names(options, joints, leaders, path):
     for name in options.names:
         if name not in joints:
             raise PegOnHoleError(
-                f"joints.names: {name!r} is no joint of {path}; {_nearest(name, joints)}"
+                f"joints.names: {shown(name)} is no joint of {path}; {_nearest(name, joints)}"
             )
         joint = joints[name]
         if joint.leader:
             raise PegOnHoleError(
-                f"joints.names: {name!r} mimics {joint.leader!r}; name that one in its place"
+                f"joints.names: {shown(name)} mimics {shown(joint.leader)}; name that one in "
+                f"its place"
             )
         if name not in leaders:
             raise PegOnHoleError(
-                f"joints.names: {name!r} does not move {options.tip_frame}; leave it out"
+                f"joints.names: {shown(name)} does not move {options.tip_frame}; leave it out"
             )
     missing = [name for name in leaders if name not in options.names]
     if missing:

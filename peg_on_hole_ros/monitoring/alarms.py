@@ -99,15 +99,19 @@ class Level:
     """
 
     def __init__(self, warn: float, error: float, options: MonitorOptions):
-        self.thresholds = (warn, error)
-        self.hysteresis = options.alarm_hysteresis
-        self.dwell, self.hold = options.alarm_dwell, options.alarm_hold
+        self.retune(warn, error, options)
         self.level = OK
-        self._lowest = min(warn, error)
         # Since when each threshold has been passed, and since when the level has had no cause.
         self._warns: float | None = None
         self._errs: float | None = None
         self._below: float | None = None
+
+    def retune(self, warn: float, error: float, options: MonitorOptions):
+        """Take other thresholds and times from here on."""
+        self.thresholds = (warn, error)
+        self.hysteresis = options.alarm_hysteresis
+        self.dwell, self.hold = options.alarm_dwell, options.alarm_hold
+        self._lowest = min(warn, error)
 
     @property
     def has_cause(self) -> bool:
@@ -162,6 +166,16 @@ class Alarms:
         self._limits = tuple(map(float, options.max_normal))
         self.restart()
 
+    def retune(self, options: MonitorOptions):
+        """Take other thresholds and times from here on; a level stays until they change it."""
+        self.options = options
+        self._limits = tuple(map(float, options.max_normal))
+        for level in (self._jamming, self._loss, self._overload):
+            warn_error = level.thresholds
+            if level is not self._loss:
+                warn_error = options.jamming_warn, options.jamming_error
+            level.retune(*warn_error, options)
+
     def restart(self):
         """Clear every alarm."""
         o = self.options
@@ -172,6 +186,7 @@ class Alarms:
         self._rested = False
         self._resting: float | None = None
         self._aloft: float | None = None
+        self._risk: tuple[tuple, tuple] = (), ()
         # Which contact was at fault, and the numbers, when a level last had a cause.
         self._lost: tuple[int, tuple] = _ALL, ()
         self._loaded: tuple[int, tuple] = 0, ()
@@ -204,6 +219,10 @@ class Alarms:
             names, numbers = _HOLE_NAMES, (*causes, risk.insertion, risk.margin)
         else:
             names, numbers = _ABOVE_NAMES, (*causes, risk.determinant, risk.with_slip)
+        if not level or self._jamming.has_cause:
+            self._risk = names, numbers
+        # What it was is told with the numbers that it had.
+        names, numbers = self._risk
         jamming = Alarm("jamming", level, text, names, numbers)
         return jamming, self._contact_loss(t, mode, shown), self._over(t, mode, risk, normal)
 

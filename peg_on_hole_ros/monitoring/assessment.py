@@ -15,6 +15,7 @@ from peg_on_hole_ros.monitoring.judgement import (
     forget_motion,
     judge,
     new_judgement,
+    retune,
 )
 from peg_on_hole_ros.monitoring.known import Known
 from peg_on_hole_ros.monitoring.mode import ContactMode
@@ -46,7 +47,7 @@ class Assessment:
     line = ""
 
     def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
-        self._options = options
+        self._options, self._scene = options, scene
         self._mode = ContactMode(options)
         self._flag = TransitionFlag(options)
         self._alarms = Alarms(options)
@@ -56,6 +57,12 @@ class Assessment:
         self._oriented_ns: int | None = None
         self._on_trial = False
         self._misfit: Misfit | None = None
+
+    def retune(self, options: MonitorOptions):
+        """Take other thresholds and times from here on; mode, flag, alarms and memory stay."""
+        self._options = self._mode.options = self._flag.options = options
+        self._alarms.retune(options)
+        retune(self._memory, options, self._scene, self._force_stddev)
 
     @property
     def mode(self) -> str:

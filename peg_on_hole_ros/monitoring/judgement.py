@@ -46,6 +46,11 @@ def new_judgement(options: MonitorOptions, scene: Scene, force_stddev: float) ->
     return m
 
 
+def retune(m: np.ndarray, options: MonitorOptions, scene: Scene, force_stddev: float) -> None:
+    """Take other options from here on; what was seen stays."""
+    m[SETTINGS:SHOWN] = new_judgement(options, scene, force_stddev)[SETTINGS:SHOWN]
+
+
 def forget(m: np.ndarray) -> None:
     """Forget what was seen, but for the motion."""
     m[HYPOTHESES : _ENDS["HYPOTHESES"]] = contacts.no_knowledge()

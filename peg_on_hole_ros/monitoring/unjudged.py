@@ -54,6 +54,10 @@ class Unjudged:
         self._seen = np.zeros(_WIDTH)
         self.restart()
 
+    def retune(self, options: MonitorOptions):
+        """Take other thresholds and times from here on; the flag stays."""
+        self._options = self._flag.options = options
+
     @property
     def on_contacts(self) -> bool:
         """Whether the peg is taken as on three contacts."""

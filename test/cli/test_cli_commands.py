@@ -100,7 +100,8 @@ def test_simulate_refuses_what_it_cannot_do_before_the_work(tmp_path, capsys):
     fails(
         capsys,
         2,
-        f"{path}: scene.friction = 20 is an integer, not a double; write 20.0 (ROS 2 does not "
+        f"{path}, line 3: scene.friction = 20 is an integer, not a double; write 20.0 (ROS 2 "
+        f"does not "
         "take an integer for a double)",
         *("simulate", "--config", path, "--out", out),
     )

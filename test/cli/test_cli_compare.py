@@ -10,7 +10,7 @@ from mcap.writer import Writer
 from estimates import estimate
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.output import TOPICS, OutputStream
+from peg_on_hole_ros.edges.messages.output import TOPICS, UNSTAMPED, OutputStream
 from peg_on_hole_ros.mechanics.scene import Scene
 from small_bags import MS
 
@@ -66,7 +66,7 @@ def test_every_stamped_topic_is_compared(own, capsys):
     assert lines == ["bit for bit the same: yes"]
     stamps = {name: counts["stamps"] for name, counts in result["topics"].items()}
     rare = dict.fromkeys(("alarms", "markers"), 1)
-    every = [name for name in TOPICS if name not in ("transition", "contact_mode")]
+    every = [name for name in TOPICS if name not in UNSTAMPED]
     assert stamps == dict.fromkeys(every, COUNT) | rare
 
 

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
@@ -448,3 +449,21 @@ def test_solve_refuses_what_no_peg_has(capsys, option, value, what):
     state = [] if option == "--state" else ["--state", "0.2,0,0,-0.1,0,2"]
     message = f"{option} = {value}: {what}; all six are in SI units"
     fails(capsys, 2, message, "solve", *state, option, value)
+
+
+@pytest.mark.parametrize(
+    ("force", "torque", "told"),
+    [(1.0, 1.0, []), (1e-3, 1.0, ["force"]), (1e-3, 1e-3, ["force", "torque"])],
+)
+def test_a_wrench_in_another_unit_is_told_by_its_noise(tmp_path, capsys, force, torque, told):
+    rng = np.random.default_rng(1)
+
+    def noisy(t_ns):
+        values = (-10.0 + rng.normal(0, 0.2, 3)) * force, rng.normal(0, 0.005, 3) * torque
+        return wrench(t_ns, *(value.tolist() for value in values))
+
+    assert main(["replay", str(recording(tmp_path / "a.mcap", noisy))]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "the noise of the" in line]
+    assert [line.split("the noise of the ")[1].split()[0] for line in lines] == told
+    for line in lines:
+        assert "a wrench in kN" in line and "whose reactions mean nothing here" in line

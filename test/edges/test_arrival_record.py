@@ -22,7 +22,7 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.messages.output import JOINT_STATE, LATCHED, TOPICS
+from peg_on_hole_ros.edges.messages.output import JOINT_STATE, TOPICS, UNSTAMPED
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_plain, to_ros
 from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.edges.replay import (
@@ -77,7 +77,9 @@ def run(tmp_path_factory):
     """Run a node: stream, tare, malformed messages, more, reset, more."""
     path = tmp_path_factory.mktemp("record") / "arrivals.mcap"
     peer = Peer()
-    with node_process("-p", f"record_arrivals:={path}") as process:
+    # The peg of this stream moves all the time.
+    arguments = ["-p", f"record_arrivals:={path}", "-p", "wrench.tare_in_contact:=true"]
+    with node_process(*arguments) as process:
         peer.wait_for_matching()
         # Joint state and wrench go by two topics: the estimate starts when one is there.
         play(peer, [("joints", joints(9_999_000_000))])
@@ -110,9 +112,10 @@ def run(tmp_path_factory):
 def replayed(path):
     """Return what the record makes the shared path publish, by topic."""
     bag = Bag(path)
-    stream = message_stream(Configuration())
-    expected, sources = {suffix: [] for suffix in TOPICS}, sources_of(Configuration())
-    for item in bag.items(check_bag(bag, Configuration())):
+    configuration = stored_configuration(bag)
+    stream = message_stream(configuration)
+    expected, sources = {suffix: [] for suffix in TOPICS}, sources_of(configuration)
+    for item in bag.items(check_bag(bag, configuration)):
         for suffix, ros_type, fields in hand_over(stream, item, sources):
             expected[suffix].append(exact(ros_type, serialize_message(to_ros(ros_type, fields))))
     return expected
@@ -132,7 +135,7 @@ def test_compare_finds_no_difference_between_record_and_what_was_published(run, 
         writer = Writer(stream)
         writer.start(profile="ros2")
         for suffix, ros_type in TOPICS.items():
-            if suffix in LATCHED:  # these have no stamp to go by
+            if suffix in UNSTAMPED:  # these have no stamp to go by
                 continue
             schema = writer.register_schema(ros_type, "ros2msg", definition(ros_type).encode())
             channel = writer.register_channel(f"/peg_on_hole/{suffix}", "cdr", schema)
@@ -143,7 +146,7 @@ def test_compare_finds_no_difference_between_record_and_what_was_published(run, 
     capsys.readouterr()
     assert main(["compare", str(live), str(out), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
-    for suffix in set(TOPICS) - set(LATCHED):
+    for suffix in set(TOPICS) - set(UNSTAMPED):
         stamps = len(received[suffix])
         assert result["topics"][suffix] == {"stamps": stamps, "differ": 0}, suffix
     assert result["incomplete_a"] == result["incomplete_b"] == 0

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from estimates import estimate
@@ -34,7 +35,8 @@ def test_each_stamp_has_the_values_that_were_written(tmp_path):
     for row in rows:
         assert row.values.tolist() == [*expected.state, *expected.normal, *expected.slip_speed]
         assert row.stddev[6:9].tolist() == expected.normal_stddev.tolist()
-        assert (row.monitor, row.mode) == (expected.monitor, expected.contact_mode)
+        known = {name: value for name, value in row.monitor.items() if not np.isnan(value)}
+        assert (known, row.mode) == (expected.monitor, expected.contact_mode)
 
 
 @pytest.mark.parametrize("topic", ["state", "state_stddev", "contacts", "contacts_stddev"])

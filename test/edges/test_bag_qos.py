@@ -27,7 +27,7 @@ def profiles(tmp_path_factory):
         return {c.topic: c.ext.offered_qos_profiles for c in reader.connections}
 
 
-@pytest.mark.parametrize("topic", ["transition", "contact_mode"])
+@pytest.mark.parametrize("topic", ["transition", "contact_mode", "alarm_level"])
 def test_latched_topics_are_kept_for_late_subscribers(profiles, topic):
     (profile,) = profiles[f"/peg_on_hole/{topic}"]
     assert profile.durability.name == "TRANSIENT_LOCAL"
@@ -37,10 +37,11 @@ def test_latched_topics_are_kept_for_late_subscribers(profiles, topic):
 
 
 def test_streams_are_played_with_the_players_own_profile(profiles):
-    assert len(profiles) == 13
+    assert len(profiles) == 15
     assert [topic for topic, found in profiles.items() if found] == [
         "/peg_on_hole/transition",
         "/peg_on_hole/contact_mode",
+        "/peg_on_hole/alarm_level",
     ]
 
 

@@ -160,43 +160,47 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
         ),
         (
             "peg_on_hole:\n  ros_parameters: {a: 1}\n",
-            "{path}: below peg_on_hole there is ros_parameters, not ros__parameters (two "
+            "{path}, line 1: below peg_on_hole there is ros_parameters, not ros__parameters (two "
             "underscores); a ROS 2 parameters file begins with 'peg_on_hole:' and below it "
             "'ros__parameters:'",
         ),
         (
             body("scene: {frction: 0.1}"),
-            "{path}: unknown parameter 'scene.frction'; the nearest are: scene.friction, "
+            "{path}, line 3: unknown parameter 'scene.frction'; the nearest are: scene.friction, "
             "scene.friction_stddev, filter.friction",
         ),
         (
             body("scene: {peg_mass: 0.5, friction:0.2}"),
-            "{path}: unknown parameter 'scene.friction:0.2'; a colon needs a space behind it: "
+            "{path}, line 3: unknown parameter 'scene.friction:0.2'; a colon needs a space "
+            "behind it: "
             "'friction: 0.2'",
         ),
         (
             body("scene: {friction: 0,2}"),
-            "{path}: unknown parameter 'scene.2'; a number has a point, not a comma: 0.2",
+            "{path}, line 3: unknown parameter 'scene.2'; a number has a point, not a comma: 0.2",
         ),
         (
             body("scene:", "  friction:0.2"),
-            "{path}: scene = 'friction:0.2' is a value, but it is a group of names; a colon needs "
+            "{path}, line 3: scene = 'friction:0.2' is a value, but it is a group of names; a "
+            "colon needs "
             "a space behind it: 'friction: 0.2'",
         ),
-        (body("scene: 5"), "{path}: scene = 5 is a value, but it is a group of names"),
+        (body("scene: 5"), "{path}, line 3: scene = 5 is a value, but it is a group of names"),
         (
             body("scene: {friction: 1}"),
-            "{path}: scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 does not "
+            "{path}, line 3: scene.friction = 1 is an integer, not a double; write 1.0 (ROS 2 "
+            "does not "
             "take an integer for a double)",
         ),
         (
             body("scene: {friction: low}"),
-            "{path}: scene.friction = 'low' is a string, not a double; it is a double such as 0.2",
+            "{path}, line 3: scene.friction = 'low' is a string, not a double; it is a double "
+            "such as 0.2",
         ),
         (
             body("scene: {friction: {a: 1}}"),
-            "{path}: scene.friction = {'a': 1} is a dict, not a double; it is a double such as "
-            "0.2",
+            "{path}, line 3: scene.friction = {'a': 1} is a group of names, not a double; it is a "
+            "double such as 0.2",
         ),
         (
             body("scene: {friction: 0.9}", "joints: {delay: 0.01}", "scene: {peg_mass: 0.6}"),
@@ -216,7 +220,8 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
         ("a: [1\n", "{path} is not YAML at line 2: expected ',' or ']', but got '<stream end>'"),
         (
             "peg_on_hole:\n  ros__parameters: {joints: {names: {gamma: 1, psi: 2, phi: 3}}}",
-            "{path}: joints.names = {'gamma': 1, 'psi': 2, 'phi': 3} is not string[]; it is a "
+            "{path}, line 2: joints.names = {'gamma': 1, 'psi': 2, 'phi': 3} is not string[]; "
+            "it is a "
             "string[] such as ['gamma', 'psi', 'phi']",
         ),
         (

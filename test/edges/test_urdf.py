@@ -1,5 +1,6 @@
 """A robot's joints through its URDF and Pinocchio: kinematics, refusals, a whole replay."""
 
+import os
 import re
 import sys
 
@@ -223,11 +224,49 @@ def test_refusals_name_what_is_wrong(tmp_path, change, edit, message):
 
 
 @needs_pinocchio
-def test_description_that_only_the_parser_refuses(tmp_path, capfd):
-    path = write(tmp_path, TEXT.replace('xyz="0.10 -0.20 0.75"', 'xyz="0.10 x 0.75"'))
-    with pytest.raises(PegOnHoleError, match="is not a valid URDF; what is wrong with it stands"):
+def test_what_only_the_parser_refuses_is_told_in_its_words_and_by_nobody_else(tmp_path, capfd):
+    path = write(tmp_path, TEXT.replace('effort="', 'effort="x', 1))
+    with pytest.raises(PegOnHoleError, match="as its parser says: .*effort value .x176. is not"):
         orientation_source(options(urdf=path))
-    assert "pedestal_to_base" in capfd.readouterr().err
+    # Of a colour or a mesh it complains as well, and goes on.
+    unused = write(tmp_path, TEXT.replace('length="0.16"', 'length="x"', 1))
+    orientation_source(options(urdf=unused))
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            'xyz="0.10 -0.20 0.75"',
+            'xyz="0.10 x 0.75"',
+            "has xyz '0.10 x 0.75', which is not three",
+        ),
+        ('xyz="0.10 -0.20 0.75"', 'xyz="1e308 0 0"', "has xyz '1e308 0 0', which is not three"),
+        ("<axis xyz=", '<axis xyz="1e308 0 0"/><axis xyz=', "turns about no axis: '1e308 0 0'"),
+        ("<axis xyz=", '<axis xyz="0 0 0"/><axis xyz=', "turns about no axis: '0 0 0'"),
+    ],
+)
+def test_numbers_that_no_robot_has_are_named_with_their_joint(tmp_path, old, new, told):
+    path = write(tmp_path, TEXT.replace(old, new, 1))
+    with pytest.raises(PegOnHoleError, match=f"joint '[a-z0-9_]+' {re.escape(told)}"):
+        read_chain(options(urdf=path))
+
+
+def test_only_a_regular_file_of_bounded_size_is_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    large = tmp_path / "large.urdf"
+    with large.open("wb") as file:
+        file.truncate((16 << 20) + 1)
+    for urdf, told in (
+        ("/dev/zero", "/dev/zero is no regular file"),
+        (str(tmp_path / "pipe"), "pipe is no regular file"),
+        (str(large), "large.urdf has 16.7772 MB, a description at most 16 MB"),
+        ("~nobody_at_all/x.urdf", "there is no user for '~nobody_at_all'"),
+        ("a\0b", r"joints.urdf = 'a\\x00b' is no name of a file"),
+    ):
+        with pytest.raises(PegOnHoleError, match=told):
+            read_chain(options(urdf=urdf))
 
 
 def test_missing_file_is_named_in_full(tmp_path, monkeypatch):
@@ -239,7 +278,7 @@ def test_missing_file_is_named_in_full(tmp_path, monkeypatch):
 
 def test_without_pinocchio_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pinocchio", None)
-    with pytest.raises(PegOnHoleError, match=r"pip install 'peg_on_hole_ros\[urdf\]'; beside a"):
+    with pytest.raises(PegOnHoleError, match=r"pip install pin; beside a"):
         orientation_source(options())
 
 

@@ -2,6 +2,7 @@
 
 import os
 from contextlib import contextmanager
+from math import isnan
 
 import pytest
 import rclpy
@@ -106,13 +107,14 @@ def test_an_activation_that_fails_says_why_and_leaves_nothing(topic, capfd):
 
 
 def monitored(node, *stamps_ms):
-    """Return the names on ~/monitor after a joint state and a wrench of each stamp."""
+    """Return the values that exist on ~/monitor after a joint state and a wrench of each stamp."""
     told, publish = [], node._outputs.publish
     node._outputs.publish = told.extend
     feed(node, *stamps_ms)
     node._outputs.publish = publish
-    (*_, names) = (fields["name"] for topic, _, fields in told if topic == "monitor")
-    return names
+    (*_, last) = (fields for topic, _, fields in told if topic == "monitor")
+    values = zip(last["name"], last["position"], strict=True)
+    return {name: value for name, value in values if not isnan(value)}
 
 
 def test_a_cleanup_forgets_a_tare_and_a_deactivation_does_not():

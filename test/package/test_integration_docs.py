@@ -70,7 +70,7 @@ def test_every_topic_is_explained():
     contacts = {"contact/b1": "b1", "contact/b2": "b2"}
     for suffix in TOPICS:
         assert contacts.get(suffix, f"~/{suffix}") in QUOTED, suffix
-    assert LATCHED == ("transition", "contact_mode")
+    assert LATCHED == ("transition", "contact_mode", "alarm_level")
 
 
 def offsets_explained():

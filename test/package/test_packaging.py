@@ -57,6 +57,6 @@ def test_installed_node_starts(install_space):
     # It gets as far as its own check of the parameters, from the installed copy.
     run = installed(install_space, "peg_on_hole", "--ros-args", "-p", "scene.friction:=3.0")
     assert run.stderr.splitlines() == [
-        "peg_on_hole: error: scene.friction = 3 is not within 0 to 2; the default is 0.2"
+        "peg-on-hole: error: scene.friction = 3 is not within 0 to 2; the default is 0.2"
     ]
     assert run.returncode == 2

@@ -10,7 +10,7 @@ from json_schema import check
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag
-from peg_on_hole_ros.edges.cycles import PAUSE_NS, CycleList, Cycles, json_line
+from peg_on_hole_ros.edges.cycles import PAUSE_NS, SILENCE_NS, Cycles, json_line
 from peg_on_hole_ros.edges.messages.output import (
     BOOL,
     DIAGNOSTICS,
@@ -41,12 +41,19 @@ def said(mode=None, flag=None, normal=None, determined=1.0, contact=None, **leve
     return messages
 
 
-def told(rows):
-    """Return the tries of messages by stamp [ms]."""
-    cycles = CycleList()
-    for t_ms, messages in rows:
-        cycles.add(START + t_ms * MS, messages)
-    return cycles
+class Told:
+    """The tries of messages by stamp [ms], up to now."""
+
+    def __init__(self, rows):
+        self._cycles, self.records = Cycles(), []
+        for t_ms, messages in rows:
+            self.records += self._cycles.add(START + t_ms * MS, messages)
+
+    def finish(self):
+        self.records += self._cycles.finish()
+
+
+told = Told
 
 
 PAUSE_MS = PAUSE_NS // MS
@@ -118,8 +125,63 @@ def test_a_clock_that_goes_back_ends_a_try():
     assert [record["peak_normal"]["K"] for record in cycles.records] == [1.0, 2.0, None]
     # The one that ends is handed out where the fall is seen.
     cycles = Cycles()
-    assert cycles.add(START, said("three_point")) is None
-    assert cycles.add(START - MS, said())["outcome"] == "unfinished"
+    assert cycles.add(START, said("three_point")) == []
+    (record,) = cycles.add(START - MS, said())
+    assert record["outcome"] == "unfinished"
+
+
+SILENCE_MS = SILENCE_NS // MS
+
+
+def inserted():
+    rows = [(0, said("three_point", flag=False)), (10, said(flag=True)), (20, said("two_point"))]
+    return [*rows, (30, said())]
+
+
+@pytest.mark.parametrize(
+    "after",
+    [
+        # The peg hangs free, or nobody knows, or the mode is carried on for a moment.
+        [said("open", flag=False), said()],
+        [said("unknown", flag=False), said("open")],
+        [said(), said("open", flag=False)],
+    ],
+)
+def test_a_try_ends_where_the_wrench_fell_silent(after):
+    later = 3_600_000
+    rows = inserted()
+    tries = told([*rows, (later, after[0])])
+    # One stamp alone may be wrong.
+    assert tries.records == []
+    tries = told([*rows, (later, after[0]), (later + 1, after[1])])
+    (record,) = tries.records
+    assert (record["outcome"], record["duration"]) == ("inserted", pytest.approx(0.03, abs=1e-9))
+    assert record["transition_time"] == pytest.approx(0.01, abs=1e-9)
+    # The next begins with the next contact, not with what was carried over the silence.
+    contact = (later + 500, said("three_point", flag=False))
+    tries = told([*rows, (later, after[0]), (later + 1, after[1]), contact, (later + 600, said())])
+    tries.finish()
+    first, second = tries.records
+    assert second["start_time"] == pytest.approx(START * 1e-9 + contact[0] * 1e-3, abs=1e-6)
+    assert (second["outcome"], second["duration"]) == ("unfinished", pytest.approx(0.1, abs=1e-6))
+
+
+def test_a_try_ends_where_the_wrench_fell_silent_though_only_one_more_came():
+    tries = told([*inserted(), (3_600_000, said("open", flag=False))])
+    tries.finish()
+    (record,) = tries.records
+    assert (record["outcome"], record["duration"]) == ("inserted", pytest.approx(0.03, abs=1e-9))
+
+
+def test_a_single_stamp_ahead_and_a_short_silence_end_no_try():
+    tries = told([*inserted(), (3_600_000, said()), (31, said()), (40, said())])
+    tries.finish()
+    (record,) = tries.records
+    assert (record["outcome"], record["duration"]) == ("inserted", pytest.approx(0.04, abs=1e-9))
+    tries = told([*inserted(), (30 + SILENCE_MS, said()), (31 + SILENCE_MS, said())])
+    tries.finish()
+    (record,) = tries.records
+    assert record["duration"] == pytest.approx((31 + SILENCE_MS) * 1e-3, abs=1e-9)
 
 
 def test_outcomes_of_tries_that_do_not_go_in():
@@ -144,7 +206,7 @@ def test_the_node_keeps_nothing_of_a_try_that_has_ended():
         start = START + k * 4 * PAUSE_NS
         cycles.add(start, said("three_point", flag=False, normal=[1.0, 2.0, 3.0], overload=2))
         cycles.add(start + MS, said("open", overload=0))
-        ended += cycles.add(start + 2 * PAUSE_NS, said()) is not None
+        ended += len(cycles.add(start + 2 * PAUSE_NS, said()))
         # Whatever it is kept in: a pickle holds all that the object does.
         sizes.append(len(pickle.dumps(cycles)))
     assert ended == 3

@@ -1,5 +1,7 @@
 """Late messages: put where they belong, everything since processed again, older ones counted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.estimation.history import DENSE, MAX_KEPT, STRIDE, History, Unit
 from peg_on_hole_ros.monitoring.remembering import recall, remember
+from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from simulated import truth
 
@@ -155,6 +158,8 @@ def test_a_tare_is_not_gone_back_behind():
     late = next(s for s in samples[-40:] if type(s) is JointSample)
     rest = [s for s in samples if s is not late]
     line = pipeline()
+    sensor = replace(line.configuration.wrench, tare_in_contact=True)
+    line = Pipeline(replace(line.configuration, wrench=sensor))
     play(line, rest[:-4])
     assert line.tare().success
     play(line, [late, *rest[-4:]])

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from inputs import joints, wrench
 from late_samples import MS, ordered, pipeline, play
@@ -15,6 +17,7 @@ from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
+AIR = "; call again once it hangs free and still (wrench.tare_in_contact takes it all the same)"
 REFUSED = (False, "nothing taken: no wrench and orientation have arrived yet")
 
 
@@ -27,6 +30,55 @@ def test_a_tare_without_an_estimate_takes_nothing_and_says_so():
     assert line.tare() == REFUSED
     assert line.counts["tare_refused"] == 2 and line.counts["tare"] == 0
     assert line.processor.reduction.tare.tolist() == tare
+
+
+def test_a_tare_in_contact_takes_nothing_and_names_the_mode():
+    line, samples = pipeline(), ordered(400)
+    told = play(line, samples)
+    assert told[-1].contact_mode == "three_point"
+    tare = line.processor.reduction.tare.tolist()
+    assert line.tare() == (
+        False,
+        f"nothing taken: the peg touches, contact mode three_point{AIR}",
+    )
+    assert (line.counts["tare_refused"], line.counts["tare"]) == (1, 0)
+    assert line.processor.reduction.tare.tolist() == tare
+    # Who says so has it all the same.
+    line = allowing(pipeline())
+    play(line, samples)
+    assert line.tare().success and line.counts["tare"] == 1
+
+
+@pytest.mark.parametrize(("rate", "taken"), [(0.0, True), (0.005, True), (0.1, False)])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_tare_of_a_peg_that_turns_in_the_air_takes_nothing(rate, taken, axis):
+    """Reads what hangs on it alone: of a peg that is moved the sensor reads more than its zero."""
+    line = Pipeline(Configuration())
+    rng = np.random.default_rng(2)
+    for k in range(600):
+        t_ns = 10**9 + k * MS
+        q = np.array([0.3, 0.0, 0.0]) + np.eye(3)[axis] * rate * k * 1e-3
+        position = tuple(q + rng.normal(0, 1e-4, 3))
+        line.on_joints(JointSample(t_ns, ("gamma", "psi", "phi"), position))
+        # The sensor has the peg's axes, and carries the weight of 0.5 kg, 35 mm below it.
+        gamma, psi, phi = q
+        turn = Rotation.from_euler("ZYZ", [psi, -gamma, phi])
+        up = turn.inv().apply([0.0, 0.0, 0.5 * 9.80665])
+        torque = np.cross([0.0, 0.0, -0.035], up)
+        force, torque = up + rng.normal(0, 0.2, 3), torque + rng.normal(0, 0.005, 3)
+        told = line.on_wrench(WrenchSample(t_ns, tuple(force), tuple(torque))) if k else None
+    assert told.contact_mode in ("open", "unknown")
+    answer = line.tare()
+    assert answer.success == taken, answer.message
+    if not taken:
+        assert answer.message.startswith("nothing taken: the peg turns at 0.")
+        assert answer.message.endswith(f", contact mode {told.contact_mode}{AIR}")
+
+
+def allowing(line):
+    """A pipeline that takes a tare of any peg."""
+    sensor = replace(line.configuration.wrench, tare_in_contact=True)
+    return Pipeline(replace(line.configuration, wrench=sensor))
 
 
 def test_a_refused_tare_is_refused_in_the_replay_too(tmp_path):
@@ -47,7 +99,7 @@ def test_a_refused_tare_is_refused_in_the_replay_too(tmp_path):
 def test_a_reset_keeps_a_tare_and_how_well_it_is_known():
     configuration, samples = pipeline().configuration, ordered(200)
     sensor = configuration.wrench
-    stated = replace(sensor, bias_force_stddev=2.0, bias_torque_stddev=0.02)
+    stated = replace(sensor, bias_force_stddev=2.0, bias_torque_stddev=0.02, tare_in_contact=True)
     line = Pipeline(replace(configuration, wrench=stated))
 
     def bias_after(moment):
@@ -69,7 +121,7 @@ def test_a_reset_keeps_a_tare_and_how_well_it_is_known():
 
 @pytest.mark.parametrize(("pause_ms", "taken"), [(300, 100), (501, 50)])
 def test_a_tare_takes_no_wrench_from_before_a_long_pause(pause_ms, taken):
-    line, samples = pipeline(), ordered(60)
+    line, samples = allowing(pipeline()), ordered(60)
     start = samples[-1].t_ns
     seen = next(s for s in samples[::-1] if isinstance(s, JointSample))
     play(line, samples)
@@ -87,7 +139,7 @@ def test_a_tare_takes_no_wrench_from_before_a_long_pause(pause_ms, taken):
 
 def test_what_a_tare_took_is_published_from_then_on():
     """As the answer says it; of a known bias there is no deviation to tell."""
-    line, samples = pipeline(), ordered(100)
+    line, samples = allowing(pipeline()), ordered(100)
     middle = len(samples) // 2
     before = play(line, samples[:middle])
     assert not any(name.startswith("bias") for row in before for name in row.monitor)

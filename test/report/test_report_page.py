@@ -185,6 +185,6 @@ def test_gaps_and_misfits_of_the_input_are_drawn(tmp_path):
 def test_without_plotly_it_is_refused_before_the_work(tmp_path, capsys, monkeypatch):
     bag = write_bag(tmp_path / "a.mcap")
     monkeypatch.setattr("peg_on_hole_ros.edges.report.page.find_spec", lambda name: None)
-    message = "--report needs plotly: pip install 'peg_on_hole_ros[report]'"
+    message = "--report needs plotly: pip install plotly"
     fails(capsys, 2, message, "replay", bag, "--report", tmp_path / "r.html")
     assert not (tmp_path / "r.html").exists()

@@ -7,7 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.output import JOINT_STATE, LATCHED, PREFIX, SMOOTHED, TOPICS
+from peg_on_hole_ros.edges.messages.output import (
+    DECLARED,
+    JOINT_STATE,
+    PREFIX,
+    SMOOTHED,
+    TOPICS,
+    UNSTAMPED,
+)
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
@@ -17,7 +24,7 @@ _ORDERED = "state"
 _REST = {
     name: ros_type
     for name, ros_type in (TOPICS | SMOOTHED).items()
-    if name not in (*_STAMPED, *LATCHED)
+    if name not in (*_STAMPED, *UNSTAMPED)
 }
 # Stamps whose parts a recorder may have mixed, or lost: none is waited for longer than this.
 _MOST_PENDING = 1000
@@ -108,10 +115,10 @@ class Output:
         fresh: list[_Stamp] = []
         mode, transition = "", None
         self.incomplete = 0
-        names = [self._prefix + part for part in (*self.topics, *LATCHED)]
+        names = [self._prefix + part for part in (*self.topics, *DECLARED)]
         for (topic, _, message), payload in self._bag.with_payloads(names):
             part = topic.removeprefix(self._prefix)
-            if part in LATCHED:
+            if part in DECLARED:
                 mode, transition = _latched(part, message.data, mode, transition)
                 continue
             t_ns = _stamp_of(message)

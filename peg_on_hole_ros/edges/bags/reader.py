@@ -26,7 +26,7 @@ _ENCODINGS = ("cdr, ros2msg", "cdr, ros2idl", "cdr, ")
 _NAMELESS = "cdr, no schema"
 _ROS1 = "ros1"
 # A payload that does not fit its definition.
-_UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError)
+_UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError, RecursionError)
 
 
 class BagMessage(NamedTuple):

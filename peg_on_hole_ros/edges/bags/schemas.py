@@ -111,10 +111,11 @@ def _lacking(parts, name):
 
 def _flat(parts, name):
     """Return the kinds of all numbers and texts of a message, in their order, or None."""
-    kinds, stack = [], [("", _short(name))]
+    kinds, stack, taken = [], [("", _short(name))], 0
     while stack:
         prefix, base = stack.pop()
-        if len(kinds) + len(stack) > _MOST_FIELDS or len(prefix) > _MOST_FIELDS:
+        taken += 1
+        if taken + len(stack) > _MOST_FIELDS or len(prefix) > _MOST_FIELDS:
             return None  # it contains itself
         if base in _BUILT_IN:
             kinds.append(prefix + base)

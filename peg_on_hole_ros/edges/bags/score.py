@@ -210,7 +210,9 @@ def flag_lines(score: Score) -> list[str]:
     """Return what there is to say about the transition flag, a line each."""
     agreement = score.flag_agreement()
     lines = []
-    if agreement is not None:
+    # Without a transition a flag that never rises is right by saying nothing.
+    said = score.truth.transitions_ns() or score.rises_ns
+    if agreement is not None and said:
         lines.append(f"transition flag right in {agreement:.2%} of three- and two-point contact")
     start = int(score.truth.t_ns[0])
     for t, delay in zip(score.truth.transitions_ns(), score.flag_delays()):

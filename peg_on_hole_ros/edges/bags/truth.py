@@ -90,16 +90,22 @@ def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None)
     for count, (topic, log_ns, message) in enumerate(bag.messages(TYPES)):
         if count % 256 == 0:
             progress(count / total)
-        if topic == MODE_TOPIC:
-            modes.declared(log_ns, message.data)
-            continue
-        stamp = message.header.stamp
-        t_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+        try:
+            if topic == MODE_TOPIC:
+                modes.declared(log_ns, message.data)
+                continue
+            stamp = message.header.stamp
+            t_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+            names, position, effort = message.name, message.position, message.effort
+        except AttributeError as error:
+            raise BagError(
+                f"{bag.path}: the definition of {topic} is another's ({error})"
+            ) from None
         modes.stamped(log_ns, t_ns)
         if topic == STATE_TOPIC:
-            states[t_ns] = _named(bag, topic, message.name, message.position, ANGLES)
+            states[t_ns] = _named(bag, topic, names, position, ANGLES)
         else:
-            normals[t_ns] = _named(bag, topic, message.name, message.effort, CONTACTS)
+            normals[t_ns] = _named(bag, topic, names, effort, CONTACTS)
     if not states.keys() & normals.keys():
         raise BagError(f"{bag.path}: {STATE_TOPIC} and {CONTACTS_TOPIC} have no stamp in common")
     t_ns = sorted(states)

@@ -29,8 +29,10 @@ _NOT_ALONE = (
 _OTHER_CLOCK = 1.0
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
-    "|step_divided_.*|step_without_direction)$"
+    "|step_divided_.*|step_without_direction|settings_changed)$"
 )
+# Usual at touch-down and at stick; of more than this share of the joint states it is a warning.
+_WIDENED, _OFTEN = "rates_widened", 0.1
 # Of another driver on the topic, as a gripper's, where joint states that can be used come too.
 _SHARED = "joints_dropped_missing_joint"
 
@@ -133,6 +135,8 @@ class Diagnostics:
         new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
         self._counts = dict(counts)
         self._shared = new.pop(_SHARED, 0) if new.get("joints_used", 0) > 0 else 0
+        if new.get(_WIDENED, 0) <= _OFTEN * new.get("joints_used", 0):
+            new.pop(_WIDENED, None)
         # What a late message changed may also have undone something.
         return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
 

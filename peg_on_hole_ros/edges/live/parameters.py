@@ -1,18 +1,29 @@
 """Parameters of the node: declared from the table, checked together, fixed once configured."""
 
+from copy import copy
 from pathlib import Path
 
-import yaml
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 
-from peg_on_hole_ros.configuration import check, from_parameters, node_options
-from peg_on_hole_ros.edges.config_file import is_ours, matches
+from peg_on_hole_ros.configuration import (
+    BY_NAME,
+    check,
+    check_one,
+    from_parameters,
+    node_options,
+)
+from peg_on_hole_ros.edges.config_file import load_yaml, read_parameters
+from peg_on_hole_ros.edges.config_parts import BODY, is_ours, of_node, parts
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS
-
-_BODY = "ros__parameters"
+from peg_on_hole_ros.shown import printable
 
 
 def declare(node: Node) -> None:
@@ -23,26 +34,80 @@ def declare(node: Node) -> None:
     whose message has unit, range and remedy; rclpy's own has none.
     """
     for row in PARAMETERS:
-        unit = f" [{row.unit}]" if row.unit else ""
-        descriptor = ParameterDescriptor(
-            name=row.name, description=f"{row.effect}{unit}", dynamic_typing=True
-        )
-        if node.has_parameter(row.name):
-            node.set_descriptor(row.name, descriptor)
-        else:
+        if not node.has_parameter(row.name):
             default = list(row.default) if isinstance(row.default, tuple) else row.default
+            descriptor = ParameterDescriptor(name=row.name, dynamic_typing=True)
             node.declare_parameter(row.name, default, descriptor)
 
 
-class NoEmptyLists:
-    """
-    For a Node: refuses empty lists by name.
+def describe(node: Node) -> None:
+    """Have the descriptors of parameters that have been checked say effect, unit and range."""
+    for row in PARAMETERS:
+        unit = f" [{row.unit}]" if row.unit else ""
+        descriptor = ParameterDescriptor(
+            name=row.name,
+            description=f"{row.effect}{unit}",
+            additional_constraints=_constraints(row),
+            dynamic_typing=True,
+        )
+        if row.type == "double" and row.low is not None:
+            ends = {"from_value": float(row.low), "to_value": float(row.high)}
+            descriptor.floating_point_range = [FloatingPointRange(**ends)]
+        if row.type == "integer" and row.low is not None:
+            ends = {"from_value": int(row.low), "to_value": int(row.high)}
+            descriptor.integer_range = [IntegerRange(**ends)]
+        node.set_descriptor(row.name, descriptor)
 
-    ROS 2 hands them over as no value, and rclpy raises at one, before any check, without its name.
+
+def _constraints(row):
+    """Return in words what a descriptor has no fields for."""
+    told = [] if row.live else ["needs a node that is not configured"]
+    if row.choices:
+        told.append(f"one of {', '.join(row.choices)}")
+    elif row.type == "double[]":
+        told.append(f"{len(row.default)} values from {row.low:g} to {row.high:g}")
+    return "; ".join(told)
+
+
+class Explained:
+    """For a Node: says what can be set at present, and why the rest cannot."""
+
+    def describe_parameter(self, name):
+        """Return a descriptor; read_only: as long as the node is configured."""
+        # rclpy takes no descriptor back that is read-only, which is so for a while alone.
+        descriptor = copy(super().describe_parameter(name))
+        if name in BY_NAME:
+            descriptor.read_only = self.is_configured and not BY_NAME[name].live
+        return descriptor
+
+    def set_parameters_atomically(self, parameter_list):
+        """Set all or none; what cannot be set at present, and no parameter, has its reason."""
+        result = refusal(self, self.is_configured, parameter_list)
+        return super().set_parameters_atomically(parameter_list) if result.successful else result
+
+
+class FilesChecked:
     """
+    For a Node: looks through the parameters files before ROS 2 hands over what it made of them.
+
+    What is wrong is told with file and line, as by every command; ROS 2 hands over values alone,
+    an empty list as no value, at which rclpy raises without its name.
+
+    Attributes
+    ----------
+    arguments : list of str
+        Of the process; set before the Node is made.
+
+    """
+
+    arguments: list[str]
+    _looked = False
 
     def declare_parameters(self, namespace, parameters, ignore_override=False):
         """Declare; a Node does it first with what files and arguments have."""
+        if not self._looked:
+            self._looked = True
+            check_files(self.get_fully_qualified_name(), self.arguments)
         empty = [row[0] for row in parameters if len(row) > 1 and row[1] is None]
         check({name: [] for name in empty})
         if empty:
@@ -75,24 +140,35 @@ def read(node: Node) -> tuple[Configuration, NodeOptions]:
 
 def refusal(node: Node, configured: bool, changed) -> SetParametersResult:
     """Say whether parameters may be changed; a change without effect is refused with a reason."""
-    ours = {row.name for row in PARAMETERS}
     new = {parameter.name: parameter.value for parameter in changed}
-    if configured and ours & new.keys():
-        return SetParametersResult(
-            successful=False,
-            reason="the estimator is built from its parameters when it is configured: "
-            "deactivate and clean up the node first, then set them and configure it again",
-        )
     try:
+        for name, value in new.items():
+            check_one(name, value)
+        fixed = [name for name in new if name in BY_NAME and not BY_NAME[name].live]
+        if configured and fixed:
+            raise PegOnHoleError(
+                f"{', '.join(fixed)}: the estimator is built with it when it is configured; "
+                "deactivate and clean up the node first, then set it and configure the node again"
+            )
         from_parameters(values(node) | new)
     except PegOnHoleError as error:
-        return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=False, reason=printable(error))
     return SetParametersResult(successful=True)
+
+
+def live(changed) -> dict[str, object]:
+    """Return name and value of those that a node takes while it runs, as JSON has them."""
+    found = {}
+    for parameter in changed:
+        if parameter.name in BY_NAME and BY_NAME[parameter.name].live:
+            value = parameter.value
+            found[parameter.name] = value.tolist() if hasattr(value, "tolist") else value
+    return found
 
 
 def check_files(full_name: str, arguments: list[str]) -> None:
     """
-    Refuse parameters files that have this node's parameters under other nodes' names only.
+    Check what parameters files have for this node, and refuse those that have it for others only.
 
     ROS 2 itself says nothing then, and the node would run with its defaults. All files count
     together: those of other programs, and of other nodes of this kind, may be among them.
@@ -107,28 +183,34 @@ def check_files(full_name: str, arguments: list[str]) -> None:
     Raises
     ------
     PegOnHoleError
-        With the names that the files have.
+        With file and line, or with the names that the files have.
 
     """
     others: dict[str, list[str]] = {}
+    found = False
     for path in _files(arguments):
         try:
-            content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, yaml.YAMLError):
-            continue  # ROS 2 has its own word on these
-        for name, body in _sections(content):
-            ours = is_ours(body)
-            # A part for all nodes may be there for the clock alone.
-            if matches(name, full_name) and (ours or "*" not in name):
-                return
-            if ours:
-                others.setdefault(path, []).append(name)
-    if others:
-        found = ", ".join(
+            sections = list(parts(load_yaml(Path(path))))
+        except PegOnHoleError:
+            continue  # ROS 2 has its own word on these, or takes them, as a group that is twice
+        own = of_node(sections, full_name)
+        if own:
+            read_parameters(path, full_name)
+        # A part for all nodes may be there for the clock alone.
+        found |= any(_is_ours(part) or "*" not in part.name for part in own)
+        names = [
+            f"/{printable(part.name.strip('/'))}"
+            for part in sections
+            if part not in own and _is_ours(part)
+        ]
+        if names:
+            others[path] = names
+    if others and not found:
+        listed = ", ".join(
             f"{path} has parameters for {', '.join(names)}" for path, names in others.items()
         )
         raise PegOnHoleError(
-            f"{found}, but this node is {full_name} and would run with its defaults: write "
+            f"{listed}, but this node is {full_name} and would run with its defaults: write "
             f"'{full_name}:' or '/**:' in the file"
         )
 
@@ -137,11 +219,5 @@ def _files(arguments):
     return [value for word, value in zip(arguments, arguments[1:]) if word == "--params-file"]
 
 
-def _sections(tree, prefix=""):
-    if not isinstance(tree, dict):
-        return
-    for key, value in tree.items():
-        if key == _BODY:
-            yield prefix or "/", value
-        else:
-            yield from _sections(value, f"{prefix}/{str(key).strip('/')}")
+def _is_ours(part):
+    return isinstance(part.body, dict) and is_ours(part.body.get(BODY))

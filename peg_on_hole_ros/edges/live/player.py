@@ -23,6 +23,7 @@ from peg_on_hole_ros.edges.messages.output import (
     PREFIX,
     STRING,
     TOPICS,
+    UINT8,
 )
 from peg_on_hole_ros.edges.messages.ros_messages import message_class
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -32,7 +33,7 @@ SILENCE = 3.0  # [s] without an estimate while some are awaited, then these are 
 # Most time of stamps that the node may be behind; its queues hold 200 messages by default.
 AHEAD_NS = 80_000_000
 DEPTH = 20_000
-_WITHOUT_HEADER = (BOOL, STRING, MARKERS)
+_WITHOUT_HEADER = (BOOL, UINT8, STRING, MARKERS)
 
 
 class Player:

@@ -7,6 +7,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from peg_on_hole_ros.edges.library_output import held_back
 from peg_on_hole_ros.edges.live.refused import explained
 from peg_on_hole_ros.errors import PegOnHoleError
 
@@ -32,7 +33,9 @@ def init(arguments: list[str]) -> None:
 
     """
     try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        # ROS 2 logs what it cannot read before it raises.
+        with held_back():
+            rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         # Parameters that ROS 2 itself cannot read; its traceback would hide which.
         text = str(error).removeprefix("failed to initialize rcl: ").split(", at ")[0]

@@ -2,10 +2,9 @@
 
 import re
 
-import yaml
-
 from peg_on_hole_ros.configuration import check
-from peg_on_hole_ros.edges.config_file import NoPart, read_parameters, value_of
+from peg_on_hole_ros.edges.config_file import NoPart, read_parameters
+from peg_on_hole_ros.edges.ros_yaml import load
 from peg_on_hole_ros.errors import PegOnHoleError
 
 _FILE = re.compile(r"'--params-file (.+)'\. Error: ", re.DOTALL)
@@ -40,12 +39,10 @@ def explained(text: str) -> str:
             named = _NAMED.fullmatch(rule[1])
             if not named:
                 return f"-p {rule[1]} is no rule for a parameter; write -p NAME:=VALUE"
-            check({named[1]: value_of(named[2])})
+            check({named[1]: load(named[2])})
     except NoPart:
-        pass  # it is another program's file that ROS 2 does not read
+        pass  # It is another program's file that ROS 2 does not read
     except PegOnHoleError as error:
         return f"-p {rule[1]}: {error}" if rule else str(error)
-    except yaml.YAMLError:
-        pass
     remedies = [remedy for words, remedy in _REMEDIES.items() if words in text]
     return "; ".join([text.strip(), *remedies])

@@ -38,6 +38,13 @@ float64 x 0
 float64 y 0
 float64 z 0
 float64 w 1""",
+    "geometry_msgs/Transform": """\
+Vector3 translation
+Quaternion rotation""",
+    "geometry_msgs/TransformStamped": """\
+std_msgs/Header header
+string child_frame_id
+Transform transform""",
     "geometry_msgs/Vector3": """\
 float64 x
 float64 y
@@ -70,6 +77,10 @@ builtin_interfaces/Time stamp
 string frame_id""",
     "std_msgs/String": """\
 string data""",
+    "std_msgs/UInt8": """\
+uint8 data""",
+    "tf2_msgs/TFMessage": """\
+geometry_msgs/TransformStamped[] transforms""",
     "visualization_msgs/Marker": """\
 int32 ARROW=0
 int32 CUBE=1

@@ -1,8 +1,11 @@
 """Estimates become the messages of all output topics, the same for the node and for a replay."""
 
+from math import nan
+
 import numpy as np
 
 from peg_on_hole_ros.edges.messages.markers import marker_array
+from peg_on_hole_ros.edges.messages.monitor_names import MONITOR_NAMES, monitor_values
 from peg_on_hole_ros.edges.messages.plain import HOLE_FRAME, floats, header, quaternion, xyz
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs
@@ -12,6 +15,7 @@ WRENCH = "geometry_msgs/msg/WrenchStamped"
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 BOOL = "std_msgs/msg/Bool"
 STRING = "std_msgs/msg/String"
+UINT8 = "std_msgs/msg/UInt8"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 MARKERS = "visualization_msgs/msg/MarkerArray"
 
@@ -31,9 +35,16 @@ TOPICS = {
     "transition": BOOL,
     "contact_mode": STRING,
     "alarms": DIAGNOSTICS,
+    "alarm_level": UINT8,
+    "cycle": STRING,
     "markers": MARKERS,
 }
-LATCHED = ("transition", "contact_mode")
+# What was declared last.
+DECLARED = ("transition", "contact_mode")
+# Published on change, and kept for late subscribers.
+LATCHED = (*DECLARED, "alarm_level")
+# Without a header, and so without a stamp.
+UNSTAMPED = (*LATCHED, "cycle")
 # Of a replay alone.
 SMOOTHED = {"smoothed_state": JOINT_STATE, "smoothed_state_stddev": JOINT_STATE}
 
@@ -45,6 +56,7 @@ ROTATION_FLOOR = 1.0e-6  # [rad]
 _POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
 
 ALARM_PERIOD_NS = 100_000_000
+_NOT_DETERMINED = (nan, nan, nan)
 HARDWARE_ID = "peg_on_hole"
 
 Message = tuple[str, str, dict]
@@ -68,20 +80,26 @@ class OutputStream:
 
     def __init__(self, scene: Scene, markers_rate: float = 10.0):
         self._scene = scene
-        self._markers_period_ns = round(1e9 / markers_rate) if markers_rate > 0 else None
+        self.set_markers_rate(markers_rate)
         self._markers_ns: int | None = None
         self._alarms_ns: int | None = None
         self._levels: tuple | None = None
+        self._worst: int | None = None
         self._mode: str | None = None
         self._transition: bool | None = None
 
+    def set_markers_rate(self, rate: float) -> None:
+        """Take another rate of the markers [Hz]; 0: none."""
+        self._markers_period_ns = round(1e9 / rate) if rate > 0 else None
+
     def messages(self, outputs: Outputs) -> list[Message]:
         """Return (topic under the node's name, type, fields) of every message of one stamp."""
+        known = reactions_known(outputs)
         messages = [
             *_state(outputs),
-            *_contacts(outputs),
+            *_contacts(outputs, known),
             ("monitor", JOINT_STATE, _monitor(outputs)),
-            *_contact_wrenches(outputs),
+            *_contact_wrenches(outputs, known),
             ("pose", POSE, _pose(outputs)),
         ]
         if outputs.transition != self._transition:
@@ -96,10 +114,14 @@ class OutputStream:
         if levels and (changed or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS)):
             self._levels, self._alarms_ns = levels, outputs.t_ns
             messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, outputs.alarms)))
+        worst = max((level for _, level in levels), default=None)
+        if worst != self._worst and worst is not None:
+            self._worst = worst
+            messages.append(("alarm_level", UINT8, {"data": int(worst)}))
         period = self._markers_period_ns
         if period is not None and _due(outputs.t_ns, self._markers_ns, period):
             self._markers_ns = outputs.t_ns
-            messages.append(("markers", MARKERS, marker_array(outputs, self._scene)))
+            messages.append(("markers", MARKERS, marker_array(outputs, self._scene, known)))
         return messages
 
 
@@ -138,20 +160,28 @@ def smoothed_messages(t_ns: int, state, covariance) -> list[Message]:
     ]
 
 
-def _contacts(outputs):
+def reactions_known(outputs: Outputs) -> bool:
+    """Return whether the reactions are numbers: determined, or none as nothing touches."""
+    determined = outputs.monitor["reactions_determined"] == 1.0
+    return determined or outputs.contact_mode == "open"
+
+
+def _contacts(outputs, known):
     t_ns = outputs.t_ns
-    contacts = joint_state(t_ns, CONTACTS, outputs.closed, outputs.slip_speed, outputs.normal)
+    normal = outputs.normal if known else _NOT_DETERMINED
+    contacts = joint_state(t_ns, CONTACTS, outputs.closed, outputs.slip_speed, normal)
     stddev = joint_state(t_ns, CONTACTS, (), outputs.slip_speed_stddev, outputs.normal_stddev)
     yield "contacts", JOINT_STATE, contacts
     yield "contacts_stddev", JOINT_STATE, stddev
 
 
 def _monitor(outputs):
-    return joint_state(outputs.t_ns, outputs.monitor, list(outputs.monitor.values()))
+    return joint_state(outputs.t_ns, MONITOR_NAMES, monitor_values(outputs.monitor))
 
 
-def _contact_wrenches(outputs):
-    points, forces = outputs.contact_point.tolist(), outputs.contact_force.tolist()
+def _contact_wrenches(outputs, known):
+    points = outputs.contact_point.tolist()
+    forces = outputs.contact_force.tolist() if known else [_NOT_DETERMINED] * len(CONTACTS)
     for name, (x, y, z), (X, Y, Z) in zip(CONTACTS, points, forces):
         torque = {"x": y * Z - z * Y, "y": z * X - x * Z, "z": x * Y - y * X}
         wrench = {"force": {"x": X, "y": Y, "z": Z}, "torque": torque}

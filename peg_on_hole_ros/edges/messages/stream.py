@@ -1,15 +1,27 @@
 """From messages in their order of arrival to messages out: what the node runs and a replay too."""
 
+import json
 from collections import Counter
 from collections.abc import Callable
 
+from peg_on_hole_ros.configuration import BY_NAME, from_parameters, node_options, to_parameters
+from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
-from peg_on_hole_ros.edges.messages.output import Message, OutputStream
+from peg_on_hole_ros.edges.messages.output import STRING, Message, OutputStream
 from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import Answer, JointSample, WrenchSample
+from peg_on_hole_ros.shown import shown
+
+# Begins an event that sets parameters; what follows is JSON.
+SET = "set "
+
+
+def is_event(name: str) -> bool:
+    """Return whether this version knows an event."""
+    return name in ("reset", "tare") or name.startswith(SET)
 
 
 class MessageStream:
@@ -36,6 +48,8 @@ class MessageStream:
         self.pipeline = pipeline
         self.t_ns: int | None = None
         self._outputs = OutputStream(configuration.scene, markers_rate)
+        self._cycles = Cycles()
+        self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
         joints = configuration.joints
         self._joints_needed = joints.names
         self._unusable: Counter[str] = Counter()
@@ -58,7 +72,13 @@ class MessageStream:
         if outputs is None:
             return []
         self.t_ns = outputs.t_ns
-        return self._outputs.messages(outputs)
+        messages = self._outputs.messages(outputs)
+        ended = self._cycles.add(outputs.t_ns, messages)
+        return messages + _told(ended) if ended else messages
+
+    def finish(self) -> list[Message]:
+        """End a try that is under way; return what that makes known."""
+        return _told(self._cycles.finish())
 
     def on_joints(self, message) -> None:
         """Take a sensor_msgs/JointState in any form."""
@@ -89,7 +109,12 @@ class MessageStream:
 
     def on_event(self, name: str) -> Answer:
         """
-        Carry out `reset` or `tare`; return whether it was done, and in words what happened.
+        Carry out an event; return whether it was done, and in words what happened.
+
+        Parameters
+        ----------
+        name : str
+            `reset`, `tare`, or `set` and a JSON object of parameters by their names.
 
         Raises
         ------
@@ -97,7 +122,28 @@ class MessageStream:
             Any other name.
 
         """
+        if name.startswith(SET):
+            return self._set(name.removeprefix(SET))
         return {"reset": self.pipeline.reset, "tare": self.pipeline.tare}[name]()
+
+    def _set(self, text):
+        try:
+            changed = json.loads(text)
+            fixed = [name for name in changed if name not in BY_NAME or not BY_NAME[name].live]
+            if fixed:
+                return Answer(False, f"{', '.join(fixed)} cannot be set in a stream that runs")
+            parameters = self._parameters | changed
+            configuration, node = from_parameters(parameters), node_options(parameters)
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            return Answer(False, f"cannot set {shown(text)}: {error}")
+        self._parameters = parameters
+        self.pipeline.retune(configuration, orientation_of(configuration.joints))
+        self._outputs.set_markers_rate(node.markers_rate)
+        return Answer(True, f"set {', '.join(changed)}")
+
+
+def _told(records):
+    return [("cycle", STRING, {"data": json_line(record)}) for record in records]
 
 
 def message_stream(

@@ -88,7 +88,8 @@ def _reactions(axis, t, values, stddev, monitor):
     for i in (3, 4, 5):
         _band(axis, t, values, stddev, i, COLORS[i - 3], sure)
     # Near wedging bounds have no limit; the picture is for what is known.
-    top = 1.3 * max(float(np.percentile(values[:, 3:], 99.5)), 1.0)
+    told = values[np.isfinite(values[:, 3:]).all(axis=1), 3:]
+    top = 1.3 * max(float(np.percentile(told, 99.5)) if told.size else 0.0, 1.0)
     axis.set_ylim(-0.1 * top, top)
     axis.set_ylabel("normal reactions [N]\nwith 95 % bounds;\nno line: not determined")
     axis.legend(loc="upper left", ncols=4)

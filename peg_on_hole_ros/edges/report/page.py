@@ -47,7 +47,7 @@ def library() -> Path:
         path = Path(folder) / "package_data" / "plotly.min.js"
         if path.is_file():
             return path
-    raise PegOnHoleError("--report needs plotly: pip install 'peg_on_hole_ros[report]'")
+    raise PegOnHoleError("--report needs plotly: pip install plotly")
 
 
 def document(title: str, before: list[str], model: dict, after: list[str]) -> str:

@@ -1,0 +1,195 @@
+"""What can be set in a node that runs, what its descriptors say, and what a record keeps."""
+
+import json
+
+import pytest
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.serialization import deserialize_message
+from std_srvs.srv import Trigger
+
+from dds_peer import Peer, node_process, stop
+from inputs import closing
+from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.replay import replay_bag, stored_configuration
+from peg_on_hole_ros.parameter_table import PARAMETERS
+from simulated import ROOT
+
+pytestmark = pytest.mark.xdist_group("dds")
+
+
+@pytest.fixture
+def peer():
+    made = Peer()
+    yield made
+    made.close()
+
+
+def double(name, value):
+    kind = ParameterType.PARAMETER_DOUBLE
+    return Parameter(name=name, value=ParameterValue(type=kind, double_value=value))
+
+
+def put(peer, *parameters):
+    answer = peer.call("set_parameters", SetParameters.Request(parameters=list(parameters)))
+    return [(result.successful, result.reason) for result in answer.results]
+
+
+def descriptors(peer):
+    names = [row.name for row in PARAMETERS]
+    answer = peer.call("describe_parameters", DescribeParameters.Request(names=names))
+    return dict(zip(names, answer.descriptors, strict=True))
+
+
+def made_up(start_ns, count):
+    for source, message in closing(count, start_ns):
+        yield source, to_ros(JOINTS_TYPE if source == "joints" else WRENCH_TYPE, message)
+
+
+def play(peer, start_ns, count):
+    """Publish a made-up motion."""
+    publish(peer, made_up(start_ns, count))
+
+
+def publish(peer, messages):
+    """Publish messages no faster than the node takes them, but for what its queue holds."""
+    states, sent = peer.received["state"], len(peer.received["state"])
+    for source, message in messages:
+        if source == "joints":
+            peer.joints.publish(message)
+            continue
+        peer.wrench.publish(message)
+        sent += 1
+        peer.spin_until(lambda: len(states) >= sent - 50, "estimates")  # noqa: B023
+    peer.spin_until(lambda: len(states) >= sent - 5, "the last estimates")
+
+
+def test_descriptors_say_what_can_be_set(peer):
+    with node_process("-p", "autostart:=false") as process:
+        assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
+        before = descriptors(peer)
+        assert not any(found.read_only for found in before.values())
+        request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
+        assert peer.call("change_state", request).success
+        after = descriptors(peer)
+        for row in PARAMETERS:
+            found = after[row.name]
+            # Offered is what is taken, and no more: the present value is set once again.
+            assert found.read_only == (not row.live), row.name
+            assert (f"[{row.unit}]" in found.description) == bool(row.unit)
+            if row.type == "double" and row.low is not None:
+                (limits,) = found.floating_point_range
+                assert (limits.from_value, limits.to_value) == (row.low, row.high)
+                if found.read_only:
+                    continue
+                (done, reason), (out, why) = put(
+                    peer,
+                    double(row.name, float(row.default)),
+                    double(row.name, row.high * 2.0 + 1.0),
+                )
+                assert done, reason
+                assert not out and why.startswith(f"{row.name} = ") and "is not within" in why
+            elif row.choices:
+                assert row.choices[0] in found.additional_constraints
+        stop(process)
+
+
+def test_what_cannot_be_set_says_why(peer):
+    with node_process() as process:
+        peer.wait_for_matching()
+        answers = put(
+            peer,
+            double("scene.frictoin", 0.3),
+            double("scene.friction", 0.3),
+            double("monitor.jamming_warn", 0.95),
+        )
+        stop(process)
+    assert [done for done, _ in answers] == [False] * 3
+    unknown, fixed, together = (reason for _, reason in answers)
+    assert unknown.startswith("unknown parameter 'scene.frictoin'; the nearest are: scene.fri")
+    assert fixed.startswith("scene.friction: the estimator is built with it")
+    assert "deactivate and clean up the node first" in fixed
+    assert together.startswith("monitor.jamming_warn = 0.95 is above monitor.jamming_error = 0.9")
+
+
+def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_path):
+    path = tmp_path / "arrivals.mcap"
+    with node_process("-p", f"record_arrivals:={path}") as process:
+        peer.wait_for_matching()
+        play(peer, 10**10, 200)
+        (done,) = put(peer, double("markers_rate", 0.0))
+        assert done == (True, "")
+        # Peaks of this motion are some tens of newtons.
+        limits = ParameterValue(
+            type=ParameterType.PARAMETER_DOUBLE_ARRAY, double_array_value=[1e-3] * 3
+        )
+        assert put(peer, Parameter(name="monitor.max_normal", value=limits)) == [(True, "")]
+        before = len(peer.received["markers"])
+        play(peer, 10**10 + 200_000_000, 200)
+        assert len(peer.received["markers"]) == before > 0
+        text = stop(process)
+    assert "set monitor.max_normal" in text
+    levels = [
+        {s.name: s.level[0] for s in deserialize_message(p, kind).status}["overload"]
+        for kind in [message_class("diagnostic_msgs/msg/DiagnosticArray")]
+        for p in peer.received["alarms"]
+    ]
+    assert levels[0] == 0 and levels[-1] == 2
+    bag = Bag(path)
+    events = [event.message.data for event in bag.messages([EVENT_TOPIC])]
+    assert [json.loads(event.removeprefix("set ")) for event in events] == [
+        {"markers_rate": 0.0},
+        {"monitor.max_normal": [1e-3] * 3},
+    ]
+
+    class Alarms:
+        found = []
+
+        def add(self, t_ns, messages):
+            self.found += [fields for suffix, _, fields in messages if suffix == "alarms"]
+
+    sink = Alarms()
+    assert CONFIGURATION_METADATA in bag.metadata
+    replayed = replay_bag(bag, stored_configuration(bag), 10.0, [sink])
+    assert replayed.events["settings_changed"] == 2
+    told = [{s["name"]: s["level"] for s in fields["status"]}["overload"] for fields in sink.found]
+    # What the node had published last has not reached the peer by its end.
+    assert len(levels) > 2 and told[: len(levels)] == levels
+
+
+def pressed():
+    """Yield the messages of a peg that is pressed on the rim and closes with slip, as bytes."""
+    bag = Bag(ROOT / "bags" / "closing_with_slip.mcap")
+    for item, payload in bag.with_payloads(["/wrench", "/joint_states"]):
+        yield "wrench" if item.topic == "/wrench" else "joints", bytes(payload)
+
+
+def test_a_tare_in_contact_is_refused_and_names_the_mode(peer):
+    messages = list(pressed())
+    with node_process() as process:
+        peer.wait_for_matching()
+        publish(peer, messages[:600])
+        kind, modes = message_class("std_msgs/msg/String"), peer.received["contact_mode"]
+
+        def in_contact():
+            return modes and deserialize_message(modes[-1], kind).data == "three_point"
+
+        peer.spin_until(in_contact, "three-point contact")
+        answer = peer.call("tare", Trigger.Request())
+        assert not answer.success
+        assert answer.message.startswith(
+            "nothing taken: the peg touches, contact mode three_point; call again once it hangs"
+        )
+        yes = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=True)
+        assert put(peer, Parameter(name="wrench.tare_in_contact", value=yes)) == [(True, "")]
+        publish(peer, messages[600:750])
+        answer = peer.call("tare", Trigger.Request())
+        assert answer.success and answer.message.startswith("tare over 100 samples")
+        text = stop(process)
+    assert "tare refused: 1 times" in text
