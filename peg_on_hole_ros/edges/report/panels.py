@@ -165,7 +165,6 @@ def input_panels(configuration: Configuration) -> list[dict]:
                 line(measured, "squared", "measured less estimated", 0),
                 line(estimate, "nis_median", "median NIS", 1),
                 line(estimate, "nis_drift", "drift of NIS", 2),
-                line(estimate, "balance_drift", "drift of the balance of forces", 3),
             ],
             levels=[level(options.gate_threshold, "gate", True), level(3.0, "usual")],
             log=True,

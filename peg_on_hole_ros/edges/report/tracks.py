@@ -19,7 +19,7 @@ _MICRO = {"clearance": 1e6}  # of a metre
 SCALARS = (
     *("jamming_risk", "jamming_wedging", "jamming_stall", "jamming_load"),
     *("transition_probability", "three_point_validity"),
-    *("nis_median", "nis_drift", "balance_drift"),
+    *("nis_median", "nis_drift"),
 )
 _BANDS = (*QUANTITIES, *LEARNT)
 COLUMNS = (
