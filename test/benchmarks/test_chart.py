@@ -52,26 +52,6 @@ def test_no_more_than_twelve_labels_and_each_its_own():
     assert names[0] == str(chart.DEFAULT)
 
 
-def test_what_the_default_and_others_come_to(motion):
-    default, slow, driven, unscented, smoother = scored(
-        motion, chart.DEFAULT, named("mixture (default)", 100), named("DDE-driven"),
-        named("unscented"), named("smoother"),
-    )  # fmt: skip
-    # Of the mean reaction, some 60 N: the wrench's noise is 0.2 N.
-    assert 1e-3 < default.reactions < 2e-2 and default.reactions_inside > 0.9
-    assert default.determined > 0.95 and default.lost == 0
-    # A tenth of the wrenches; where friction is learnt, a time later than half of this motion.
-    assert default.reactions < slow.reactions < 0.1
-    # Noise that is integrated: rates several times worse, and reactions that it does not know.
-    assert driven.tilt_rate > 4 * default.tilt_rate and driven.reactions > 10 * default.reactions
-    # The same process with other points than tangents: much the same where all slips are told.
-    assert 0.5 < unscented.reactions / default.reactions < 2.0
-    assert unscented.tilt_rate < 2.0 * default.tilt_rate
-    # What comes later tells of rates, too; of reactions it says nothing.
-    assert smoother.tilt_rate < 0.8 * default.tilt_rate
-    assert np.isnan(smoother.reactions) and np.isnan(smoother.determined)
-
-
 def test_time_is_that_of_the_motion_and_judging_is_the_defaults(motion, monkeypatch):
     """By a clock that tells a run's wrenches, and twice as many where modes are judged."""
     spent = []

@@ -62,24 +62,6 @@ OFFSETS = (
 )
 
 
-@pytest.mark.parametrize(
-    "given, message",
-    [
-        ("wrench: {bias_torque_stddev: 0.1}", OFFSETS.format("wrench.bias_torque_stddev = 0.1")),
-        ("joints: {hole_tilt_stddev: 0.01}", OFFSETS.format("joints.hole_tilt_stddev = 0.01")),
-        (
-            "filter: {method: iterated}",
-            "filter.method = 'iterated' cannot be smoothed; the smoother works on 'extended'",
-        ),
-    ],
-)
-def test_what_cannot_be_smoothed_is_refused_with_a_remedy(bag, tmp_path, capsys, given, message):
-    config, out = tmp_path / "c.yaml", tmp_path / "out.mcap"
-    config.write_text(f"peg_on_hole:\n  ros__parameters:\n    {given}\n")
-    arguments = ["replay", bag, "--config", config, "--out", out, "--smooth"]
-    fails(capsys, 2, message, *arguments)
-
-
 def test_summary_fits_its_schema_and_counts_every_message(replayed):
     _, summary = replayed
     check(summary, SCHEMA)

@@ -7,7 +7,6 @@ import pytest
 
 from benchmarks.grid.cells import Motion, first_samples, truth_of, with_noise
 from benchmarks.grid.score import run_seeds
-from peg_on_hole_ros.estimator.held_peg import Correction
 from peg_on_hole_ros.estimator.methods import CONSTANTS
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
@@ -107,21 +106,6 @@ def test_where_all_orientations_are_far_the_filter_begins_anew_with_its_mode():
     told = [outputs.contact_mode for outputs in found]
     assert set(told[: begin + 1]) == {"three_point"}
     assert told[begin + 1] == "unknown" and told[-1] == "three_point"
-
-
-def test_a_motion_that_is_faster_than_predicted_is_still_followed():
-    """Of a jump by half a rad/s nothing is refused."""
-    configuration, samples = sliding()
-    pipeline = Pipeline(configuration)
-    numbers(pipeline, samples)
-    kalman, q = pipeline.filter, pipeline.filter.x[:3].copy()
-    results = []
-    for k in range(5):
-        kalman.predict(2e-3, False)
-        q = q + 2e-3 * (kalman.x[3:] if k == 0 else 0.0) + np.array([1e-3, 0.0, 0.0])
-        results.append(kalman.correct(q, 1e-8 * np.eye(3))[0])
-    assert Correction.INFLATED in results
-    assert not {Correction.GATED, Correction.RESET} & set(results)
 
 
 def test_rates_that_are_known_wrongly_are_followed_again_without_a_restart():

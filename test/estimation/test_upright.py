@@ -15,10 +15,10 @@ from peg_on_hole_ros.options import Configuration, FilterOptions, JointInput, Mo
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 
-METHODS = ("extended", "iterated", "unscented", "square_root")
+METHODS = ("mixture", "one_level", "dde_driven", "quasi_static")
 
 
-def outputs(position, method="extended", modes=True, count=60):
+def outputs(position, method="mixture", modes=True, count=60):
     """Return the outputs of a pipeline that is given one orientation, and its counts."""
     configuration = replace(
         Configuration(),

@@ -42,7 +42,7 @@ def risk(
         q = end - (199 - k) * 2e-3 * rates
         follow(motion, -1.0 if k == 0 else 2e-3, q, R, ratio, spread, memory)
     kalman = placed(end, rates, scene, noise, 1e-10, 1e-6)
-    record = press(kalman, wrench)
+    record = press(kalman, wrench, ContactSet.THREE)
     out = np.zeros(len(Risk._fields))
     j, limits = jamming.new_memory(), jamming.limits(options)
     for _ in range(times):

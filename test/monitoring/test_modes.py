@@ -3,7 +3,6 @@
 from dataclasses import replace
 from itertools import product
 from math import erf, exp, sqrt
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from benchmarks.grid.cells import Motion, truth_of, with_noise
 from late_samples import ordered
 from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimator import record as estimate
 from peg_on_hole_ros.estimator.record import DETERMINANT
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -451,21 +449,6 @@ def test_what_friction_makes_of_a_reaction_opens_no_contact():
     pipeline = Pipeline(replace(configuration, scene=replace(configuration.scene, friction=0.15)))
     modes = [outputs.contact_mode for outputs in pipeline.play(measure(truth, 1))]
     assert set(modes[30:]) == {"three_point"}
-
-
-def test_a_thrown_innovation_is_no_other_contact():
-    told, learnt = Innovations(white=False), SimpleNamespace(tells_friction=False)
-
-    def add(nis):
-        told.add(0, nis, learnt, used=False, in_contact=True, touching=False)
-        return misfit_evidence(told.misfit)
-
-    for _ in range(20):
-        assert add(3.0) < 0.0
-    # Two are what noise throws, ten of twenty are another contact.
-    assert add(1e4) < 0.0 and add(1e4) < 0.0
-    assert told.mean > 900.0
-    assert [add(1e4) for _ in range(8)][-1] > 0.0
 
 
 def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave():
