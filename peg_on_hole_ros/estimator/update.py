@@ -8,6 +8,9 @@ from peg_on_hole_ros.estimator.state import DELAY, FRICTION, RATE, TILT
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 _LEAST_PIVOT = 1e-300
+# A variance that an update leaves below this share of what it was is rounding.
+_ROUNDING = 1e-15
+_ANY = 1e300
 
 
 @compiled
@@ -78,8 +81,10 @@ def update(P, w, learnt, least_friction, residual, E, R, k, root, gain, white, s
             if learnt[i] + learnt[j] == 0.0:
                 continue
             v = P[i, j]
+            least = _ROUNDING * v if i == j else -_ANY
             for a in range(k):
                 v -= gain[i, a] * gain[j, a]
+            v = max(v, least)
             P[i, j] = v
             P[j, i] = v
     if learnt[FRICTION] > 0.0:

@@ -7,7 +7,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 
-from cli_helpers import ROOT, config, fails
+from cli_helpers import config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
@@ -268,16 +268,6 @@ def test_stamps_of_two_clocks_are_told_by_when_messages_were_recorded(
     assert inspected(-offset / 1000) == [
         f"{told}were recorded at the same time (joints.delay is {-offset / 1000:g} s); {CLOCKS}"
     ]
-
-
-def test_what_may_be_wrong_is_told_where_nothing_explains_a_recording(tmp_path, capsys):
-    bag = ROOT / "bags" / "closing_with_slip.mcap"
-    given = config(tmp_path, "wrench: {acts_on: robot}\n    joints: {delay: 0.01}")
-    out = tmp_path / "found.yaml"
-    code = main(["calibrate", str(bag), "--config", str(given), "--out", str(out)])
-    assert code == 3 and not out.exists()
-    told = capsys.readouterr().err
-    assert "a wrong wrench.acts_on" in told and "(joints.delay, 0.01 s at the start)" in told
 
 
 def test_joint_states_beyond_the_wrench_have_a_remedy(sliding, tmp_path, capsys):

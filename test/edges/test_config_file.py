@@ -167,7 +167,7 @@ def test_write_and_read_give_the_same_values_back(tmp_path):
         (
             body("scene: {frction: 0.1}"),
             "{path}, line 3: unknown parameter 'scene.frction'; the nearest are: scene.friction, "
-            "scene.friction_stddev, filter.friction",
+            "scene.friction_stddev, scene.friction_k_stddev, filter.friction",
         ),
         (
             body("scene: {peg_mass: 0.5, friction:0.2}"),

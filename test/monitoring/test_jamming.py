@@ -10,6 +10,7 @@ from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.edges.replay import stored_configuration
+from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging

@@ -40,7 +40,7 @@ def test_config_is_looked_through_as_by_every_other_command(tmp_path, capsys):
     path = config(tmp_path, "scene: {frction: 0.3}")
     message = (
         f"{path}, line 3: unknown parameter 'scene.frction'; the nearest are: scene.friction, "
-        "scene.friction_stddev, filter.friction"
+        "scene.friction_stddev, scene.friction_k_stddev, filter.friction"
     )
     fails(capsys, 2, message, "node", "--config", path)
     fails(capsys, 2, "there is no configuration file no.yaml", "node", "--config", "no.yaml")

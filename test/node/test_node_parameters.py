@@ -45,7 +45,7 @@ OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
             ["-p", "scene.frictoin:=0.2"],
             "",
             "peg-on-hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
-            "scene.friction, scene.friction_stddev, filter.friction",
+            "scene.friction, scene.friction_stddev, scene.friction_k_stddev, filter.friction",
         ),
         (
             ["-p", "scene.friction:=1"],
