@@ -95,9 +95,8 @@ def offsets_explained():
             },
             {"bias_force_x", "bias_torque_z_stddev", "hole_tilt_y"},
         ),
-        ({"filter.model": "auto"}, {"model", "model_error"}),
     ],
-    ids=["default", "bias_and_tilt", "model"],
+    ids=["default", "bias_and_tilt"],
 )
 def test_every_number_of_the_monitor_is_explained(settings, told):
     line, names = message_stream(from_parameters(settings)), set()
