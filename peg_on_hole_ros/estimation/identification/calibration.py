@@ -11,6 +11,7 @@ from math import log
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.estimation.identification.guess import guess
@@ -33,15 +34,18 @@ from peg_on_hole_ros.estimation.identification.recording import (
     Recording,
     load,
     motion,
+    quiet,
     shortfall,
     steady,
 )
 from peg_on_hole_ros.estimation.identification.scoring import (
+    EXPLAINED,
     FEW_ITERATIONS,
     Peak,
     Search,
 )
 from peg_on_hole_ros.estimation.identification.selection import (
+    LEVEL,
     NORMAL_95,
     conditional,
     kept_ones,
@@ -56,9 +60,8 @@ FEWEST_INNOVATIONS = 250
 # those of a peg in the hole, of which no parameters of three contacts make anything. gamma0 goes
 # with the root of the clearance: up to twice the stated one.
 FARTHER_TILT = 1.5
-# Innovations squared that are a third too large are not explained; of three times what noise
-# leaves nothing may be told at all.
-EXPLAINED, UNEXPLAINED = 4.0, 9.0
+# Innovations squared of three times what noise leaves: nothing is to be told by them.
+UNEXPLAINED = 9.0
 # A start that ends lower than the best by less than this is as likely.
 AS_LIKELY = 2.0
 # Of a direction that is not told, what a quantity has to be of its longest part to be named.
@@ -67,6 +70,8 @@ PART = 0.3
 BIAS_SHARES = 0.05, 0.2
 # Climbs from one start at most, and how much lower a second start may be to be looked at.
 MOST_CLIMBS, NEAR_ENOUGH = 4, 1000.0
+# Of what was kept so many are set free at once, where that is not borne out.
+FREED = 2
 # Runs of a usual calibration, for the progress.
 USUAL = 250
 
@@ -235,7 +240,8 @@ class _Found(NamedTuple):
         scale = measures(start.scene.hole_diameter, force)
         limits = _limits(start, x0, moved.q[rows, 0].min())
         begin, noise = _with_noise(record, x0, limits)
-        search = Search(likelihood, x0, scale, limits, told)
+        still = Likelihood(quiet(record), parts, start)
+        search = Search(likelihood, still, x0, scale, limits, told)
         free = np.flatnonzero(~IS_NOISE)
         peaks = _peaks(search, likelihood, start, begin, free, force)
         if not peaks:
@@ -243,12 +249,29 @@ class _Found(NamedTuple):
         best = peaks[0]
         covariance, stddev = _spread(best, peaks, free, scale, noise)
         kept = kept_ones(best.x - x0, covariance)
-        x = conditional(best.x, covariance, x0, kept)
-        last = search.climb(x, np.flatnonzero(~kept & ~IS_NOISE)) if kept.any() else best
-        before, last = likelihood.run(x0), last or best
+        last = _with(search, best, covariance, x0, kept)
+        before = likelihood.run(x0)
         nis_before = np.inf if before is None else float(before.nis.mean())
         nis = float(last.run.nis.mean())
         return _Found(last.x, best.x, covariance, stddev, nis_before, nis, scale)
+
+
+def _with(search: Search, best: Peak, covariance, x0, kept) -> Peak:
+    """
+    Return the most likely coordinates with those kept that may be kept.
+
+    Far from its top the likelihood falls faster than its curvature there says: what is not borne
+    out is set free.
+    """
+    kept = kept.copy()
+    away = np.abs(best.x - x0) / np.sqrt(np.diagonal(covariance))
+    while kept.any():
+        x = conditional(best.x, covariance, x0, kept)
+        last = search.climb(x, np.flatnonzero(~kept & ~IS_NOISE))
+        if last is not None and best.value - last.value < chdtri(kept.sum(), LEVEL):
+            return last
+        kept[np.flatnonzero(kept)[np.argsort(away[kept])[-FREED:]]] = False
+    return best
 
 
 def _with_noise(record, x0, limits):
@@ -291,9 +314,10 @@ def _spread(best: Peak, peaks, free, scale, noise):
     The covariance is that of the curvature. Deviations are wider where scores vary by more than
     the curvature promises, and where starts that are as likely end elsewhere.
     """
-    curvature = np.linalg.inv(best.information + np.diag(scale.range[free] ** -2.0))
+    prior = np.diag(scale.range[free] ** -2.0)
+    curvature = np.linalg.inv(best.information + prior)
     varied = best.scores - best.scores.mean(axis=0)
-    sandwich = curvature @ (varied.T @ varied) @ curvature
+    sandwich = curvature @ (varied.T @ varied + prior) @ curvature
     wider = np.maximum(np.diagonal(sandwich) / np.diagonal(curvature), 1.0)
     others = [one.x for one in peaks if best.value - one.value < AS_LIKELY]
     apart = np.ptp(np.array(others), axis=0)[free]

@@ -14,9 +14,10 @@ MOST_HALVINGS = 6
 # The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
 # of a standard deviation in each of ten directions.
 ENOUGH = 0.05
-# Slopes are differences over so many of the deviations that the recording leaves, others known:
-# farther than rounding, nearer than the curve.
-STEP = 0.5
+# Or where a step has gained less: ridges of what looks alike are long and bent.
+LITTLE = 0.1
+# Innovations squared that are a third too large are not explained.
+EXPLAINED = 4.0
 # So many events in a row are summed to see how much the scores vary.
 BLOCK = 50
 
@@ -61,6 +62,10 @@ class Search:
     Parameters
     ----------
     likelihood : Likelihood
+    still : Likelihood
+        Of the same recording with its noise smoothed away: what moves its innovations is the
+        motion. Of the recording as it is, noise that goes through the equations' slopes makes ten
+        times the information of what is hardly told.
     centre : ndarray, shape (14,)
         Of the prior, of spread `measures.range`.
     measures : Measures
@@ -74,18 +79,19 @@ class Search:
     def __init__(
         self,
         likelihood: Likelihood,
+        still: Likelihood,
         centre: np.ndarray,
         measures: Measures,
         limits: tuple[np.ndarray, np.ndarray],
         progress: Callable[[], None] = lambda: None,
     ):
-        self._likelihood, self._centre, self.measures = likelihood, centre, measures
+        self._likelihood, self._still = likelihood, still
+        self._centre, self.measures = centre, measures
         self._limits, self._progress = limits, progress
-        self._step = measures.step.copy()
 
-    def _run(self, x, chosen=None, detailed=False):
+    def _run(self, x):
         self._progress()
-        return self._likelihood.run(x, chosen, detailed)
+        return self._likelihood.run(x)
 
     def value(self, run: Run, x) -> float:
         """Return the logarithm of likelihood and prior."""
@@ -101,34 +107,33 @@ class Search:
         Return what a recording tells of the free coordinates at a point; None where it cannot be.
 
         The information is that of normal innovations: how their mean moves, over their spread.
-        Which component of the mixture they are of, the run at the point says.
+        Without noise it is true where the run explains the recording, and jumps elsewhere.
         """
-        details = run.innovations
-        told = np.einsum("nii->n", details.covariance) > 0
-        covariance = details.covariance[told] + _padding(details.covariance[told])
-        root = np.linalg.inv(np.linalg.cholesky(covariance))
+        told_by = self._still if run.nis.mean() < EXPLAINED else self._likelihood
+        here = told_by.run(x, detailed=True)
+        if here is None:
+            return None
+        told = np.einsum("nii->n", here.innovations.covariance) > 0
+        covariance = here.innovations.covariance[told]
+        root = np.linalg.inv(np.linalg.cholesky(covariance + _padding(covariance)))
         means, scores = [], []
         for i in free:
-            sides = []
-            for sign in (1.0, -1.0):
-                there = x.copy()
-                there[i] = np.clip(
-                    x[i] + sign * self._step[i], self._limits[0][i], self._limits[1][i]
-                )
-                sides.append((there[i], self._run(there, details.chosen, True)))
-            (ahead, one), (behind, other) = sides
-            if one is None or other is None:
+            ahead, behind = (np.clip(self._beside(x, i, sign), *self._limits) for sign in (1, -1))
+            one, other = self._run(ahead), self._run(behind)
+            end = ahead if ahead[i] > x[i] else behind
+            moved = told_by.run(end, here.innovations.chosen, True)
+            if one is None or other is None or moved is None:
                 return None
-            over = 1.0 / (ahead - behind)
-            scores.append((one.log_likelihood - other.log_likelihood) * over)
-            moved = (one.innovations.residual - other.innovations.residual)[told] * over
-            means.append(np.einsum("nij,nj->ni", root, moved))
+            scores.append((one.log_likelihood - other.log_likelihood) / (ahead - behind)[i])
+            gone = (moved.innovations.residual - here.innovations.residual)[told] / (end - x)[i]
+            means.append(np.einsum("nij,nj->ni", root, gone))
         J = np.array(means).reshape(len(free), -1)
-        information = J @ J.T
-        # The next time with differences that suit.
-        known = np.diagonal(information) + self.measures.range[free] ** -2.0
-        self._step[free] = STEP / np.sqrt(known)
-        return Slopes(information, np.array(scores).T)
+        return Slopes(J @ J.T, np.array(scores).T)
+
+    def _beside(self, x, i, sign):
+        there = x.copy()
+        there[i] += sign * self.measures.step[i]
+        return there
 
     def climb(self, x, free, most: int = MOST_ITERATIONS) -> Peak | None:
         """
@@ -144,7 +149,7 @@ class Search:
 
         """
         x = np.clip(x, *self._limits)
-        run = self._run(x, detailed=True)
+        run = self._run(x)
         if run is None:
             return None
         value, converged, slopes = self.value(run, x), False, None
@@ -158,8 +163,11 @@ class Search:
             if moved is None:
                 converged = True
                 break
-            x, value = moved
-            run = self._run(x, detailed=True)
+            x, before, value = moved[0], value, moved[1]
+            run = self._run(x)
+            if value - before < LITTLE:
+                converged = True
+                break
         scores = _blocks(slopes.scores)
         return Peak(x, value, slopes.information, scores, run, converged)
 
