@@ -11,12 +11,10 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
-from inputs import closing
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.edges.messages.ros_messages import message_class
 from peg_on_hole_ros.edges.replay import replay_bag, stored_configuration
 from peg_on_hole_ros.parameter_table import PARAMETERS
 from simulated import ROOT
@@ -49,14 +47,11 @@ def descriptors(peer):
     return dict(zip(names, answer.descriptors, strict=True))
 
 
-def made_up(start_ns, count):
-    for source, message in closing(count, start_ns):
-        yield source, to_ros(JOINTS_TYPE if source == "joints" else WRENCH_TYPE, message)
-
-
-def play(peer, start_ns, count):
-    """Publish a made-up motion."""
-    publish(peer, made_up(start_ns, count))
+def pressed():
+    """Yield the messages of a peg that is pressed on the rim and closes with slip, as bytes."""
+    bag = Bag(ROOT / "bags" / "closing_with_slip.mcap")
+    for item, payload in bag.with_payloads(["/wrench", "/joint_states"]):
+        yield "wrench" if item.topic == "/wrench" else "joints", bytes(payload)
 
 
 def publish(peer, messages):
@@ -121,19 +116,18 @@ def test_what_cannot_be_set_says_why(peer):
 
 
 def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_path):
-    path = tmp_path / "arrivals.mcap"
+    path, messages = tmp_path / "arrivals.mcap", list(pressed())
     with node_process("-p", f"record_arrivals:={path}") as process:
         peer.wait_for_matching()
-        play(peer, 10**10, 200)
+        publish(peer, messages[:500])
         (done,) = put(peer, double("markers_rate", 0.0))
         assert done == (True, "")
-        # Peaks of this motion are some tens of newtons.
         limits = ParameterValue(
             type=ParameterType.PARAMETER_DOUBLE_ARRAY, double_array_value=[1e-3] * 3
         )
         assert put(peer, Parameter(name="monitor.max_normal", value=limits)) == [(True, "")]
         before = len(peer.received["markers"])
-        play(peer, 10**10 + 200_000_000, 200)
+        publish(peer, messages[500:800])
         assert len(peer.received["markers"]) == before > 0
         text = stop(process)
     assert "set monitor.max_normal" in text
@@ -163,13 +157,6 @@ def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_pa
     told = [{s["name"]: s["level"] for s in fields["status"]}["overload"] for fields in sink.found]
     # What the node had published last has not reached the peer by its end.
     assert len(levels) > 2 and told[: len(levels)] == levels
-
-
-def pressed():
-    """Yield the messages of a peg that is pressed on the rim and closes with slip, as bytes."""
-    bag = Bag(ROOT / "bags" / "closing_with_slip.mcap")
-    for item, payload in bag.with_payloads(["/wrench", "/joint_states"]):
-        yield "wrench" if item.topic == "/wrench" else "joints", bytes(payload)
 
 
 def test_a_tare_in_contact_is_refused_and_names_the_mode(peer):
