@@ -14,7 +14,7 @@ MISFIT = (
     "scene, the hole's direction, joints.delay, the order of joints.names, units (N, N m), and "
     "the stated noise"
 )
-MISFIT_COUNTS = ("innovations_too_large", "forces_out_of_balance")
+MISFIT_COUNT = "innovations_too_large"
 _NO_STAMPS = "those of one are all zero: its driver does not set them, and has to"
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 _LOOP = "they come again, as in a recording that was played in a loop"
@@ -250,11 +250,11 @@ def lines(
     shares = result["contact_mode"]
     if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
         told.append(_NEVER.format(configuration.scene.gamma0))
-    found = [name for name in MISFIT_COUNTS if result["messages"]["events"].get(name)]
+    misfit = result["messages"]["events"].get(MISFIT_COUNT)
     told += [f"{source}: {line}" for source in read for line in seen.odd(source)]
     told += _other_unit(configuration, seen)
     told += [seen.loop] if seen.loop else []
-    return [*told, *([f"{' and '.join(found)}: {MISFIT}"] if found else [])]
+    return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit else [])]
 
 
 def _other_unit(configuration, seen):

@@ -56,12 +56,6 @@ def test_smoothed_state_is_added_and_changes_nothing_else(bag, replayed, tmp_pat
     fails(capsys, 2, message, *arguments)
 
 
-OFFSETS = (
-    "{} cannot be smoothed: the smoother carries neither bias nor tilt; set it to 0.0 and state "
-    "what `calibrate` finds, or leave out --smooth"
-)
-
-
 def test_summary_fits_its_schema_and_counts_every_message(replayed):
     _, summary = replayed
     check(summary, SCHEMA)

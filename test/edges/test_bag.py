@@ -305,6 +305,16 @@ def test_failure_while_writing_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_interruption_while_a_file_is_begun_leaves_none(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("peg_on_hole_ros.edges.bags.writer.Writer.start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        BagWriter(tmp_path / "out.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_place_that_cannot_be_written(tmp_path):
     with pytest.raises(PegOnHoleError, match="cannot write .*out.mcap: No such file"):
         BagWriter(tmp_path / "none" / "out.mcap")

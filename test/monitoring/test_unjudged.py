@@ -24,7 +24,7 @@ NUMBERS = {
     "transition_probability", "friction", "friction_stddev", "clearance", "clearance_stddev",
     "reactions_determined",
 }  # fmt: skip
-AT_TIMES = {"nis_median", "nis_drift", "balance_drift", "friction_rivals"}
+AT_TIMES = {"nis_median", "nis_drift"}
 
 
 def pipeline(modes=False):

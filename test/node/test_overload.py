@@ -153,9 +153,3 @@ def test_a_gripper_on_the_topic_of_the_joint_states_is_no_trouble():
     ]
     total.update(joints_used=1, joints_dropped_missing_joint=1)
     assert diagnostics.rest(total) == []
-
-
-@pytest.mark.parametrize(("widened", "told"), [(10, []), (11, ["rates widened: 11 times"])])
-def test_rates_that_are_widened_now_and_then_are_usual(widened, told):
-    counts = {"joints_used": 100, "rates_widened": widened}
-    assert Diagnostics().report(0, 10**9, counts, {})[1] == told

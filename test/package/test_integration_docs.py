@@ -32,7 +32,6 @@ def counts():
     for module in (pipeline, processing):
         yield from literals(module, r'counts\["(\w+)"\]')
     yield from literals(processing, r'"(joints_gated)" if')
-    yield from literals(processing, r'Prediction\.\w+: "(\w+)"')
     for module in (measurement, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"

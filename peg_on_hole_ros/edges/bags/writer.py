@@ -80,10 +80,15 @@ class BagWriter:
             self._stream = self._part.open("wb")
         except OSError as error:
             raise self._cannot_write(error) from None
-        self._writer = Writer(
-            self._stream, chunk_size=chunk_bytes, compression=CompressionType.ZSTD
-        )
-        self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
+        try:
+            self._writer = Writer(
+                self._stream, chunk_size=chunk_bytes, compression=CompressionType.ZSTD
+            )
+            self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
+        except BaseException:
+            # Nobody else can: without a writer there is no block to leave.
+            self._remove()
+            raise
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, tuple[int, Encoder]] = {}
         self._latched = frozenset(latched)

@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Callable
 
-from peg_on_hole_ros.edges.advice import MISFIT, MISFIT_COUNTS
+from peg_on_hole_ros.edges.advice import MISFIT, MISFIT_COUNT
 from peg_on_hole_ros.edges.messages.output import HARDWARE_ID
 from peg_on_hole_ros.edges.messages.plain import header
 
@@ -29,10 +29,8 @@ _NOT_ALONE = (
 _OTHER_CLOCK = 1.0
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
-    "|step_divided_.*|step_without_direction|settings_changed)$"
+    "|settings_changed)$"
 )
-# Usual at touch-down and at stick; of more than this share of the joint states it is a warning.
-_WIDENED, _OFTEN = "rates_widened", 0.1
 # Of another driver on the topic, as a gripper's, where joint states that can be used come too.
 _SHARED = "joints_dropped_missing_joint"
 
@@ -135,8 +133,6 @@ class Diagnostics:
         new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
         self._counts = dict(counts)
         self._shared = new.pop(_SHARED, 0) if new.get("joints_used", 0) > 0 else 0
-        if new.get(_WIDENED, 0) <= _OFTEN * new.get("joints_used", 0):
-            new.pop(_WIDENED, None)
         # What a late message changed may also have undone something.
         return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
 
@@ -175,7 +171,7 @@ class Diagnostics:
         if any(name.endswith(_OWN_ERROR) for name in new):
             text = "an error of the program: the filter was restarted, its log has the traceback"
             return _status("filter", ERROR, text, health)
-        if any(name in new for name in MISFIT_COUNTS):
+        if MISFIT_COUNT in new:
             return _status("filter", WARN, MISFIT, health)
         running = f"running; {model}" if model else "running"
         return _status("filter", OK, running if self._outputs else "no estimate", health)
