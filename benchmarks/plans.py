@@ -12,6 +12,7 @@ what came first: a wedge, a load beyond its limit, a contact that parts, or noth
 import argparse
 import csv
 import os
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -203,9 +204,9 @@ def foreseen(drawn: Drawn, motion) -> tuple[str, float]:
     return _CAUSES.get(name, "wedge" if name == "WEDGE" else "holder"), ahead.expected_tilt
 
 
-def rows(count: int, seed: int):
+def rows(numbers: Iterable[int], seed: int):
     """Yield a row of figures for each cell."""
-    for number in range(count):
+    for number in numbers:
         drawn = cell_of(number, seed)
         plan = plan_motion(drawn.scene, drawn.cell, drawn.max_normal)
         row = {"cell": number, "possible": plan.possible}
@@ -267,22 +268,39 @@ def summary(found) -> str:
     return "\n".join(lines)
 
 
+def kept_rows(path: str | None) -> list[dict]:
+    """Return the rows that an earlier run wrote."""
+    if not path or not os.path.exists(path):
+        return []
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{name: _value(text) for name, text in row.items()} for row in csv.DictReader(file)]
+
+
+def _value(text):
+    if text in ("True", "False"):
+        return text == "True"
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def main(arguments=None):
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--cells", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--csv", help="write a row for each cell")
+    parser.add_argument("--csv", help="a row for each cell; those that are there are kept")
     options = parser.parse_args(arguments)
-    found, writer = [], None
-    with open(options.csv or os.devnull, "w", newline="", encoding="utf-8") as file:
-        for row in rows(options.cells, options.seed):
-            found.append(row)
-            if writer is None:
-                writer = csv.DictWriter(file, row)
+    found = kept_rows(options.csv)[: options.cells]
+    with open(options.csv or os.devnull, "a", newline="", encoding="utf-8") as file:
+        for row in rows(range(len(found), options.cells), options.seed):
+            writer = csv.DictWriter(file, row)
+            if not found:
                 writer.writeheader()
             writer.writerow(row)
             file.flush()
+            found.append(row)
     print(summary(found))
 
 
