@@ -1,7 +1,8 @@
 """
 Hold plans, and what they say of plain closing, against simulation in drawn cells.
 
-    python benchmarks/plans.py [--cells 300] [--seed 0] [--csv plans.csv]
+    python benchmarks/plans.py [--cells 300] [--seed 0] [--looser 1] [--bare]
+        [--csv plans.csv]
 
 Each cell draws peg, clearance, friction with its spread, holder, limits and rates. The plan is
 made of what is stated; friction and clearance that hold in the simulation are drawn from their
@@ -12,6 +13,7 @@ what came first: a wedge, a load beyond its limit, a contact that parts, or noth
 import argparse
 import csv
 import os
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -57,10 +59,21 @@ class Drawn(NamedTuple):
     true: Scene
 
 
-def cell_of(number: int, seed: int = 0) -> Drawn:
-    """Return a cell; the same numbers give the same cell."""
+def cell_of(number: int, seed: int = 0, looser: float = 1.0, bare: bool = False) -> Drawn:
+    """
+    Return a cell; the same numbers give the same cell.
+
+    Parameters
+    ----------
+    number, seed : int
+    looser : float
+        Factor on the load limits.
+    bare : bool
+        Whether the peg is a cylinder of 30 mm at least that no tool makes heavier: such wedge.
+
+    """
     draw = Draw([8_200, seed, number])
-    D = draw.log(0.010, 0.100)
+    D = draw.log(0.030 if bare else 0.010, 0.100)
     clearance = D * draw.log(5e-4, 1e-2)
     # With the tool that grips it the peg is no cylinder.
     mass, height = draw.log(0.3, 3.0), D * draw.even(1.0, 2.0)
@@ -69,9 +82,10 @@ def cell_of(number: int, seed: int = 0) -> Drawn:
         peg_diameter=D - clearance,
         peg_height=height,
         peg_mass=mass,
-        mass_center_height=height,
-        transverse_inertia=mass * (0.03**2 + height**2 / 3),
-        axial_inertia=mass * (0.02**2 + D**2 / 8),
+        # Zero is a solid cylinder's.
+        mass_center_height=0.0 if bare else height,
+        transverse_inertia=0.0 if bare else mass * (0.03**2 + height**2 / 3),
+        axial_inertia=0.0 if bare else mass * (0.02**2 + D**2 / 8),
         friction=draw.even(0.08, 0.35),
         friction_stddev=draw.even(0.005, 0.03),
         clearance_stddev=clearance * draw.even(0.0, 0.05),
@@ -91,7 +105,7 @@ def cell_of(number: int, seed: int = 0) -> Drawn:
         max_slip_rate=draw.log(0.2, 3.0),
         max_slide_rate=draw.even(0.2, 1.0) if draw.chance(0.3) else 0.0,
     )
-    limit = push * draw.log(3.0, 20.0)
+    limit = looser * push * draw.log(3.0, 20.0)
     rng = np.random.default_rng([8_200, seed, number, 1])
     friction = max(scene.friction + scene.friction_stddev * rng.standard_normal(), 0.0)
     gap = max(clearance + scene.clearance_stddev * rng.standard_normal(), 0.05 * clearance)
@@ -203,10 +217,10 @@ def foreseen(drawn: Drawn, motion) -> tuple[str, float]:
     return _CAUSES.get(name, "wedge" if name == "WEDGE" else "holder"), ahead.expected_tilt
 
 
-def rows(count: int, seed: int):
+def rows(numbers: Iterable[int], seed: int, looser: float = 1.0, bare: bool = False):
     """Yield a row of figures for each cell."""
-    for number in range(count):
-        drawn = cell_of(number, seed)
+    for number in numbers:
+        drawn = cell_of(number, seed, looser, bare)
         plan = plan_motion(drawn.scene, drawn.cell, drawn.max_normal)
         row = {"cell": number, "possible": plan.possible}
         motions = {"plain": (plan.plain, plan.plain_outlook), "plan": (plan.motion, plan.outlook)}
@@ -267,22 +281,42 @@ def summary(found) -> str:
     return "\n".join(lines)
 
 
+def kept_rows(path: str | None) -> list[dict]:
+    """Return the rows that an earlier run wrote."""
+    if not path or not os.path.exists(path):
+        return []
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{name: _value(text) for name, text in row.items()} for row in csv.DictReader(file)]
+
+
+def _value(text):
+    if text in ("True", "False"):
+        return text == "True"
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def main(arguments=None):
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--cells", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--csv", help="write a row for each cell")
+    parser.add_argument("--looser", type=float, default=1.0, help="factor on the load limits")
+    parser.add_argument("--bare", action="store_true", help="cylinders without a tool")
+    parser.add_argument("--csv", help="a row for each cell; those that are there are kept")
     options = parser.parse_args(arguments)
-    found, writer = [], None
-    with open(options.csv or os.devnull, "w", newline="", encoding="utf-8") as file:
-        for row in rows(options.cells, options.seed):
-            found.append(row)
-            if writer is None:
-                writer = csv.DictWriter(file, row)
+    found = kept_rows(options.csv)[: options.cells]
+    numbers = range(len(found), options.cells)
+    with open(options.csv or os.devnull, "a", newline="", encoding="utf-8") as file:
+        for row in rows(numbers, options.seed, options.looser, options.bare):
+            writer = csv.DictWriter(file, row)
+            if not found:
                 writer.writeheader()
             writer.writerow(row)
             file.flush()
+            found.append(row)
     print(summary(found))
 
 

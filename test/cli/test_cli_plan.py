@@ -78,10 +78,12 @@ def test_a_cell_that_contradicts_itself_is_refused(text, message, tmp_path, caps
 
 def test_a_wrong_parameter_is_refused_with_its_range(tmp_path, capsys):
     path = config(tmp_path, "plan: {aim: speed}")
-    message = f"{path}: plan.aim = 'speed' is not one of time, turning"
+    message = f"{path}, line 3: plan.aim = 'speed' is not one of time, turning"
     fails(capsys, 2, message, "plan", "--config", path)
     path = config(tmp_path, "plan: {max_slip_rate: 200.0}")
-    message = f"{path}: plan.max_slip_rate = 200 rad/s is not within 0 to 100 rad/s; degrees? "
+    message = (
+        f"{path}, line 3: plan.max_slip_rate = 200 rad/s is not within 0 to 100 rad/s; degrees? "
+    )
     message += "200 of them a second are 3.49066 rad/s"
     fails(capsys, 2, message, "plan", "--config", path)
 
