@@ -76,8 +76,10 @@ def test_what_holds(ran):
         assert np.isfinite(cell["classes"]["outside"]["rms"]).all()
     steady = cells["slip"]["classes"]["outside"]
     assert steady["sound"] > 0.95 and steady["determined"] > 0.95
-    # A held peg is smoother than the bound on states takes it for; 4 runs scatter by a tenth.
-    assert max(steady["ratio"]) <= 1.15, steady["ratio"]
+    # The bound is told how calm the holder is, which the estimate has to allow for turning out
+    # otherwise: that costs rates most.
+    assert max(steady["ratio"][:3]) <= 1.4 and max(steady["ratio"][6:]) <= 1.2, steady["ratio"]
+    assert max(steady["ratio"][3:6]) <= 3.0, steady["ratio"]
     assert min(steady["coverage"]) >= 0.91, steady["coverage"]
     assert min(cells["reversals"]["classes"]["outside"]["coverage"]) >= 0.88
     assert all(2.5 <= cell["nis"] <= 3.5 for cell in cells.values())
