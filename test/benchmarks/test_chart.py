@@ -154,6 +154,9 @@ def test_motions_are_put_together():
     (whole,) = chart.overall(found)
     assert whole.reactions == pytest.approx(0.02) and whole.microseconds == 2.0
     assert whole.lost == pytest.approx(1 / 6)
+    # A motion in which nothing is determined says nothing of coverage.
+    untold = made_up("x", 0.02)._replace(reactions_inside=float("nan"))
+    assert chart.overall([*found, untold])[0].reactions_inside == 0.95
     assert np.isnan(chart.overall([made_up("x", float("nan"))])[0].reactions)
 
 
@@ -205,7 +208,11 @@ def test_hollow_is_what_does_not_keep_its_word():
     bound = scenes.Least(0.004, float("nan"))
     kept = overall("mixture (default), 1 kHz", 0.01, 0.01, microseconds=10.0)
     wrong = overall("one level, 100 Hz", 0.005, 0.005, microseconds=5.0)
-    for change in ({"reactions_inside": 0.5}, {"reactions_inside": float("nan")}, {"lost": 0.1}):
+    nothing = float("nan")
+    for change in (
+        {"reactions_inside": 0.5}, {"reactions_inside": nothing}, {"lost": 0.1},
+        {"determined": 0.2},
+    ):  # fmt: skip
         fig = figure([kept, wrong._replace(**change)], bound)
         points = [
             line for axis in fig.axes for line in axis.lines if line.get_marker() in ("o", "^")

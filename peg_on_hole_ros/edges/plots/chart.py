@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.edges.plots.labels import place_labels
-from peg_on_hole_ros.study.chart import DEFAULT, LEAST_COVERAGE, front
+from peg_on_hole_ros.study.chart import DEFAULT, LEAST_COVERAGE, LEAST_DETERMINED, front
 from peg_on_hole_ros.study.scenes import Least
 
 # Okabe and Ito's, with a marker for each rate.
@@ -42,7 +42,7 @@ def figure(rows, bound: Least) -> Figure:
         Line2D([], [], color=_DEFAULT, marker="o", linestyle="", markersize=9, label="default"),
         Line2D(
             [], [], color=_OTHER, marker="o", linestyle="", markerfacecolor="white",
-            label=f"hollow: less than {100 * LEAST_COVERAGE:.0f} % within bounds of 95 %",
+            label=f"hollow: under {100 * LEAST_COVERAGE:.0f} % within bounds of 95 %, or untold",
         ),
         Line2D([], [], color=_FRONT, linewidth=2, label="front: none is cheaper and better"),
     ]  # fmt: skip
@@ -89,5 +89,7 @@ def _panel(fig, axis, rows, errors, bound):
 
 def _keeps(row):
     """Return whether an estimator's word on its reactions counts; a smoother gives none."""
-    told = np.isnan(row.reactions) or row.reactions_inside >= LEAST_COVERAGE
-    return not row.lost and bool(told)
+    if np.isnan(row.reactions):
+        return not row.lost
+    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= LEAST_COVERAGE
+    return bool(sure) and not row.lost
