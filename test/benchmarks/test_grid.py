@@ -119,6 +119,9 @@ def test_table_and_summary(ran):
     text = summary(cells)
     assert "- align 0.1 mm f 0.5 1 rad/s: contact K opened" in text
     assert "| with reactions in 93 %, outside | 2 of 2 |" in text
+    assert text.startswith(
+        f"2 cells, of each so many noise seeds and starts that are off: {SEEDS}"
+    )
     assert "less than 85 %:" not in text
     surely_wrong = json.loads(json.dumps(cells))
     surely_wrong[0]["classes"]["outside"]["coverage_determined"][1] = 0.8
