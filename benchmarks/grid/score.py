@@ -16,6 +16,7 @@ from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
 from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.study.scenes import holder_of
 
 STATES, REACTIONS = slice(0, 6), slice(6, 9)
 QUANTITIES = (*ANGLES, *(f"{name}_rate" for name in ANGLES), *(f"N_{name}" for name in CONTACTS))
@@ -86,7 +87,8 @@ def bound_along(plan, t_ns, state, wrench):
     )
     return posterior_bound(
         scene, t, state, wrench, sensors,
-        settings.filter.initial_rate_stddev, plan.slip_velocity_scale, None,
+        settings.filter.initial_rate_stddev, plan.slip_velocity_scale,
+        holder_of(t, np.asarray(state)[:, 3:]),
         settings.filter.friction_noise if scene.friction_stddev else 0.0,
     )  # fmt: skip
 

@@ -228,7 +228,12 @@ def shortfalls(cells, most: int = 12) -> list[str]:
 
 def summary(cells, others=None) -> str:
     """Return the summary in Markdown: all cells, kinds of cells, what falls short."""
-    lines = [*gate_table(cells, others), "", *kinds(cells)]
+    ran = [cell for cell in cells if "seeds" in cell]
+    seeds = "; ".join(sorted({f"{c['seeds']} and {c['start_seeds']}" for c in ran}))
+    lines = [
+        f"{len(ran)} cells, of each so many noise seeds and starts that are off: {seeds}.", "",
+        *gate_table(cells, others), "", *kinds(cells),
+    ]  # fmt: skip
     short = shortfalls(cells)
     if short:
         lines += ["", "Called determined, and covered in less than 85 %:", "", *short]

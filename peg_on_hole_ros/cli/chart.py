@@ -2,7 +2,6 @@
 
 from argparse import Namespace
 from dataclasses import asdict
-from math import isnan
 from time import thread_time
 
 from peg_on_hole_ros.cli.pictures import needed, save
@@ -37,7 +36,7 @@ def run(arguments: Namespace) -> int:
         with Progress("chart") as progress:
             for k, case in enumerate(cases):
                 truth = scenes.truth_of(case, configuration)
-                bounds.append(scenes.least_error(truth, scenes.bound_along(truth)))
+                bounds.append(scenes.least_errors(truth, scenes.bound_along(truth)))
                 if k * len(chart.ESTIMATORS) >= len(rows.rows):
                     rows.add(chart.scores(chart.ESTIMATORS, case.name, truth, seeds, CLOCK))
                 progress((k + 1) / len(cases))
@@ -46,10 +45,10 @@ def run(arguments: Namespace) -> int:
         raise
     rows.finish()
     found = chart.overall([chart.Score(*row[:2], *_numbers(row[2:])) for row in rows.rows])
-    bound = chart.geometric_mean(bounds)
+    bound = scenes.Least(*map(chart.geometric_mean, zip(*bounds)))
     from peg_on_hole_ros.edges.plots.chart import figure
 
-    picture = figure(found, None if isnan(bound) else bound)
+    picture = figure(found, bound)
     written = [rows.path, *save(picture, folder / "chart")]
     print(summary(found, bound))
     print(", ".join(map(str, written)))
@@ -60,7 +59,7 @@ def _numbers(row):
     return [float(value) if value else float("nan") for value in row]
 
 
-def summary(found: list[chart.Overall], bound: float) -> str:
+def summary(found: list[chart.Overall], bound: scenes.Least) -> str:
     """Return the figures as a table, and the bound."""
     head = [
         "estimator",
@@ -79,4 +78,5 @@ def summary(found: list[chart.Overall], bound: float) -> str:
         ]
         for row in found
     ]  # fmt: skip
-    return f"{table(head, lines)}\nbound on the reactions at 1 kHz: {100 * bound:.2f} %"
+    least = f"reactions {100 * bound.reactions:.2f} %, tilt rate {bound.tilt_rate:.4f}"
+    return f"{table(head, lines)}\nbound at 1 kHz: {least}"

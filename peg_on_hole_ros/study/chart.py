@@ -19,6 +19,8 @@ from peg_on_hole_ros.study.unscented import make_unscented
 WARM = 150
 # Below this, 95 % bounds are sure and wrong.
 LEAST_COVERAGE = 0.9
+# Of the samples; an estimator that determines less tells nothing.
+LEAST_DETERMINED = 0.5
 # Thousands of times what one wrench tells of an acceleration [rad/s^2].
 DDE_LEVEL = 1e5
 
@@ -170,7 +172,9 @@ def scores(chosen, case: str, truth, seeds, clock) -> list[Score]:
 
 
 def _median(values):
-    return float(np.median(values))
+    """Return the median of what is a number; NaN of none."""
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.median(known)) if known else float("nan")
 
 
 class Overall(NamedTuple):

@@ -5,7 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.bound import Bound, Meaning, Sensors, posterior_bound
+from peg_on_hole_ros.estimation.bound import (
+    Bound,
+    Meaning,
+    Sensors,
+    Smoothness,
+    posterior_bound,
+    smoothness,
+)
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
@@ -13,6 +20,8 @@ from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import Truth, integrate
 
 LEAD_IN = 0.05
+# Accelerations of the calmest holder, as of the default's lowest level [rad/s^2], [s].
+CALMEST, FADES = 3.0, 0.05
 # Tilt over gamma0 at the end, start offset [m], and rates [rad/s] at the ends of legs of LEG [s].
 _MOTIONS = {
     "closing with slip": (1.25, (0.0, 0.0, -0.001), [(-0.16, 0, 2)] * 4),
@@ -121,6 +130,25 @@ def true_wrench(truth: Truth) -> np.ndarray:
     return np.hstack(parts)
 
 
+def holder_of(t, rates) -> Smoothness:
+    """
+    Return how smoothly a holder moves a peg that moves so: its own level, and the calmest's.
+
+    A motion of constant rates has no accelerations, but nobody knows that before it is over.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        [s].
+    rates : ndarray, shape (n, 3)
+        [rad/s].
+
+    """
+    own = smoothness(t, np.gradient(rates, t, axis=0))
+    calm = own.level < CALMEST
+    return Smoothness(np.where(calm, CALMEST, own.level), np.where(calm, FADES, own.time))
+
+
 def bound_along(truth: Truth) -> Bound:
     """Return the bound of any estimator along a truth, for what the configuration states."""
     configuration = truth.plan.configuration
@@ -132,17 +160,29 @@ def bound_along(truth: Truth) -> Bound:
         np.arange(len(truth.t_ns)) % every == 0,
     )
     learnt = scene.friction_stddev > 0.0 and options.friction == "estimated"
+    t = truth.t_ns * 1e-9
     return posterior_bound(
-        scene, truth.t_ns * 1e-9, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
-        options.initial_rate_stddev, truth.plan.slip_velocity_scale, None,
+        scene, t, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
+        options.initial_rate_stddev, truth.plan.slip_velocity_scale,
+        holder_of(t, truth.rates),
         options.friction_noise if learnt else 0.0,
     )  # fmt: skip
 
 
-def least_error(truth: Truth, bound: Bound) -> float:
-    """Return the bound on the reactions' error over their mean where it is sound; NaN: nowhere."""
+class Least(NamedTuple):
+    """The bound on errors as of `runs.Errors`, over where it is sound; NaN: nowhere."""
+
+    reactions: float
+    tilt_rate: float
+
+
+def least_errors(truth: Truth, bound: Bound) -> Least:
+    """Return the bound on the errors over a motion."""
     sound = bound.meaning == Meaning.SOUND
     if not sound.any():
-        return float("nan")
+        return Least(float("nan"), float("nan"))
     variance = np.diagonal(bound.reactions[sound], axis1=1, axis2=2)
-    return float(np.sqrt(variance.mean()) / truth.normal.mean())
+    return Least(
+        float(np.sqrt(variance.mean()) / truth.normal.mean()),
+        float(np.sqrt(bound.state[sound, 3, 3].mean())),
+    )

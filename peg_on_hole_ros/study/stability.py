@@ -13,7 +13,7 @@ from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import Truth, integrate
-from peg_on_hole_ros.study.chart import by_method, make_dde_driven
+from peg_on_hole_ros.study.chart import LEAST_DETERMINED, by_method, make_dde_driven
 from peg_on_hole_ros.study.runs import errors, run, told_of_contact
 from peg_on_hole_ros.study.scenes import first_samples
 from peg_on_hole_ros.study.unscented import make_unscented
@@ -26,8 +26,6 @@ METHODS = {
 }
 # Of 95 % bounds, of the least covered quantity.
 LEAST_COVERAGE = 0.85
-# Of the samples; an estimator that determines less tells nothing.
-LEAST_DETERMINED = 0.5
 LEAD_IN, LEG = 0.05, 0.15
 # Turns as fast as the paper's go with its closing: 2 rad/s with 0.16 rad/s.
 _TURN = 12.5
@@ -63,7 +61,7 @@ class Place(NamedTuple):
         Of closing [rad/s].
     friction : float
     clearance : float
-        Over the diameter.
+        [% of the diameter].
 
     """
 
@@ -72,30 +70,38 @@ class Place(NamedTuple):
     lever: float = 0.07
     speed: float = 0.16
     friction: float = 0.2
-    clearance: float = 2e-3
+    clearance: float = 0.2
 
 
 class Axis(NamedTuple):
-    """A quantity of the map: its field in `Place`, its label, its range on a log scale."""
+    """
+    A quantity of the map: its field in `Place`, its label, its range on a log scale.
+
+    Where there are values that sensors have, the nearest of them are taken.
+    """
 
     name: str
     label: str
     low: float
     high: float
+    usual: tuple[float, ...] = ()
 
     def places(self, count: int) -> Iterator[Place]:
         """Yield places along the axis, all else as usual."""
         for value in np.geomspace(self.low, self.high, count).tolist():
-            yield Place(**{self.name: value})
+            near = min(self.usual, key=lambda one: abs(np.log(one / value)), default=value)
+            yield Place(**{self.name: near})
 
 
+# Those of force-torque sensors [Hz].
+RATES = (100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0, 2500.0, 4000.0, 5000.0)
 AXES = (
-    Axis("rate", "rate of the wrench [Hz]", 100.0, 4000.0),
+    Axis("rate", "rate of the wrench [Hz]", 100.0, 5000.0, RATES),
     Axis("size", "diameter [m]", 0.004, 0.1),
     Axis("lever", "lever of the sensor [m]", 0.02, 0.4),
     Axis("speed", "speed of closing [rad/s]", 0.01, 0.64),
     Axis("friction", "friction", 0.05, 0.6),
-    Axis("clearance", "clearance over diameter", 4e-4, 4e-2),
+    Axis("clearance", "clearance [% of the diameter]", 0.04, 4.0),
 )
 COLUMNS = (
     "axis", *Place._fields, "method", "verdict", "reactions", "states_inside", "reactions_inside",
@@ -132,7 +138,7 @@ def truth_at(place: Place, configuration: Configuration) -> Truth | None:
     """Return the motion at a place as far as it keeps three contacts; None: it does not begin."""
     D, scaled = place.size, place.size / _HOLE
     scene = replace(
-        configuration.scene, hole_diameter=D, peg_diameter=D * (1.0 - place.clearance),
+        configuration.scene, hole_diameter=D, peg_diameter=D * (1.0 - 0.01 * place.clearance),
         peg_height=1.4 * D, friction=place.friction, mass_center_height=0.0,
         transverse_inertia=0.0, axial_inertia=0.0,
     )  # fmt: skip
@@ -158,8 +164,9 @@ def truth_at(place: Place, configuration: Configuration) -> Truth | None:
         "start": {"angles": [start, 0.0, 0.0], "rates": legs[0], "offset": [0.0, 0.0, -1e-3]},
         "phases": phases,
     }  # fmt: skip
+    plan = plan_from_tree(replace(configuration, scene=scene, wrench=wrench), tree)
     try:
-        truth = integrate(plan_from_tree(replace(configuration, scene=scene, wrench=wrench), tree))
+        truth = integrate(plan)
     except PegOnHoleError:
         return None
     good = (truth.mode == "three_point") & truth.known

@@ -52,6 +52,26 @@ def test_no_more_than_twelve_labels_and_each_its_own():
     assert names[0] == str(chart.DEFAULT)
 
 
+def test_what_the_default_and_others_come_to(motion):
+    default, slow, driven, unscented, smoother = scored(
+        motion, chart.DEFAULT, named("mixture (default)", 100), named("DDE-driven"),
+        named("unscented"), named("smoother"),
+    )  # fmt: skip
+    # Of the mean reaction, some 60 N: the wrench's noise is 0.2 N.
+    assert 1e-3 < default.reactions < 2e-2 and default.reactions_inside > 0.9
+    assert default.determined > 0.95 and default.lost == 0
+    # A tenth of the wrenches; where friction is learnt, a time later than half of this motion.
+    assert default.reactions < slow.reactions < 0.1
+    # Noise that is integrated: rates several times worse, and reactions that it does not know.
+    assert driven.tilt_rate > 4 * default.tilt_rate and driven.reactions > 4 * default.reactions
+    # The same process with other points than tangents: much the same where all slips are told.
+    assert 0.5 < unscented.reactions / default.reactions < 2.0
+    assert unscented.tilt_rate < 2.0 * default.tilt_rate
+    # What comes later tells of rates, too; of reactions it says nothing.
+    assert smoother.tilt_rate < 0.8 * default.tilt_rate
+    assert np.isnan(smoother.reactions) and np.isnan(smoother.determined)
+
+
 def test_time_is_that_of_the_motion_and_judging_is_the_defaults(motion, monkeypatch):
     """By a clock that tells a run's wrenches, and twice as many where modes are judged."""
     spent = []
@@ -110,6 +130,15 @@ def test_errors_are_those_of_the_track(motion):
     assert runs.errors(motion, silent).lost
 
 
+def test_a_holder_is_no_calmer_than_the_calmest():
+    t = np.arange(400) * 1e-3
+    rates = np.stack([np.full(400, -0.16), 0.5 * np.sin(40 * t), np.zeros(400)], axis=1)
+    found = scenes.holder_of(t, rates)
+    # 0.5 times 40 rad/s^2 at the most, and over the root of two of it.
+    assert found.level == pytest.approx([3.0, 20 / np.sqrt(2), 3.0], rel=0.1)
+    assert found.time[0] == found.time[2] == 0.05 and found.time[1] < 0.04
+
+
 def test_front_keeps_what_nothing_beats():
     cost, error = np.array([1.0, 2.0, 3.0, 2.0]), np.array([5.0, 1.0, 2.0, 4.0])
     assert chart.front(cost, error) == [0, 1]
@@ -125,15 +154,18 @@ def test_motions_are_put_together():
     (whole,) = chart.overall(found)
     assert whole.reactions == pytest.approx(0.02) and whole.microseconds == 2.0
     assert whole.lost == pytest.approx(1 / 6)
+    # A motion in which nothing is determined says nothing of coverage.
+    untold = made_up("x", 0.02)._replace(reactions_inside=float("nan"))
+    assert chart.overall([*found, untold])[0].reactions_inside == 0.95
     assert np.isnan(chart.overall([made_up("x", float("nan"))])[0].reactions)
 
 
 def test_the_bound_is_of_samples_where_it_means_something(motion):
     bound = scenes.bound_along(motion)
-    known = scenes.least_error(motion, bound)
-    assert 1e-3 < known < 2e-2
+    known = scenes.least_errors(motion, bound)
+    assert 1e-3 < known.reactions < 2e-2 and 1e-3 < known.tilt_rate < 2e-2
     slow = bound._replace(meaning=np.full_like(bound.meaning, Meaning.SLOW))
-    assert np.isnan(scenes.least_error(motion, slow))
+    assert np.isnan(scenes.least_errors(motion, slow)).all()
 
 
 @pytest.fixture
@@ -165,7 +197,7 @@ def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
     assert [row["name"] for row in found] == [str(e) for e in chart.ESTIMATORS] * 2
     assert not list(tmp_path.glob("*.partial"))
     text = capsys.readouterr().out
-    assert "mixture (default), 100 Hz" in text and "bound on the reactions" in text
+    assert "mixture (default), 100 Hz" in text and "bound at 1 kHz: reactions" in text
     svg = (tmp_path / "chart.svg").read_text(encoding="utf-8")
     assert all(str(estimator) in svg for estimator in chart.ESTIMATORS)
     assert (tmp_path / "chart.png").stat().st_size > 10_000
@@ -173,16 +205,23 @@ def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
 
 def test_hollow_is_what_does_not_keep_its_word():
     overall = partial(chart.Overall, reactions_inside=0.95, determined=1.0, lost=0.0)
+    bound = scenes.Least(0.004, float("nan"))
     kept = overall("mixture (default), 1 kHz", 0.01, 0.01, microseconds=10.0)
     wrong = overall("one level, 100 Hz", 0.005, 0.005, microseconds=5.0)
-    for change in ({"reactions_inside": 0.5}, {"reactions_inside": float("nan")}, {"lost": 0.1}):
-        fig = figure([kept, wrong._replace(**change)])
+    nothing = float("nan")
+    for change in (
+        {"reactions_inside": 0.5}, {"reactions_inside": nothing}, {"lost": 0.1},
+        {"determined": 0.2},
+    ):  # fmt: skip
+        fig = figure([kept, wrong._replace(**change)], bound)
         points = [
             line for axis in fig.axes for line in axis.lines if line.get_marker() in ("o", "^")
         ]
         hollow = [line for line in points if line.get_markerfacecolor() == "white"]
         assert len(points) == 4 and {line.get_marker() for line in hollow} == {"^"}
-    assert [line.get_markerfacecolor() for line in figure([kept]).axes[0].lines[1:2]] != ["white"]
+    assert [line.get_markerfacecolor() for line in figure([kept], bound).axes[0].lines[1:2]] != [
+        "white"
+    ]
 
 
 def test_labels_cover_neither_points_nor_each_other():

@@ -1,5 +1,6 @@
 """Another engine's traces through the pipeline: one setting, the default, for all."""
 
+import numpy as np
 import pytest
 
 from benchmarks.engines import engine_traces
@@ -21,9 +22,6 @@ def test_traces_are_small_and_slide():
 
 @pytest.mark.parametrize("noise", [True, False])
 @pytest.mark.parametrize("name", RELATIVE)
-@pytest.mark.xfail(
-    strict=False, reason="bounds of another engine's held peg are wide, none missed"
-)
 def test_reactions_of_a_held_peg_and_their_bounds(name, noise):
     found = score(name, SEEDS if noise else [0], noise)
     assert found["determined"] > 0.99
@@ -33,9 +31,6 @@ def test_reactions_of_a_held_peg_and_their_bounds(name, noise):
     assert not noise or (found["stated"] < 2.0 * found["relative"]).all(), found
 
 
-@pytest.mark.xfail(
-    strict=False, reason="driven slides of another engine are covered in 85 to 95 %"
-)
 def test_reactions_of_a_driven_peg_and_their_bounds():
     # It carries little: 0.2 N of noise is 3 % of its reactions, so that the bounds are looked at
     # with noise and the errors without; those of the engine are some 2 % of the least. Where
@@ -52,3 +47,13 @@ def test_reactions_of_a_peg_that_comes_to_slip_slowly_are_stated_wide_enough():
     assert (noisy["coverage"] > COVERAGE).all() and noisy["determined"] > 0.85, noisy
     # Four times what is promised of a slip that is told; with noise up to 10 %.
     assert (plain["relative"] < 0.08).all() and (plain["coverage"] > COVERAGE).all(), plain
+
+
+@pytest.mark.parametrize("name", engine_traces.names())
+def test_no_estimator_could_come_twice_as_near(name):
+    found = score(name, SEEDS)
+    assert found["sound"] > 0.3
+    # Errors of a run last, so that three seeds scatter by a fifth. The bound knows how this holder
+    # moves the peg, and that contacts are rigid.
+    assert (found["over_bound"] < 2.4).all() and (found["over_bound"] > 0.65).all(), found
+    assert np.isfinite(found["bound"]).all() and (found["bound"] < 0.05).all(), found

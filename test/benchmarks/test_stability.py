@@ -95,8 +95,16 @@ def test_a_place_is_what_is_simulated():
     assert plan.configuration.wrench.sensor_xyz == (0.0, 0.0, 0.1)
     # At the begin; the holder gives, and slows down from there on.
     assert -truth.rates[0, 0] == pytest.approx(0.16, rel=0.02)
+    for axis in study.AXES:
+        for far in axis.places(2):
+            assert truth_at(far, Configuration()) is not None, far
     # A peg that the rim cannot hold from the begin on.
-    assert truth_at(Place(speed=30.0), Configuration()) is None
+    assert truth_at(Place(speed=3.0), Configuration()) is None
+
+
+def test_rates_are_those_of_sensors():
+    rates = [place.rate for place in study.AXES[0].places(8)]
+    assert rates == sorted(set(rates)) and set(rates) <= set(study.RATES)
 
 
 @pytest.fixture

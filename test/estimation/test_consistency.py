@@ -53,9 +53,6 @@ def test_angles_are_better_than_they_are_measured(scored):
     assert (rms[1:] < stddev * np.sqrt((1 / sine**2).mean())).all()
 
 
-@pytest.mark.xfail(
-    strict=False, reason="reactions are not determined in the first 20 ms after a start"
-)
 def test_nothing_diverges_where_nothing_is_promised(scored):
     name, found, _ = scored
     assert found.keys() - {"steady"} == UNPROMISED[name]

@@ -7,31 +7,32 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from peg_on_hole_ros.edges.plots.labels import place_labels
-from peg_on_hole_ros.study.chart import DEFAULT, LEAST_COVERAGE, front
+from peg_on_hole_ros.study.chart import DEFAULT, LEAST_COVERAGE, LEAST_DETERMINED, front
+from peg_on_hole_ros.study.scenes import Least
 
 # Okabe and Ito's, with a marker for each rate.
 _DEFAULT, _OTHER, _FRONT = "#009e73", "#0072b2", "#999999"
 _MARKERS = (("1 kHz", "o"), ("500 Hz", "s"), ("100 Hz", "^"))
 
 
-def figure(rows, bound: float | None = None) -> Figure:
+def figure(rows, bound: Least) -> Figure:
     """
     Draw the chart.
 
     Parameters
     ----------
     rows : list of study.chart.Overall
-    bound : float, optional
-        On the reactions' error over their mean, of any estimator.
+    bound : study.scenes.Least
+        On both errors, of any estimator at 1 kHz; NaN: none is drawn.
 
     """
     fig = Figure(figsize=(12.5, 5.6), dpi=110)
     FigureCanvasAgg(fig)
     left = fig.add_axes((0.06, 0.2, 0.42, 0.7))
     right = fig.add_axes((0.555, 0.2, 0.42, 0.7))
-    _panel(fig, left, rows, [100 * row.reactions for row in rows], bound and 100 * bound)
+    _panel(fig, left, rows, [100 * row.reactions for row in rows], 100 * bound.reactions)
     left.set_title("error of the reactions, % of their mean", loc="left", fontsize=11)
-    _panel(fig, right, rows, [row.tilt_rate for row in rows], None)
+    _panel(fig, right, rows, [row.tilt_rate for row in rows], bound.tilt_rate)
     right.set_title("error of the tilt's rate [rad/s]", loc="left", fontsize=11)
     marks = [
         Line2D([], [], color="black", marker=marker, linestyle="", markersize=6, label=rate)
@@ -41,14 +42,13 @@ def figure(rows, bound: float | None = None) -> Figure:
         Line2D([], [], color=_DEFAULT, marker="o", linestyle="", markersize=9, label="default"),
         Line2D(
             [], [], color=_OTHER, marker="o", linestyle="", markerfacecolor="white",
-            label=f"hollow: less than {100 * LEAST_COVERAGE:.0f} % within bounds of 95 %",
+            label=f"hollow: under {100 * LEAST_COVERAGE:.0f} % within bounds of 95 %, or untold",
         ),
         Line2D([], [], color=_FRONT, linewidth=2, label="front: none is cheaper and better"),
     ]  # fmt: skip
-    if bound:
-        marks.append(
-            Line2D([], [], color="black", linestyle="--", linewidth=1, label="bound at 1 kHz")
-        )
+    marks.append(
+        Line2D([], [], color="black", linestyle="--", linewidth=1, label="bound at 1 kHz")
+    )
     fig.legend(handles=marks, loc="lower center", ncols=len(marks), fontsize=9, frameon=False)
     return fig
 
@@ -59,10 +59,10 @@ def _panel(fig, axis, rows, errors, bound):
     error = np.array([error for _, error in shown])
     sure = [k for k, (row, _) in enumerate(shown) if _keeps(row)]
     axis.set(xscale="log", yscale="log", xlim=(cost.min() / 1.7, cost.max() * 2.4))
-    axis.set_ylim(min(error.min(), bound or np.inf) / 1.6, error.max() * 1.8)
+    axis.set_ylim(np.nanmin([error.min(), bound]) / 1.6, error.max() * 1.8)
     kept = [sure[k] for k in front(cost[sure], error[sure])]
     axis.step(cost[kept], error[kept], where="post", color=_FRONT, linewidth=2, zorder=1)
-    if bound:
+    if np.isfinite(bound):
         axis.axhline(bound, color="black", linewidth=1, linestyle="--", zorder=1)
     names = [row.name for row, _ in shown]
     for k, name in enumerate(names):
@@ -89,5 +89,7 @@ def _panel(fig, axis, rows, errors, bound):
 
 def _keeps(row):
     """Return whether an estimator's word on its reactions counts; a smoother gives none."""
-    told = np.isnan(row.reactions) or row.reactions_inside >= LEAST_COVERAGE
-    return not row.lost and bool(told)
+    if np.isnan(row.reactions):
+        return not row.lost
+    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= LEAST_COVERAGE
+    return bool(sure) and not row.lost

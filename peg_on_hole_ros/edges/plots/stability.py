@@ -37,23 +37,25 @@ def figure(found: dict) -> Figure:
         values, results = found[quantity.name]
         codes = np.array([[_CODES[r.verdict] for r in place] for place in results]).T
         axis.pcolormesh(
-            _edges(np.asarray(values)), np.arange(len(METHODS) + 1), codes, cmap=_SHOWN,
+            np.arange(len(values) + 1), np.arange(len(METHODS) + 1), codes, cmap=_SHOWN,
             norm=_NORM, edgecolors="white", linewidth=1.0,
         )  # fmt: skip
-        for x, place in zip(values, results):
+        for column, place in enumerate(results):
             for row, result in enumerate(place):
                 if np.isfinite(result.reactions) and result.reactions < 10:
                     axis.text(
-                        x, row + 0.5, _percent(result.reactions), ha="center", va="center",
-                        fontsize=7.5,
+                        column + 0.5, row + 0.5, _percent(result.reactions),
+                        ha="center", va="center", fontsize=7.5,
                     )  # fmt: skip
-        axis.set_xscale("log")
         axis.invert_yaxis()
         names = list(METHODS) if n % 3 == 0 else [""] * len(METHODS)
         axis.set_yticks(np.arange(len(METHODS)) + 0.5, names)
         axis.tick_params(axis="y", length=0)
-        axis.minorticks_off()
-        axis.set_xticks(values, [f"{float(f'{value:.2g}'):g}" for value in values], fontsize=8)
+        axis.set_xticks(
+            np.arange(len(values)) + 0.5,
+            [f"{float(f'{value:.2g}'):g}" for value in values],
+            fontsize=8,
+        )
         axis.set_xlabel(quantity.label, fontsize=9.5)
     patches = [Patch(color=COLORS[verdict], label=verdict.value) for verdict in Verdict]
     fig.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
@@ -63,8 +65,3 @@ def figure(found: dict) -> Figure:
 
 def _percent(share):
     return f"{100 * share:.2g}" if share < 0.1 else f"{100 * share:.0f}"
-
-
-def _edges(centres):
-    ratio = np.sqrt(centres[1] / centres[0])
-    return np.append(centres / ratio, centres[-1] * ratio)
