@@ -62,8 +62,9 @@ def start(
     total = 0.0
     for g in range(frictions):
         off = -o.reach + g * spacing if frictions > 1 else 0.0
-        f = friction + off * friction_stddev
-        s.alive[g] = 1.0 if f > 0.0 else 0.0
+        f = max(friction + off * friction_stddev, 0.0)
+        # One without friction is a peg as well, where no other is left.
+        s.alive[g] = 1.0 if f > 0.0 or g == frictions - 1 else 0.0
         own = np.exp(-0.5 * off * off) * s.alive[g]
         wide = (o.width * spacing if frictions > 1 else 1.0) * friction_stddev
         shut = levels > 1 and frictions > 1 and o.top_waits > 0.0
