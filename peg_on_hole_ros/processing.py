@@ -166,6 +166,7 @@ class Processor:
         known = not (self._blind or silent)
         contacts = self.assessment.contacts if known else ContactSet.UNKNOWN
         self.filter.weigh(u, contacts)
+        self.counts["wrench_spike"] += self.filter.took_spike
         self.filter.mark(wrench.t_ns)
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
         self._touching = contacts is ContactSet.THREE or self.assessment.doubtful

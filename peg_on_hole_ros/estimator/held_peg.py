@@ -279,6 +279,11 @@ class HeldPeg:
         return self.state.nis.item(1)
 
     @property
+    def took_spike(self) -> bool:
+        """Whether the last wrench alone was far from what three contacts can carry."""
+        return self.state.spiked.item() == 1.0
+
+    @property
     def innovation(self) -> tuple[float, ...]:
         """The last orientation's innovation over the lower root of its covariance."""
         return tuple(self.state.innovation.tolist())

@@ -78,8 +78,8 @@ class Component(KalmanFilter):
             self.P[values] = self.P[:, values] = 0.0
             self.P[values, values] = stddev**2 * np.eye(3)
 
-    def weigh(self, u, load, friction_force2, late, passes) -> tuple[float, float]:
-        """Correct by the six equations; return the log likelihood and the direction's doubt."""
+    def weigh(self, u, load, friction_force2, late, passes, wider=1.0) -> tuple[float, ...]:
+        """Correct by the six equations; return log likelihood, the direction's doubt, and NIS."""
         x, P = self.x.copy(), self.P.copy()
         for _ in range(passes):
             point = self.x
@@ -89,9 +89,10 @@ class Component(KalmanFilter):
             doubt = self.cell.settings.friction_doubt * turned
             least = (doubt * max(point[FRICTION], self.cell.scene.friction)) ** 2
             self.x, self.P = x.copy(), P.copy()
-            noise = measured.R + late * unknown
+            noise = wider * measured.R + late * unknown
             value = self.correct(Linear(measured.residual, measured.E, noise), point, least=least)
-        return value, np.trace(np.linalg.solve(measured.R, unknown))
+        doubt = np.trace(np.linalg.solve(wider * measured.R, unknown))
+        return value, doubt, self.y @ self.SI @ self.y
 
 
 class ReferenceEstimator:
@@ -122,7 +123,7 @@ class ReferenceEstimator:
         ]
         self.weight = np.zeros((frictions, self.levels))
         self.alive = np.ones(frictions, bool)
-        self.load, self.friction_force2 = None, np.zeros(3)
+        self.load, self.friction_force2, self.spiked = None, np.zeros(3), 0
         self.since_start, self.since_wrench, self.in_contact = 0.0, 0.0, False
 
     def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
@@ -130,8 +131,9 @@ class ReferenceEstimator:
         o, several = self.cell.settings, len(self.frictions) > 1
         at = np.linspace(-o.reach, o.reach, len(self.frictions)) if several else np.zeros(1)
         width = o.width * (at[1] - at[0]) if several else 1.0
-        values = friction + at * friction_stddev
+        values = np.maximum(friction + at * friction_stddev, 0.0)
         self.alive = values > 0.0
+        self.alive[-1] = True
         own = np.exp(-0.5 * at**2) * self.alive
         self.weight = np.tile(own[:, None] / self.levels, self.levels)
         if several and self.levels > 1 and o.top_waits:
@@ -148,6 +150,7 @@ class ReferenceEstimator:
                 component.P[range(RATE, n), range(RATE, n)] = rest
                 self._share_offsets(component, q, R)
         self.told, self.load, self.in_contact = 1.0, None, False
+        self.spiked, self.start_rates2 = 0, rate_stddev**2
         self.since_start = self.since_wrench = 0.0
 
     def _share_offsets(self, component, q, R):
@@ -207,19 +210,25 @@ class ReferenceEstimator:
         self.since_wrench = 0.0
         self._follow_load(u, dt)
         begins, self.in_contact = not self.in_contact, True
-        if contacts != 3 or self.since_start < o.settling:
+        drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
+        if contacts != 3 or self.since_start < o.settling or drifts:
             self._in_air(u, dt, hangs=contacts == 0)
             return
         if begins:
             self.friction_force2 = np.full(3, (self.mean[FRICTION] * self.load) ** 2)
         late = max(o.direction_time / max(dt, 1e-4), 1.0)
-        found, doubt = np.zeros(self.weight.shape), np.zeros(self.weight.shape)
-        for g, levels in self._living():
-            for j, component in enumerate(levels):
-                component.forget(o.reaction_prior * self.load, component.level)
-                found[g, j], doubt[g, j] = component.weigh(
-                    u, self.load, self.friction_force2, late, o.passes if begins else 1
-                )
+        before = {
+            component: (component.x.copy(), component.P.copy())
+            for _, levels in self._living()
+            for component in levels
+        }
+        found, doubt, nis = self._by_equations(u, late, o.passes if begins else 1)
+        misfit = nis > o.wrench_gate and not begins
+        self.spiked = self.spiked + 1 if misfit else 0
+        if self.spiked == 1:
+            for component, (x, P) in before.items():
+                component.x, component.P = x, P
+            found, doubt, _ = self._by_equations(u, late, 1, nis / 6)
         if self.alive.sum() > 1:
             doubt = (self.weight * doubt).sum(axis=1)[self.alive]
             self.told = np.max(1 / (1 + o.doubt * doubt / self.weight.sum(axis=1)[self.alive]))
@@ -227,6 +236,17 @@ class ReferenceEstimator:
         self._merge()
         x, P = self.mean, self.covariance
         self.friction_force2 = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
+
+    def _by_equations(self, u, late, passes, wider=1.0):
+        """Correct every component; return log likelihoods, doubts, and the mean of their NIS."""
+        found, doubt, nis = (np.zeros(self.weight.shape) for _ in range(3))
+        for g, levels in self._living():
+            for j, component in enumerate(levels):
+                component.forget(self.cell.settings.reaction_prior * self.load, component.level)
+                found[g, j], doubt[g, j], nis[g, j] = component.weigh(
+                    u, self.load, self.friction_force2, late, passes, wider
+                )
+        return found, doubt, (self.weight * nis).sum()
 
     def _follow_load(self, u, dt):
         scene = self.cell.scene

@@ -43,6 +43,8 @@ class Settings(NamedTuple):
         keeps the singular set finite.
     load_time : float
         The load is followed within this time [s].
+    wrench_gate : float
+        A wrench with a mean NIS beyond it is a spike and counts little; two in a row are none.
     settling : float
         After a start only orientations are used for so long [s].
     passes : int
@@ -73,6 +75,7 @@ class Settings(NamedTuple):
     direction_share: float = 1.0
     reaction_prior: float = 3.0
     load_time: float = 0.01
+    wrench_gate: float = 60.0
     settling: float = 0.020
     passes: int = 4
     acceleration_start: float = 20.0

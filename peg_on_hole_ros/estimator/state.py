@@ -47,6 +47,10 @@ class State(NamedTuple):
         Time since the start, and since the first wrench in contact, below zero before [s].
     step : ndarray, shape (1,)
         Time since the last wrench that was taken [s].
+    start_rates2 : ndarray, shape (1,)
+        Variance of each rate at the start [rad^2/s^2].
+    spiked : ndarray, shape (1,)
+        Wrenches in a row that were far from what the contacts carry; the first is a spike.
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     mean : ndarray, shape (n + 3,)
@@ -68,6 +72,8 @@ class State(NamedTuple):
     load: np.ndarray
     since: np.ndarray
     step: np.ndarray
+    start_rates2: np.ndarray
+    spiked: np.ndarray
     friction_force2: np.ndarray
     mean: np.ndarray
     covariance: np.ndarray
@@ -167,6 +173,8 @@ def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
         "load": (1,),
         "since": (2,),
         "step": (1,),
+        "start_rates2": (1,),
+        "spiked": (1,),
         "friction_force2": (3,),
         "mean": (w,),
         "covariance": (w, w),

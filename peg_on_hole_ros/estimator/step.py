@@ -28,6 +28,7 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 # A wrench is not taken for more frequent than this [s].
 _LEAST_STEP = 1e-4
 _GRAVITY = 9.81
+_EQUATIONS = 6.0
 
 
 @compiled
@@ -92,6 +93,7 @@ def start(
     s.load[0] = -1.0
     s.since[0], s.since[1] = 0.0, -1.0
     s.step[0] = 0.0
+    s.start_rates2[0] = rate_stddev * rate_stddev
     s.nis[:] = np.nan
     combine(s, n)
 
@@ -226,7 +228,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     follow_load(s, o, p, u, dt)
     s.nis[1] = np.nan
     prior = (o.reaction_prior * s.load[0]) ** 2
-    if contacts != 3 or s.since[0] < o.settling:
+    if contacts != 3 or s.since[0] < o.settling or _drifts(s, o):
         s.since[1] = -1.0
         for j in range(len(s.weight)):
             for i in range(n, n + 3):
@@ -238,7 +240,6 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
                 _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
         combine(s, n)
         return
-    levels = len(o.level)
     begins = s.since[1] < 0.0
     s.since[1] = 0.0 if begins else s.since[1] + dt
     if begins:
@@ -246,22 +247,19 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
             s.friction_force2[i] = (s.mean[FRICTION] * s.load[0]) ** 2
     late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
     several = s.alive.sum() > 1.5
-    nis = 0.0
-    for j in range(len(s.weight)):
-        scratch.log_likelihood[j] = 0.0
-        if s.alive[j // levels] == 0.0:
-            continue
-        _forget(s.P[j], n, n, prior)
-        if np.isinf(o.time[j % levels]):
-            _forget(s.P[j], ACCELERATION, n, o.level[j % levels] ** 2)
-        passes = o.passes if begins else 1
-        value = _by_equations(
-            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
-        )
-        nis += s.weight[j] * value
-        if several:
-            scratch.doubt[j] = _relative_doubt(scratch)
-        scratch.log_likelihood[j] = scratch.evidence_of_wrench[0]
+    _forget_reactions(s, scratch, o, n, prior)
+    nis = _correct_all(
+        s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, o.passes if begins else 1, 1.0
+    )  # fmt: skip
+    misfit = nis > o.wrench_gate and not begins
+    s.spiked[0] = s.spiked[0] + 1.0 if misfit else 0.0
+    if s.spiked[0] == 1.0:
+        for j in range(len(s.weight)):
+            s.x[j, :] = scratch.x[j]
+            s.P[j, :, :] = scratch.P[j]
+        _correct_all(
+            s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, 1, nis / _EQUATIONS
+        )  # fmt: skip
     s.nis[1] = nis
     if several:
         friction_told(s, scratch, o)
@@ -270,6 +268,47 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         merge(s, o)
     combine(s, n)
     keep_friction_force(s, n)
+
+
+@compiled
+def _forget_reactions(s, scratch, o, n, prior):
+    """Begin reactions anew, and keep every component as it is before the wrench."""
+    levels = len(o.level)
+    for j in range(len(s.weight)):
+        if s.alive[j // levels] == 0.0:
+            continue
+        _forget(s.P[j], n, n, prior)
+        if np.isinf(o.time[j % levels]):
+            _forget(s.P[j], ACCELERATION, n, o.level[j % levels] ** 2)
+        scratch.x[j, :] = s.x[j]
+        scratch.P[j, :, :] = s.P[j]
+
+
+@compiled
+def _correct_all(
+    s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, wider
+):  # fmt: skip
+    """Correct every component, with noise of a wider variance; return the mean of their NIS."""
+    levels, nis, several = len(o.level), 0.0, s.alive.sum() > 1.5
+    for j in range(len(s.weight)):
+        scratch.log_likelihood[j] = 0.0
+        if s.alive[j // levels] == 0.0:
+            continue
+        value = _by_equations(
+            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes,
+            wider,
+        )  # fmt: skip
+        nis += s.weight[j] * value
+        if several:
+            scratch.doubt[j] = _relative_doubt(scratch)
+        scratch.log_likelihood[j] = scratch.evidence_of_wrench[0]
+    return nis
+
+
+@compiled
+def _drifts(s, o):
+    """Return whether the tilt's rate is known less than at a start: no slip has a direction."""
+    return np.isfinite(o.time[0]) and s.covariance[RATE, RATE] > s.start_rates2[0]
 
 
 @compiled
@@ -301,7 +340,7 @@ def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
 
 @compiled
 def _by_equations(
-    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes
+    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, wider
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
@@ -328,7 +367,7 @@ def _by_equations(
         _keep(R, scratch.known)
         for a in range(6):
             for b in range(6):
-                R[a, b] += late * scratch.unknown[a, b]
+                R[a, b] = wider * R[a, b] + late * scratch.unknown[a, b]
         value, nis = update(
             P,
             w,

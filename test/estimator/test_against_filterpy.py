@@ -70,3 +70,17 @@ def test_a_peg_that_hangs_touches_down():
     assert set(recorded.mode[1140:1200]) == {"open"} and recorded.mode[1205] == "three_point"
     cell = cell_of(with_scene(recorded), noise, ("bias", "tilt"))
     assert differences(cell, 7, rows, contacts.__getitem__).max() < LIMIT
+
+
+@pytest.mark.parametrize("wrenches", [1, 3])
+def test_wrenches_that_are_far_off(wrenches):
+    """One alone is a spike, and counts little; of several the others count in full."""
+    recorded = truth("closing_with_slip")
+    rows, noise = samples(recorded, count=120)
+    cell = cell_of(with_scene(recorded, friction_stddev=0.0), noise)
+    plain = differences(cell, 1, rows)
+    for k in range(90, 90 + wrenches):
+        rows[k] = rows[k]._replace(u=rows[k].u + [5.0, 20.0, 0.0, 0.1, 0.0, 0.0])
+    found = differences(cell, 1, rows)
+    np.testing.assert_array_equal(found[:90], plain[:90])
+    assert found.max() < LIMIT

@@ -51,7 +51,6 @@ def test_a_tare_in_contact_takes_nothing_and_names_the_mode():
 
 @pytest.mark.parametrize(("rate", "taken"), [(0.0, True), (0.005, True), (0.3, False)])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-@pytest.mark.xfail(strict=False, reason="rates in the air are told too vaguely for a slow turn")
 def test_a_tare_of_a_peg_that_turns_in_the_air_takes_nothing(rate, taken, axis):
     """Reads what hangs on it alone: of a peg that is moved the sensor reads more than its zero."""
     line = Pipeline(Configuration())
