@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from math import isfinite, pi
+from math import isfinite, pi, sqrt
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from peg_on_hole_ros.records import AngleMeasurement, Outputs, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
+# Orientations whose variance is found so many times the stated one are noisier than is stated.
+NOISY = 2.25
 _STATE = ("t_ns", "_oriented_ns", "_in_contact", "_touching", "_blind", "_lost")
 
 
@@ -122,6 +124,7 @@ class Processor:
         return {
             "nis_mean": self._innovations.mean if self._innovations.any else 0.0,
             "frictions": float(self.filter.frictions),
+            "joints_noise": sqrt(self.filter.orientation_noise),
             **self._innovations.told(),
         }
 
@@ -152,6 +155,7 @@ class Processor:
             wrench.t_ns, self.filter, self._innovations.misfit, self._blind
         )
         outputs.monitor.update(self._innovations.told())
+        outputs.monitor["joints_noise"] = sqrt(self.filter.orientation_noise)
         outputs.monitor.update(self._tared)
         outputs.monitor.update(self.filter.learnt(self.reduction.taken_off))
         for measurement in unit.after:
@@ -203,6 +207,7 @@ class Processor:
             q = q + lateness * x[3:]
             R = R + lateness**2 * P[3:, 3:]
         result, nis = self.filter.correct(q, R)
+        self.counts["joints_noisy"] += self.filter.orientation_noise > NOISY
         if isfinite(nis):
             used = result is Correction.USED
             self.counts["innovations_too_large"] += self._innovations.add(
@@ -210,6 +215,7 @@ class Processor:
             )
         if result is not Correction.GATED:
             self._oriented_ns, self._blind = self.t_ns, False
+            R = R * self.filter.orientation_noise
             self.assessment.oriented(self.t_ns, q, R, result is Correction.USED)
             if measurement.position is not None:
                 self.assessment.placed(measurement, self.filter)

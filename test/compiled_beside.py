@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.estimator import mixture, step
+from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.reference import ReferenceEstimator
 from peg_on_hole_ros.estimator.reference_model import Cell
 from peg_on_hole_ros.estimator.settings import default_settings
@@ -104,6 +105,7 @@ class Compiled:
     def correct(self, q, R):
         cell = self.cell
         step.expect(self.state, self.scratch, self.at, q, R)
+        follow_noise(self.state, cell.settings)
         step.orient(self.state, self.scratch, cell.settings, self.at, self.n, cell.learnt, q, R)
         mixture.combine(self.state, self.n)
 

@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimator import step
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.estimator.mixture import predict
+from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
 from peg_on_hole_ros.estimator.record import DETERMINANT, SIZE, fill_record, part
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
@@ -114,7 +115,7 @@ class HeldPeg:
             self._at,
             self._n,
             np.asarray(q, float),
-            np.asarray(R, float),
+            self.state.noise[0] * np.asarray(R, float),
             self.options.initial_rate_stddev,
             *self.friction_start,
             self._open_mean,
@@ -141,6 +142,7 @@ class HeldPeg:
 
     def forget(self):
         """Take what was learnt as it was stated again, or as a tare has left it."""
+        self.state.noise[0] = 1.0
         self.friction_start = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
@@ -185,6 +187,7 @@ class HeldPeg:
         q, R = np.asarray(q, float), np.asarray(R, float)
         s, scratch = self.state, self._scratch
         nis = step.expect(s, scratch, self._at, q, R)
+        follow_noise(s, self.constants)
         if not isfinite(nis):
             self.start(q, R)
             return Correction.RESET, nis
@@ -277,6 +280,11 @@ class HeldPeg:
     def wrench_nis(self) -> float:
         """How far the last wrench was from what three contacts can carry: 3 degrees of freedom."""
         return self.state.nis.item(1)
+
+    @property
+    def orientation_noise(self) -> float:
+        """Variance of orientations as their innovations show it, over the stated one."""
+        return self.state.noise.item()
 
     @property
     def took_spike(self) -> bool:

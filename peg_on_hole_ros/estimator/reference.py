@@ -124,6 +124,7 @@ class ReferenceEstimator:
         self.weight = np.zeros((frictions, self.levels))
         self.alive = np.ones(frictions, bool)
         self.load, self.friction_force2, self.spiked = None, np.zeros(3), 0
+        self.noise, self.innovation = 1.0, None
         self.since_start, self.since_wrench, self.in_contact = 0.0, 0.0, False
 
     def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
@@ -150,7 +151,7 @@ class ReferenceEstimator:
                 component.P[range(RATE, n), range(RATE, n)] = rest
                 self._share_offsets(component, q, R)
         self.told, self.load, self.in_contact = 1.0, None, False
-        self.spiked, self.start_rates2 = 0, rate_stddev**2
+        self.spiked, self.start_rates2, self.innovation = 0, rate_stddev**2, None
         self.since_start = self.since_wrench = 0.0
 
     def _share_offsets(self, component, q, R):
@@ -196,6 +197,8 @@ class ReferenceEstimator:
     def correct(self, q, R):
         """Correct by an orientation q [rad] with covariance R [rad^2]."""
         found, learnt = np.zeros(self.weight.shape), self.cell.learnt.copy()
+        self._follow_noise(q, R)
+        R = self.noise * R
         # Reactions stay those of the last wrench: where the next is made linear.
         learnt[self.cell.n :] = 0.0
         for g, levels in self._living():
@@ -203,6 +206,19 @@ class ReferenceEstimator:
                 measured = model.orientation(self.cell, component.x, q, R)
                 found[g, j] = component.correct(measured, learnt=learnt)
         self._reweigh(found)
+
+    def _follow_noise(self, q, R):
+        """Follow by how much orientations are noisier than stated, by the mixture's innovation."""
+        o, n = self.cell.settings, self.cell.n + 3
+        measured = model.orientation(self.cell, self.mean, q, R)
+        S = measured.E[:, :n] @ self.covariance @ measured.E[:, :n].T + self.noise * R
+        innovation = np.linalg.solve(np.linalg.cholesky(S), measured.residual)
+        before, self.innovation = self.innovation, innovation
+        if before is not None:
+            change = np.sum((innovation - before) ** 2) / 6
+            surplus = min(change, o.noise_step) - 1 - o.noise_margin / self.noise
+            more = self.noise * np.exp(surplus / o.noise_count)
+            self.noise = np.clip(more, 1.0, o.noise_most)
 
     def weigh(self, u, contacts: int = 3):
         """Take a wrench; parameters as for `step.weigh`."""

@@ -53,6 +53,9 @@ class Settings(NamedTuple):
         Deviation of accelerations at the start [rad/s^2].
     free_acceleration, free_time : float
         How a holder moves a peg in the air [m/s^2], and for how long one way [s].
+    noise_count, noise_step, noise_margin, noise_most : float
+        The variance of orientations is followed over so many; one counts as so much at most; so
+        much more than stated is none; and it is so many times the stated one at most.
     inertia : float
         0: accelerations are left out of the equations, as in a quasi-static balance.
 
@@ -81,6 +84,10 @@ class Settings(NamedTuple):
     acceleration_start: float = 20.0
     free_acceleration: float = 2.0
     free_time: float = 0.02
+    noise_count: float = 50.0
+    noise_step: float = 10.0
+    noise_margin: float = 0.3
+    noise_most: float = 400.0
     inertia: float = 1.0
 
 

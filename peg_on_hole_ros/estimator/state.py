@@ -61,6 +61,10 @@ class State(NamedTuple):
         Normalised innovation squared of the last orientation (3) and of the last wrench (6).
     innovation : ndarray, shape (3,)
         Of the last orientation, over the lower root of its covariance.
+    innovation_before : ndarray, shape (3,)
+        Of the one before.
+    noise : ndarray, shape (1,)
+        Variance of orientations as it is found, over the stated one.
 
     """
 
@@ -79,6 +83,8 @@ class State(NamedTuple):
     covariance: np.ndarray
     nis: np.ndarray
     innovation: np.ndarray
+    innovation_before: np.ndarray
+    noise: np.ndarray
 
 
 class Scratch(NamedTuple):
@@ -162,7 +168,7 @@ def places(open_quantities: tuple[str, ...]) -> tuple[np.ndarray, int]:
 
 
 def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
-    """Return the array that holds a state, and the state as views of it; all zero."""
+    """Return the array that holds a state, and the state as views of it."""
     m, w = frictions * levels, n + 3
     shapes = {
         "x": (m, w),
@@ -180,11 +186,14 @@ def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
         "covariance": (w, w),
         "nis": (2,),
         "innovation": (3,),
+        "innovation_before": (3,),
+        "noise": (1,),
     }
     sizes = [int(np.prod(shape)) for shape in shapes.values()]
     memory, ends = np.zeros(sum(sizes)), np.cumsum(sizes)
     parts = zip(shapes, ends - sizes, ends)
     views = {name: memory[begin:end].reshape(shapes[name]) for name, begin, end in parts}
+    views["noise"][0] = 1.0
     return memory, State(**views)
 
 

@@ -95,6 +95,7 @@ def start(
     s.step[0] = 0.0
     s.start_rates2[0] = rate_stddev * rate_stddev
     s.nis[:] = np.nan
+    s.innovation_before[:] = np.nan
     combine(s, n)
 
 
@@ -148,7 +149,7 @@ def expect(s, scratch, at, q, R):
                 t += E[i, l] * s.covariance[l, k]
             scratch.gain[k, i] = t
         for k in range(i + 1):
-            v = R[i, k]
+            v = s.noise[0] * R[i, k]
             for l in range(w):
                 v += scratch.gain[l, i] * E[k, l]
             for a in range(k):
@@ -169,7 +170,10 @@ def expect(s, scratch, at, q, R):
 @compiled
 def orient(s, scratch, o, at, n, learnt, q, R):
     """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
-    levels = len(o.level)
+    levels, noise = len(o.level), scratch.R
+    for i in range(3):
+        for k in range(3):
+            noise[i, k] = s.noise[0] * R[i, k]
     for j in range(len(s.weight)):
         scratch.log_likelihood[j] = 0.0
         if s.alive[j // levels] == 0.0:
@@ -178,7 +182,7 @@ def orient(s, scratch, o, at, n, learnt, q, R):
         orientation_slopes(x, at, n, scratch.E)
         orientation_residual(x, at, q, scratch.E, scratch.residual)
         scratch.log_likelihood[j], _ = update(
-            s.P[j], n, learnt, 0.0, scratch.residual, scratch.E, R, 3,
+            s.P[j], n, learnt, 0.0, scratch.residual, scratch.E, noise, 3,
             scratch.root, scratch.gain, scratch.white, scratch.step,
         )  # fmt: skip
         for i in range(n):

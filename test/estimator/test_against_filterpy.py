@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from compiled_beside import ONE_LEVEL, STATED, cell_of, differences, samples, with_scene
+from compiled_beside import (
+    ONE_LEVEL,
+    STATED,
+    Compiled,
+    cell_of,
+    differences,
+    run,
+    samples,
+    with_scene,
+)
 from simulated import truth
 
 # The first test of a process may have to compile the step.
@@ -84,3 +93,18 @@ def test_wrenches_that_are_far_off(wrenches):
     found = differences(cell, 1, rows)
     np.testing.assert_array_equal(found[:90], plain[:90])
     assert found.max() < LIMIT
+
+
+def test_orientations_are_noisier_than_stated():
+    recorded = truth("closing_with_slip")
+    rows, noise = samples(recorded, count=200)
+    random = np.random.default_rng(4)
+    for k, row in enumerate(rows):
+        if row.q is not None:
+            rows[k] = row._replace(
+                q=row.q + np.linalg.cholesky(15.0 * row.R) @ random.normal(size=3)
+            )
+    cell = cell_of(with_scene(recorded, friction_stddev=0.0), noise)
+    assert differences(cell, 1, rows).max() < LIMIT
+    *_, last = run(Compiled(cell, 1), rows)
+    assert last.state.noise.item() == pytest.approx(16.0, rel=0.4)

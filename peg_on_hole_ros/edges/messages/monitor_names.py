@@ -36,6 +36,7 @@ MONITOR_NAMES = (
     "position_misfit",
     "nis_median",
     "nis_drift",
+    "joints_noise",
     *_LEARNT,
     *(f"{name}_stddev" for name in _LEARNT),
 )

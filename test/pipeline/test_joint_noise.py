@@ -1,0 +1,79 @@
+"""Joint states that are noisier than stated: told, used as found, and bounds still hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.simulation.measure import measure
+from simulated import truth
+
+SCENES = ["closing_with_slip", "closing_without_slip", "working_cycle"]
+
+
+def noisier(name, times, seed=3):
+    """Return a truth, and its samples with so many times the noise that its configuration says."""
+    recorded = truth(name)
+    plan = recorded.plan
+    joints = plan.configuration.joints
+    more = replace(joints, position_stddev=times * joints.position_stddev)
+    noisy = replace(plan, configuration=replace(plan.configuration, joints=more))
+    return recorded, measure(replace(recorded, plan=noisy), seed)
+
+
+def played(recorded, samples):
+    """Return the pipeline, outputs with their place in the truth, and the noise found at each."""
+    line = Pipeline(recorded.plan.configuration)
+    outputs = list(line.play(samples))
+    at = np.searchsorted(recorded.t_ns, [each.t_ns - outputs[0].t_ns for each in outputs])
+    return line, outputs, at
+
+
+def seconds_to_tell(outputs):
+    return next(
+        (each.t_ns - outputs[0].t_ns) * 1e-9
+        for each in outputs
+        if each.monitor["joints_noise"] > 1.5
+    )
+
+
+@pytest.mark.parametrize("times", [3.0, 5.0])
+@pytest.mark.parametrize("name", SCENES)
+def test_more_noise_is_found_told_and_used(name, times):
+    recorded, samples = noisier(name, times)
+    line, outputs, _ = played(recorded, samples)
+    assert line.counts["joints_noisy"] > 0.9 * line.counts["joints_used"]
+    assert seconds_to_tell(outputs) < 0.3
+    settled = [each for each in outputs if each.t_ns - outputs[0].t_ns > 300_000_000]
+    found = [each.monitor["joints_noise"] for each in settled]
+    # Within three tenths, as far as 50 orientations tell it.
+    assert np.median(found) == pytest.approx(times, rel=0.3)
+    covered, count = 0, 0
+    for each in settled:
+        if each.monitor["reactions_determined"] == 1.0:
+            at = np.argmin(np.abs(recorded.t_ns - recorded.t_ns[0] - each.t_ns + outputs[0].t_ns))
+            off = np.abs(each.normal - recorded.normal[at])
+            covered, count = covered + (off < 1.96 * each.normal_stddev), count + 1
+    assert count > 100
+    # Errors of one motion are correlated: 95 % are stated.
+    assert (np.array(covered) / count).min() > 0.85
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", SCENES)
+def test_noise_as_stated_is_not_told(name, seed):
+    recorded, samples = noisier(name, 1.0, seed)
+    line, outputs, _ = played(recorded, samples)
+    assert line.counts["joints_noisy"] == 0
+    assert max(each.monitor["joints_noise"] for each in outputs) < 1.3
+    # The law only ever widens what is stated.
+    assert min(each.monitor["joints_noise"] for each in outputs) >= 1.0
+
+
+def test_a_reset_takes_the_noise_as_stated_again():
+    recorded, samples = noisier("closing_with_slip", 5.0)
+    line, outputs, _ = played(recorded, samples)
+    assert outputs[-1].monitor["joints_noise"] > 3.0
+    line.reset()
+    assert line.health["joints_noise"] == 1.0
