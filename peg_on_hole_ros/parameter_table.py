@@ -141,8 +141,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _wrench(
         "adopt_found",
-        "whether acts_on, axes, gravity and sensor_rpy that the wrench contradicts give way to "
-        "those that fit it, which is told; false: told alone, and no contact is",
+        "whether what the wrench contradicts gives way to what fits it, which is told (acts_on, "
+        "axes, gravity, sensor_rpy, noise where numbers are rounded); false: told alone, and no "
+        "contact is",
     ),
     _wrench("sensor_xyz", "sensor origin in the peg frame; sets the levers", "m", -10.0, 10.0),
     _wrench("sensor_rpy", "sensor axes in the peg frame (roll, pitch, yaw)", "rad", -6.3, 6.3),

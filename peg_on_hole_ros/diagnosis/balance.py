@@ -11,11 +11,9 @@ from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 FRICTIONS = 3
 MODELS = 1 + FRICTIONS
 # What a reaction may be [N], and what a force that nothing explains [N].
-REACTION, ANYTHING = 100.0, 100.0
+REACTION, ANYTHING = 200.0, 100.0
 # Share of a load that friction, levers and the peg's shape leave unexplained.
 UNEXPLAINED = 0.03
-# A slip that is slower has no direction that orientations tell [m/s].
-LEAST_SLIP = 2e-3
 LOG_TWO_PI = log(2.0 * pi)
 
 
@@ -51,7 +49,7 @@ def free_columns(center, columns):
 
 
 @compiled
-def contact_columns(p, sensor, q, rates, friction, columns):
+def contact_columns(p, sensor, q, rates, slowest, friction, columns):
     """
     Fill in what one newton at K, B1, B2 exerts on the peg, peg axes, about the sensor, (6, 3).
 
@@ -62,6 +60,8 @@ def contact_columns(p, sensor, q, rates, friction, columns):
         Its origin in the peg frame [m].
     q, rates : ndarray, shape (3,)
         [rad], [rad/s].
+    slowest : float
+        Below it a slip has no direction that the rates tell [m/s].
     friction : float
     columns : ndarray, shape (6, 3)
         Filled.
@@ -92,9 +92,9 @@ def contact_columns(p, sensor, q, rates, friction, columns):
             v_h, v_e = 2.0 * a1 * dg + e * (dpsi + c * dphi), S1 * dpsi + S2 * dphi
             v_z = 2.0 * S1 * dg + e * s * dphi
         speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
-        if speed < LEAST_SLIP:
+        if speed < slowest:
             slides = False
-            speed = LEAST_SLIP
+            speed = slowest
         share = friction / speed
         f_h, f_e, f_z = n_h - share * v_h, n_e - share * v_e, n_z - share * v_z
         # From the peg frame's origin, where O is a2 up the axis and a1 above the rim.
@@ -159,7 +159,7 @@ def prepare(columns, prior, noise, model):
 
 
 @compiled
-def likelihood(model, pushes, y, noise, load):
+def likelihood(model, prior, pushes, y, noise, load):
     """
     Return the log likelihood of a wrench that a model has to balance, and what is left of it.
 
@@ -167,6 +167,8 @@ def likelihood(model, pushes, y, noise, load):
     ----------
     model : ndarray
         From `prepare`.
+    prior : float
+        As it was there.
     pushes : bool
         Whether the columns are those of contacts, which cannot pull.
     y : ndarray, shape (6,)
@@ -192,7 +194,8 @@ def likelihood(model, pushes, y, noise, load):
     N0 = -(m[18] * b0 + m[19] * b1 + m[20] * b2)
     N1 = -(m[21] * b0 + m[22] * b1 + m[23] * b2)
     N2 = -(m[24] * b0 + m[25] * b1 + m[26] * b2)
-    square = max(square + b0 * N0 + b1 * N1 + b2 * N2, 0.0)
+    large = (N0 * N0 + N1 * N1 + N2 * N2) / prior
+    square = max(square + b0 * N0 + b1 * N1 + b2 * N2 - large, 0.0)
     wider = 1.0 + UNEXPLAINED * UNEXPLAINED * load * load / noise[0]
     left = square / wider
     if pushes:
@@ -201,7 +204,7 @@ def likelihood(model, pushes, y, noise, load):
             N = N0 if k == 0 else N1 if k == 1 else N2
             if N < 0.0:
                 left += N * N / (m[18 + 4 * k] * wider + spare)
-    return m[27] - 0.5 * left - 3.0 * log(wider), left
+    return m[27] - 0.5 * (left + large) - 3.0 * log(wider), left
 
 
 @compiled

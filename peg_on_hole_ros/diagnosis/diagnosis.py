@@ -152,21 +152,24 @@ class Diagnosis:
 
     def rounded(self) -> Finding | None:
         """Return what is to be stated where a driver rounds more coarsely than noise is stated."""
-        names = ("force_stddev", "torque_stddev")
-        found = {
-            name: round(steps.stddev(getattr(self._stated, name)), 6)
-            for name, steps in zip(names, self._steps)
-            if steps.coarse(getattr(self._stated, name))
-        }
+        found, widths = {}, []
+        for name, unit, steps in zip(("force", "torque"), ("N", "N m"), self._steps):
+            noise, zero = (getattr(self._stated, key) for key in _noise_of(name))
+            if steps.coarse(noise):
+                # What rounding takes off stays for as long as a load does: it is noise and zero.
+                values = steps.stddev(noise), max(zero, steps.stddev(0.0))
+                found |= {key: float(f"{x:.3g}") for key, x in zip(_noise_of(name), values)}
+                widths.append(f"the {name} comes in steps of {steps.step:g} {unit}")
         if not found or self._seen < ENOUGH:
             return None
-        settings = " and ".join(f"wrench.{name}: {value:.2g}" for name, value in found.items())
-        widths = " and ".join(
-            f"{name.partition('_')[0]} in steps of {steps.step:g} {unit}"
-            for name, steps, unit in zip(names, self._steps, ("N", "N m"))
-            if name in found
+        settings = " and ".join(f"wrench.{name}: {value:g}" for name, value in found.items())
+        return Finding(
+            f"{' and '.join(widths)}, coarser than the stated noise: {settings} would fit", found
         )
-        return Finding(f"{widths}, coarser than the stated noise: {settings} would fit", found)
+
+
+def _noise_of(name):
+    return f"{name}_stddev", f"bias_{name}_stddev"
 
 
 def _settings(configuration):
@@ -193,5 +196,7 @@ def _settings(configuration):
             max(friction - spread, 0.0),
             friction,
             friction + spread,
+            configuration.monitor.rest_speed,
+            configuration.joints.position_stddev,
         ]
     )

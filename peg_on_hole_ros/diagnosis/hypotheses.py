@@ -10,8 +10,8 @@ import numpy as np
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
 from peg_on_hole_ros.options import WrenchInput
 
-# What a wrong setting costs before anything is measured, in nats.
-ONE_WRONG = 3.0
+# What a wrong setting costs before anything is measured, and each that is wrong beside it, in nats.
+ONE_WRONG, MORE_WRONG = 3.0, 6.0
 _UNITS = {"force": (1e3, "kN"), "torque": (1e-3, "N mm")}
 # Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
 # weight, and the axes to turn to (3, 3) with the sign.
@@ -89,28 +89,26 @@ def _meant(options, robot, compensated):
 
 
 def _hypothesis(stated, options, units=()):
-    settings, cost = [], 0.0
+    settings, spread = [], 0.0
     for name in ("acts_on", "axes", "gravity"):
         value = getattr(options, name)
         if value != getattr(stated, name):
             settings.append(f"wrench.{name}: {value}")
-            cost += ONE_WRONG
     if options.sensor_rpy != stated.sensor_rpy:
         settings.append(f"wrench.sensor_rpy: {[round(angle, 4) for angle in options.sensor_rpy]}")
-        cost += ONE_WRONG + log(23)
+        # One of so many turns.
+        spread = log(23)
     row = np.zeros(WIDTH)
     row[:2] = 1.0
     for name in units:
         factor, unit = _UNITS[name]
         settings.append(f"unit of the {name} read as {unit}")
         row[0 if name == "force" else 1] = factor
-        cost += ONE_WRONG
     row[2], row[3] = options.axes == "base", options.gravity == "compensated"
     axes = np.eye(3) if options.axes == "base" else rotation_from_rpy(options.sensor_rpy)
     row[4:] = (-axes if options.acts_on == "robot" else axes).ravel()
+    cost = ONE_WRONG + MORE_WRONG * (len(settings) - 1) + spread if settings else 0.0
     return Hypothesis(options, tuple(settings), cost, row)
-
-
 
 
 _WHY = {

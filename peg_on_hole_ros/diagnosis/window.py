@@ -30,9 +30,14 @@ FITS, SURPRISE, NOTHING = 18.0, 12.0, 50.0
 # Share of wrenches that surprise, from which on other hypotheses are looked at.
 SHARE = 0.2
 # What is known of the wrench: scene (11), sensor (3), payload's mass and centre (4), noise (6),
-# free acceleration's variance of force, lever, base axes in the hole (9), frictions (3).
+# free acceleration's variance of force, lever, base axes in the hole (9), frictions (3),
+# speed of rest, noise of the angles.
 SCENE, SENSOR, PAYLOAD, NOISE, CARRIED, LEVER, BASE, FRICTION = 0, 11, 14, 18, 24, 25, 26, 35
-SETTINGS = FRICTION + FRICTIONS
+REST = FRICTION + FRICTIONS
+ANGLE = REST + 1
+SETTINGS = ANGLE + 1
+# Standard deviations by which a slip has to be above zero to have a direction.
+DIRECTION = 5.0
 
 
 @compiled
@@ -78,7 +83,11 @@ def take(rows, told, at, hypotheses, settings, judged):
 
 @compiled
 def _rates(rows, at, rates):
-    """Fill in the slopes of the angles about a wrench; return whether its neighbours are there."""
+    """
+    Fill in the slopes of the angles about a wrench.
+
+    Returns their spread for angles with a spread of 1, below 0 where its neighbours are not there.
+    """
     middle = rows[at, _T]
     spread = 0.0
     rates[:] = 0.0
@@ -88,14 +97,14 @@ def _rates(rows, at, rates):
         t = rows[i, _T] - middle
         # Of a ring that is not full, or of what came before a pause.
         if rows[i, _LOOKED] < 0.0 or not before < t or fabs(t) > 0.2:
-            return False
+            return -1.0
         before = t
         spread += t * t
         for j in range(3):
             rates[j] += t * (rows[i, _Q + j] - rows[at, _Q + j])
     for j in range(3):
         rates[j] /= spread
-    return True
+    return 1.0 / sqrt(spread)
 
 
 @compiled
@@ -109,7 +118,10 @@ def _look(rows, told, at, hypotheses, settings):
     q, rates = row[_Q : _Q + 3], np.zeros(3)
     R = np.empty((3, 3))
     peg_in_hole(q, R)
-    moving = _rates(rows, at, rates)
+    unsure = _rates(rows, at, rates)
+    moving = unsure >= 0.0
+    # Ahead of what is at rest, and of the noise of the angles.
+    slowest = max(settings[REST], DIRECTION * settings[ANGLE] * unsure * 0.5 * p.D)
     columns, models = np.empty((6, 3)), np.empty((MODELS, 28))
     center = np.array([-sensor[0], -sensor[1], p.H_c - sensor[2]])
     free_columns(center, columns)
@@ -117,7 +129,7 @@ def _look(rows, told, at, hypotheses, settings):
     count = 1
     if moving and p.gamma0 < q[0] < 1.2:
         for k in range(FRICTIONS):
-            if contact_columns(p, sensor, q, rates, settings[FRICTION + k], columns):
+            if contact_columns(p, sensor, q, rates, slowest, settings[FRICTION + k], columns):
                 prepare(columns, REACTION * REACTION, noise, models[count])
                 count += 1
     weight = np.zeros((6, 2))
@@ -145,7 +157,8 @@ def _look(rows, told, at, hypotheses, settings):
         best, fits, least = unexplained(row[_WRENCH : _WRENCH + 6], hung, noise, lever), NOTHING, 1e300
         scale = 3.0 * (np.log(H[0]) + np.log(H[1]))
         for k in range(count):
-            value, over = likelihood(models[k], k > 0, y, noise, load if k else hung)
+            prior = REACTION * REACTION if k else settings[CARRIED]
+            value, over = likelihood(models[k], prior, k > 0, y, noise, load if k else hung)
             if value + scale > best:
                 best, fits = value + scale, min(over, NOTHING)
             if k:
