@@ -10,7 +10,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them.
 COMPILED = (
-    "mechanics", "estimator", "estimation", "monitoring", "simulation", "study",
+    "mechanics", "estimator", "estimation", "monitoring", "diagnosis", "simulation", "study",
     "edges/bags/walk.py",
 )  # fmt: skip
 

@@ -11,6 +11,9 @@ class WrenchInput:
     """How a wrench message becomes the wrench on the peg at its mass centre."""
 
     acts_on: str = "peg"
+    axes: str = "sensor"
+    gravity: str = "measured"
+    adopt_found: bool = True
     sensor_xyz: tuple[float, float, float] = (0.0, 0.0, 0.070)
     sensor_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force_stddev: float = 0.2

@@ -127,6 +127,24 @@ PARAMETERS: tuple[Parameter, ...] = (
         "whose wrench the sensor reports; the wrong one flips every sign",
         choices=("peg", "robot"),
     ),
+    _wrench(
+        "axes",
+        "axes in which the numbers are: the sensor's, or the robot's base, as some drivers send "
+        "them whatever frame_id says; for joints.source peg the base is that of the angles",
+        choices=("sensor", "base"),
+    ),
+    _wrench(
+        "gravity",
+        "whether a hanging peg's weight is measured, or taken off already by a controller that "
+        "knows the payload, all that hangs below the sensor",
+        choices=("measured", "compensated"),
+    ),
+    _wrench(
+        "adopt_found",
+        "whether what the wrench contradicts gives way to what fits it, which is told (acts_on, "
+        "axes, gravity, sensor_rpy, noise where numbers are rounded); false: told alone, and no "
+        "contact is",
+    ),
     _wrench("sensor_xyz", "sensor origin in the peg frame; sets the levers", "m", -10.0, 10.0),
     _wrench("sensor_rpy", "sensor axes in the peg frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
     _wrench(

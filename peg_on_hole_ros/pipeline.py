@@ -2,8 +2,11 @@
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
+from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis, Finding
+from peg_on_hole_ros.diagnosis.unsure import unsure
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
@@ -21,6 +24,8 @@ CLOCK_JUMP_NS = 1_000_000_000
 # A tare takes so many wrenches at most, and none that is older: the peg may have touched before.
 TARE_SAMPLES = 100
 TARE_NS = 500_000_000
+# Stamps that fall by more begin another window of the diagnosis.
+DUE_NS = 100_000_000
 
 
 class _Leap(NamedTuple):
@@ -64,7 +69,14 @@ class Pipeline:
         self.configuration = configuration
         self.scene = configuration.scene
         self._orientation = orientation or PegJoints(configuration.joints)
+        self._make = make
         self.processor = Processor(configuration, make)
+        self._diagnosis = Diagnosis(configuration, self.processor.reduction.taken_off)
+        # What is used in place of what is stated, and the latest orientation.
+        self._adopted: dict[str, object] = {}
+        self._found: list[Finding] = []
+        self._measured: AngleMeasurement | None = None
+        self._flag = False
         # Fates that arrival decides; those that going back decides anew are the processor's.
         self._arrival_counts: Counter[str] = Counter()
         self._delay_ns = round(configuration.joints.delay * 1e9)
@@ -93,6 +105,16 @@ class Pipeline:
         return self.processor.model
 
     @property
+    def causes(self) -> list[str]:
+        """Settings that the data have contradicted, a line each, the first first."""
+        return [
+            f"{finding.text}; used in place of what is stated (wrench.adopt_found)"
+            if self._adopted.items() >= finding.found.items() and finding.found
+            else finding.text
+            for finding in self._found
+        ]
+
+    @property
     def filter(self) -> HeldPeg:
         """The filter, for those who made it."""
         return self.processor.filter
@@ -111,6 +133,8 @@ class Pipeline:
         self._waiting.clear()
         self._joint_stamps.clear()
         self._recent.clear()
+        self._diagnosis.restart()
+        self._measured = None
 
     def reset(self) -> Answer:
         """Restart filter and monitor, forget what was learnt; the tare stays."""
@@ -146,6 +170,7 @@ class Pipeline:
         now_ns = self._recent[-1].t_ns
         samples = [each for each in self._recent if now_ns - each.t_ns <= TARE_NS]
         taken = self.processor.tare(samples)
+        self._diagnosis = Diagnosis(self.configuration, taken)
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         seconds = (now_ns - samples[0].t_ns) * 1e-9
@@ -176,6 +201,7 @@ class Pipeline:
         self._catch_up()
         self._history.clear()
         self._leap = None
+        configuration = self._as_found(configuration)
         self.configuration = configuration
         self._orientation = orientation or PegJoints(configuration.joints)
         self.processor.retune(configuration)
@@ -206,6 +232,7 @@ class Pipeline:
         now_ns = self.processor.t_ns
         if now_ns is None:
             self.processor.start(measurement)
+            self._measured = measurement
             self._joint_stamps.take(measurement.t_ns, measurement.t_ns)
             return
         far = now_ns - measurement.t_ns - self._expected_ns > CLOCK_JUMP_NS
@@ -280,14 +307,59 @@ class Pipeline:
         joints = []
         while self._waiting and self._waiting[0].t_ns <= sample.t_ns:
             joints.append(self._waiting.popleft())
+        if joints:
+            self._measured = joints[-1]
+        if sample.t_ns >= self._diagnosis.due_ns or self._diagnosis.due_ns > sample.t_ns + DUE_NS:
+            self._diagnose(sample)
         silent = (sample.t_ns - now_ns) * 1e-9 > self.configuration.filter.max_gap
         leaps = silent and self._history.window_ns > 0
         wanted = leaps or self._history.wants_snapshot
         unit = Unit(sample, joints, self.processor.snapshot() if wanted else None, now_ns)
         self._leap = _Leap(unit, last_ns) if leaps else None
         self._history.append(unit)
-        self._told = self.processor.process(unit)
-        return self._told
+        outputs = self.processor.process(unit)
+        if outputs is not None and self._diagnosis.unsure:
+            self._arrival_counts["contact_doubted"] += 1
+            outputs = unsure(outputs, self._flag)
+        self._told = outputs
+        self._flag = self._flag if outputs is None else outputs.transition
+        return outputs
+
+    def _diagnose(self, sample):
+        """Try what else the wrench may mean; use it in place of what is stated, once it is sure."""
+        if self._measured is None:
+            return
+        diagnosis, known = self._diagnosis, self._diagnosis.finding
+        diagnosis.take(sample, self._measured)
+        for finding in (diagnosis.rounded(), diagnosis.finding):
+            if finding is None or finding is known or finding in self._found:
+                continue
+            self._arrival_counts["setting_contradicted"] += 1
+            self._found.append(finding)
+            # Each once: a wrench that fits the one now and the other then has another fault. And
+            # a tare that was taken by the wrong setting has no meaning by the right one.
+            new = finding.found and not finding.found.keys() & self._adopted.keys()
+            if new and self.configuration.wrench.adopt_found and not self._arrival_counts["tare"]:
+                self._adopted |= finding.found
+                self._adopt()
+                return
+
+    def _as_found(self, configuration):
+        wrench = replace(configuration.wrench, **self._adopted)
+        return replace(configuration, wrench=wrench)
+
+    def _adopt(self):
+        self.configuration = self._as_found(self.configuration)
+        self._arrival_counts["setting_adopted"] += 1
+        self._arrival_counts.update(self.processor.counts)
+        self.processor = Processor(self.configuration, self._make)
+        self.processor.start(self._measured)
+        # It was used before.
+        self._arrival_counts["joints_used"] -= 1
+        self._diagnosis = Diagnosis(self.configuration, self.processor.reduction.taken_off)
+        # What came before cannot be processed again by another setting.
+        self._history.clear()
+        self._leap = None
 
     def _clock_went_back(self, source: str, t_ns: int, far: bool) -> bool:
         """

@@ -50,7 +50,7 @@ class Processor:
     def __init__(self, configuration: Configuration, make: Callable[..., HeldPeg] = make_filter):
         self.configuration = configuration
         scene, kalman, joints = configuration.scene, configuration.filter, configuration.joints
-        self.reduction = WrenchReduction(configuration.wrench, scene)
+        self.reduction = WrenchReduction(configuration.wrench, scene, joints.hole_rpy)
         offsets = self.reduction.offsets(configuration)
         self.filter = make(scene, kalman, self.reduction.covariance, offsets)
         # Bias and tilt: most cells know them.

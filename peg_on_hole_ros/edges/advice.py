@@ -219,7 +219,11 @@ def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
 
 
 def lines(
-    result: dict, read: dict[str, int], configuration: Configuration, seen: Seen
+    result: dict,
+    read: dict[str, int],
+    configuration: Configuration,
+    seen: Seen,
+    causes: list[str] | None = None,
 ) -> list[str]:
     """
     Return a line for each thing that makes a replay's numbers doubtful.
@@ -232,9 +236,11 @@ def lines(
         Messages in the bag of `wrench` and `joints`.
     configuration : Configuration
     seen : Seen
+    causes : list of str, optional
+        Settings that the data have contradicted; they take the place of guesses.
 
     """
-    told = []
+    told = [f"wrench: {cause}" for cause in causes or ()]
     for source, count in read.items():
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
         lost, odd = sum(dropped.values()), {}
@@ -245,7 +251,7 @@ def lines(
             told.append(f"{lost} of {count} messages of {source} were not used: {what}")
     unknown = configuration.monitor.modes and result["contact_mode"].get("unknown") == 1.0
     # A mode takes its time to be declared.
-    if unknown and result["duration"] > _DECLARED and not told:
+    if unknown and result["duration"] > _DECLARED and not told and not causes:
         told.append(_UNKNOWN)
     shares = result["contact_mode"]
     if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
@@ -254,7 +260,7 @@ def lines(
     told += [f"{source}: {line}" for source in read for line in seen.odd(source)]
     told += _other_unit(configuration, seen)
     told += [seen.loop] if seen.loop else []
-    return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit else [])]
+    return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit and not causes else [])]
 
 
 def _other_unit(configuration, seen):

@@ -286,6 +286,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._stream.counts,
             pipeline.health,
             pipeline.model,
+            pipeline.causes,
         )
         self._warn(lines)
         if not stamp_ns and not self._clock_missed:

@@ -71,6 +71,8 @@ class Replayed(NamedTuple):
         Last stamp of an output [ns].
     ending : list of Message
         What the end of the bag made known, such as a try that was under way.
+    causes : list of str
+        Settings that the data have contradicted, a line each.
 
     """
 
@@ -83,6 +85,7 @@ class Replayed(NamedTuple):
     seen: Seen
     t_ns: int
     ending: list[Message]
+    causes: list[str]
 
 
 def sources_of(configuration: Configuration) -> dict[str, str]:
@@ -243,7 +246,7 @@ def replay_bag(
         )
     total = sum(read.values())
     told = sum(used.values()), dropped, events
-    return Replayed(total, *told, seconds, read, seen, stream.t_ns, ending)
+    return Replayed(total, *told, seconds, read, seen, stream.t_ns, ending, stream.causes)
 
 
 def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> list[Message]:

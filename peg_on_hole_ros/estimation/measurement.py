@@ -70,7 +70,15 @@ class WrenchReduction:
     """
     The map from the sensor's wrench to the wrench on the peg at its mass centre, peg axes.
 
-    Steps: sign, tare, sensor axes to peg axes, sensor origin to mass centre, payload's weight.
+    Steps: sign, axes of the base to those of the sensor, tare, sensor axes to peg axes, sensor
+    origin to mass centre, weight of the payload, or of all that hangs where it is taken off.
+
+    Parameters
+    ----------
+    options : WrenchInput
+    scene : Scene
+    hole_rpy : sequence of 3 float
+        Hole axes in the base [rad], for a wrench in the base's axes.
 
     Attributes
     ----------
@@ -86,7 +94,7 @@ class WrenchReduction:
 
     """
 
-    def __init__(self, options: WrenchInput, scene: Scene):
+    def __init__(self, options: WrenchInput, scene: Scene, hole_rpy=(0.0, 0.0, 0.0)):
         self.sign = -1.0 if options.acts_on == "robot" else 1.0
         R_PS = rotation_from_rpy(options.sensor_rpy)
         center_P = np.array([0.0, 0.0, scene.mass_center_height])
@@ -96,7 +104,11 @@ class WrenchReduction:
         self.noise = np.square(stddev)
         self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
         self.tare = self.sign * np.array([*options.bias_force, *options.bias_torque])
-        self._payload_mass = options.payload_mass
+        # A controller that takes the weight off leaves none of the payload, nor of the peg.
+        self._compensated = options.gravity == "compensated"
+        self._payload_mass = 0.0 if self._compensated else options.payload_mass
+        self._base_in_hole = rotation_from_rpy(hole_rpy).T if options.axes == "base" else None
+        self._R_SP = R_PS.T
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         self._payload_arm = skew(payload_P - center_P)
         self._peg_mass = scene.peg_mass
@@ -131,22 +143,36 @@ class WrenchReduction:
         force, torque : sequence of 3 float
             As received, sensor axes [N], [N m].
         q : ndarray, shape (3,)
-            gamma, psi, phi [rad]; they matter only where there is a payload.
+            gamma, psi, phi [rad]; they matter where there is a payload, for `wrench.axes: base`
+            and for `wrench.gravity: compensated`.
         gravity_H : ndarray, shape (3,), optional
             In the hole axes of q [m/s^2]; None: those of the configuration.
 
         """
+        measured = self._in_sensor(force, torque, q)
+        measured -= self.tare
+        wrench = self.matrix @ measured
+        if self._payload_mass or self._compensated:
+            wrench += self._weight_below(q, gravity_H)
+        return wrench
+
+    def _in_sensor(self, force, torque, q):
+        """Return force and torque on the peg side, sensor axes, before the tare, shape (6,)."""
         measured = np.array([*force, *torque])
         if self.sign < 0.0:
             np.negative(measured, out=measured)
-        measured -= self.tare
-        wrench = self.matrix @ measured
-        if self._payload_mass:
-            gravity_H = self._gravity_H if gravity_H is None else gravity_H
-            weight_P = self._payload_mass * (peg_axes(q).T @ gravity_H)
-            wrench[:3] += weight_P
-            wrench[3:] += self._payload_arm @ weight_P
-        return wrench
+        if self._base_in_hole is not None:
+            turn = self._R_SP @ peg_axes(q).T @ self._base_in_hole
+            measured[:3], measured[3:] = turn @ measured[:3], turn @ measured[3:]
+        return measured
+
+    def _weight_below(self, q, gravity_H):
+        """Return what the sensor carries of the payload's weight, or lacks of the peg's, (6,)."""
+        gravity_P = peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H)
+        if self._compensated:
+            return np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
+        weight_P = self._payload_mass * gravity_P
+        return np.concatenate([weight_P, self._payload_arm @ weight_P])
 
     def take_tare(self, force, torque, q, gravity_H=None) -> None:
         """
@@ -155,13 +181,10 @@ class WrenchReduction:
         What stays is the weight of peg and payload: with the reading itself set to zero the model
         would have the peg fall.
         """
-        measured = self.sign * np.array([*force, *torque])
+        measured = self._in_sensor(force, torque, q)
         gravity_P = peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H)
         hanging = np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
-        if self._payload_mass:
-            weight_P = self._payload_mass * gravity_P
-            hanging[:3] -= weight_P
-            hanging[3:] -= self._payload_arm @ weight_P
+        hanging -= self._weight_below(q, gravity_H)
         self.tare = measured - np.linalg.solve(self.matrix, hanging)
 
 

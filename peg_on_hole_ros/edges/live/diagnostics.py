@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from peg_on_hole_ros.edges.advice import MISFIT, MISFIT_COUNT
 from peg_on_hole_ros.edges.messages.output import HARDWARE_ID
@@ -88,6 +88,7 @@ class Diagnostics:
         counts: dict[str, int],
         health: dict[str, float],
         model: str = "",
+        causes: Sequence[str] = (),
     ) -> tuple[dict, list[str]]:
         """
         Return the diagnostic_msgs/DiagnosticArray since the last report, and lines to log.
@@ -104,6 +105,8 @@ class Diagnostics:
             Of the filter.
         model : str
             Which model of the contact is in use, and why.
+        causes : sequence of str
+            Settings that the data have contradicted, a line each.
 
         """
         new = self._new(counts)
@@ -115,7 +118,7 @@ class Diagnostics:
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns, load, busy),
             output,
-            self._filter(health, model, new),
+            self._filter(health, model, new, causes),
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
         told += joined
@@ -167,10 +170,12 @@ class Diagnostics:
         status = _status("output", OK if alone else WARN, text, {"publishers": self._publish})
         return status, [text] if self._publish > max(before, 1) else []
 
-    def _filter(self, health, model, new):
+    def _filter(self, health, model, new, causes):
         if any(name.endswith(_OWN_ERROR) for name in new):
             text = "an error of the program: the filter was restarted, its log has the traceback"
             return _status("filter", ERROR, text, health)
+        if causes:
+            return _status("filter", WARN, "; ".join(causes), health)
         if MISFIT_COUNT in new:
             return _status("filter", WARN, MISFIT, health)
         running = f"running; {model}" if model else "running"

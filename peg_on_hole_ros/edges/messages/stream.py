@@ -59,6 +59,11 @@ class MessageStream:
         """Every message by fate; those that never reached the pipeline's own counts by reason."""
         return {**self.pipeline.counts, **self._unusable}
 
+    @property
+    def causes(self) -> list[str]:
+        """Settings that the data have contradicted, a line each."""
+        return self.pipeline.causes
+
     def on_wrench(self, message) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
         return self.take_wrench(wrench_sample(message))

@@ -1,0 +1,234 @@
+"""How well a wrench is explained by a peg in free air or on three contacts, as a likelihood."""
+
+from math import cos, fabs, hypot, log, pi, sin, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
+
+# Columns of forces that a model leaves open: of the holder's acceleration in the air, of K, B1, B2
+# on the rim. Models: free, and three contacts at a low, the stated and a high friction.
+FRICTIONS = 3
+MODELS = 1 + FRICTIONS
+# What a reaction may be [N], and what a force that nothing explains [N].
+REACTION, ANYTHING = 200.0, 100.0
+# Share of a load that friction, levers and the peg's shape leave unexplained.
+UNEXPLAINED = 0.03
+LOG_TWO_PI = log(2.0 * pi)
+
+
+@compiled
+def peg_in_hole(q, R):
+    """Fill R_HP, peg axes in hole axes, shape (3, 3)."""
+    s, c, sps, cps, sp, cp = sin(q[0]), cos(q[0]), sin(q[1]), cos(q[1]), sin(q[2]), cos(q[2])
+    # Rz(psi) Ry(-gamma) Rz(phi).
+    for i in range(2):
+        a, b = (cps, -sps) if i == 0 else (sps, cps)
+        R[i, 0] = a * c * cp + b * sp
+        R[i, 1] = -a * c * sp + b * cp
+        R[i, 2] = -a * s
+    R[2, 0], R[2, 1], R[2, 2] = s * cp, -s * sp, c
+
+
+@compiled
+def _moment(columns, j, r):
+    """Fill the lower half of a column with the moment of its force at r."""
+    F0, F1, F2 = columns[0, j], columns[1, j], columns[2, j]
+    columns[3, j] = r[1] * F2 - r[2] * F1
+    columns[4, j] = r[2] * F0 - r[0] * F2
+    columns[5, j] = r[0] * F1 - r[1] * F0
+
+
+@compiled
+def free_columns(center, columns):
+    """Fill in the forces at the mass centre that a holder's acceleration needs, (6, 3)."""
+    columns[:] = 0.0
+    for j in range(3):
+        columns[j, j] = 1.0
+        _moment(columns, j, center)
+
+
+@compiled
+def contact_columns(p, sensor, q, rates, slowest, friction, columns):
+    """
+    Fill in what one newton at K, B1, B2 exerts on the peg, peg axes, about the sensor, (6, 3).
+
+    Parameters
+    ----------
+    p : SceneScalars
+    sensor : ndarray, shape (3,)
+        Its origin in the peg frame [m].
+    q, rates : ndarray, shape (3,)
+        [rad], [rad/s].
+    slowest : float
+        Below it a slip has no direction that the rates tell [m/s].
+    friction : float
+    columns : ndarray, shape (6, 3)
+        Filled.
+
+    Returns
+    -------
+    bool
+        Whether every contact slides, and so has a direction of friction.
+
+    """
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, q[0])
+    s, c, a1, a2, S1, S2, b = geo[0], geo[1], geo[2], geo[3], geo[4], geo[5], geo[6]
+    sp, cp = sin(q[2]), cos(q[2])
+    slides = True
+    force, arm = np.empty(3), np.empty(3)
+    to_O = sqrt(S1 * S1 + b * b + a1 * a1)
+    for i in range(3):
+        dg, dpsi, dphi = rates[0], rates[1], rates[2]
+        if i == 0:
+            n_h, n_e, n_z = c, 0.0, s
+            r_h, r_e, r_z = -0.5 * p.D, 0.0, 0.0
+            v_h, v_e = 2.0 * a1 * dg, -0.5 * p.D * dpsi - 0.5 * p.d * dphi
+            v_z = -2.0 * a1 * c / s * dg
+        else:
+            e = b if i == 1 else -b
+            n_h, n_e, n_z = -S1 / to_O, e / to_O, a1 / to_O
+            r_h, r_e, r_z = S1, -e, 0.0
+            v_h, v_e = 2.0 * a1 * dg + e * (dpsi + c * dphi), S1 * dpsi + S2 * dphi
+            v_z = 2.0 * S1 * dg + e * s * dphi
+        speed = sqrt(v_h * v_h + v_e * v_e + v_z * v_z)
+        if speed < slowest:
+            slides = False
+            speed = slowest
+        share = friction / speed
+        f_h, f_e, f_z = n_h - share * v_h, n_e - share * v_e, n_z - share * v_z
+        # From the peg frame's origin, where O is a2 up the axis and a1 above the rim.
+        o_h, o_e, o_z = r_h - a2 * s, r_e, r_z - (a1 - a2 * c)
+        _to_peg(f_h, f_e, f_z, s, c, sp, cp, force)
+        _to_peg(o_h, o_e, o_z, s, c, sp, cp, arm)
+        for k in range(3):
+            columns[k, i] = force[k]
+            arm[k] -= sensor[k]
+        _moment(columns, i, arm)
+    return slides
+
+
+@compiled
+def _to_peg(h, e, z, s, c, sp, cp, out):
+    """Turn a vector from (h, e, z) to peg axes."""
+    out[0] = c * cp * h + sp * e + s * cp * z
+    out[1] = -c * sp * h + cp * e - s * sp * z
+    out[2] = -s * h + c * z
+
+
+@compiled
+def prepare(columns, prior, noise, model):
+    """
+    Fill in what the likelihood of any wrench takes, of one model.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (6, 3)
+    prior : float
+        Variance of what each column is multiplied with [N^2].
+    noise : ndarray, shape (6,)
+        Variances of the wrench.
+    model : ndarray, shape (28,)
+        Filled: columns over the noise (3, 6), inverse of the normal matrix (3, 3), constant.
+
+    """
+    K = np.zeros((3, 3))
+    for j in range(3):
+        for i in range(6):
+            model[6 * j + i] = columns[i, j] / noise[i]
+        for k in range(j + 1):
+            t = 1.0 / prior if j == k else 0.0
+            for i in range(6):
+                t += model[6 * j + i] * columns[i, k]
+            K[j, k] = t
+            K[k, j] = t
+    c00 = K[1, 1] * K[2, 2] - K[1, 2] * K[1, 2]
+    c01 = K[0, 2] * K[1, 2] - K[0, 1] * K[2, 2]
+    c02 = K[0, 1] * K[1, 2] - K[0, 2] * K[1, 1]
+    determinant = K[0, 0] * c00 + K[0, 1] * c01 + K[0, 2] * c02
+    over = 1.0 / determinant
+    model[18], model[19], model[20] = c00 * over, c01 * over, c02 * over
+    model[21], model[22] = c01 * over, (K[0, 0] * K[2, 2] - K[0, 2] * K[0, 2]) * over
+    model[23] = (K[0, 1] * K[0, 2] - K[0, 0] * K[1, 2]) * over
+    model[24], model[25] = c02 * over, model[23]
+    model[26] = (K[0, 0] * K[1, 1] - K[0, 1] * K[0, 1]) * over
+    t = log(determinant) + 3.0 * log(prior) + 6.0 * LOG_TWO_PI
+    for i in range(6):
+        t += log(noise[i])
+    model[27] = -0.5 * t
+
+
+@compiled
+def likelihood(model, prior, pushes, y, noise, load):
+    """
+    Return the log likelihood of a wrench that a model has to balance, and what is left of it.
+
+    Parameters
+    ----------
+    model : ndarray
+        From `prepare`.
+    prior : float
+        As it was there.
+    pushes : bool
+        Whether the columns are those of contacts, which cannot pull.
+    y : ndarray, shape (6,)
+        Wrench on the peg with its weight, peg axes, about the sensor [N], [N m].
+    noise : ndarray, shape (6,)
+    load : float
+        [N]; a share of it may stay unexplained.
+
+    Returns
+    -------
+    value : float
+    left : float
+        Squares of what is left over the noise, over what may be.
+
+    """
+    b0 = b1 = b2 = square = 0.0
+    for i in range(6):
+        b0 += model[i] * y[i]
+        b1 += model[6 + i] * y[i]
+        b2 += model[12 + i] * y[i]
+        square += y[i] * y[i] / noise[i]
+    m = model
+    N0 = -(m[18] * b0 + m[19] * b1 + m[20] * b2)
+    N1 = -(m[21] * b0 + m[22] * b1 + m[23] * b2)
+    N2 = -(m[24] * b0 + m[25] * b1 + m[26] * b2)
+    large = (N0 * N0 + N1 * N1 + N2 * N2) / prior
+    square = max(square + b0 * N0 + b1 * N1 + b2 * N2 - large, 0.0)
+    wider = 1.0 + UNEXPLAINED * UNEXPLAINED * load * load / noise[0]
+    left = square / wider
+    if pushes:
+        spare = (0.1 * max(fabs(N0), fabs(N1), fabs(N2))) ** 2
+        for k in range(3):
+            N = N0 if k == 0 else N1 if k == 1 else N2
+            if N < 0.0:
+                left += N * N / (m[18 + 4 * k] * wider + spare)
+    return m[27] - 0.5 * (left + large) - 3.0 * log(wider), left
+
+
+@compiled
+def unexplained(y, weight, noise, lever):
+    """
+    Return the log likelihood of a wrench that is anything, or of one that is a couple alone.
+
+    A peg in a hole that nothing pushes carries a couple beside its weight, and no force.
+
+    Parameters
+    ----------
+    y : ndarray, shape (6,)
+        As measured [N], [N m].
+    weight : float
+        [N].
+    noise : ndarray, shape (6,)
+    lever : float
+        Of torques [m].
+
+    """
+    force = hypot(hypot(y[0], y[1]), y[2])
+    torque = max(ANYTHING * lever, hypot(hypot(y[3], y[4]), y[5]))
+    # As likely as noise makes it where the force is that of the weight, measured or taken off,
+    # whatever its direction.
+    over = min(fabs(force - weight), force)
+    couple = -0.5 * over * over / noise[0] - 1.5 * (log(noise[0]) + LOG_TWO_PI)
+    return max(-3.0 * log(max(ANYTHING, force)), couple) - 3.0 * log(torque)

@@ -1,0 +1,202 @@
+"""Says which setting of the wrench is wrong, once the last second is sure of it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.diagnosis import window
+from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
+from peg_on_hole_ros.diagnosis.steps import Steps
+from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
+
+# Between two wrenches that are looked at, and between the first so many: before a contact is told.
+PERIOD_NS, FIRST_NS, FIRST = 20_000_000, 4_000_000, 10
+# Wrenches of one second tell one another's news: together they count as so many.
+NEWS = 8
+# Nats by which a hypothesis has to be likelier: for doubt, to be told, and to be told from others.
+DOUBT, SURE, APART = 8.0, 15.0, 5.0
+# Wrenches that have to be looked at, and the share of them that is explained.
+ENOUGH, EXPLAINED = 12, 0.6
+# Wrenches in a row that are not explained after which only each of so many is looked at closely.
+OFTEN = 5
+# Shares of weight and metres to which weight and mass centre are known.
+WEIGHT_KNOWN, CENTER_KNOWN = 0.02, 1e-3
+# A holder's acceleration, over the most that it is stated to have.
+_CARRIED = 1.0 / 3.0
+
+
+class Finding(NamedTuple):
+    """
+    A setting that the data contradict, and what would fit them.
+
+    Attributes
+    ----------
+    text : str
+        What is wrong, what fits, and how that is known.
+    found : dict of str to object
+        Fields of WrenchInput with the values that fit; empty: there is no such setting.
+
+    """
+
+    text: str
+    found: dict[str, object]
+
+
+class Diagnosis:
+    """
+    Tries what else a wrench may mean on the last second.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    taken_off : ndarray, shape (6,)
+        What is taken off a wrench as received [N], [N m].
+
+    Attributes
+    ----------
+    due_ns : int
+        Stamp from which on the next wrench is wanted [ns].
+    doubtful : bool
+        Whether something else fits better by far: nothing sure is to be told of contacts.
+    finding : Finding or None
+        What is wrong, once that is sure.
+
+    """
+
+    def __init__(self, configuration: Configuration, taken_off):
+        self._taken_off = np.array(taken_off)
+        self._stated = configuration.wrench
+        self._all = hypotheses(configuration.wrench)
+        self._rows_of = np.array([each.row for each in self._all])
+        self._costs = np.array([each.cost for each in self._all])
+        all_said = [set(each.settings) for each in self._all]
+        self._rival = [np.array([not one <= more for more in all_said]) for one in all_said]
+        self._settings = _settings(configuration)
+        self._known = self._settings[window.NOISE : window.CARRIED].copy()
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all."""
+        self.due_ns = 0
+        self.doubtful = False
+        self.finding: Finding | None = None
+        self._rows, self._told = window.ring(len(self._all))
+        self._at, self._best = -1, 0
+        self._steps = Steps(), Steps()
+        self._last_ns = self._begun_ns = self._odd = self._seen = 0
+
+    @property
+    def unsure(self) -> bool:
+        """Whether nothing sure is to be told of contacts."""
+        return self.doubtful or self.finding is not None
+
+    def take(self, sample: WrenchSample, measurement: AngleMeasurement) -> None:
+        """Take a wrench and the latest orientation."""
+        t_ns = sample.t_ns
+        if self._at < 0 or not self._last_ns < t_ns:
+            finding = self.finding
+            self.restart()
+            self.finding, self._begun_ns = finding, t_ns
+        self._seen += 1
+        self.due_ns = t_ns + (PERIOD_NS if self._seen > FIRST else FIRST_NS)
+        self._last_ns = t_ns
+        self._at = (self._at + 1) % window.KEPT
+        row = self._rows[self._at]
+        row[0] = (t_ns - self._begun_ns) * 1e-9
+        row[1:7] = (*sample.force, *sample.torque)
+        row[1:7] -= self._taken_off
+        row[7:10] = measurement.q
+        self._notice_steps(sample.force, 0)
+        self._notice_steps(sample.torque, 1)
+        judged = self._odd < OFTEN or not self._at % OFTEN
+        surprising = window.take(self._rows, self._told, self._at, self._rows_of, self._settings, judged)
+        self._odd = self._odd + 1 if surprising else 0
+        if not surprising:
+            self.doubtful = False
+            if window.full(self._rows):
+                self.finding = None
+        elif judged:
+            self._judge()
+
+    def _notice_steps(self, values, part):
+        """Take the steps in which a driver rounds forces (0) or torques (1) for noise."""
+        steps = self._steps[part]
+        if steps.notice(values):
+            noise = self._known[3 * part] + steps.variance
+            self._settings[window.NOISE + 3 * part : window.NOISE + 3 * part + 3] = noise
+
+    def _judge(self):
+        told = self._told[window.tried(self._rows)]
+        n = len(told)
+        ahead = told[:, :, 0] - told[:, :1, 0]
+        gains = ahead.sum(axis=0) * (min(n, NEWS) / n) - self._costs
+        gains[0] = 0.0
+        best = int(np.argmax(gains))
+        self.doubtful = False
+        explained = (told[:, best, 1] < window.FITS).mean()
+        if not best or explained < EXPLAINED or told[:, 0, 1].mean() < window.SURPRISE:
+            return
+        self.doubtful = bool(gains[best] > DOUBT)
+        # What says the same and more is no rival: it is tried again from there on.
+        rival = gains[self._rival[best]].max()
+        if n < ENOUGH or gains[best] < SURE or gains[best] - rival < APART:
+            return
+        found = self._all[best]
+        if self._best != best:
+            self._best = best
+            before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
+            self.finding = Finding(said(found, before, after), changed(self._stated, found))
+
+    def rounded(self) -> Finding | None:
+        """Return what is to be stated where a driver rounds more coarsely than noise is stated."""
+        found, widths = {}, []
+        for name, unit, steps in zip(("force", "torque"), ("N", "N m"), self._steps):
+            noise, zero = (getattr(self._stated, key) for key in _noise_of(name))
+            if steps.coarse(noise):
+                # What rounding takes off stays for as long as a load does: it is noise and zero.
+                values = steps.stddev(noise), max(zero, steps.stddev(0.0))
+                found |= {key: float(f"{x:.3g}") for key, x in zip(_noise_of(name), values)}
+                widths.append(f"the {name} comes in steps of {steps.step:g} {unit}")
+        if not found or self._seen < ENOUGH:
+            return None
+        settings = " and ".join(f"wrench.{name}: {value:g}" for name, value in found.items())
+        return Finding(
+            f"{' and '.join(widths)}, coarser than the stated noise: {settings} would fit", found
+        )
+
+
+def _noise_of(name):
+    return f"{name}_stddev", f"bias_{name}_stddev"
+
+
+def _settings(configuration):
+    """Return what compiled code needs to know, see `window`."""
+    scene, wrench = configuration.scene, configuration.wrench
+    sensor, R_PS = np.array(wrench.sensor_xyz), rotation_from_rpy(wrench.sensor_rpy)
+    friction = scene.friction
+    spread = max(1.5 * scene.friction_stddev, 0.15 * friction)
+    carried = scene.peg_mass * configuration.monitor.free_acceleration * _CARRIED
+    noise = WrenchReduction(wrench, scene).noise
+    # The weight and its place are known to so much [N], [N m].
+    weight = (scene.peg_mass + wrench.payload_mass) * float(np.linalg.norm(scene.gravity))
+    known = noise + np.square([WEIGHT_KNOWN * weight] * 3 + [CENTER_KNOWN * weight] * 3)
+    return np.array(
+        [
+            *scene_scalars(scene),
+            *sensor,
+            wrench.payload_mass,
+            *(R_PS @ np.array(wrench.payload_com)),
+            *known,
+            max(carried, 1e-3) ** 2,
+            max(float(np.linalg.norm(sensor)), scene.peg_height),
+            *rotation_from_rpy(configuration.joints.hole_rpy).T.ravel(),
+            max(friction - spread, 0.0),
+            friction,
+            friction + spread,
+            configuration.monitor.rest_speed,
+            configuration.joints.position_stddev,
+        ]
+    )

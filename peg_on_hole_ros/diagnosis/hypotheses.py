@@ -1,0 +1,139 @@
+"""What else a wrench may mean than what is stated, each as the settings that would say so."""
+
+from dataclasses import fields, replace
+from itertools import permutations, product
+from math import atan2, hypot, log
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
+from peg_on_hole_ros.options import WrenchInput
+
+# What a wrong setting costs before anything is measured, and each that is wrong beside it, in nats.
+ONE_WRONG, MORE_WRONG = 3.0, 6.0
+_UNITS = {"force": (1e3, "kN"), "torque": (1e-3, "N mm")}
+# Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
+# weight, and the axes to turn to (3, 3) with the sign.
+WIDTH = 13
+
+
+class Hypothesis(NamedTuple):
+    """
+    What a wrench may mean.
+
+    Attributes
+    ----------
+    options : WrenchInput
+        That say so, but for units, which have no setting.
+    settings : tuple of str
+        In which they differ from the stated ones, as `name: value`, or the units.
+    cost : float
+        Before anything is measured [nats].
+    row : ndarray, shape (WIDTH,)
+        For compiled code.
+
+    """
+
+    options: WrenchInput
+    settings: tuple[str, ...]
+    cost: float
+    row: np.ndarray
+
+
+def quarter_turns() -> list[np.ndarray]:
+    """Return the 24 rotations that turn axes into axes, the identity first."""
+    turns = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            turn = np.zeros((3, 3))
+            turn[range(3), order] = signs
+            if np.linalg.det(turn) > 0:
+                turns.append(turn)
+    return sorted(turns, key=lambda turn: -np.trace(turn))
+
+
+def rpy_of(R) -> tuple[float, float, float]:
+    """Return roll, pitch, yaw of a rotation [rad]."""
+    level = hypot(R[0, 0], R[1, 0])
+    if level < 1e-9:
+        return atan2(-R[1, 2], R[1, 1]), atan2(-R[2, 0], level), 0.0
+    return atan2(R[2, 1], R[2, 2]), atan2(-R[2, 0], level), atan2(R[1, 0], R[0, 0])
+
+
+def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
+    """Return what a wrench may mean, what is stated first."""
+    found = [_hypothesis(stated, stated)]
+    R_PS = rotation_from_rpy(stated.sensor_rpy)
+    for turn, robot, compensated in product(quarter_turns(), (False, True), (False, True)):
+        rpy = stated.sensor_rpy
+        if not np.array_equal(turn, np.eye(3)):
+            rpy = tuple(round(angle, 6) + 0.0 for angle in rpy_of(R_PS @ turn))
+        options = replace(stated, sensor_rpy=rpy, axes="sensor")
+        found.append(_hypothesis(stated, _meant(options, robot, compensated)))
+    for robot, compensated in product((False, True), (False, True)):
+        options = replace(stated, axes="base")
+        found.append(_hypothesis(stated, _meant(options, robot, compensated)))
+    for units in (("force",), ("torque",), ("force", "torque")):
+        found.append(_hypothesis(stated, stated, units))
+    first = {hypothesis.settings: hypothesis for hypothesis in reversed(found)}
+    return sorted(first.values(), key=lambda hypothesis: hypothesis.cost)
+
+
+def _meant(options, robot, compensated):
+    return replace(
+        options,
+        acts_on="robot" if robot else "peg",
+        gravity="compensated" if compensated else "measured",
+    )
+
+
+def _hypothesis(stated, options, units=()):
+    settings, spread = [], 0.0
+    for name in ("acts_on", "axes", "gravity"):
+        value = getattr(options, name)
+        if value != getattr(stated, name):
+            settings.append(f"wrench.{name}: {value}")
+    if options.sensor_rpy != stated.sensor_rpy:
+        settings.append(f"wrench.sensor_rpy: {[round(angle, 4) for angle in options.sensor_rpy]}")
+        # One of so many turns.
+        spread = log(23)
+    row = np.zeros(WIDTH)
+    row[:2] = 1.0
+    for name in units:
+        factor, unit = _UNITS[name]
+        settings.append(f"unit of the {name} read as {unit}")
+        row[0 if name == "force" else 1] = factor
+    row[2], row[3] = options.axes == "base", options.gravity == "compensated"
+    axes = np.eye(3) if options.axes == "base" else rotation_from_rpy(options.sensor_rpy)
+    row[4:] = (-axes if options.acts_on == "robot" else axes).ravel()
+    cost = ONE_WRONG + MORE_WRONG * (len(settings) - 1) + spread if settings else 0.0
+    return Hypothesis(options, tuple(settings), cost, row)
+
+
+_WHY = {
+    "wrench.acts_on: robot": ": robot would fit, the sign of the wrench is reversed",
+    "wrench.acts_on: peg": ": peg would fit, the sign of the wrench is reversed",
+    "wrench.axes: base": ": its numbers are in the axes of the robot's base, whatever frame_id is",
+    "wrench.axes: sensor": ": its numbers are in the axes of the sensor, not of the base",
+    "wrench.gravity: compensated": ": the weight seems to be taken off already",
+    "wrench.gravity: measured": ": the weight does not seem to be taken off",
+}
+
+
+def said(found: Hypothesis, before: float, after: float) -> str:
+    """Return in a line what is wrong; to how much forces balance before and after [N]."""
+    why = _WHY.get(found.settings[0], "")
+    return (
+        f"with {' and '.join(found.settings)} the forces balance to {after:.2g} N instead of "
+        f"{before:.2g} N{why}"
+    )
+
+
+def changed(stated: WrenchInput, found: Hypothesis) -> dict[str, object]:
+    """Return the fields in which a hypothesis differs from what is stated; for units none."""
+    return {
+        field.name: getattr(found.options, field.name)
+        for field in fields(WrenchInput)
+        if getattr(found.options, field.name) != getattr(stated, field.name)
+    }

@@ -1,0 +1,55 @@
+"""In which steps a driver rounds what it sends."""
+
+from collections.abc import Sequence
+from math import sqrt
+
+# Coarsest first; 0: in none [N], [N m].
+STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0)
+
+
+class Steps:
+    """
+    The coarsest of STEPS in which all values so far lie.
+
+    Attributes
+    ----------
+    step : float
+        [N] or [N m]; 0: in none.
+
+    """
+
+    def __init__(self):
+        self._at = 0
+        self._first: tuple[float, ...] | None = None
+        self._changed = False
+
+    @property
+    def step(self) -> float:
+        """See above."""
+        return STEPS[self._at]
+
+    def notice(self, values: Sequence[float]) -> bool:
+        """Take values; return whether the step is another one by them, or these are the first."""
+        before, first = self._at, self._first is None
+        if first:
+            self._first = tuple(values)
+        elif not self._changed:
+            self._changed = tuple(values) != self._first
+        while self.step and any(
+            abs(x - self.step * round(x / self.step)) > 1e-6 * self.step for x in values
+        ):
+            self._at += 1
+        return first or self._at != before
+
+    @property
+    def variance(self) -> float:
+        """Of what rounding takes off, [N^2] or [N^2 m^2]."""
+        return self.step**2 / 12.0
+
+    def coarse(self, stddev: float) -> bool:
+        """Return whether values that change are rounded more coarsely than a noise is wide."""
+        return self._changed and self.variance > stddev**2
+
+    def stddev(self, stddev: float) -> float:
+        """Return a noise with that of rounding."""
+        return sqrt(stddev**2 + self.variance)

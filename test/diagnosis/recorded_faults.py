@@ -1,0 +1,73 @@
+"""Shipped and simulated bags as they are, and as a driver or a setting spoils them."""
+
+from functools import cache
+
+import numpy as np
+
+from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import WrenchSample
+from simulated import ROOT, SAMPLES
+
+BAGS = [ROOT / "bags" / f"{name}.mcap" for name in SAMPLES]
+TOPICS = ["/wrench", "/joint_states"]
+
+
+@cache
+def samples(path, begin=0.0, end=99.0):
+    """Return wrenches and joint states of a bag, in its order, of so many seconds."""
+    found, first = [], None
+    for topic, log_ns, message in Bag(path).messages(TOPICS):
+        first = first or log_ns
+        if begin <= (log_ns - first) * 1e-9 < end:
+            take = wrench_sample if topic == "/wrench" else joint_sample
+            found.append(take(message))
+    return found
+
+
+def turned(R):
+    """Return what makes every force and torque R times what it is."""
+    return lambda force, torque, q: (R @ force, R @ torque)
+
+
+def in_base(force, torque, q):
+    R = peg_axes(q)
+    return R @ force, R @ torque
+
+
+def without_weight(force, torque, q):
+    """Take off what hangs at the sensor, as a controller does: the sample's peg of 0.5 kg."""
+    weight = peg_axes(q).T @ [0.0, 0.0, -0.5 * 9.80665]
+    return force + weight, torque + np.cross([0.0, 0.0, -0.035], weight)
+
+
+def spoilt(recorded, change):
+    """Yield samples with wrenches as `change(force, torque, q)` makes them, q as measured last."""
+    q = None
+    for sample in recorded:
+        if isinstance(sample, WrenchSample):
+            if q is not None:
+                values = change(np.array(sample.force), np.array(sample.torque), q)
+                force, torque = (tuple(map(float, value)) for value in values)
+                sample = sample._replace(force=force, torque=torque)
+        else:
+            q = sample.position
+        yield sample
+
+
+def first_cause(recorded, parameters=None):
+    """Return the pipeline once it has named a cause, or at the end, and when [s]; None: never."""
+    configuration = parameters or {}
+    if not isinstance(parameters, Configuration):
+        configuration = from_parameters(configuration)
+    line, begun = Pipeline(configuration), None
+    for sample in recorded:
+        begun = sample.t_ns if begun is None else begun
+        line.on_sample(sample)
+        if line.causes:
+            return line, (sample.t_ns - begun) * 1e-9
+    return line, None
