@@ -107,12 +107,13 @@ class Pipeline:
     @property
     def causes(self) -> list[str]:
         """Settings that the data have contradicted, a line each, the first first."""
-        return [
+        told = [
             f"{finding.text}; used in place of what is stated (wrench.adopt_found)"
             if self._adopted.items() >= finding.found.items() and finding.found
             else finding.text
             for finding in self._found
         ]
+        return [*told, *filter(None, [self.processor.noisier])]
 
     @property
     def filter(self) -> HeldPeg:
@@ -326,7 +327,7 @@ class Pipeline:
         return outputs
 
     def _diagnose(self, sample):
-        """Try what else the wrench may mean; use it in place of what is stated, once it is sure."""
+        """Try what else the wrench may mean; use that in place of what is stated, once sure."""
         if self._measured is None:
             return
         diagnosis, known = self._diagnosis, self._diagnosis.finding

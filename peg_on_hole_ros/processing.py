@@ -62,6 +62,8 @@ class Processor:
         self.assessment = self._new_assessment()
         self._innovations = Innovations(white=not self._offsets_open)
         self.counts: Counter[str] = Counter()
+        # How much noisier than stated orientations were when they last were so.
+        self._noise = 1.0
         self.restart()
 
     def _new_assessment(self):
@@ -127,6 +129,17 @@ class Processor:
             "joints_noise": sqrt(self.filter.orientation_noise),
             **self._innovations.told(),
         }
+
+    @property
+    def noisier(self) -> str:
+        """What there is to say of orientations that are noisier than stated; empty: nothing."""
+        stated = self.configuration.joints.position_stddev
+        if not self.counts["joints_noisy"]:
+            return ""
+        return (
+            f"joints.position_stddev: the noise of joint states is {self._noise:.1f} times the "
+            f"stated one, {self._noise * stated:.2g} rad for {stated:g} rad: used as found"
+        )
 
     @property
     def model(self) -> str:
@@ -207,7 +220,9 @@ class Processor:
             q = q + lateness * x[3:]
             R = R + lateness**2 * P[3:, 3:]
         result, nis = self.filter.correct(q, R)
-        self.counts["joints_noisy"] += self.filter.orientation_noise > NOISY
+        if self.filter.orientation_noise > NOISY:
+            self.counts["joints_noisy"] += 1
+            self._noise = sqrt(self.filter.orientation_noise)
         if isfinite(nis):
             used = result is Correction.USED
             self.counts["innovations_too_large"] += self._innovations.add(

@@ -105,7 +105,7 @@ class Compiled:
     def correct(self, q, R):
         cell = self.cell
         step.expect(self.state, self.scratch, self.at, q, R)
-        follow_noise(self.state, cell.settings)
+        follow_noise(self.state, cell.settings, q, R)
         step.orient(self.state, self.scratch, cell.settings, self.at, self.n, cell.learnt, q, R)
         mixture.combine(self.state, self.n)
 

@@ -10,7 +10,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
 from peg_on_hole_ros.options import WrenchInput
 
-# What a wrong setting costs before anything is measured, and each that is wrong beside it, in nats.
+# What a wrong setting costs before anything is measured, and each beside it, in nats.
 ONE_WRONG, MORE_WRONG = 3.0, 6.0
 _UNITS = {"force": (1e3, "kN"), "torque": (1e-3, "N mm")}
 # Columns of a row: factors of force and torque, whether in the base's axes, whether freed of

@@ -142,7 +142,7 @@ class HeldPeg:
 
     def forget(self):
         """Take what was learnt as it was stated again, or as a tare has left it."""
-        self.state.noise[0] = 1.0
+        self.state.noise[:] = 1.0
         self.friction_start = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
@@ -187,7 +187,7 @@ class HeldPeg:
         q, R = np.asarray(q, float), np.asarray(R, float)
         s, scratch = self.state, self._scratch
         nis = step.expect(s, scratch, self._at, q, R)
-        follow_noise(s, self.constants)
+        follow_noise(s, self.constants, q, R)
         if not isfinite(nis):
             self.start(q, R)
             return Correction.RESET, nis
@@ -284,7 +284,7 @@ class HeldPeg:
     @property
     def orientation_noise(self) -> float:
         """Variance of orientations as their innovations show it, over the stated one."""
-        return self.state.noise.item()
+        return self.state.noise.item(0)
 
     @property
     def took_spike(self) -> bool:

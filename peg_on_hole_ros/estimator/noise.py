@@ -1,35 +1,82 @@
-"""The noise of orientations as their innovations show it, where it is more than is stated."""
+"""The noise of orientations as they show it themselves, where it is more than is stated."""
 
-from math import exp, log
+from math import exp, log, pi, sqrt
+
+import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 
-# What white innovations of three values differ by from one to the next, squared and halved.
-_WHITE = 6.0
+# What white noise makes of a change between two innovations, squared, and of a third difference.
+_CHANGE, _THIRD = 6.0, 60.0
 
 
 @compiled
-def follow_noise(s, o):
+def follow_noise(s, o, q, R):
     """
     Follow by how much the variance of orientations is more than stated.
 
-    Consecutive innovations are compared: what pushes them one way, as a wrong setting of the
-    wrench does, is not noise. All are, whether the filter believes them or not.
+    Two things have to say so. Innovations change from one to the next, whether the filter believes
+    them or not: what pushes them one way is no noise. And orientations themselves are rough, by
+    their third differences: a wrench that drives a smooth motion astray is no noise either.
 
     Parameters
     ----------
     s : State
         With the innovation of the last orientation.
     o : Settings
+    q : ndarray, shape (3,)
+        The last orientation [rad].
+    R : ndarray, shape (3, 3)
+        Its covariance as stated [rad^2].
 
     """
     change = 0.0
     for i in range(3):
         change += (s.innovation[i] - s.innovation_before[i]) ** 2
         s.innovation_before[i] = s.innovation[i]
-    # The first after a start has none before it.
-    if not change >= 0.0:
+    _grow(s.noise, 1, change / _CHANGE, o)
+    _grow(s.noise, 2, _roughness(s.orientations, q, R) / (_THIRD * s.noise[2]), o)
+    s.noise[0] = min(s.noise[1], s.noise[2])
+    for i in range(3):
+        s.orientations[0, i], s.orientations[1, i] = s.orientations[1, i], s.orientations[2, i]
+        s.orientations[2, i] = q[i]
+
+
+@compiled
+def _grow(noise, i, seen, o):
+    """Follow one of the two by what was seen over what was expected; NaN: none came before."""
+    if not seen >= 0.0:
         return
-    surplus = min(change / _WHITE, o.noise_step) - 1.0 - o.noise_margin / s.noise[0]
-    more = log(s.noise[0]) + surplus / o.noise_count
-    s.noise[0] = exp(min(max(more, 0.0), log(o.noise_most)))
+    surplus = min(seen, o.noise_step) - 1.0 - o.noise_margin / noise[i]
+    more = log(noise[i]) + surplus / o.noise_count
+    noise[i] = exp(min(max(more, 0.0), log(o.noise_most)))
+
+
+@compiled
+def _roughness(before, q, R):
+    """Return the square of the third difference of orientations, over their covariance."""
+    left = np.empty(3)
+    root = np.empty((3, 3))
+    total = 0.0
+    for i in range(3):
+        last = before[2, i] - q[i]
+        middle = before[1, i] - before[2, i]
+        first = before[0, i] - before[1, i]
+        if i > 0:
+            last -= 2.0 * pi * np.round(last / (2.0 * pi))
+            middle -= 2.0 * pi * np.round(middle / (2.0 * pi))
+            first -= 2.0 * pi * np.round(first / (2.0 * pi))
+        t = first - 2.0 * middle + last
+        for k in range(i + 1):
+            v = R[i, k]
+            for l in range(k):
+                v -= root[i, l] * root[k, l]
+            if i == k:
+                root[i, i] = sqrt(max(v, 1e-300))
+            else:
+                root[i, k] = v / root[k, k]
+        for k in range(i):
+            t -= root[i, k] * left[k]
+        left[i] = t / root[i, i]
+        total += left[i] * left[i]
+    return total

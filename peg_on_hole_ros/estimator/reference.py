@@ -124,7 +124,7 @@ class ReferenceEstimator:
         self.weight = np.zeros((frictions, self.levels))
         self.alive = np.ones(frictions, bool)
         self.load, self.friction_force2, self.spiked = None, np.zeros(3), 0
-        self.noise, self.innovation = 1.0, None
+        self.noises, self.innovation, self.orientations = [1.0, 1.0], None, []
         self.since_start, self.since_wrench, self.in_contact = 0.0, 0.0, False
 
     def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
@@ -209,16 +209,27 @@ class ReferenceEstimator:
 
     def _follow_noise(self, q, R):
         """Follow by how much orientations are noisier than stated, by the mixture's innovation."""
-        o, n = self.cell.settings, self.cell.n + 3
+        n = self.cell.n + 3
         measured = model.orientation(self.cell, self.mean, q, R)
         S = measured.E[:, :n] @ self.covariance @ measured.E[:, :n].T + self.noise * R
         innovation = np.linalg.solve(np.linalg.cholesky(S), measured.residual)
         before, self.innovation = self.innovation, innovation
         if before is not None:
-            change = np.sum((innovation - before) ** 2) / 6
-            surplus = min(change, o.noise_step) - 1 - o.noise_margin / self.noise
-            more = self.noise * np.exp(surplus / o.noise_count)
-            self.noise = np.clip(more, 1.0, o.noise_most)
+            self._grow(0, np.sum((innovation - before) ** 2) / 6)
+        if len(self.orientations) == 3:
+            third = np.diff(np.unwrap([*self.orientations, q], axis=0), 3, axis=0)[0]
+            self._grow(1, third @ np.linalg.solve(R, third) / (60 * self.noises[1]))
+        self.orientations = [*self.orientations, q][-3:]
+
+    def _grow(self, i, seen):
+        o, noise = self.cell.settings, self.noises[i]
+        surplus = min(seen, o.noise_step) - 1 - o.noise_margin / noise
+        self.noises[i] = np.clip(noise * np.exp(surplus / o.noise_count), 1.0, o.noise_most)
+
+    @property
+    def noise(self) -> float:
+        """Variance of orientations as found, over the stated one."""
+        return min(self.noises)
 
     def weigh(self, u, contacts: int = 3):
         """Take a wrench; parameters as for `step.weigh`."""

@@ -84,7 +84,7 @@ class Settings(NamedTuple):
     acceleration_start: float = 20.0
     free_acceleration: float = 2.0
     free_time: float = 0.02
-    noise_count: float = 50.0
+    noise_count: float = 100.0
     noise_step: float = 10.0
     noise_margin: float = 0.3
     noise_most: float = 400.0

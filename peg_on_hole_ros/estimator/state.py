@@ -63,8 +63,11 @@ class State(NamedTuple):
         Of the last orientation, over the lower root of its covariance.
     innovation_before : ndarray, shape (3,)
         Of the one before.
-    noise : ndarray, shape (1,)
-        Variance of orientations as it is found, over the stated one.
+    orientations : ndarray, shape (3, 3)
+        The last three, rows gamma, psi, phi; NaN: none.
+    noise : ndarray, shape (3,)
+        Variance of orientations as it is found, over the stated one: the lesser of what
+        innovations and what orientations say, and both.
 
     """
 
@@ -84,6 +87,7 @@ class State(NamedTuple):
     nis: np.ndarray
     innovation: np.ndarray
     innovation_before: np.ndarray
+    orientations: np.ndarray
     noise: np.ndarray
 
 
@@ -187,13 +191,15 @@ def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
         "nis": (2,),
         "innovation": (3,),
         "innovation_before": (3,),
-        "noise": (1,),
+        "orientations": (3, 3),
+        "noise": (3,),
     }
     sizes = [int(np.prod(shape)) for shape in shapes.values()]
     memory, ends = np.zeros(sum(sizes)), np.cumsum(sizes)
     parts = zip(shapes, ends - sizes, ends)
     views = {name: memory[begin:end].reshape(shapes[name]) for name, begin, end in parts}
-    views["noise"][0] = 1.0
+    views["noise"][:] = 1.0
+    views["orientations"][:] = np.nan
     return memory, State(**views)
 
 

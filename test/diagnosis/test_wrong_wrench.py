@@ -4,12 +4,12 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
 from peg_on_hole_ros.pipeline import Pipeline
-from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 
 ADOPTED = "used in place of what is stated (wrench.adopt_found)"
 # Free air, contact that slides, and the way down again; bags of 0.7 s as they are.

@@ -107,4 +107,4 @@ def test_orientations_are_noisier_than_stated():
     cell = cell_of(with_scene(recorded, friction_stddev=0.0), noise)
     assert differences(cell, 1, rows).max() < LIMIT
     *_, last = run(Compiled(cell, 1), rows)
-    assert last.state.noise.item() == pytest.approx(16.0, rel=0.4)
+    assert last.state.noise[0] > 8.0

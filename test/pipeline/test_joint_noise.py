@@ -47,7 +47,7 @@ def test_more_noise_is_found_told_and_used(name, times):
     assert seconds_to_tell(outputs) < 0.3
     settled = [each for each in outputs if each.t_ns - outputs[0].t_ns > 300_000_000]
     found = [each.monitor["joints_noise"] for each in settled]
-    # Within three tenths, as far as 50 orientations tell it.
+    # Within three tenths, as far as 100 orientations tell it.
     assert np.median(found) == pytest.approx(times, rel=0.3)
     covered, count = 0, 0
     for each in settled:
@@ -77,3 +77,13 @@ def test_a_reset_takes_the_noise_as_stated_again():
     assert outputs[-1].monitor["joints_noise"] > 3.0
     line.reset()
     assert line.health["joints_noise"] == 1.0
+
+
+def test_it_is_said_in_words():
+    recorded, samples = noisier("closing_with_slip", 3.0)
+    line, _, _ = played(recorded, samples)
+    (said,) = line.causes
+    stated = recorded.plan.configuration.joints.position_stddev
+    assert said.startswith("joints.position_stddev: the noise of joint states is ")
+    found = float(said.partition(" stated one, ")[2].split(" rad")[0])
+    assert found == pytest.approx(3.0 * stated, rel=0.3)
