@@ -130,9 +130,7 @@ def replay(
     if score:
         content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
         content["undetermined"] = undetermined_content(score)
-    doubts = doubts_of(
-        content, replayed.by_source, configuration, replayed.seen, replayed.causes
-    )
+    doubts = doubts_of(content, replayed.by_source, configuration, replayed.seen, replayed.causes)
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
     doubts = [*bag.remarks(needed), *([mixed] if mixed else []), *doubts]

@@ -112,7 +112,9 @@ class Diagnosis:
         self._notice_steps(sample.force, 0)
         self._notice_steps(sample.torque, 1)
         judged = self._odd < OFTEN or not self._at % OFTEN
-        surprising = window.take(self._rows, self._told, self._at, self._rows_of, self._settings, judged)
+        surprising = window.take(
+            self._rows, self._told, self._at, self._rows_of, self._settings, judged
+        )
         self._odd = self._odd + 1 if surprising else 0
         if not surprising:
             self.doubtful = False
