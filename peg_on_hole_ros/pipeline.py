@@ -327,7 +327,7 @@ class Pipeline:
         return outputs
 
     def _diagnose(self, sample):
-        """Try what else the wrench may mean; use that in place of what is stated, once sure."""
+        """Try what else the wrench may mean; what is sure takes the place of what is stated."""
         if self._measured is None:
             return
         diagnosis, known = self._diagnosis, self._diagnosis.finding

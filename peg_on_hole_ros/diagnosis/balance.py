@@ -226,9 +226,11 @@ def unexplained(y, weight, noise, lever):
 
     """
     force = hypot(hypot(y[0], y[1]), y[2])
-    torque = max(ANYTHING * lever, hypot(hypot(y[3], y[4]), y[5]))
+    torque = hypot(hypot(y[3], y[4]), y[5]) / (ANYTHING * lever)
     # As likely as noise makes it where the force is that of the weight, measured or taken off,
     # whatever its direction.
     over = min(fabs(force - weight), force)
     couple = -0.5 * over * over / noise[0] - 1.5 * (log(noise[0]) + LOG_TWO_PI)
-    return max(-3.0 * log(max(ANYTHING, force)), couple) - 3.0 * log(torque)
+    # Torques far beyond what such forces have on such a lever are of another unit.
+    beyond = log(ANYTHING * lever) + log(1.0 + torque * torque)
+    return max(-3.0 * log(max(ANYTHING, force)), couple) - 3.0 * beyond

@@ -10,7 +10,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
 from peg_on_hole_ros.options import WrenchInput
 
-# What a wrong setting costs before anything is measured, and each beside it, in nats.
+# What a wrong setting costs before anything is measured, and each beside it [nats].
 ONE_WRONG, MORE_WRONG = 3.0, 6.0
 _UNITS = {"force": (1e3, "kN"), "torque": (1e-3, "N mm")}
 # Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
@@ -118,6 +118,8 @@ _WHY = {
     "wrench.axes: sensor": ": its numbers are in the axes of the sensor, not of the base",
     "wrench.gravity: compensated": ": the weight seems to be taken off already",
     "wrench.gravity: measured": ": the weight does not seem to be taken off",
+    "unit of the force read as kN": ": the driver has to send N",
+    "unit of the torque read as N mm": ": the driver has to send N m",
 }
 
 

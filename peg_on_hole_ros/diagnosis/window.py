@@ -25,7 +25,7 @@ KEPT, SIDE = 50, 2
 _T, _WRENCH, _Q, _LOOKED, _LEFT = 0, 1, 7, 10, 11
 ROW = 12
 _ALONE, _WITH_RATES, _TRIED, _TRIED_WITH_RATES = 1.0, 2.0, 3.0, 4.0
-# Squares of what is left, of six: that fit, that surprise, and of what nothing explains.
+# Squares of what is left, of six components: that fit, that surprise, that nothing explains.
 FITS, SURPRISE, NOTHING = 18.0, 12.0, 50.0
 # Share of wrenches that surprise, from which on other hypotheses are looked at.
 SHARE = 0.2

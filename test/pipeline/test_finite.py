@@ -19,7 +19,11 @@ SETTINGS = {
     "clearance learnt": {"scene.clearance_stddev": 1e-5},
     "clearance learnt, without modes": {"scene.clearance_stddev": 1e-5, "monitor.modes": False},
     "bias learnt": {"wrench.bias_force_stddev": 1.0, "joints.hole_tilt_stddev": 0.002},
-    "quasi-static": {"filter.method": "quasi_static", "monitor.modes": False},
+    "quasi-static": {
+        "filter.method": "quasi_static",
+        "monitor.modes": False,
+        "wrench.adopt_found": False,
+    },
     "driven by the wrench": {"filter.method": "dde_driven"},
 }
 

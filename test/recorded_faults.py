@@ -14,19 +14,21 @@ from peg_on_hole_ros.records import WrenchSample
 from simulated import ROOT, SAMPLES
 
 BAGS = [ROOT / "bags" / f"{name}.mcap" for name in SAMPLES]
-TOPICS = ["/wrench", "/joint_states"]
 
 
 @cache
+def recording(path):
+    """Return wrenches and joint states of a bag with their log times [ns], in its order."""
+    takes = {"/wrench": wrench_sample, "/joint_states": joint_sample}
+    found = Bag(path).messages(list(takes))
+    return [(log_ns, takes[topic](message)) for topic, log_ns, message in found]
+
+
 def samples(path, begin=0.0, end=99.0):
-    """Return wrenches and joint states of a bag, in its order, of so many seconds."""
-    found, first = [], None
-    for topic, log_ns, message in Bag(path).messages(TOPICS):
-        first = first or log_ns
-        if begin <= (log_ns - first) * 1e-9 < end:
-            take = wrench_sample if topic == "/wrench" else joint_sample
-            found.append(take(message))
-    return found
+    """Return those of so many seconds."""
+    found = recording(path)
+    first = found[0][0]
+    return [sample for log_ns, sample in found if begin <= (log_ns - first) * 1e-9 < end]
 
 
 def turned(R):
