@@ -7,6 +7,7 @@ program.
 """
 
 import argparse
+import gc
 import importlib
 import signal
 import sys
@@ -14,6 +15,7 @@ import threading
 from contextlib import contextmanager, nullcontext
 
 from peg_on_hole_ros import __version__
+from peg_on_hole_ros.cli.compiling import compiling_shown
 from peg_on_hole_ros.cli.streams import readers_may_go
 from peg_on_hole_ros.edges.one_line import PROGRAM, exit_code
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -38,6 +40,9 @@ class _Parser(argparse.ArgumentParser):
         return parsed, rest
 
 
+# New objects between two looks for garbage; Python's own is 700.
+_GARBAGE = 50_000
+
 _DESCRIPTION = """\
 Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
 points, transition to two-point contact and risk of jamming, from wrench and joint states."""
@@ -59,10 +64,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(arguments):
     parsed = _parsed(arguments)
+    # The hundreds of thousands of objects of numba and numpy come to stay: to look through them
+    # again and again for garbage is a tenth of a second of each start.
+    gc.set_threshold(_GARBAGE)
     # A node has its own way to end.
     with nullcontext() if parsed.command == "node" else _ended_by_sigterm():
         module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
-        code = module.run(parsed)
+        with compiling_shown():
+            code = module.run(parsed)
         sys.stdout.flush()
         return code
 

@@ -23,10 +23,6 @@ from peg_on_hole_ros.edges.cycles import json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag
-from peg_on_hole_ros.edges.report.inputs import Inputs
-from peg_on_hole_ros.edges.report.page import library
-from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
-from peg_on_hole_ros.edges.report.tracks import Tracks
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -87,6 +83,12 @@ def replay(
     needed = check_bag(bag, configuration)
     tracks = inputs = None
     if report_path:
+        # These take a while to import, and few replays need them.
+        from peg_on_hole_ros.edges.report.inputs import Inputs
+        from peg_on_hole_ros.edges.report.page import library
+        from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
+        from peg_on_hole_ros.edges.report.tracks import Tracks
+
         library()  # Missing, it is told before the work.
         tracks = Tracks()
         inputs = Inputs(configuration, tracks)
