@@ -158,10 +158,10 @@ def _replay(commands):
         "  peg-on-hole replay recordings/ --jobs 4 --out night --report",
     )
     command.epilog += (
-        "\n\nSeveral BAGs, --jobs or --dask: each bag's summary and report go into a folder of its "
-        "own in\nDIR, a table of all tries into bags.csv and bags.parquet, a page into index.html. "
-        "What is done is\nnot done again unless bag, settings or program change. The exit code is "
-        "the worst of all bags, in\nthe order 0, 4, 3, 2, 70."
+        "\n\nSeveral BAGs, --jobs or --dask: each bag's summary and report go into a folder of "
+        "its own in DIR,\na table of all tries into bags.csv and bags.parquet, a page into "
+        "index.html. What is done is not\ndone again unless bag, settings or program change. The "
+        "exit code is the worst of all bags, in the\norder 0, 4, 3, 2, 70."
     )
     _bag(command, many=True)
     _config(command)
