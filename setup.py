@@ -63,6 +63,7 @@ setup(
         "numba>=0.58",
         "numpy>=1.25",
         "pyyaml>=6",
+        "rich>=13",
         # Bags in SQLite.
         "rosbags>=0.11",
         "scipy>=1.10",
@@ -72,6 +73,8 @@ setup(
         "ros": ROS,
         "report": ["matplotlib>=3.7", "plotly>=6.0"],
         "urdf": ["pin==4.1.0"],
+        "parquet": ["pyarrow>=14"],
+        "cluster": ["distributed>=2023.12"],
         "dev": COLCON + CHECKS,
     },
     zip_safe=False,

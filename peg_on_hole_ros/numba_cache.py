@@ -58,11 +58,6 @@ def choose_folder() -> Path:
     return folder
 
 
-def compiled_before() -> bool:
-    """Return whether the folder that was chosen holds anything compiled from these sources."""
-    return any(Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi"))
-
-
 def _in_users_cache(key):
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     folder = Path(base) / "peg_on_hole_ros" / key

@@ -33,13 +33,20 @@ def wrench(t_ns, force=(0.0, 0.0, -10.0), torque=(0.0, 0.0, 0.0), frame="sensor"
     return bytes(STORE.serialize_cdr(message, WRENCH))
 
 
-def joints(t_ns, position=(0.3, 0.0, 0.0), names=("gamma", "psi", "phi"), velocity=(), frame=""):
+def joints(
+    t_ns,
+    position=(0.3, 0.0, 0.0),
+    names=("gamma", "psi", "phi"),
+    velocity=(),
+    frame="",
+    effort=(),
+):
     message = STORE.types[JOINTS](
         header=header(t_ns, frame),
         name=list(names),
         position=np.array(position, float),
         velocity=np.array(velocity, float),
-        effort=np.zeros(0),
+        effort=np.array(effort, float),
     )
     return bytes(STORE.serialize_cdr(message, JOINTS))
 

@@ -7,6 +7,7 @@ program.
 """
 
 import argparse
+import gc
 import importlib
 import signal
 import sys
@@ -14,6 +15,7 @@ import threading
 from contextlib import contextmanager, nullcontext
 
 from peg_on_hole_ros import __version__
+from peg_on_hole_ros.cli.compiling import compiling_shown
 from peg_on_hole_ros.cli.streams import readers_may_go
 from peg_on_hole_ros.edges.one_line import PROGRAM, exit_code
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -38,6 +40,9 @@ class _Parser(argparse.ArgumentParser):
         return parsed, rest
 
 
+# New objects between two looks for garbage; Python's own is 700.
+_GARBAGE = 50_000
+
 _DESCRIPTION = """\
 Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
 points, transition to two-point contact and risk of jamming, from wrench and joint states."""
@@ -59,10 +64,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(arguments):
     parsed = _parsed(arguments)
+    # The hundreds of thousands of objects of numba and numpy come to stay: to look through them
+    # again and again for garbage is a tenth of a second of each start.
+    gc.set_threshold(_GARBAGE)
     # A node has its own way to end.
     with nullcontext() if parsed.command == "node" else _ended_by_sigterm():
         module = importlib.import_module(f"peg_on_hole_ros.cli.{parsed.command}")
-        code = module.run(parsed)
+        with compiling_shown():
+            code = module.run(parsed)
         sys.stdout.flush()
         return code
 
@@ -114,10 +123,14 @@ def _config(command, **more):
     command.add_argument("--config", metavar="CONFIG", help="ROS 2 parameters file", **more)
 
 
-def _bag(command):
-    command.add_argument(
-        "bag", metavar="BAG", help=".mcap or .db3 file (also .zstd of it), or rosbag2 folder"
-    )
+def _bag(command, many=False):
+    what = ".mcap or .db3 file (also .zstd of it), or rosbag2 folder"
+    if many:
+        command.add_argument(
+            "bags", metavar="BAG", nargs="+", help=f"{what}; of many also folders and patterns"
+        )
+    else:
+        command.add_argument("bag", metavar="BAG", help=what)
     for name, what in (("wrench", "wrench"), ("joints", "joint states")):
         command.add_argument(
             f"--{name}-topic", metavar="TOPIC", help=f"read the {what} there, whatever is stated"
@@ -141,18 +154,44 @@ def _replay(commands):
         commands,
         "replay",
         "run the estimator over a bag, as the node would have run",
-        "  peg-on-hole replay bags/working_cycle.mcap --out estimate.mcap --summary summary.json",
+        "  peg-on-hole replay bags/working_cycle.mcap --out estimate.mcap --summary summary.json\n"
+        "  peg-on-hole replay recordings/ --jobs 4 --out night --report",
     )
-    _bag(command)
+    command.epilog += (
+        "\n\nSeveral BAGs, --jobs or --dask: each bag's summary and report go into a folder of "
+        "its own in DIR,\na table of all tries into bags.csv and bags.parquet, a page into "
+        "index.html. What is done is not\ndone again unless bag, settings or program change. The "
+        "exit code is the worst of all bags, in the\norder 0, 4, 3, 2, 70."
+    )
+    _bag(command, many=True)
     _config(command)
-    command.add_argument("--out", metavar="OUT.mcap", help="write the node's topics")
-    command.add_argument("--report", metavar="REPORT.html", help="write a page with plots")
+    command.add_argument(
+        "--out", metavar="OUT.mcap|DIR", help="write the node's topics; of many bags a folder"
+    )
+    command.add_argument(
+        "--report",
+        metavar="REPORT.html",
+        nargs="?",
+        const=True,
+        help="write a page with plots; of many bags one each: give no name",
+    )
     command.add_argument("--summary", metavar="SUMMARY.json", help="write the figures as JSON")
     command.add_argument(
         "--cycles", metavar="CYCLES.jsonl", help="write a record of each try, a line of JSON each"
     )
     command.add_argument(
         "--smooth", action="store_true", help="add the smoothed state to OUT.mcap (offline only)"
+    )
+    command.add_argument(
+        "--jobs", metavar="N", type=int, help="many bags: processes that replay them; default 1"
+    )
+    command.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="many bags: scheduler of a dask cluster that replays them",
+    )
+    command.add_argument(
+        "--estimates", action="store_true", help="many bags: write the node's topics of each, too"
     )
 
 

@@ -2,6 +2,7 @@
 
 import json
 from contextlib import ExitStack
+from os.path import lexists
 from pathlib import Path
 
 from peg_on_hole_ros.cli.places import write_text
@@ -23,10 +24,6 @@ from peg_on_hole_ros.edges.cycles import json_line
 from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag
-from peg_on_hole_ros.edges.report.inputs import Inputs
-from peg_on_hole_ros.edges.report.page import library
-from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
-from peg_on_hole_ros.edges.report.tracks import Tracks
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.monitoring.unjudged import Unjudged
@@ -39,11 +36,19 @@ CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N
 
 def run(arguments) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
+    if many(arguments):
+        from peg_on_hole_ros.cli.many import run as many_bags
+
+        return many_bags.run(arguments)
+    if arguments.report is True:
+        raise PegOnHoleError("--report needs a name for the page: --report REPORT.html")
+    if arguments.estimates:
+        raise PegOnHoleError("--estimates is for many bags: of one, --out OUT.mcap writes them")
     if arguments.smooth and not arguments.out:
         raise PegOnHoleError("--smooth adds topics to an output: name one with --out OUT.mcap")
     texts = arguments.report, arguments.summary, arguments.cycles
     bag, configuration, node, _ = open_recording(
-        arguments.bag, arguments.config, [arguments.out], texts, Reading.of(arguments)
+        arguments.bags[0], arguments.config, [arguments.out], texts, Reading.of(arguments)
     )
     result, score, doubts = replay(
         bag, configuration, node, arguments.out, arguments.report, arguments.smooth
@@ -59,6 +64,14 @@ def run(arguments) -> int:
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
+
+
+def many(arguments) -> bool:
+    """Return whether the arguments mean many bags, were it one."""
+    more = len(arguments.bags) > 1 or arguments.jobs is not None or arguments.dask is not None
+    # A pattern that the shell was kept from.
+    pattern = any(c in arguments.bags[0] for c in "*?[") and not lexists(arguments.bags[0])
+    return more or pattern
 
 
 def replay(
@@ -87,6 +100,12 @@ def replay(
     needed = check_bag(bag, configuration)
     tracks = inputs = None
     if report_path:
+        # These take a while to import, and few replays need them.
+        from peg_on_hole_ros.edges.report.inputs import Inputs
+        from peg_on_hole_ros.edges.report.page import library
+        from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
+        from peg_on_hole_ros.edges.report.tracks import Tracks
+
         library()  # Missing, it is told before the work.
         tracks = Tracks()
         inputs = Inputs(configuration, tracks)

@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.configuration import half_stated
+from peg_on_hole_ros.edges.compiling import in_quarters, watched
 from peg_on_hole_ros.edges.live import parameters as node_parameters
 from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.arrivals import Arrivals
@@ -26,8 +27,7 @@ from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.edges.messages.stream import SET, MessageStream, message_stream
 from peg_on_hole_ros.edges.one_line import exit_code
-from peg_on_hole_ros.edges.warm_up import COMPILING, warm
-from peg_on_hole_ros.numba_cache import compiled_before
+from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.shown import printable
 
 NAME = "peg_on_hole"
@@ -82,9 +82,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         self.configuration, self.options = node_parameters.read(self)
         self._warn(filter(None, [half_stated(self.configuration)]))
         begun = time.perf_counter()
-        if not compiled_before():
-            self.get_logger().info(COMPILING)
-        warm(self.configuration, to_ros)
+        with watched(in_quarters(self.get_logger().info)):
+            warm(self.configuration, to_ros)
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
         self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)

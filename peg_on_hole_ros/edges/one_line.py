@@ -34,28 +34,31 @@ def exit_code(act: Callable[[], int | None]) -> int:
                 # Those of libraries are for whoever develops with them.
                 warnings.simplefilter("ignore")
             return act() or 0
-    except PegOnHoleError as error:
-        tell(str(error))
-        return error.exit_code
     except KeyboardInterrupt:
         return INTERRUPTED
-    except OSError as error:
+    except Exception as error:
+        code, text = said(error)
+        if code == INTERNAL and os.environ.get(TRACEBACK):
+            traceback.print_exc()
+        tell(text)
+        return code
+
+
+def said(error: Exception) -> tuple[int, str]:
+    """Return the exit code that an error stands for, and what is said of it."""
+    if isinstance(error, PegOnHoleError):
+        return error.exit_code, str(error)
+    if isinstance(error, OSError):
         place = (
             f"{os.fsdecode(error.filename)}: " if isinstance(error.filename, (str, bytes)) else ""
         )
-        tell(f"{place}{error.strerror or error}")
-        return PegOnHoleError.exit_code
-    except MemoryError:
-        tell("there is not enough memory for this")
-        return PegOnHoleError.exit_code
-    except Exception as error:
-        if os.environ.get(TRACEBACK):
-            traceback.print_exc()
-        tell(
-            f"a fault of the program, please report it: {described(error)}; with {TRACEBACK}=1 "
-            "its traceback is printed"
-        )
-        return INTERNAL
+        return PegOnHoleError.exit_code, f"{place}{error.strerror or error}"
+    if isinstance(error, MemoryError):
+        return PegOnHoleError.exit_code, "there is not enough memory for this"
+    return INTERNAL, (
+        f"a fault of the program, please report it: {described(error)}; with {TRACEBACK}=1 "
+        "its traceback is printed"
+    )
 
 
 def tell(text: str) -> None:

@@ -1,7 +1,6 @@
 """Run a bag through the stream that the node runs, message by message in the bag's order."""
 
 import json
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -23,11 +22,10 @@ from peg_on_hole_ros.edges.messages.stream import (
     orientation_of,
 )
 from peg_on_hole_ros.edges.urdf_file import check_regular, urdf_path
-from peg_on_hole_ros.edges.warm_up import COMPILING, warm
+from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.smoother import Smoother
-from peg_on_hole_ros.numba_cache import compiled_before
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
 _REMEDY = (
@@ -206,8 +204,6 @@ def replay_bag(
     sinks = list(sinks)
     # A URDF that cannot be used is refused before the long work of compiling.
     orientation_of(configuration.joints)
-    if sys.stderr.isatty() and not compiled_before():
-        print(COMPILING, file=sys.stderr, flush=True)
     warm(configuration)
     seen = Seen(configuration.joints.names)
     stream = message_stream(configuration, markers_rate, Smoother if smoothed else make_filter)

@@ -9,8 +9,6 @@ from peg_on_hole_ros.edges.messages.stream import message_stream
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.records import ANGLES
 
-# On two cores of 2020 that have nothing else to do; once for each state of the sources.
-COMPILING = "compiling, for the first start of this version only: half a minute to a minute"
 # Samples.
 REST = 60
 

@@ -64,6 +64,25 @@ def test_batches_hold_what_is_read_field_by_field(tmp_path_factory, messages):
     assert one.undecodable == other.undecodable
 
 
+def test_efforts_are_read_where_they_are_asked_for(tmp_path):
+    names = "K", "B1", "B2"
+    rows = [
+        Row("/joint_states", i, joints(i * MS, (1.0, 0.0, i), names, (0.5,), "hole", effort))
+        for i, effort in enumerate([(10.0, 20.0, 30.0), (), (11.0, 21.0, 31.0), (1.0, 2.0)])
+    ]
+    bag = Bag(write(tmp_path / "a.mcap", rows))
+    (batch,) = bag.batches({"/joint_states": JOINTS}, efforts=True)
+    layouts = [batch.layouts[i] for i in batch.layout[:3]]
+    assert [layout.efforts for layout in layouts] == [True, False, True]
+    assert batch.values[0].tolist() == [1.0, 0.0, 0.0, 10.0, 20.0, 30.0]
+    assert batch.values[1, :3].tolist() == [1.0, 0.0, 1.0]
+    assert batch.values[2].tolist() == [1.0, 0.0, 2.0, 11.0, 21.0, 31.0]
+    # Not as many as positions: read field by field.
+    assert list(batch.others) == [3] and list(batch.others[3].effort) == [1.0, 2.0]
+    (plain,) = bag.batches({"/joint_states": JOINTS})
+    assert not plain.others and plain.values.shape == (4, 3)
+
+
 def test_what_repeats_is_numbers_and_nothing_else_is(tmp_path):
     rows = motion(1000)
     batches = list(Bag(write(tmp_path / "a.mcap", rows, chunk_size=20_000)).batches(INPUTS))

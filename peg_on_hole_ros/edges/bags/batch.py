@@ -56,7 +56,8 @@ class Batch(NamedTuple):
     layout : ndarray of int, shape (n,)
         Place in `layouts`; NO_LAYOUT: the message is in `others`.
     values : ndarray, shape (n, m)
-        Force [N] and torque [N m], or positions [rad or m], as many as the layout has.
+        Force [N] and torque [N m], or positions [rad or m], as many as the layout has; behind
+        them as many efforts, where these are read.
     others : dict of int to object
         By place: decoded messages of other types, or that no layout fits.
 

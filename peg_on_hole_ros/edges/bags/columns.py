@@ -38,12 +38,15 @@ class Layout(NamedTuple):
     width : int
         How many numbers there are: of a wrench six, forces [N] first, then torques [N m], else
         the positions [rad or m].
+    efforts : bool
+        Whether as many efforts stand behind the positions.
 
     """
 
     frame_id: str
     names: tuple[str, ...]
     width: int
+    efforts: bool = False
 
 
 class Columns(NamedTuple):
@@ -57,7 +60,7 @@ class Columns(NamedTuple):
     t_ns : ndarray of int64, shape (n,)
         Stamps [ns].
     values : ndarray, shape (n, m)
-        As many as the layout has; others are 0.
+        As many as the layout has, then as many efforts where it has these; others are 0.
 
     """
 
@@ -71,11 +74,19 @@ class _Begin(NamedTuple):
     content: np.ndarray
     mask: np.ndarray
     number: int
+    # Of those with efforts.
+    full: int
 
 
 class Layouts:
     """
     The layouts that were met.
+
+    Parameters
+    ----------
+    efforts : bool
+        Whether efforts of joint states are read too; one with neither as many as positions nor
+        none does not fit.
 
     Attributes
     ----------
@@ -83,8 +94,9 @@ class Layouts:
 
     """
 
-    def __init__(self):
+    def __init__(self, efforts: bool = False):
         self.all: list[Layout] = []
+        self._efforts = efforts
         self._known: dict[tuple, int] = {}
         # Of joint states, by what stands between stamp and positions, without rubbish in gaps.
         self._latest: dict[bytes, _Begin] = {}
@@ -109,13 +121,13 @@ class Layouts:
             values[at, : found.shape[1]] = found
         return Columns(layout, t_ns, values)
 
-    def _number(self, frame: bytes, names: tuple[str, ...], width: int) -> int:
+    def _number(self, frame: bytes, names: tuple[str, ...], width: int, efforts=False) -> int:
         """Return the place of a layout, or NO_LAYOUT where its texts are none."""
-        key = frame, names, width
+        key = frame, names, width, efforts
         number = self._known.get(key)
         if number is None:
             try:
-                layout = Layout(frame[:-1].decode(), names, width)
+                layout = Layout(frame[:-1].decode(), names, width, efforts)
             except UnicodeDecodeError:
                 return NO_LAYOUT
             if len(self.all) >= _MOST_LAYOUTS:
@@ -160,14 +172,14 @@ class Layouts:
             names = tuple(name[:-1].decode() for name in names)
         except (struct.error, ValueError):
             return None
-        number = self._number(frame, names, len(names))
-        if positions != len(names) or number == NO_LAYOUT:
+        number, full = (self._number(frame, names, len(names), e) for e in (False, self._efforts))
+        if positions != len(names) or NO_LAYOUT in (number, full):
             return None
         mask = np.array(mask, np.uint8)
         content = np.frombuffer(payload, np.uint8)[12 : 12 + len(mask)] & mask
         if len(self._latest) >= _MOST_LAYOUTS:
             self._latest.clear()
-        begin = self._latest[content.tobytes()] = _Begin(content, mask, number)
+        begin = self._latest[content.tobytes()] = _Begin(content, mask, number, full)
         return begin
 
     def _alike(self, rows, at, begin, parts):
@@ -181,14 +193,19 @@ class Layouts:
         begins = gathered(rows.data, rows.start[long] + 12, f"V{length}")
         begins = begins.view(np.uint8).reshape(-1, length) & begin.mask
         found = long[(begins == begin.content).all(axis=1)]
-        # Velocity and effort are not looked at, but have to be there.
-        for _ in range(2):
-            found, behind = _after_array(rows, found, behind)
-        if len(found):
-            start = rows.start[found] + numbers
-            values = gathered(rows.data, start, f"V{8 * count}") if count else start
-            values = values.view("<f8").reshape(len(found), -1)[:, :count]
-            parts.append((found, begin.number, values))
+        # Velocity has to be there, and is not looked at; effort where it is asked for.
+        found, behind, _ = _after_array(rows, found, behind)
+        found, behind, efforts = _after_array(rows, found, behind)
+        if self._efforts:
+            fits = (efforts == count) | (efforts == 0)
+            found, behind, efforts = found[fits], behind[fits], efforts[fits]
+        has = (efforts == count) & (count > 0) & self._efforts
+        for which, more, number in ((~has, 0, begin.number), (has, count, begin.full)):
+            if which.any():
+                start = rows.start[found[which]]
+                values = _doubles(rows.data, start + numbers, count)
+                effort = _doubles(rows.data, start + behind[which] - 8 * count, more)
+                parts.append((found[which], number, np.hstack([values, effort])))
         return at[~np.isin(at, found)] if len(found) else at
 
 
@@ -204,8 +221,15 @@ def _distinct(frames):
     return [(found[i].tobytes(), np.flatnonzero(inverse == i)) for i in range(len(found))]
 
 
+def _doubles(data, start, count):
+    """Return so many doubles from each of some places on, shape (n, count)."""
+    if not count:
+        return np.empty((len(start), 0))
+    return gathered(data, start, f"V{8 * count}").view("<f8").reshape(len(start), count)
+
+
 def _after_array(rows, at, behind):
-    """Return those whose array of doubles at an offset is whole, and where it ends."""
+    """Return those whose array of doubles is whole, where it ends, and how many it has."""
     behind = behind + np.zeros(len(at), np.int64) if np.isscalar(behind) else behind
     behind = behind + -behind % 4
     size = rows.end[at] - rows.start[at]
@@ -215,7 +239,7 @@ def _after_array(rows, at, behind):
     behind = behind + 4
     end = np.where(count > 0, behind + -(behind - 4) % 8 + 8 * count, behind)
     whole = size >= end
-    return at[whole], end[whole]
+    return at[whole], end[whole], count[whole]
 
 
 def _begin_of_joints(payload):

@@ -98,7 +98,7 @@ def _files(path):
     description = path / "metadata.yaml"
     if description.is_file():
         return _described(path, description)
-    files = _bags_in(path)
+    files = bags_in(path)
     if files:
         return _one_recording(BagFiles(path, tuple(files)))
     inner = (file.parent.name for kind in _in_bags() for file in path.glob(f"*/{kind}"))
@@ -119,7 +119,7 @@ def bare(path: Path) -> Path:
     return path.with_suffix("") if path.suffix in _PACKED else path
 
 
-def _bags_in(path):
+def bags_in(path):
     """Return the files of bags in a folder, each once: unpacked, where it is there both ways."""
     found = {}
     for packed in ("", *_PACKED):
@@ -175,7 +175,7 @@ def _described(path, description):
             )
         files.append(file)
     known = {bare(file).name for file in files}
-    unnamed = [file for file in _bags_in(path) if bare(file).name not in known]
+    unnamed = [file for file in bags_in(path) if bare(file).name not in known]
     return BagFiles(path, tuple(files), description, tuple(unnamed), stands_for)
 
 

@@ -220,7 +220,7 @@ class Bag:
                 if message is not None:
                     yield BagMessage(names[topic], log_ns, message), payload
 
-    def batches(self, types: dict[str, str]) -> Iterator[Batch]:
+    def batches(self, types: dict[str, str], efforts: bool = False) -> Iterator[Batch]:
         """
         Yield all messages of some topics in order of log time, as arrays.
 
@@ -228,9 +228,11 @@ class Bag:
         ----------
         types : dict of str to str
             Topics with their types; wrenches and joint states become numbers.
+        efforts : bool
+            Whether efforts of joint states are read too, behind the positions.
 
         """
-        decoders, layouts = self._decoders(types), Layouts()
+        decoders, layouts = self._decoders(types), Layouts(efforts)
         for part in self._parts(decoders, layouts):
             others, kept = {}, np.ones(len(part.log_ns), bool)
             for i in np.flatnonzero(part.layout == NO_LAYOUT).tolist():

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from peg_on_hole_ros.edges.bags.columns import NO_LAYOUT
 from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING
 from peg_on_hole_ros.errors import BagError
@@ -87,30 +88,52 @@ def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None)
     bag.require(TYPES)
     states, normals, modes = {}, {}, _Modes()
     total = sum(bag.topics[topic].count for topic in TYPES)
-    for count, (topic, log_ns, message) in enumerate(bag.messages(TYPES)):
-        if count % 256 == 0:
-            progress(count / total)
-        try:
+    count = 0
+    for batch in bag.batches(TYPES, efforts=True):
+        for topic, log_ns, read in _messages(bag, batch):
+            if count % 256 == 0:
+                progress(count / total)
+            count += 1
             if topic == MODE_TOPIC:
-                modes.declared(log_ns, message.data)
+                modes.declared(log_ns, read)
                 continue
-            stamp = message.header.stamp
-            t_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
-            names, position, effort = message.name, message.position, message.effort
-        except AttributeError as error:
-            raise BagError(
-                f"{bag.path}: the definition of {topic} is another's ({error})"
-            ) from None
-        modes.stamped(log_ns, t_ns)
-        if topic == STATE_TOPIC:
-            states[t_ns] = _named(bag, topic, names, position, ANGLES)
-        else:
-            normals[t_ns] = _named(bag, topic, names, effort, CONTACTS)
+            t_ns, names, position, effort = read
+            modes.stamped(log_ns, t_ns)
+            if topic == STATE_TOPIC:
+                states[t_ns] = _named(bag, topic, names, position, ANGLES)
+            else:
+                normals[t_ns] = _named(bag, topic, names, effort, CONTACTS)
     if not states.keys() & normals.keys():
         raise BagError(f"{bag.path}: {STATE_TOPIC} and {CONTACTS_TOPIC} have no stamp in common")
     t_ns = sorted(states)
     values = [[*states[t], *normals.get(t, UNKNOWN)] for t in t_ns]
     return Truth(t_ns, values, *zip(*modes.changes()))
+
+
+def _messages(bag, batch):
+    """Yield topic, log time [ns], and the mode, or stamp [ns], names, positions and efforts."""
+    topics = list(batch.types)
+    columns = batch.topic, batch.log_ns, batch.t_ns, batch.layout, batch.values
+    rows = zip(*(column.tolist() for column in columns))
+    for i, (topic, log_ns, t_ns, layout, values) in enumerate(rows):
+        topic = topics[topic]
+        if layout != NO_LAYOUT:
+            found = batch.layouts[layout]
+            efforts = values[found.width : 2 * found.width] if found.efforts else []
+            yield topic, log_ns, (t_ns, found.names, values[: found.width], efforts)
+            continue
+        message = batch.others[i]
+        try:
+            if topic == MODE_TOPIC:
+                yield topic, log_ns, message.data
+                continue
+            stamp = message.header.stamp
+            t_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+            yield topic, log_ns, (t_ns, message.name, message.position, message.effort)
+        except AttributeError as error:
+            raise BagError(
+                f"{bag.path}: the definition of {topic} is another's ({error})"
+            ) from None
 
 
 class _Modes:

@@ -13,7 +13,7 @@ import numpy as np
 from peg_on_hole_ros.edges.report.markup import html
 from peg_on_hole_ros.errors import PegOnHoleError
 
-_SCRIPTS = ("plots.js", "drawing.js", "page.js")
+_SCRIPTS = ("packed.js", "theme.js", "plots.js", "drawing.js", "page.js")
 # Of a column's range: finer than a pixel, far into a zoom.
 _DIGITS = 6
 _READINGS = (
@@ -64,12 +64,29 @@ def document(title: str, before: list[str], model: dict, after: list[str]) -> st
         with `scene` and `greatest_force` where there is a drawing.
 
     """
-    folder = files("peg_on_hole_ros.edges.report") / "page"
-    style, *scripts = (
-        (folder / name).read_text(encoding="utf-8") for name in ("style.css", *_SCRIPTS)
-    )
-    drawn = library().read_bytes()
     desk = _desk(model["panels"], "moving" in model)
+    return standing_alone(title, [*before, desk, *after], model, _SCRIPTS)
+
+
+def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str, ...]) -> str:
+    """
+    Return a page with style, scripts, library and data within it.
+
+    Parameters
+    ----------
+    title : str
+    body : list of str
+        HTML.
+    model : dict
+        What the scripts draw.
+    scripts : tuple of str
+        Names in the folder `page`, in their order.
+
+    """
+    folder = files("peg_on_hole_ros.edges.report") / "page"
+    style, *parts = (
+        (folder / name).read_text(encoding="utf-8") for name in ("style.css", *scripts)
+    )
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
@@ -77,13 +94,11 @@ def document(title: str, before: list[str], model: dict, after: list[str]) -> st
             # Browsers ask for one otherwise.
             '<link rel="icon" href="data:,">',
             f"<title>{html(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>",
-            *before,
-            desk,
-            *after,
-            f'<script type="text/plain" id="library">{_packed(drawn)}</script>',
+            *body,
+            f'<script type="text/plain" id="library">{_packed(library().read_bytes())}</script>',
             f'<script type="text/plain" id="data">{_packed(_json(model).encode())}</script>',
             # In one scope of their own, apart from the library's names.
-            "<script>\n(() => {\n" + "\n".join(scripts) + "})();\n</script>\n</body>\n</html>\n",
+            "<script>\n(() => {\n" + "\n".join(parts) + "})();\n</script>\n</body>\n</html>\n",
         ]
     )
 

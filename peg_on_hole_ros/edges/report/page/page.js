@@ -1,19 +1,6 @@
 // Reads the data of the page, then joins plots, drawing, slider and buttons at one time.
 "use strict";
 
-async function unpacked(id) {
-  const text = document.getElementById(id).textContent;
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).text();
-}
-
-function runScript(text) {
-  const script = document.createElement("script");
-  script.textContent = text;
-  document.head.append(script);
-}
-
 function number(value, digits = 4) {
   return value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString();
 }

@@ -1,0 +1,27 @@
+"""A line and progress on a terminal while functions are compiled."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from peg_on_hole_ros.cli.progress import Progress
+
+
+@contextmanager
+def compiling_shown() -> Iterator[None]:
+    """Show what is compiled within, if anything is."""
+    # A command that does not import numba compiles nothing; to import it takes a while.
+    if "numba" not in sys.modules or not sys.stderr.isatty():
+        yield
+        return
+    from peg_on_hole_ros.edges.compiling import COMPILING, watched
+
+    with Progress("compiling") as progress:
+
+        def tell(share):
+            if not share:
+                print(COMPILING, file=sys.stderr, flush=True)
+            progress(share)
+
+        with watched(tell):
+            yield
