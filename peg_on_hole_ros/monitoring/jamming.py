@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import NOISE, REACTIONS, SPREAD, WORK, U, X, Y
+from peg_on_hole_ros.estimator.record import NOISE, REACTIONS, SPREAD, WORK, P, U, X, Y
 from peg_on_hole_ros.mechanics.kernel import (
     closed_forms,
     compiled,
@@ -13,8 +13,9 @@ from peg_on_hole_ros.mechanics.kernel import (
     scene_of,
 )
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
-from peg_on_hole_ros.monitoring import load_ahead, stall_ahead
+from peg_on_hole_ros.monitoring import down_the_hole, load_ahead, stall_ahead
 from peg_on_hole_ros.monitoring.contacts import below
+from peg_on_hole_ros.monitoring.down_the_hole import follow_depth, stands
 from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
 from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitoring.trend import (
@@ -50,11 +51,13 @@ _HOLDING = 0.01
 
 # Memory: quick and slow mean of the push, its mean while closing, for how long the peg has closed;
 # the sum of the reactions (0: not seen), for how long they were seen without a break; then that of
-# `stall_ahead` and of `load_ahead`.
+# `stall_ahead`, of `load_ahead` and of `down_the_hole`.
 PUSH, PUSH_SLOW, USUAL, MOVED, TOTAL, UNBROKEN, STALL = 0, 1, 2, 3, 4, 5, 6
 LOADS = STALL + stall_ahead.SIZE
-SIZE = LOADS + load_ahead.SIZE
+DEPTH = LOADS + load_ahead.SIZE
+SIZE = DEPTH + down_the_hole.SIZE
 _forget_stall, _forget_loads = stall_ahead.forget, load_ahead.forget
+_forget_depth = down_the_hole.forget
 
 
 class Limits(NamedTuple):
@@ -192,7 +195,12 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
         j[MOVED] = j[TOTAL] = j[UNBROKEN] = 0.0
         _forget_stall(j, STALL)
         _forget_loads(j, LOADS)
+        _forget_depth(j, DEPTH)
     else:
+        if motion[MEASURED + 2] != 0.0:
+            follow_depth(
+                j, DEPTH, p, motion[MEASURED], motion[MEASURED + 1], motion[MEASURED + 2]
+            )
         # What is foreseen ends with three-point contact.
         over, loaded = _load(f, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
@@ -205,13 +213,17 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     stall *= above
     load = above * over
     insertion = margin = 0.0
+    other = 1.0 - (1.0 - wedging) * (1.0 - stall)
     if under > 0.5:
-        insertion, margin, outside, inward = _two_point(p, f, options[4])
-        idle = contact * under * inward * rest
-        wedging += idle * below((p.f - insertion) / sqrt(max(f[SPREAD], 1e-6)))
-        stall += idle * outside
+        insertion, margin, kept, locks, pressed = _two_point(p, f, options[4])
+        rests, stops = stands(j, DEPTH, p, horizon, options[2])
+        stuck = contact * under * pressed * (rests + stops * kept)
+        locked = locks * (1.0 - kept)
+        wedging += stuck * locked
+        stall += stuck * (1.0 - locked)
+        other = wedging + stall
     out[0], out[1], out[2] = wedging, stall, load
-    out[3] = 1.0 - (1.0 - wedging) * (1.0 - stall) * (1.0 - load)
+    out[3] = 1.0 - (1.0 - other) * (1.0 - load)
     out[4], out[5], out[6], out[7], out[8] = determinant, slipping, insertion, margin, loaded
 
 
@@ -296,10 +308,11 @@ def _load(f, j, options, dt, time, usable):
 @compiled
 def _two_point(p, f, threshold):
     """
-    Return l/d, Whitney's margin, and the probabilities that it is used up and that it is pushed.
+    Return l/d, Whitney's margin, and three probabilities: it is used up, it can wedge, it is pushed.
 
-    The plane is that of the tilt, the tilt small; what turns the peg about its axis is left out.
-    An estimate a little below zero leans to the other side.
+    Pushed is a peg that its wrench presses on rim and wall, and into the hole. The plane is that
+    of the tilt, the tilt small; what turns the peg about its axis is left out. An estimate a
+    little below zero leans to the other side.
     """
     s, c = sin(f[X]), cos(f[X])
     side = 1.0 if s >= 0.0 else -1.0
@@ -308,7 +321,23 @@ def _two_point(p, f, threshold):
     F_x, F_z = side * wrench[0], -wrench[2]
     M = -side * (wrench[4] + p.H_c * (c * wrench[0] + s * wrench[2]))
     margin = jamming_margin(0.5 * p.d, length, max(p.f, 1e-3), F_x, F_z, M)
+    more = max(p.f, 1e-3) + sqrt(max(f[SPREAD], 1e-6))
+    by_friction = jamming_margin(0.5 * p.d, length, more, F_x, F_z, M) - margin
     noise = sqrt(f[NOISE] + f[NOISE + 28] / (p.d * p.d / 4.0))
     lever = 1.0 + 2.0 * p.f * p.d / length
-    outside = below(-margin / (noise * lever + 0.05 * fabs(F_z)))
-    return length / p.d, margin, outside, below((F_z - threshold) / noise)
+    uncertain = noise * lever + 0.05 * fabs(F_z)
+    kept = below(-margin / sqrt(uncertain * uncertain + by_friction * by_friction))
+    pressed = below((F_z - threshold) / noise)
+    # Moments about the edge leave K alone, if the peg slides in; B carries it and the side load.
+    arm = length + p.f * p.d
+    N_K = (M + 0.5 * p.d * (c * F_z + side * s * F_x)) / arm
+    variance = (f[NOISE + 28] + p.H_c * p.H_c * f[NOISE]) / (arm * arm)
+    variance += max(f[SPREAD], 0.0) * (N_K * p.d / arm) ** 2
+    loaded = below(N_K / sqrt(variance)) * below((F_x + N_K) / sqrt(variance + f[NOISE]))
+    # Where either friction cone holds the other contact, any load may be locked in.
+    locks = below((p.f - length / p.d) / sqrt(max(f[SPREAD], 1e-6)))
+    pressed *= max(loaded, locks)
+    # K lies on the peg's side.
+    deepest = 2.0 * p.H_c * side * f[X] - (p.D - p.d)
+    pressed *= below(deepest / (2.0 * p.H_c * sqrt(max(f[P], 1e-18))))
+    return length / p.d, margin, kept, locks, pressed
