@@ -29,7 +29,7 @@ from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
 from peg_on_hole_ros.edges.report.tracks import Tracks
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
-from peg_on_hole_ros.monitoring.unjudged import Unjudged
+from peg_on_hole_ros.monitoring.judge import UNJUDGED
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.shown import printable
 
@@ -55,7 +55,7 @@ def run(arguments) -> int:
         write_text(arguments.cycles, "".join(lines))
     print(_text(result, score, doubts))
     if not configuration.monitor.modes:
-        print(Unjudged.line)
+        print(UNJUDGED)
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
