@@ -12,8 +12,9 @@ from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.offsets import NAMES as OFFSET_NAMES
-from peg_on_hole_ros.monitoring.assessment import Assessment
-from peg_on_hole_ros.monitoring.unjudged import Unjudged
+from peg_on_hole_ros.monitoring.judge import Judge
+from peg_on_hole_ros.monitoring.outputs import outputs_of
+from peg_on_hole_ros.monitoring.row import AT
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, Outputs, WrenchSample
 
@@ -39,7 +40,7 @@ class Processor:
     ----------
     filter : HeldPeg
     reduction : WrenchReduction
-    assessment : Assessment or Unjudged
+    judge : Judge
     counts : Counter
         What happened, by name; `restore` takes it back.
     t_ns : int or None
@@ -59,17 +60,16 @@ class Processor:
         self._lost_ns = round(max(LOST, kalman.max_joint_gap) * 1e9) + self._delay_ns
         # What a tare has taken, as it is published.
         self._tared: dict[str, float] = {}
-        self.assessment = self._new_assessment()
+        self.judge = self._new_judge()
         self._innovations = Innovations(white=not self._offsets_open)
         self.counts: Counter[str] = Counter()
         # How much noisier than stated orientations were when they last were so.
         self._noise = 1.0
         self.restart()
 
-    def _new_assessment(self):
-        options = self.configuration.monitor
-        judge = Assessment if options.modes else Unjudged
-        return judge(self.configuration.scene, options, self.reduction.covariance)
+    def _new_judge(self):
+        configuration = self.configuration
+        return Judge(configuration.scene, configuration.monitor, self.reduction.covariance)
 
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
@@ -77,18 +77,18 @@ class Processor:
         self.filter.let_go()
         self._in_contact = self._touching = self._blind = self._lost = False
         self._innovations.restart()
-        self.assessment.restart()
+        self.judge.restart()
 
     def forget(self) -> None:
         """Forget what was learnt, after `restart`; the tare stays."""
         self.filter.forget()
-        self.assessment = self._new_assessment()
+        self.judge = self._new_judge()
 
     def retune(self, configuration: Configuration) -> None:
         """Take other gates and thresholds from here on; estimate, mode, flag and alarms stay."""
         self.configuration = configuration
         self.filter.options = configuration.filter
-        self.assessment.retune(configuration.monitor)
+        self.judge.retune(configuration.monitor)
 
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
@@ -142,9 +142,14 @@ class Processor:
         )
 
     @property
+    def misfit(self) -> float:
+        """How badly the contacts fit, see `Innovations`."""
+        return self._innovations.misfit
+
+    @property
     def model(self) -> str:
         """What is left out of the model, as one line; empty: nothing."""
-        return self.assessment.line
+        return self.judge.line
 
     def process(self, unit: Unit) -> Outputs | None:
         """Take the next unit; return the outputs at the stamp of its wrench, None while lost."""
@@ -164,16 +169,19 @@ class Processor:
         self.counts["wrench_used"] += 1
         self._notice_no_orientation()
         self._weigh(wrench, silent)
-        outputs = self.assessment.outputs(
-            wrench.t_ns, self.filter, self._innovations.misfit, self._blind
-        )
-        outputs.monitor.update(self._innovations.told())
-        outputs.monitor["joints_noise"] = sqrt(self.filter.orientation_noise)
-        outputs.monitor.update(self._tared)
-        outputs.monitor.update(self.filter.learnt(self.reduction.taken_off))
+        row = self.judge.row(wrench.t_ns, self.filter, self._innovations.misfit, self._blind)
+        for name, value in self._beside().items():
+            row[getattr(AT, name)] = value
+        outputs = outputs_of(wrench.t_ns, row)
         for measurement in unit.after:
             self.correct(measurement)
         return outputs
+
+    def _beside(self):
+        """Return what is told of innovations, tare, bias and tilt, by name."""
+        learnt = self.filter.learnt(self.reduction.taken_off)
+        noise = {"joints_noise": sqrt(self.filter.orientation_noise)}
+        return self._innovations.told() | noise | self._tared | learnt
 
     def _weigh(self, wrench, silent):
         u = self.reduction.on_peg(
@@ -181,12 +189,12 @@ class Processor:
         )
         # What has touched before a silence need not touch after it.
         known = not (self._blind or silent)
-        contacts = self.assessment.contacts if known else ContactSet.UNKNOWN
+        contacts = self.judge.contacts if known else ContactSet.UNKNOWN
         self.filter.weigh(u, contacts)
         self.counts["wrench_spike"] += self.filter.took_spike
         self.filter.mark(wrench.t_ns)
         # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
-        self._touching = contacts is ContactSet.THREE or self.assessment.doubtful
+        self._touching = contacts is ContactSet.THREE or self.judge.doubtful
         self._in_contact = contacts is ContactSet.THREE
 
     def _advance(self, t_ns: int):
@@ -231,13 +239,13 @@ class Processor:
         if result is not Correction.GATED:
             self._oriented_ns, self._blind = self.t_ns, False
             R = R * self.filter.orientation_noise
-            self.assessment.oriented(self.t_ns, q, R, result is Correction.USED)
+            self.judge.oriented(self.t_ns, q, R, result is Correction.USED)
             if measurement.position is not None:
-                self.assessment.placed(measurement, self.filter)
+                self.judge.placed(measurement, self.filter)
         self.counts["joints_gated" if result is Correction.GATED else "joints_used"] += 1
         if result is Correction.RESET:
             self.counts["filter_restarted"] += 1
-            self.assessment.restart_mode()
+            self.judge.restart_mode()
 
     def _notice_no_orientation(self):
         """Without any orientation for long, what the peg is doing is a guess: it is not told."""
@@ -249,14 +257,14 @@ class Processor:
     def snapshot(self):
         """Return everything that what follows depends on, for `restore`."""
         state = {name: getattr(self, name) for name in _STATE}
-        parts = self.filter.snapshot(), self.assessment.snapshot(), self._innovations.snapshot()
+        parts = self.filter.snapshot(), self.judge.snapshot(), self._innovations.snapshot()
         return state, parts, dict(self.counts)
 
     def restore(self, snapshot) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        state, (kalman, assessment, innovations), counts = snapshot
+        state, (kalman, judge, innovations), counts = snapshot
         vars(self).update(state)
         self._innovations.restore(innovations)
         self.filter.restore(kalman)
-        self.assessment.restore(assessment)
+        self.judge.restore(judge)
         self.counts = Counter(counts)

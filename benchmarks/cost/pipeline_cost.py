@@ -26,9 +26,10 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.bag_steps import bag_samples
+from peg_on_hole_ros import processing
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimator import description, held_peg, step
+from peg_on_hole_ros.estimator import held_peg, step
 from peg_on_hole_ros.monitoring import assessment
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
@@ -40,11 +41,10 @@ ALL, NONE_LATE, NO_MODES, NEITHER = (
     "no modes, forecast, risk, alarms",
     "neither",
 )
-ESTIMATE, FILTER, JUDGE, DECLARE, OUTPUTS, INPUT, LATE, REST = (
+ESTIMATE, FILTER, JUDGE, OUTPUTS, INPUT, LATE, REST = (
     "estimate, compiled",
     "estimate, its frame in Python",
-    "modes, forecast, risk, compiled",
-    "mode, flag, alarms declared",
+    "modes, forecast, risk, alarms, compiled",
     "outputs built",
     "samples to measurements",
     "kept for late messages",
@@ -66,17 +66,14 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
-    kalman, judge = line.filter, line.processor.assessment
+    kalman = line.filter
     return [
         *((held_peg, name, ESTIMATE) for name in ("predict", "fill_record")),
         *((step, name, ESTIMATE) for name in ("combine", "expect", "orient", "weigh")),
         *((kalman, name, FILTER) for name in ("predict", "correct", "weigh")),
-        (assessment, "judge", JUDGE),
-        (assessment, "follow_orientation", JUDGE),
-        *((part, "update", DECLARE) for part in (judge._mode, judge._flag, judge._alarms)),
-        (judge, "outputs", OUTPUTS),
-        (kalman, "describe", OUTPUTS),
-        (description, "describe", OUTPUTS),
+        (assessment, "assess", JUDGE),
+        (assessment, "take_orientation", JUDGE),
+        (processing, "outputs_of", OUTPUTS),
         (line, "_orientation", INPUT),
         (line.processor.reduction, "on_peg", INPUT),
         (line.processor, "snapshot", LATE),

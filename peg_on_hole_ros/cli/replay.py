@@ -26,7 +26,7 @@ from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
-from peg_on_hole_ros.monitoring.unjudged import Unjudged
+from peg_on_hole_ros.monitoring.judge import UNJUDGED
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.shown import printable
 
@@ -60,7 +60,7 @@ def run(arguments) -> int:
         write_text(arguments.cycles, "".join(lines))
     print(_text(result, score, doubts))
     if not configuration.monitor.modes:
-        print(Unjudged.line)
+        print(UNJUDGED)
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0

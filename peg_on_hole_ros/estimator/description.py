@@ -45,7 +45,7 @@ class Description(NamedTuple):
 # Places of the attributes in the one array, in their order.
 _COVARIANCE, _NORMAL, _STDDEV, _SLIP, _SLIP_STDDEV = 6, 42, 45, 48, 51
 _FORCE, _POINT, _POSITION, _ROTATION, _POSE = 54, 63, 72, 75, 84
-_SIZE = 120
+SIZE = 120
 
 
 def description(memory, peg_height: float, on_contacts: bool, wide: float) -> Description:
@@ -65,8 +65,13 @@ def description(memory, peg_height: float, on_contacts: bool, wide: float) -> De
         Standard deviation of the reactions then [N].
 
     """
-    out = np.empty(_SIZE)
+    out = np.empty(SIZE)
     describe(memory, peg_height, on_contacts, wide, out)
+    return described(out)
+
+
+def described(out: np.ndarray) -> Description:
+    """Return what `describe` has filled in by name, shape (SIZE,)."""
     return Description(
         out[:6],
         out[6:42].reshape(6, 6),

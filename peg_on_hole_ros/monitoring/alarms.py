@@ -1,75 +1,41 @@
-"""Alarms for the cell, each with its numbers and what can be done."""
+"""Alarms for the cell: when each rises and falls, with the numbers that are behind it."""
 
-from peg_on_hole_ros.options import MonitorOptions
-from peg_on_hole_ros.records import CONTACTS, Alarm
+from math import nan
 
-OK, WARN, ERROR = 0, 1, 2
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitoring.alarm_text import (
+    ALL,
+    ANY,
+    BY_HOLE,
+    BY_LOAD,
+    BY_STALL,
+    BY_WEDGING,
+    BY_WEDGING_SLIP,
+    HOLE,
+    PLAIN,
+)
+from peg_on_hole_ros.monitoring.declared import (
+    ERROR,
+    IN_AIR,
+    OK,
+    THREE_POINT,
+    TWO_POINT,
+    WARN,
+    since_when,
+)
+from peg_on_hole_ros.monitoring.row import (
+    CONTACT_LOSS,
+    HELD,
+    JAMMING,
+    KIND,
+    LEVEL,
+    NUMBERS,
+    OVERLOAD,
+    WHICH,
+)
+
 # From here on the six equations' reactions are numbers to trust, a quarter of those frictionless.
 SAFE_DETERMINANT = 0.25
-
-# What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
-NO_JAMMING = "nothing jams the peg ahead"
-# By cause, WARN and ERROR; the first is chosen where the mechanics shows that slip removes it.
-WEDGING_SLIP = (
-    "the peg nears the tilt at which friction wedges it: turn it about its axis as it closes, "
-    "slip takes the singularity away",
-    "the peg wedges, or is about to: stop pushing, reverse the tilt, and turn it about its axis "
-    "as it closes again, slip takes the singularity away",
-)
-WEDGING = (
-    "the peg nears the tilt at which friction wedges it, and turning does not help: close with "
-    "less friction, or from another tilt",
-    "the peg wedges, or is about to: stop pushing and reverse the tilt",
-)
-STALL = (
-    "the push grows and the motion dies: reduce the force on the peg, or turn it about its axis",
-    "the peg stalls against friction: stop pushing, reverse, and try again with less force or "
-    "with slip",
-)
-LOAD = (
-    "a contact's load nears its limit: reduce the force",
-    "a contact's load passes its limit, or is about to: reduce the force, or reverse",
-)
-IN_HOLE = (
-    "in the hole the load leaves what slides, by Whitney's diagram: push along the hole, take "
-    "side force and moment away",
-    "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
-)
-# OK, WARN, ERROR; K, B1 or B2 where it is known which, then any of them, then the whole peg.
-_LOST_WHICH = tuple(f"contact {c}" for c in CONTACTS)
-CONTACT_LOSS = (
-    ("no contact is being lost",) * 5,
-    (
-        *(f"{c} opens: press the peg on, or tilt it less" for c in _LOST_WHICH),
-        "a contact opens: press the peg on, or tilt it less",
-        "the peg leaves the rim: press it on, or let the program go on without contact",
-    ),
-    (
-        *(f"{c} is open: press the peg on, or tilt it less" for c in _LOST_WHICH),
-        "a contact is open, the peg no longer rests on three points: press it on, or begin anew",
-        "the peg has left the rim: begin anew from free air, or press it on",
-    ),
-)
-_ANY, _ALL = 3, 4
-OVERLOAD = (
-    ("every contact is within its allowed load",) * 3,
-    tuple(f"contact {c} nears its allowed load: reduce the force" for c in CONTACTS),
-    tuple(
-        f"contact {c} is over its allowed load, or is about to be: reduce the force, or reverse"
-        for c in CONTACTS
-    ),
-)
-# Before what an alarm said, while it is held without a value at its threshold.
-HELD = "no longer above its threshold, and held for a while; it was: "
-_RISK_NAMES = ("jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk")
-_ABOVE_NAMES = (*_RISK_NAMES, "determinant", "determinant_with_slip")
-_HOLE_NAMES = (*_RISK_NAMES, "insertion_ratio", "whitney_margin")
-_LOSS_NAMES = (
-    *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
-)  # fmt: skip
-_LOAD_NAMES = (
-    "jamming_load", *(f"normal_{c}" for c in CONTACTS), *(f"max_normal_{c}" for c in CONTACTS),
-)  # fmt: skip
 _LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
 # A peg has rested on three contacts once that has been the mode for so long [s].
 _RESTED = 0.05
@@ -79,194 +45,184 @@ _CLEARLY = 0.7
 _ENTERING = 0.03
 
 
-def jamming_cause(risk) -> tuple[str, str]:
-    """Return what is said of a risk at WARN and at ERROR: its likeliest cause, and the remedy."""
+@compiled
+def clear_alarms(memory):
+    """Clear every alarm."""
+    d = memory.declared[0]
+    d.rested = 0
+    d.resting = d.aloft = nan
+    for i in range(3):
+        r = memory.levels[i]
+        r.level = OK
+        r.warns = r.errs = r.below = nan
+    memory.said[:, :] = 0.0
+    # None has been looked at.
+    memory.said[:, LEVEL] = -1.0
+    memory.kept[:, :] = 0.0
+    memory.kept[JAMMING, WHICH], memory.kept[JAMMING, KIND] = BY_STALL, PLAIN
+    memory.kept[CONTACT_LOSS, WHICH], memory.kept[CONTACT_LOSS, KIND] = ALL, PLAIN
+
+
+@compiled
+def follow_level(r, warn, error, o, t, value):
+    """
+    Return a level with hysteresis in value and in time.
+
+    It rises once a value has been at its threshold for `alarm_dwell`, and falls by one once the
+    value has been a hysteresis below the threshold for `alarm_hold`: one bad sample neither
+    raises nor clears.
+
+    Parameters
+    ----------
+    r : record of LEVEL_FIELDS
+        Changed.
+    warn, error : float
+        Thresholds.
+    o : Thresholds
+    t : float
+        [s].
+    value : float
+
+    """
+    if r.level == OK and value < min(warn, error):
+        r.warns = r.errs = nan
+        return OK
+    r.warns = since_when(r.warns, value >= warn, t)
+    r.errs = since_when(r.errs, value >= error, t)
+    if t - r.errs >= o.alarm_dwell:
+        r.level = ERROR
+    elif t - r.warns >= o.alarm_dwell:
+        r.level = max(r.level, WARN)
+    if r.level == OK or value >= (warn if r.level == WARN else error) - o.alarm_hysteresis:
+        r.below = nan
+    elif r.below != r.below:
+        r.below = t
+    elif t - r.below >= o.alarm_hold:
+        r.level -= 1
+        r.below = t
+    return r.level
+
+
+@compiled
+def has_cause(r):
+    """Return whether the last value was at the level's threshold, or a first: else it is held."""
+    errs = r.errs == r.errs
+    return errs if r.level == ERROR else errs or r.warns == r.warns
+
+
+@compiled
+def jamming_cause(risk):
+    """Return the likeliest cause of a risk, WEDGING_SLIP where slip removes the singularity."""
     if risk.load >= max(risk.wedging, risk.stall):
-        return LOAD
-    if risk.insertion:
-        return IN_HOLE
+        return BY_LOAD
+    if risk.insertion != 0.0:
+        return BY_HOLE
     if risk.stall > risk.wedging:
-        return STALL
-    return WEDGING_SLIP if risk.with_slip > SAFE_DETERMINANT else WEDGING
+        return BY_STALL
+    return BY_WEDGING_SLIP if risk.with_slip > SAFE_DETERMINANT else BY_WEDGING
 
 
-class Level:
+@compiled
+def follow_alarms(memory, o, t, risk, shown, normal):
     """
-    A level with hysteresis in value and in time.
+    Fill in the three alarms.
 
-    It rises once a value has been at its threshold for `dwell`, and falls by one once the value
-    has been a hysteresis below the threshold for `hold`: one bad sample neither raises nor clears.
+    While a level is held without a cause, the alarm says what its cause was, with the numbers
+    that it had.
+
+    Parameters
+    ----------
+    memory : Memory
+        Changed; `said` is filled in.
+    o : Thresholds
+    t : float
+        [s].
+    risk : Risk
+        Of jamming, with its causes.
+    shown : Shown
+        Probabilities of the contacts, and the time to gamma0.
+    normal : ndarray, shape (3,)
+        Reactions [N].
+
     """
-
-    def __init__(self, warn: float, error: float, options: MonitorOptions):
-        self.retune(warn, error, options)
-        self.level = OK
-        # Since when each threshold has been passed, and since when the level has had no cause.
-        self._warns: float | None = None
-        self._errs: float | None = None
-        self._below: float | None = None
-
-    def retune(self, warn: float, error: float, options: MonitorOptions):
-        """Take other thresholds and times from here on."""
-        self.thresholds = (warn, error)
-        self.hysteresis = options.alarm_hysteresis
-        self.dwell, self.hold = options.alarm_dwell, options.alarm_hold
-        self._lowest = min(warn, error)
-
-    @property
-    def has_cause(self) -> bool:
-        """Whether the last value was at the level's threshold, or a first: else it is held."""
-        if self.level == ERROR:
-            return self._errs is not None
-        return self._warns is not None or self._errs is not None
-
-    def update(self, t: float, value: float) -> int:
-        """Take a value at a time [s] and return the level."""
-        if self.level == OK and value < self._lowest:
-            self._warns = self._errs = None
-            return OK
-        warn, error = self.thresholds
-        self._warns = _since(self._warns, value >= warn, t)
-        self._errs = _since(self._errs, value >= error, t)
-        if self._errs is not None and t - self._errs >= self.dwell:
-            self.level = ERROR
-        elif self._warns is not None and t - self._warns >= self.dwell:
-            self.level = max(self.level, WARN)
-        if self.level == OK or value >= self.thresholds[self.level - 1] - self.hysteresis:
-            self._below = None
-        elif self._below is None:
-            self._below = t
-        elif t - self._below >= self.hold:
-            self.level -= 1
-            self._below = t
-        return self.level
+    _follow_jamming(memory, o, t, risk)
+    _follow_contact_loss(memory, o, t, shown)
+    _follow_overload(memory, o, t, risk, normal)
 
 
-def _since(begun, holds, t):
-    """Return since when something holds, None if it does not."""
-    if not holds:
-        return None
-    return t if begun is None else begun
+@compiled
+def _follow_jamming(memory, o, t, risk):
+    r, said, kept = memory.levels[JAMMING], memory.said[JAMMING], memory.kept[JAMMING]
+    level = follow_level(r, o.jamming_warn, o.jamming_error, o, t, risk.risk)
+    cause = has_cause(r)
+    if cause:
+        # It is kept while the alarm is held.
+        kept[WHICH] = jamming_cause(risk)
+    if cause or level == OK:
+        numbers = (risk.wedging, risk.stall, risk.load, risk.risk)
+        for i in range(4):
+            kept[NUMBERS + i] = numbers[i]
+        in_hole = risk.insertion != 0.0
+        kept[KIND] = HOLE if in_hole else PLAIN
+        kept[NUMBERS + 4] = risk.insertion if in_hole else risk.determinant
+        kept[NUMBERS + 5] = risk.margin if in_hole else risk.with_slip
+    _say(said, kept, level, cause)
 
 
-def _said(level, text):
-    """Return what is said at a level, as past where it is held without a cause."""
-    return HELD + text if level.level and not level.has_cause else text
+@compiled
+def _say(said, kept, level, cause):
+    said[:] = kept
+    said[LEVEL] = level
+    said[HELD] = 1.0 if level != OK and not cause else 0.0
 
 
-class Alarms:
-    """
-    The alarms `jamming`, `contact_loss` and `overload`.
+@compiled
+def _follow_contact_loss(memory, o, t, shown):
+    """Tell of three contacts that were there and are no longer, other than by entry."""
+    d, r = memory.declared[0], memory.levels[CONTACT_LOSS]
+    d.aloft = since_when(d.aloft, d.mode == IN_AIR, t)
+    d.resting = since_when(d.resting, d.mode == THREE_POINT, t)
+    if t - d.resting >= _RESTED:
+        d.rested = 1
+    if d.mode == TWO_POINT or t - d.aloft >= o.alarm_hold:
+        # In the hole, or in the air for long enough to be a state and no event.
+        d.rested = 0
+    entering = 0.0 <= shown.time < _ENTERING
+    # The reactions of a peg that jams are not determined, and say nothing of its contacts.
+    jams = memory.levels[JAMMING].level != OK and memory.kept[JAMMING, WHICH] != BY_LOAD
+    opened = 0.0 if entering or jams else shown.opened
+    value = opened + shown.free if d.rested else 0.0
+    level = follow_level(r, _LOSS_WARN, _LOSS_ERROR, o, t, value)
+    cause = has_cause(r)
+    said, kept = memory.said[CONTACT_LOSS], memory.kept[CONTACT_LOSS]
+    lost = (shown.lost_K, shown.lost_B1, shown.lost_B2)
+    if cause or level == OK:
+        which = ALL
+        if cause and opened > shown.free:
+            most = max(lost[0], lost[1], lost[2])
+            which = ANY
+            for i in range(2, -1, -1):
+                if most > _CLEARLY * opened and lost[i] == most:
+                    which = i
+        kept[WHICH] = which
+        for i in range(3):
+            kept[NUMBERS + i] = lost[i]
+        kept[NUMBERS + 3], kept[NUMBERS + 4] = shown.opened, shown.free
+    _say(said, kept, level, cause)
 
-    While a level is held without a cause, the alarm says what its cause was.
-    """
 
-    def __init__(self, options: MonitorOptions):
-        self.options = options
-        self._limits = tuple(map(float, options.max_normal))
-        self.restart()
-
-    def retune(self, options: MonitorOptions):
-        """Take other thresholds and times from here on; a level stays until they change it."""
-        self.options = options
-        self._limits = tuple(map(float, options.max_normal))
-        for level in (self._jamming, self._loss, self._overload):
-            warn_error = level.thresholds
-            if level is not self._loss:
-                warn_error = options.jamming_warn, options.jamming_error
-            level.retune(*warn_error, options)
-
-    def restart(self):
-        """Clear every alarm."""
-        o = self.options
-        self._cause = STALL
-        self._jamming = Level(o.jamming_warn, o.jamming_error, o)
-        self._loss = Level(_LOSS_WARN, _LOSS_ERROR, o)
-        self._overload = Level(o.jamming_warn, o.jamming_error, o)
-        self._rested = False
-        self._resting: float | None = None
-        self._aloft: float | None = None
-        self._risk: tuple[tuple, tuple] = (), ()
-        # Which contact was at fault, and the numbers, when a level last had a cause.
-        self._lost: tuple[int, tuple] = _ALL, ()
-        self._loaded: tuple[int, tuple] = 0, ()
-
-    def update(self, t, mode, risk, shown, normal) -> tuple[Alarm, ...]:
-        """
-        Return the three alarms.
-
-        Parameters
-        ----------
-        t : float
-            [s].
-        mode : str
-            Contact mode.
-        risk : Risk
-            Of jamming, with its causes.
-        shown : Shown
-            Probabilities of the contacts, and the time to gamma0.
-        normal : sequence of 3 float
-            Reactions [N].
-
-        """
-        level = self._jamming.update(t, risk.risk)
-        if self._jamming.has_cause:
-            # The cause is kept while the alarm is held.
-            self._cause = jamming_cause(risk)
-        text = _said(self._jamming, self._cause[level - 1] if level else NO_JAMMING)
-        causes = risk.wedging, risk.stall, risk.load, risk.risk
-        if risk.insertion:
-            names, numbers = _HOLE_NAMES, (*causes, risk.insertion, risk.margin)
-        else:
-            names, numbers = _ABOVE_NAMES, (*causes, risk.determinant, risk.with_slip)
-        if not level or self._jamming.has_cause:
-            self._risk = names, numbers
-        # What it was is told with the numbers that it had.
-        names, numbers = self._risk
-        jamming = Alarm("jamming", level, text, names, numbers)
-        return jamming, self._contact_loss(t, mode, shown), self._over(t, mode, risk, normal)
-
-    def _over(self, t, mode, risk, normal):
-        """Return the alarm: the load of a contact passes its limit."""
-        there = mode == "three_point"
-        level = self._overload.update(t, risk.load if there else 0.0)
-        numbers = (risk.load, *normal, *self._limits) if there else ()
-        if self._overload.has_cause:
-            self._loaded = int(risk.loaded), numbers
-        which, numbers = self._loaded if level else (0, numbers)
-        text = _said(self._overload, OVERLOAD[level][which])
-        return Alarm("overload", level, text, _LOAD_NAMES if numbers else (), numbers)
-
-    def _contact_loss(self, t, mode, shown):
-        """Return the alarm: three contacts that were there are no longer, other than by entry."""
-        if mode != "open":
-            self._aloft = None
-        elif self._aloft is None:
-            self._aloft = t
-        if mode != "three_point":
-            self._resting = None
-        elif self._resting is None:
-            self._resting = t
-        elif t - self._resting >= _RESTED:
-            self._rested = True
-        if mode == "two_point" or (self._aloft is not None and self._gone(t)):
-            # In the hole, or in the air for long enough to be a state and no event.
-            self._rested = False
-        entering = 0.0 <= shown.time < _ENTERING
-        # The reactions of a peg that jams are not determined, and say nothing of its contacts.
-        jams = self._jamming.level and self._cause is not LOAD
-        opened = 0.0 if entering or jams else shown.opened
-        lost = shown.lost_K, shown.lost_B1, shown.lost_B2
-        level = self._loss.update(t, opened + shown.free if self._rested else 0.0)
-        numbers = (*lost, shown.opened, shown.free)
-        if self._loss.has_cause:
-            which = _ALL
-            if opened > shown.free:
-                which = lost.index(max(lost)) if max(lost) > _CLEARLY * opened else _ANY
-            self._lost = which, numbers
-        which, numbers = self._lost if level else (_ALL, numbers)
-        text = _said(self._loss, CONTACT_LOSS[level][which])
-        return Alarm("contact_loss", level, text, _LOSS_NAMES, numbers)
-
-    def _gone(self, t):
-        return t - self._aloft >= self.options.alarm_hold
+@compiled
+def _follow_overload(memory, o, t, risk, normal):
+    """Tell of a contact whose load passes its limit."""
+    r, there = memory.levels[OVERLOAD], memory.declared[0].mode == THREE_POINT
+    level = follow_level(r, o.jamming_warn, o.jamming_error, o, t, risk.load if there else 0.0)
+    cause = has_cause(r)
+    said, kept = memory.said[OVERLOAD], memory.kept[OVERLOAD]
+    if cause or level == OK:
+        kept[WHICH] = risk.loaded if cause else 0.0
+        kept[KIND] = PLAIN if there else 0.0
+        kept[NUMBERS] = risk.load
+        for i in range(3):
+            kept[NUMBERS + 1 + i] = normal[i]
+            kept[NUMBERS + 4 + i] = o.max_normal[i]
+    _say(said, kept, level, cause)

@@ -1,9 +1,17 @@
-"""What an estimate says of the contact: mode, transition, risk, alarms, and what is published."""
+"""What an estimate says of the contact: mode, transition, risk, alarms, as one row of numbers."""
 
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
-from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitoring.alarms import Alarms
-from peg_on_hole_ros.monitoring.evidence import Shown, force_noise
+from math import nan
+
+from numba.np.unsafe.ndarray import to_fixed_tuple
+
+from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
+from peg_on_hole_ros.estimator.description import describe
+from peg_on_hole_ros.estimator.record import DETERMINANT
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitoring import evidence
+from peg_on_hole_ros.monitoring.alarms import clear_alarms, follow_alarms
+from peg_on_hole_ros.monitoring.declared import IN_AIR, NO_STAMP, THREE_POINT
+from peg_on_hole_ros.monitoring.evidence import Shown
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.judgement import (
     KNOWN,
@@ -14,222 +22,189 @@ from peg_on_hole_ros.monitoring.judgement import (
     forget,
     forget_motion,
     judge,
-    new_judgement,
-    retune,
 )
 from peg_on_hole_ros.monitoring.known import Known
-from peg_on_hole_ros.monitoring.mode import ContactMode
-from peg_on_hole_ros.monitoring.place import Misfit, misfit
-from peg_on_hole_ros.monitoring.remembering import recall, remember
-from peg_on_hole_ros.monitoring.transition import TransitionFlag
-from peg_on_hole_ros.options import MonitorOptions
-from peg_on_hole_ros.records import Alarm, Outputs
+from peg_on_hole_ros.monitoring.mode import declare_mode, forget_mode
+from peg_on_hole_ros.monitoring.row import ALARM_WIDTH, ALARMS, AT, FLAG, MODE, MONITOR
+from peg_on_hole_ros.monitoring.transition import lower_flag, raise_flag
+
+# Where the reactions stand in a description.
+_NORMAL = slice(42, 45)
+_SHOWN, _RISKS, _KNOWN = evidence.WIDTH, len(Risk._fields), len(Known._fields)
 
 
-class Assessment:
+@compiled
+def restart_mode(memory):
+    """Forget the mode: the estimate has begun anew."""
+    d = memory.declared[0]
+    forget_mode(d)
+    forget(memory.numbers)
+    d.t_ns = d.oriented_ns = NO_STAMP
+    d.on_trial = 0
+    d.offset = d.deviations = nan
+    d.displaced = 0.0
+
+
+@compiled
+def restart(memory):
+    """Forget mode, flag, alarms and the motion."""
+    restart_mode(memory)
+    forget_motion(memory.numbers)
+    lower_flag(memory.declared[0])
+    clear_alarms(memory)
+
+
+@compiled
+def take_orientation(memory, t_ns, q, R, foreseen):
     """
-    From estimates to outputs, with the memory that mode, flag and alarms need.
+    Take an orientation that the filter has used.
 
     Parameters
     ----------
-    scene : Scene
-    options : MonitorOptions
-    wrench_covariance : ndarray, shape (6, 6)
-        Of a wrench about the mass centre, peg axes [N^2, N^2 m, N^2 m^2].
-
-    Attributes
-    ----------
-    line : str
-        What is left out, for diagnostics: nothing.
+    memory : Memory
+        Changed.
+    t_ns : int
+        [ns].
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad].
+    R : ndarray, shape (3, 3)
+        Covariance [rad^2].
+    foreseen : bool
+        Whether the peg has moved as the filter predicted, without any widening.
 
     """
+    d = memory.declared[0]
+    since = -1.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
+    d.oriented_ns = t_ns
+    follow_orientation(memory.numbers, since, q, R)
+    if not foreseen:
+        break_course(memory.numbers)
 
-    line = ""
 
-    def __init__(self, scene: Scene, options: MonitorOptions, wrench_covariance):
-        self._options, self._scene = options, scene
-        self._mode = ContactMode(options)
-        self._flag = TransitionFlag(options)
-        self._alarms = Alarms(options)
-        self._force_stddev = force_noise(scene, wrench_covariance)
-        self._memory = new_judgement(options, scene, self._force_stddev)
-        self._t_ns: int | None = None
-        self._oriented_ns: int | None = None
-        self._on_trial = False
-        self._misfit: Misfit | None = None
+@compiled
+def contacts_of(memory):
+    """
+    Return how many contacts the next wrench is weighed with: 3, 0, or below zero: not told.
 
-    def retune(self, options: MonitorOptions):
-        """Take other thresholds and times from here on; mode, flag, alarms and memory stay."""
-        self._options = self._mode.options = self._flag.options = options
-        self._alarms.retune(options)
-        retune(self._memory, options, self._scene, self._force_stddev)
+    Three beside the mode too: where an uncertain clearance alone leaves it open whether the peg is
+    already in the hole, only the equations of three contacts can tell, by learning it.
+    """
+    d = memory.declared[0]
+    if d.mode == THREE_POINT or d.on_trial:
+        return 3
+    return 0 if d.mode == IN_AIR else -1
 
-    @property
-    def mode(self) -> str:
-        """The contact mode that was declared last."""
-        return self._mode.mode
 
-    @property
-    def doubtful(self) -> bool:
-        """Whether wrench and pose were looked at, and fit no mode."""
-        return self._mode.mode == "unknown"
+@compiled
+def assess(f, memory, o, force_stddev, peg_height, t_ns, nis, blind, row):
+    """
+    Fill in what is published at a stamp, with the memory that mode, flag and alarms need.
 
-    @property
-    def on_contacts(self) -> bool:
-        """
-        Whether the peg is to be predicted on three contacts.
+    Parameters
+    ----------
+    f : ndarray
+        Record of the estimate, which has taken the wrench of the stamp.
+    memory : Memory
+        Changed.
+    o : Thresholds
+    force_stddev : float
+        Of a force that the rim carries [N].
+    peg_height : float
+        H [m].
+    t_ns : int
+    nis : float
+        Running mean of the normalised innovation squared (3 degrees of freedom).
+    blind : bool
+        Whether no orientation has come for long: where the peg is is a guess, so that no risk is
+        told, and flag and alarms stay as they are.
+    row : ndarray, shape (SIZE,)
+        Filled, but for what is learnt of bias and tilt; see `row`.
 
-        Beside the mode: where an uncertain clearance alone leaves it open whether the peg is
-        already in the hole, only the equations of three contacts can tell, by learning it.
-        """
-        return self._mode.mode == "three_point" or self._on_trial
+    """
+    if blind:
+        restart_mode(memory)
+    d, m = memory.declared[0], memory.numbers
+    t = t_ns * 1e-9
+    dt = 0.0 if d.t_ns == NO_STAMP else (t_ns - d.t_ns) * 1e-9
+    d.t_ns = t_ns
+    since = 0.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
+    # Constant rates say nothing for or against three contacts.
+    told = nis if d.mode == THREE_POINT or d.on_trial else -1.0
+    judge(f, m, dt, since, told, f[DETERMINANT], d.displaced)
+    shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))
+    risk = Risk(*to_fixed_tuple(m[RISK:KNOWN], _RISKS))
+    known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))
+    declare_mode(d, o, t, shown)
+    if not blind:
+        raise_flag(d, o, t, shown.below, 1.0 - shown.free)
+    d.on_trial = (
+        known.clearance_stddev > 0.0
+        and not d.flag
+        and shown.three_point >= 1.0 - o.transition_probability_on
+        and shown.three_point + shown.two_point >= o.mode_probability_on
+    )
+    three_point = d.mode == THREE_POINT and shown.usable > 0.0
+    row[MONITOR:MODE] = nan
+    fill_known(row, shown.below, known, three_point)
+    _fill_modes(row, d, t, shown)
+    if d.mode != IN_AIR and not blind:
+        _fill_risk(row, risk)
+    # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
+    # and otherwise what a rim of this tilt may wedge against what it carries.
+    wide = force_stddev
+    if three_point:
+        if shown.time >= 0.0:
+            row[AT.time_to_transition] = shown.time
+            row[AT.time_to_transition_stddev] = shown.time_stddev
+    elif d.mode != IN_AIR:
+        wide = shown.wedged
+    describe(f, peg_height, three_point, wide, row[:DESCRIBED])
+    if not blind:
+        follow_alarms(memory, o, t, risk, shown, row[_NORMAL])
+    fill_declared(row, memory)
 
-    @property
-    def contacts(self) -> ContactSet:
-        """Which contacts the next wrench is weighed with."""
-        if self.on_contacts:
-            return ContactSet.THREE
-        return ContactSet.NONE if self._mode.mode == "open" else ContactSet.UNKNOWN
 
-    def restart(self):
-        """Forget mode, flag, alarms and the motion."""
-        self.restart_mode()
-        forget_motion(self._memory)
-        self._flag.restart()
-        self._alarms.restart()
-        self._told: tuple[Alarm, ...] = ()
+@compiled
+def fill_known(row, below, known, three_point):
+    """Fill in what is known of transition, scene and reactions."""
+    row[AT.transition_probability] = below
+    row[AT.friction], row[AT.friction_stddev] = known.friction, known.friction_stddev
+    row[AT.clearance], row[AT.clearance_stddev] = known.clearance, known.clearance_stddev
+    row[AT.reactions_determined] = known.reactions if three_point else 0.0
 
-    def restart_mode(self):
-        """Forget the mode: the estimate has begun anew."""
-        self._mode.restart()
-        forget(self._memory)
-        self._t_ns = self._oriented_ns = None
-        self._on_trial = False
-        self._misfit = None
 
-    def oriented(self, t_ns: int, q, R, foreseen: bool):
-        """
-        Take an orientation that the filter has used.
+@compiled
+def fill_declared(row, memory):
+    """Fill in mode, flag and alarms as they stand."""
+    d = memory.declared[0]
+    row[MODE], row[FLAG] = d.mode, d.flag
+    for i in range(3):
+        row[ALARMS + i * ALARM_WIDTH : ALARMS + (i + 1) * ALARM_WIDTH] = memory.said[i]
 
-        Parameters
-        ----------
-        t_ns : int
-            [ns].
-        q : ndarray, shape (3,)
-            gamma, psi, phi [rad].
-        R : ndarray, shape (3, 3)
-            Covariance [rad^2].
-        foreseen : bool
-            Whether the peg has moved as the filter predicted, without any widening.
 
-        """
-        since = -1.0 if self._oriented_ns is None else (t_ns - self._oriented_ns) * 1e-9
-        self._oriented_ns = t_ns
-        follow_orientation(self._memory, since, q, R)
-        if not foreseen:
-            break_course(self._memory)
+@compiled
+def _fill_modes(row, d, t, shown):
+    row[AT.three_point_validity] = shown.three_point + shown.stuck
+    row[AT.mode_probability_three_point] = shown.three_point
+    row[AT.mode_probability_two_point] = shown.two_point
+    row[AT.mode_probability_opened] = shown.opened
+    row[AT.mode_probability_stuck] = shown.stuck
+    row[AT.mode_probability_free] = shown.free
+    row[AT.mode_probability_unknown] = shown.other
+    row[AT.position_offset], row[AT.position_misfit] = d.offset, d.deviations
+    if d.onset == 1:
+        row[AT.contact_age], row[AT.contact_latency] = t - d.turned, d.latency
+    elif d.onset == 0:
+        row[AT.free_age], row[AT.free_latency] = t - d.turned, d.latency
 
-    def placed(self, measurement, kalman: HeldPeg):
-        """Take a measurement with a place of the peg; `kalman` knows the clearance."""
-        self._misfit = misfit(measurement, *kalman.diameters)
 
-    def snapshot(self):
-        """Return all that the next outputs depend on beside the filter, for `restore`."""
-        return remember(self)
-
-    def restore(self, snapshot):
-        """Go back to a snapshot."""
-        recall(snapshot)
-
-    def outputs(self, t_ns: int, kalman: HeldPeg, nis: float, blind: bool) -> Outputs:
-        """
-        Return what is published at a stamp.
-
-        Parameters
-        ----------
-        t_ns : int
-        kalman : HeldPeg
-            Which has taken the wrench of the stamp.
-        nis : float
-            Running mean of the normalised innovation squared (3 degrees of freedom).
-        blind : bool
-            Whether no orientation has come for long: where the peg is is a guess, so that no risk
-            is told, and flag and alarms stay as they are.
-
-        """
-        if blind:
-            self.restart_mode()
-        t = t_ns * 1e-9
-        dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) * 1e-9
-        self._t_ns = t_ns
-        determinant = kalman.determinant
-        since = 0.0 if self._oriented_ns is None else (t_ns - self._oriented_ns) * 1e-9
-        # Constant rates say nothing for or against three contacts.
-        nis = nis if self.on_contacts else -1.0
-        displaced = 0.0 if self._misfit is None else self._misfit.evidence
-        judge(kalman.record, self._memory, dt, since, nis, determinant, displaced)
-        numbers = self._memory[SHOWN:].tolist()
-        shown = Shown._make(numbers[: RISK - SHOWN])
-        risk = Risk._make(numbers[RISK - SHOWN : KNOWN - SHOWN])
-        known = Known._make(numbers[KNOWN - SHOWN :])
-        mode = self._mode.update(t, shown)
-        if not blind:
-            self._flag.update(t, shown.below, 1.0 - shown.free)
-        flag = self._flag.raised
-        options = self._options
-        self._on_trial = (
-            known.clearance_stddev > 0.0
-            and not flag
-            and shown.three_point >= 1.0 - options.transition_probability_on
-            and shown.three_point + shown.two_point >= options.mode_probability_on
-        )
-        three_point = mode == "three_point" and shown.usable > 0.0
-        monitor = {
-            "transition_probability": shown.below,
-            "three_point_validity": shown.three_point + shown.stuck,
-            "mode_probability_three_point": shown.three_point,
-            "mode_probability_two_point": shown.two_point,
-            "mode_probability_opened": shown.opened,
-            "mode_probability_stuck": shown.stuck,
-            "mode_probability_free": shown.free,
-            "mode_probability_unknown": shown.other,
-            "friction": known.friction,
-            "friction_stddev": known.friction_stddev,
-            "clearance": known.clearance,
-            "clearance_stddev": known.clearance_stddev,
-            "reactions_determined": known.reactions if three_point else 0.0,
-        }
-        if self._misfit is not None:
-            monitor["position_offset"] = self._misfit.offset
-            monitor["position_misfit"] = self._misfit.deviations
-        touch = self._mode.touch
-        if touch is not None:
-            monitor["contact_age" if touch.onset else "free_age"] = t - touch.t
-            monitor["contact_latency" if touch.onset else "free_latency"] = touch.latency
-        if mode != "open" and not blind:
-            monitor["jamming_risk"] = risk.risk
-            monitor["jamming_wedging"] = risk.wedging
-            monitor["jamming_stall"] = risk.stall
-            monitor["jamming_load"] = risk.load
-            if risk.insertion:
-                monitor["insertion_ratio"] = risk.insertion
-                monitor["whitney_margin"] = risk.margin
-            else:
-                monitor["determinant"] = risk.determinant
-        # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
-        # and otherwise what a rim of this tilt may wedge against what it carries.
-        wide = self._force_stddev
-        if three_point:
-            if shown.time >= 0.0:
-                monitor["time_to_transition"] = shown.time
-                monitor["time_to_transition_stddev"] = shown.time_stddev
-        elif mode != "open":
-            wide = shown.wedged
-        estimate = kalman.describe(three_point, wide)
-        normal = estimate.normal.tolist()
-        if not blind:
-            self._told = self._alarms.update(t, mode, risk, shown, normal)
-        alarms = self._told
-        return Outputs(
-            t_ns, *estimate[:6], estimate.normal > 0, *estimate[6:], monitor, mode, flag, alarms
-        )
+@compiled
+def _fill_risk(row, risk):
+    row[AT.jamming_risk] = risk.risk
+    row[AT.jamming_wedging] = risk.wedging
+    row[AT.jamming_stall] = risk.stall
+    row[AT.jamming_load] = risk.load
+    if risk.insertion != 0.0:
+        row[AT.insertion_ratio], row[AT.whitney_margin] = risk.insertion, risk.margin
+    else:
+        row[AT.determinant] = risk.determinant

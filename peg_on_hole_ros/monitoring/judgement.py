@@ -51,16 +51,21 @@ def retune(m: np.ndarray, options: MonitorOptions, scene: Scene, force_stddev: f
     m[SETTINGS:SHOWN] = new_judgement(options, scene, force_stddev)[SETTINGS:SHOWN]
 
 
-def forget(m: np.ndarray) -> None:
+_NOTHING_SEEN = np.concatenate([contacts.no_knowledge(), carried.new_means()])
+_NO_RISK_SEEN = jamming.new_memory()
+
+
+@compiled
+def forget(m):
     """Forget what was seen, but for the motion."""
-    m[HYPOTHESES : _ENDS["HYPOTHESES"]] = contacts.no_knowledge()
-    m[MEANS : _ENDS["MEANS"]] = carried.new_means()
-    m[JAMMING : _ENDS["JAMMING"]] = jamming.new_memory()
+    m[HYPOTHESES:MOTION] = _NOTHING_SEEN
+    m[JAMMING:SETTINGS] = _NO_RISK_SEEN
 
 
-def forget_motion(m: np.ndarray) -> None:
+@compiled
+def forget_motion(m):
     """Forget the motion too: what comes next has nothing to do with it."""
-    m[MOTION : _ENDS["MOTION"]] = 0.0
+    m[MOTION:JAMMING] = 0.0
 
 
 @compiled

@@ -1,59 +1,51 @@
 """The transition flag: three-point contact has become two-point contact."""
 
-from peg_on_hole_ros.options import MonitorOptions
+from math import nan
+
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitoring.declared import since_when
 
 # A peg that has been in the air above gamma0 for so long [s] has left the rim.
 LEFT = 0.2
 
 
-class TransitionFlag:
+@compiled
+def lower_flag(d):
+    """Lower the flag, and forget what it was raised for."""
+    d.flag = d.armed = 0
+    d.fallen = d.left = nan
+
+
+@compiled
+def raise_flag(d, o, t, below, touching):
     """
-    True once three-point contact has become two-point contact, with hysteresis and dwell.
+    Raise the flag once three-point contact has become two-point contact, or lower it.
 
     It can rise after contact above gamma0 only, and not once the peg has left the rim again: one
     that comes upright through the air has not gone through three-point contact. It falls once the
     tilt has surely been above gamma0 for a while.
+
+    Parameters
+    ----------
+    d : record of FIELDS
+        Changed.
+    o : Thresholds
+    t : float
+        [s].
+    below, touching : float
+        Probabilities that gamma is below gamma0, and that anything touches.
+
     """
-
-    def __init__(self, options: MonitorOptions):
-        self.options = options
-        self.restart()
-
-    def restart(self):
-        """Lower the flag."""
-        self.raised = False
-        self._armed = False
-        self._since: float | None = None
-        self._aloft: float | None = None
-
-    def update(self, t: float, below: float, touching: float) -> bool:
-        """
-        Return the flag.
-
-        Parameters
-        ----------
-        t : float
-            [s].
-        below, touching : float
-            Probabilities that gamma is below gamma0, and that anything touches.
-
-        """
-        options = self.options
-        if not self.raised:
-            above = touching * (1.0 - below)
-            self._armed |= above > options.transition_probability_on
-            if (1.0 - touching) * (1.0 - below) <= 0.5:
-                self._aloft = None
-            elif self._aloft is None:
-                self._aloft = t
-            elif t - self._aloft >= LEFT:
-                self._armed = False
-            self.raised = self._armed and touching * below > options.transition_probability_on
-            self._since = None
-        elif below >= options.transition_probability_off:
-            self._since = None
-        elif self._since is None:
-            self._since = t
-        elif t - self._since >= options.transition_hold:
-            self.restart()
-        return self.raised
+    if d.flag:
+        d.fallen = since_when(d.fallen, not below >= o.transition_probability_off, t)
+        if t - d.fallen >= o.transition_hold and t > d.fallen:
+            lower_flag(d)
+        return
+    above = touching * (1.0 - below)
+    if above > o.transition_probability_on:
+        d.armed = 1
+    d.left = since_when(d.left, not (1.0 - touching) * (1.0 - below) <= 0.5, t)
+    if t - d.left >= LEFT:
+        d.armed = 0
+    d.flag = 1 if d.armed and touching * below > o.transition_probability_on else 0
+    d.fallen = nan

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from estimates import SCENE, estimate
 from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.monitor_names import MONITOR_NAMES
 from peg_on_hole_ros.edges.messages.output import (
     POSITION_FLOOR,
     STRING,
@@ -21,6 +20,7 @@ from peg_on_hole_ros.edges.messages.output import (
 from peg_on_hole_ros.edges.messages.plain import quaternion, stamp
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_plain, to_ros
 from peg_on_hole_ros.edges.messages.transforms import TRANSFORMS, Transforms
+from peg_on_hole_ros.monitoring.row import MONITOR_NAMES
 from peg_on_hole_ros.records import Alarm
 
 

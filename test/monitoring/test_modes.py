@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.grid.cells import Motion, truth_of, with_noise
+from judging import Flag, Mode
 from late_samples import ordered
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.estimator import record as estimate
@@ -38,8 +39,6 @@ from peg_on_hole_ros.monitoring.evidence import (
     show,
     wedged_load,
 )
-from peg_on_hole_ros.monitoring.mode import ContactMode
-from peg_on_hole_ros.monitoring.transition import TransitionFlag
 from peg_on_hole_ros.monitoring.trend import follow, new_trend
 from peg_on_hole_ros.options import MonitorOptions
 from peg_on_hole_ros.pipeline import Pipeline
@@ -335,13 +334,13 @@ def declare(mode, given, start, duration=0.1):
     ],
 )
 def test_mode_is_the_probable_one(given, expected):
-    mode = ContactMode(OPTIONS)
+    mode = Mode(OPTIONS)
     declare(mode, PRESSED._replace(**given), 0.0)
     assert mode.mode == expected
 
 
 def test_a_mode_must_last_for_its_dwell_and_is_kept_between_the_thresholds():
-    mode = ContactMode(OPTIONS)
+    mode = Mode(OPTIONS)
     inside = PRESSED._replace(three_point=0.0, two_point=0.9)
     changed = declare(mode, PRESSED, 0.0)
     assert changed == pytest.approx(OPTIONS.mode_dwell, abs=1.5e-3)
@@ -357,26 +356,28 @@ def test_a_mode_must_last_for_its_dwell_and_is_kept_between_the_thresholds():
 
 
 def test_contact_that_comes_and_goes_has_a_time_and_a_latency():
-    mode = ContactMode(OPTIONS)
+    mode = Mode(OPTIONS)
     free = PRESSED._replace(three_point=0.01, free=0.97)
     doubt = PRESSED._replace(three_point=0.5, free=0.47)
     declare(mode, free, 0.0)
     assert mode.touch is None
     declare(mode, doubt, 0.101, duration=0.004)
     declare(mode, PRESSED, 0.106)
-    assert mode.touch.onset
-    assert mode.touch.t == pytest.approx(0.1, abs=1.5e-3)
-    assert mode.touch.latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
+    onset, t, latency = mode.touch
+    assert onset
+    assert t == pytest.approx(0.1, abs=1.5e-3)
+    assert latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
     # And goes the same way, a millisecond after the last that was shown.
     declare(mode, doubt, 0.207, duration=0.004)
     declare(mode, free, 0.212)
-    assert not mode.touch.onset
-    assert mode.touch.t == pytest.approx(0.206, abs=1.5e-3)
-    assert mode.touch.latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
+    onset, t, latency = mode.touch
+    assert not onset
+    assert t == pytest.approx(0.206, abs=1.5e-3)
+    assert latency == pytest.approx(0.006 + OPTIONS.mode_dwell, abs=3e-3)
 
 
 def test_flag_rises_out_of_contact_above_gamma0_only():
-    flag = TransitionFlag(OPTIONS)
+    flag = Flag(OPTIONS)
     assert not flag.update(0.0, 0.99, 0.99)
     assert not flag.update(0.1, 0.0, 0.0)
     assert not flag.update(0.2, 0.99, 0.99)
@@ -388,7 +389,7 @@ def test_flag_rises_out_of_contact_above_gamma0_only():
 
 def test_a_peg_that_left_the_rim_has_to_touch_it_again_above_gamma0():
     def after(free, above):
-        flag = TransitionFlag(OPTIONS)
+        flag = Flag(OPTIONS)
         flag.update(0.0, 0.0, 1.0)
         for k in range(1, round(free * 1000)):
             flag.update(k * 1e-3, 0.0 if above else 1.0, 0.0)
@@ -404,7 +405,7 @@ def test_a_peg_that_left_the_rim_has_to_touch_it_again_above_gamma0():
 
 def test_flag_does_not_flicker():
     rng = np.random.default_rng(5)
-    flag = TransitionFlag(OPTIONS)
+    flag = Flag(OPTIONS)
     flag.update(0.0, 0.0, 1.0)
     # At gamma0 the probability is anywhere, from one sample to the next.
     seen = [flag.update(k * 1e-3, p, 1.0) for k, p in enumerate(rng.uniform(0, 1, 5000))]
@@ -416,9 +417,9 @@ def test_flag_does_not_flicker():
 
 def test_dwell_and_thresholds_are_those_of_the_options():
     slow = replace(OPTIONS, mode_dwell=0.05, mode_probability_on=0.97)
-    assert declare(ContactMode(slow), PRESSED, 0.0) is None
+    assert declare(Mode(slow), PRESSED, 0.0) is None
     likely = PRESSED._replace(three_point=0.98)
-    assert declare(ContactMode(slow), likely, 0.0) == pytest.approx(0.05, abs=1.5e-3)
+    assert declare(Mode(slow), likely, 0.0) == pytest.approx(0.05, abs=1.5e-3)
 
 
 def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread():

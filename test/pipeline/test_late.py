@@ -8,7 +8,6 @@ import pytest
 from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.estimation.history import DENSE, MAX_KEPT, STRIDE, History, Unit
-from peg_on_hole_ros.monitoring.remembering import recall, remember
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from simulated import truth
@@ -253,44 +252,6 @@ def play_all(line, samples, delay_ns):
     played.remove(last)
     play(line, [begin._replace(t_ns=begin.t_ns + delay_ns), *played, last])
     return line
-
-
-def held(part):
-    """Return what a tree of objects holds, as text."""
-    if not hasattr(part, "__dict__"):
-        return repr(np.asarray(part).tolist() if isinstance(part, np.ndarray) else part)
-    return repr({name: held(value) for name, value in vars(part).items()})
-
-
-def test_an_assessment_goes_back_to_all_that_it_held():
-    samples = ordered(250)
-    line = pipeline()
-    play(line, samples[:100])
-    assessment = line.processor.assessment
-    kept, before = remember(assessment), held(assessment)
-    for _ in range(2):
-        # As if the peg were pulled off: another mode, an alarm, a flag.
-        for sample in samples[100:]:
-            if isinstance(sample, WrenchSample):
-                line.on_wrench(sample._replace(force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0)))
-        assert held(assessment) != before
-        line.reset()
-        # A reset makes a new one.
-        line.processor.assessment = assessment
-        line.on_joints(samples[0])
-        recall(kept)
-        assert held(assessment) == before
-
-
-def test_an_array_that_others_look_at_is_restored_in_place():
-    assessment = pipeline().processor.assessment
-    memory = assessment._memory
-    was = memory.copy()
-    kept = remember(assessment)
-    memory[:] = 0.125
-    recall(kept)
-    assert assessment._memory is memory
-    np.testing.assert_array_equal(memory, was)
 
 
 def test_diagnostics_tell_what_was_lost_from_what_came_late_or_is_usual():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from late_samples import MS, ordered, pipeline
-from peg_on_hole_ros.monitoring.alarms import ERROR
+from peg_on_hole_ros.monitoring.declared import ERROR
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample, WrenchSample

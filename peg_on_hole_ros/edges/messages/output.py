@@ -5,9 +5,9 @@ from math import nan
 import numpy as np
 
 from peg_on_hole_ros.edges.messages.markers import marker_array
-from peg_on_hole_ros.edges.messages.monitor_names import MONITOR_NAMES, monitor_values
 from peg_on_hole_ros.edges.messages.plain import HOLE_FRAME, floats, header, quaternion, xyz
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitoring.row import MONITOR_NAMES
 from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -57,6 +57,7 @@ _POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
 
 ALARM_PERIOD_NS = 100_000_000
 _NOT_DETERMINED = (nan, nan, nan)
+_KNOWN = frozenset(MONITOR_NAMES)
 HARDWARE_ID = "peg_on_hole"
 
 Message = tuple[str, str, dict]
@@ -177,6 +178,21 @@ def _contacts(outputs, known):
 
 def _monitor(outputs):
     return joint_state(outputs.t_ns, MONITOR_NAMES, monitor_values(outputs.monitor))
+
+
+def monitor_values(told: dict[str, float]) -> list[float]:
+    """
+    Return a value for each of MONITOR_NAMES, NaN for one that does not exist at present.
+
+    Raises
+    ------
+    KeyError
+        A name that is not in the list: it would be lost without a word.
+
+    """
+    if not told.keys() <= _KNOWN:
+        raise KeyError(f"not in MONITOR_NAMES: {sorted(told.keys() - _KNOWN)}")
+    return [float(told.get(name, nan)) for name in MONITOR_NAMES]
 
 
 def _contact_wrenches(outputs, known):

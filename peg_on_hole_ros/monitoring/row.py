@@ -1,0 +1,60 @@
+"""One wrench's outputs as one row of numbers: where each stands, by its name."""
+
+from collections import namedtuple
+
+from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
+
+_BIAS = tuple(f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
+LEARNT = (*_BIAS, "hole_tilt_x", "hole_tilt_y")
+
+# The names in `~/monitor`: one list in one order for the life of a node, whatever is known.
+MONITOR_NAMES = (
+    "transition_probability",
+    "time_to_transition",
+    "time_to_transition_stddev",
+    "jamming_risk",
+    "jamming_wedging",
+    "jamming_stall",
+    "jamming_load",
+    "determinant",
+    "insertion_ratio",
+    "whitney_margin",
+    "three_point_validity",
+    "mode_probability_three_point",
+    "mode_probability_two_point",
+    "mode_probability_opened",
+    "mode_probability_stuck",
+    "mode_probability_free",
+    "mode_probability_unknown",
+    "contact_age",
+    "contact_latency",
+    "free_age",
+    "free_latency",
+    "reactions_determined",
+    "friction",
+    "friction_stddev",
+    "clearance",
+    "clearance_stddev",
+    "position_offset",
+    "position_misfit",
+    "nis_median",
+    "nis_drift",
+    "joints_noise",
+    *LEARNT,
+    *(f"{name}_stddev" for name in LEARNT),
+)
+
+# Of an alarm: its level (below zero: it has never been looked at), which of its texts, whether it
+# is held without a cause, which names its numbers have (0: none), and up to 7 numbers.
+LEVEL, WHICH, HELD, KIND, NUMBERS = range(5)
+ALARM_WIDTH = NUMBERS + 7
+JAMMING, CONTACT_LOSS, OVERLOAD = range(3)
+
+# The row: the description (`estimator.description`), each of MONITOR_NAMES (NaN: it does not
+# exist at present), contact mode, flag, and three alarms.
+MONITOR = DESCRIBED
+MODE = MONITOR + len(MONITOR_NAMES)
+FLAG = MODE + 1
+ALARMS = FLAG + 1
+SIZE = ALARMS + 3 * ALARM_WIDTH
+AT = namedtuple("AT", MONITOR_NAMES)(*range(MONITOR, MODE))
