@@ -64,6 +64,8 @@ FARTHER_TILT = 1.5
 UNEXPLAINED = 9.0
 # A start that ends lower than the best by less than this is as likely.
 AS_LIKELY = 2.0
+# Likelihoods of short recordings differ by so many times what white noise makes of them.
+UNSURE = 2.0
 # Of a direction that is not told, what a quantity has to be of its longest part to be named.
 PART = 0.3
 # Of the load, how far off a bias may be in a first guess: a little, and much.
@@ -243,14 +245,21 @@ class _Found(NamedTuple):
         still = Likelihood(quiet(record), parts, start)
         search = Search(likelihood, still, x0, scale, limits, told)
         free = np.flatnonzero(~IS_NOISE)
+        # A short recording shows its noise less well than a configuration may know it.
+        begin = x0 if search.at(x0) > search.at(begin) else begin
         peaks = _peaks(search, likelihood, start, begin, free, force)
         if not peaks:
             return None
         best = peaks[0]
         covariance, stddev = _spread(best, peaks, free, scale, noise)
         kept = kept_ones(best.x - x0, covariance)
-        last = _with(search, best, covariance, x0, kept)
         before = likelihood.run(x0)
+        stated = -np.inf if before is None else search.value(before, x0)
+        if best.value - stated < UNSURE * chdtri(free.size, LEVEL):
+            # Nothing that was found is surely likelier than what is stated.
+            last = best._replace(x=x0, value=stated, run=before)
+        else:
+            last = _with(search, best, covariance, x0, kept)
         nis_before = np.inf if before is None else float(before.nis.mean())
         nis = float(last.run.nis.mean())
         return _Found(last.x, best.x, covariance, stddev, nis_before, nis, scale)
