@@ -85,7 +85,7 @@ class Diagnosis:
     def restart(self) -> None:
         """Forget all."""
         self.due_ns = 0
-        self.doubtful = False
+        self.doubtful = self._coarse = False
         self.finding: Finding | None = None
         self._rows, self._told = window.ring(len(self._all))
         self._at, self._best = -1, 0
@@ -95,7 +95,7 @@ class Diagnosis:
     @property
     def unsure(self) -> bool:
         """Whether nothing sure is to be told of contacts."""
-        return self.doubtful or self.finding is not None
+        return self.doubtful or self.finding is not None or self._coarse
 
     def take(self, sample: WrenchSample, measurement: AngleMeasurement) -> None:
         """Take a wrench and the latest orientation."""
@@ -133,6 +133,8 @@ class Diagnosis:
         if steps.notice(values):
             noise = self._known[3 * part] + steps.variance
             self._settings[window.NOISE + 3 * part : window.NOISE + 3 * part + 3] = noise
+        stated = self._stated.torque_stddev if part else self._stated.force_stddev
+        self._coarse = self._coarse and part == 1 or steps.coarse(stated)
 
     def _judge(self):
         told = self._told[window.tried(self._rows)]
