@@ -108,12 +108,12 @@ class Pipeline:
     def causes(self) -> list[str]:
         """Settings that the data have contradicted, a line each, the first first."""
         told = [
-            f"{finding.text}; used in place of what is stated (wrench.adopt_found)"
+            f"wrench: {finding.text}; used in place of what is stated (wrench.adopt_found)"
             if self._adopted.items() >= finding.found.items() and finding.found
-            else finding.text
+            else f"wrench: {finding.text}"
             for finding in self._found
         ]
-        return [*told, *filter(None, [self.processor.noisier])]
+        return [*told, *self.processor.causes]
 
     @property
     def filter(self) -> HeldPeg:

@@ -6,6 +6,7 @@ from math import isfinite, pi, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimation.freshness import Freshness
 from peg_on_hole_ros.estimation.history import Unit
 from peg_on_hole_ros.estimation.innovations import Innovations
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
@@ -22,7 +23,7 @@ from peg_on_hole_ros.records import AngleMeasurement, Outputs, WrenchSample
 LOST = 5.0
 # Orientations whose variance is found so many times the stated one are noisier than is stated.
 NOISY = 2.25
-_STATE = ("t_ns", "_oriented_ns", "_in_contact", "_touching", "_blind", "_lost")
+_STATE = ("t_ns", "_oriented_ns", "_in_contact", "_touching", "_blind", "_lost", "_held")
 
 
 class Processor:
@@ -62,6 +63,8 @@ class Processor:
         self._tared: dict[str, float] = {}
         self.judge = self._new_judge()
         self._innovations = Innovations(white=not self._offsets_open)
+        # Of how many wrenches each is one.
+        self._fresh, self._held = Freshness(), 1
         self.counts: Counter[str] = Counter()
         # How much noisier than stated orientations were when they last were so.
         self._noise = 1.0
@@ -142,6 +145,11 @@ class Processor:
         )
 
     @property
+    def causes(self) -> list[str]:
+        """What is wrong with the values that come, a line each."""
+        return [*self._fresh.causes, *filter(None, [self.noisier])]
+
+    @property
     def misfit(self) -> float:
         """How badly the contacts fit, see `Innovations`."""
         return self._innovations.misfit
@@ -190,6 +198,11 @@ class Processor:
         # What has touched before a silence need not touch after it.
         known = not (self._blind or silent)
         contacts = self.judge.contacts if known else ContactSet.UNKNOWN
+        # A value that comes n times tells as much as if it came once.
+        times = self._fresh.wrench(wrench)
+        if times != self._held:
+            self._held = times
+            self.filter.wrench_noise = times * self.reduction.covariance
         self.filter.weigh(u, contacts)
         self.counts["wrench_spike"] += self.filter.took_spike
         self.filter.mark(wrench.t_ns)
@@ -224,6 +237,9 @@ class Processor:
         if self._lost:
             turned = lateness * self.configuration.filter.initial_rate_stddev
             return self._begin(q, R + turned**2 * np.eye(3))
+        if not self._fresh.orientation(measurement, x[:3], P.item(0, 0)):
+            self.counts["joints_dropped_repeated_value"] += 1
+            return None
         if lateness:
             q = q + lateness * x[3:]
             R = R + lateness**2 * P[3:, 3:]
@@ -250,7 +266,7 @@ class Processor:
     def _notice_no_orientation(self):
         """Without any orientation for long, what the peg is doing is a guess: it is not told."""
         since = (self.t_ns - self._oriented_ns - self._delay_ns) * 1e-9
-        if since > self.configuration.filter.max_joint_gap:
+        if since > self.configuration.filter.max_joint_gap or self._fresh.still:
             self.counts["joints_gap"] += not self._blind
             self._blind = True
 
@@ -258,12 +274,14 @@ class Processor:
         """Return everything that what follows depends on, for `restore`."""
         state = {name: getattr(self, name) for name in _STATE}
         parts = self.filter.snapshot(), self.judge.snapshot(), self._innovations.snapshot()
-        return state, parts, dict(self.counts)
+        return state, parts, dict(self.counts), self._fresh.snapshot()
 
     def restore(self, snapshot) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        state, (kalman, judge, innovations), counts = snapshot
+        state, (kalman, judge, innovations), counts, fresh = snapshot
         vars(self).update(state)
+        self._fresh.restore(fresh)
+        self.filter.wrench_noise = self._held * self.reduction.covariance
         self._innovations.restore(innovations)
         self.filter.restore(kalman)
         self.judge.restore(judge)

@@ -1,10 +1,12 @@
 """Says which setting of the wrench is wrong, once the last second is sure of it."""
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
+from peg_on_hole_ros.diagnosis.balance import UNEXPLAINED
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy
@@ -20,6 +22,8 @@ NEWS = 8
 DOUBT, SURE, APART = 8.0, 15.0, 5.0
 # Wrenches that have to be looked at, and the share of them that is explained.
 ENOUGH, EXPLAINED = 12, 0.6
+# Share of what was not balanced that may stay so, and how far above the noise.
+HALVED, ROOM = 0.5, 1.6
 # Wrenches in a row that are not explained after which only each of so many is looked at closely.
 OFTEN = 5
 # Shares of weight and metres to which weight and mass centre are known.
@@ -81,7 +85,7 @@ class Diagnosis:
     def restart(self) -> None:
         """Forget all."""
         self.due_ns = 0
-        self.doubtful = False
+        self.doubtful = self._coarse = False
         self.finding: Finding | None = None
         self._rows, self._told = window.ring(len(self._all))
         self._at, self._best = -1, 0
@@ -91,7 +95,7 @@ class Diagnosis:
     @property
     def unsure(self) -> bool:
         """Whether nothing sure is to be told of contacts."""
-        return self.doubtful or self.finding is not None
+        return self.doubtful or self.finding is not None or self._coarse
 
     def take(self, sample: WrenchSample, measurement: AngleMeasurement) -> None:
         """Take a wrench and the latest orientation."""
@@ -129,6 +133,8 @@ class Diagnosis:
         if steps.notice(values):
             noise = self._known[3 * part] + steps.variance
             self._settings[window.NOISE + 3 * part : window.NOISE + 3 * part + 3] = noise
+        stated = self._stated.torque_stddev if part else self._stated.force_stddev
+        self._coarse = self._coarse and part == 1 or steps.coarse(stated)
 
     def _judge(self):
         told = self._told[window.tried(self._rows)]
@@ -142,6 +148,9 @@ class Diagnosis:
         if not best or explained < EXPLAINED or told[:, 0, 1].mean() < window.SURPRISE:
             return
         self.doubtful = bool(gains[best] > DOUBT)
+        before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
+        if after > min(HALVED * before, self._balanced()):
+            return
         # What says the same and more is no rival: it is tried again from there on.
         rival = gains[self._rival[best]].max()
         if n < ENOUGH or gains[best] < SURE or gains[best] - rival < APART:
@@ -149,8 +158,13 @@ class Diagnosis:
         found = self._all[best]
         if self._best != best:
             self._best = best
-            before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
             self.finding = Finding(said(found, before, after), changed(self._stated, found))
+
+    def _balanced(self):
+        """Return to how much forces may balance where all is as it should be [N]."""
+        rows = self._rows[window.tried(self._rows)]
+        load = float(np.median(np.linalg.norm(rows[:, 1:4], axis=1)))
+        return ROOM * sqrt(3.0 * self._settings[window.NOISE]) + UNEXPLAINED * load
 
     def rounded(self) -> Finding | None:
         """Return what is to be stated where a driver rounds more coarsely than noise is stated."""

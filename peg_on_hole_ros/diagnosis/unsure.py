@@ -30,6 +30,7 @@ def unsure(outputs: Outputs, transition: bool) -> Outputs:
     monitor = {name: value for name, value in outputs.monitor.items() if name not in _RISKS}
     monitor["reactions_determined"] = 0.0
     alarms = tuple(alarm._replace(level=0, message=_DOUBT) for alarm in outputs.alarms)
+    mode = "open" if outputs.contact_mode == "open" else "unknown"
     return outputs._replace(
-        monitor=monitor, contact_mode="unknown", transition=transition, alarms=alarms
+        monitor=monitor, contact_mode=mode, transition=transition, alarms=alarms
     )

@@ -29,6 +29,7 @@ _REMEDIES = {
     "length_mismatch": "the driver sends names without positions",
     "repeated_stamp": "the driver does not set stamps, or too coarsely (whole milliseconds), or "
     "sends twice; or two publish on one topic",
+    "repeated_value": "the encoders, or their driver, stand still while the peg turns",
     "dropped_late": _CLOCKS,
     "dropped_ahead": _CLOCKS,
     "joints_gated": "scene, wrench.acts_on, joints.position_stddev or joints.delay is wrong, or "
@@ -257,7 +258,8 @@ def lines(
     if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
         told.append(_NEVER.format(configuration.scene.gamma0))
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
-    told += [f"{source}: {line}" for source in read for line in seen.odd(source)]
+    odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]
+    told += [line for line in odd_lines if line not in told]
     told += _other_unit(configuration, seen)
     told += [seen.loop] if seen.loop else []
     return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit and not causes else [])]

@@ -9,6 +9,7 @@ import numpy as np
 
 from peg_on_hole_ros.edges.bags.batch import Stretch
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.estimation.repeats import new_repeats, notice_all, said
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
 _ALIKE = 100
@@ -43,6 +44,7 @@ class Oddities:
         self._count = self._jumps = 0
         self._steps: dict[str, list[float]] = {"force": [], "torque": []}
         self._widest = 0.0
+        self._repeats: np.ndarray | None = None
 
     def add(self, found: Iterable[tuple[np.ndarray, Stretch]]) -> None:
         """Take what `stretches` yields; joint states without all of the names tell nothing."""
@@ -63,6 +65,9 @@ class Oddities:
 
     def _take(self, t_ns, values):
         self._count += len(t_ns)
+        if self._repeats is None:
+            self._repeats = new_repeats(values.shape[1])
+        notice_all(self._repeats, t_ns * 1e-9, values)
         for name, part in self._parts.items():
             first = self._first.setdefault(name, values[0, part])
             if name not in self._changed and (values[:, part] != first).any():
@@ -91,7 +96,8 @@ class Oddities:
 
     def lines(self) -> list[str]:
         """Return what a user has to look at, a line for each oddity."""
-        told = []
+        repeated = "" if self._repeats is None else said(self._repeats)
+        told = [repeated] if repeated else []
         if len(self._frames) > 1:
             frames = ", ".join(f"{name!r} ({n})" for name, n in self._frames.most_common(_SHOWN))
             told.append(

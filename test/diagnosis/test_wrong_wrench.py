@@ -4,12 +4,12 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
 from peg_on_hole_ros.pipeline import Pipeline
+from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 
 ADOPTED = "used in place of what is stated (wrench.adopt_found)"
 # Free air, contact that slides, and the way down again; bags of 0.7 s as they are.
@@ -34,7 +34,9 @@ def test_what_a_wrench_means_is_named(fault):
         first_cause(spoilt(islice(samples(path, begin, begin + 0.7), 1050), change))[0].causes
         for path, begin in PARTS
     ]
-    right = [causes for causes in told if causes and causes[0].startswith(f"with {setting}")]
+    right = [
+        causes for causes in told if causes and causes[0].startswith(f"wrench: with {setting}")
+    ]
     assert [causes for causes in told if causes and causes not in right] == []
     assert len(right) >= len(PARTS) - 1
 
@@ -48,7 +50,7 @@ def test_axes_that_are_turned_are_named():
         if line.causes:
             found = line.configuration.wrench.sensor_rpy
             np.testing.assert_allclose(rotation_from_rpy(found), turn, atol=1e-5)
-            assert line.causes[0].startswith("with wrench.sensor_rpy: [")
+            assert line.causes[0].startswith("wrench: with wrench.sensor_rpy: [")
             right += 1
     assert len(TURNS) == 23 and right >= 21
 
@@ -89,7 +91,7 @@ def test_rounding_that_hides_the_noise_is_told():
 
     line, seconds = first_cause(spoilt(samples(BAGS[2], 1.0, 2.0), rounded))
     assert line.causes == [
-        "the torque comes in steps of 0.1 N m, coarser than the stated noise: "
+        "wrench: the torque comes in steps of 0.1 N m, coarser than the stated noise: "
         "wrench.torque_stddev: 0.0293 and wrench.bias_torque_stddev: 0.0289 would fit; " + ADOPTED
     ]
     assert line.configuration.wrench.torque_stddev == 0.0293
