@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
-from peg_on_hole_ros.diagnosis.balance import UNEXPLAINED
+from peg_on_hole_ros.diagnosis.balance import FRICTIONS, UNEXPLAINED
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy
@@ -193,7 +193,7 @@ def _settings(configuration):
     scene, wrench = configuration.scene, configuration.wrench
     sensor, R_PS = np.array(wrench.sensor_xyz), rotation_from_rpy(wrench.sensor_rpy)
     friction = scene.friction
-    spread = max(1.5 * scene.friction_stddev, 0.15 * friction)
+    spread = max(3.0 * scene.friction_stddev, 0.5 * friction)
     carried = scene.peg_mass * configuration.monitor.free_acceleration * _CARRIED
     noise = WrenchReduction(wrench, scene).noise
     # The weight and its place are known to so much [N], [N m].
@@ -209,9 +209,7 @@ def _settings(configuration):
             max(carried, 1e-3) ** 2,
             max(float(np.linalg.norm(sensor)), scene.peg_height),
             *rotation_from_rpy(configuration.joints.hole_rpy).T.ravel(),
-            max(friction - spread, 0.0),
-            friction,
-            friction + spread,
+            *np.maximum(np.linspace(friction - spread, friction + spread, FRICTIONS), 0.0),
             configuration.monitor.rest_speed,
             configuration.joints.position_stddev,
         ]

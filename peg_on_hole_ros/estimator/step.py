@@ -96,6 +96,7 @@ def start(
     s.start_rates2[0] = rate_stddev * rate_stddev
     s.nis[:] = np.nan
     s.innovation_before[:] = np.nan
+    s.orientations[:, :] = np.nan
     combine(s, n)
 
 

@@ -28,7 +28,13 @@ XYZ, RPY, COM = (0.01, -0.02, 0.09), (0.3, -0.7, 1.9), (0.004, 0.003, -0.02)
 @cache
 def odd_sensor(acts_on="peg", payload_mass=0.0):
     """The same motion seen by a sensor that sits askew; 10 kHz for the differences."""
-    wrench = WrenchInput(acts_on, XYZ, RPY, payload_mass=payload_mass, payload_com=COM)
+    wrench = WrenchInput(
+        acts_on=acts_on,
+        sensor_xyz=XYZ,
+        sensor_rpy=RPY,
+        payload_mass=payload_mass,
+        payload_com=COM,
+    )
     start = contact_plan(
         [0.25, 0.5, 0.3],
         [-0.16, 0.4, 1.5],
