@@ -1,5 +1,6 @@
 """`peg-on-hole calibrate`: friction, biases, noise, delay, tilt and clearance from a bag."""
 
+from peg_on_hole_ros.cli.payload import found_payload
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import Reading, open_recording
@@ -19,6 +20,7 @@ from peg_on_hole_ros.options import Configuration
 
 # For what is smoothed over some tens of them; how many slide steadily is told later.
 _FEWEST = 50
+_WRITTEN = "written: {0}; use it with `peg-on-hole replay BAG --config {0}`"
 
 
 def run(arguments) -> int:
@@ -33,13 +35,20 @@ def run(arguments) -> int:
     elif stored:
         start, origin = to_parameters(configuration), f"that in {bag.path}"
     record = read_recording(bag, configuration)
-    with Progress("calibrating") as progress:
-        found = calibrate(record, configuration, progress)
-    values = start | calibration_text.parameters(found, to_parameters(configuration))
+    if arguments.payload:
+        told, text = found_payload(record, configuration)
+        values = start | told
+        heading = f"Payload and zero by still poses of {bag.path}; else as {origin}.\n\n{text}"
+        text += f"\n{_WRITTEN.format(arguments.out)}"
+    else:
+        with Progress("calibrating") as progress:
+            found = calibrate(record, configuration, progress)
+        values = start | calibration_text.parameters(found, to_parameters(configuration))
+        heading = calibration_text.heading(found, str(bag.path), origin)
+        text = _text(found, arguments.out)
     from_parameters(values)
-    heading = calibration_text.heading(found, str(bag.path), origin)
     write_text(arguments.out, write_parameters(values, heading))
-    print(_text(found, arguments.out))
+    print(text)
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
@@ -110,5 +119,5 @@ def _text(found, out):
     if missing:
         lines += ["not seen in this recording:"]
         lines += [f"  {line}" for line in missing]
-    lines.append(f"written: {out}; use it with `peg-on-hole replay BAG --config {out}`")
+    lines.append(_WRITTEN.format(out))
     return "\n".join(lines)

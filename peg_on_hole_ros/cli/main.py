@@ -329,6 +329,12 @@ def _calibrate(commands):
         "--out", metavar="CONFIG.yaml", required=True, help="configuration to write"
     )
     command.add_argument("--config", metavar="START.yaml", help="configuration to start from")
+    command.add_argument(
+        "--payload",
+        action="store_true",
+        help="find payload and zero instead, where the peg hangs free and still at three tilts "
+        "or more",
+    )
 
 
 def _compare(commands):

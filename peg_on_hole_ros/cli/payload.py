@@ -1,0 +1,77 @@
+"""`peg-on-hole calibrate --payload`: what hangs below the sensor, and the sensor's zero."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from peg_on_hole_ros.cli.table import table
+from peg_on_hole_ros.estimation.identification.payload import Payload, find_payload
+from peg_on_hole_ros.estimation.identification.recording import Recording
+from peg_on_hole_ros.options import Configuration
+
+# Of a normal distribution, 95 % on both sides.
+INTERVAL = 1.96
+
+
+def found_payload(record: Recording, configuration: Configuration) -> tuple[dict, str]:
+    """
+    Return the parameters that a recording of still poses tells, and the text to print.
+
+    Raises
+    ------
+    PegOnHoleError
+        As `find_payload`.
+
+    """
+    # A zero or a payload that is stated is found anew, whole.
+    wrench = replace(configuration.wrench, payload_mass=0.0)
+    found = find_payload(record, replace(configuration, wrench=wrench))
+    return _parameters(found), _text(found)
+
+
+def _parameters(found: Payload):
+    force, torque = found.bias[:3], found.bias[3:]
+    values = {
+        "wrench.bias_force": _list(force),
+        "wrench.bias_torque": _list(torque),
+        "wrench.bias_force_stddev": float(f"{_rms(found.bias_stddev[:3]):.2g}"),
+        "wrench.bias_torque_stddev": float(f"{_rms(found.bias_stddev[3:]):.2g}"),
+    }
+    if np.isfinite(found.com).all():
+        values["wrench.payload_mass"] = float(f"{found.mass:.5g}")
+        values["wrench.payload_com"] = _list(found.com)
+    else:
+        values["wrench.payload_mass"] = 0.0
+    return values
+
+
+def _list(values):
+    return [float(f"{value:.5g}") for value in values]
+
+
+def _rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _text(found: Payload):
+    rows = [("payload_mass", f"{found.mass:.4g}", _spread(found.mass_stddev), "kg")]
+    for name, values, spreads, unit in (
+        ("payload_com", found.com, found.com_stddev, "m"),
+        ("bias_force", found.bias[:3], found.bias_stddev[:3], "N"),
+        ("bias_torque", found.bias[3:], found.bias_stddev[3:], "N m"),
+    ):
+        for axis, value, spread in zip("xyz", values, spreads):
+            if np.isfinite(value):
+                rows.append((f"{name} {axis}", f"{value:.4g}", _spread(spread), unit))
+    lines = [
+        table(("", "likeliest", "95 % interval", "unit"), rows),
+        "",
+        f"{found.poses} still poses; forces are left {found.left:.2g} N apart (root mean square)",
+    ]
+    if not np.isfinite(found.com).all():
+        lines.append("no payload beside the peg is seen")
+    return "\n".join([*lines, *(f"missing: {line}" for line in found.missing)])
+
+
+def _spread(stddev):
+    return f"+- {INTERVAL * stddev:.2g}"
