@@ -13,7 +13,7 @@ from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
 from peg_on_hole_ros.edges.messages.decode import Malformed
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.replay import check_bag
-from peg_on_hole_ros.errors import BagDamaged, BagError
+from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.identification.calibration import FEWEST_INNOVATIONS, calibrate
 from peg_on_hole_ros.estimation.identification.recording import Recording, recording
 from peg_on_hole_ros.options import Configuration
@@ -34,6 +34,13 @@ def run(arguments) -> int:
         start |= {k: v for k, v in to_parameters(configuration).items() if k.startswith("topics.")}
     elif stored:
         start, origin = to_parameters(configuration), f"that in {bag.path}"
+    for name, taken in (("axes", "sensor"), ("gravity", "measured")):
+        stated = getattr(configuration.wrench, name)
+        if stated != taken:
+            raise PegOnHoleError(
+                f"wrench.{name} = {stated!r}: calibrate takes wrenches with wrench.{name}: {taken} "
+                "alone; record them so"
+            )
     record = read_recording(bag, configuration)
     if arguments.payload:
         told, text = found_payload(record, configuration)

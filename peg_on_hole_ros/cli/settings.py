@@ -4,6 +4,7 @@ import sys
 
 from peg_on_hole_ros.configuration import from_parameters, half_stated, node_options, superseded
 from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.edges.urdf_file import beside
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 
@@ -12,6 +13,8 @@ def load(path: str | None) -> tuple[Configuration, NodeOptions]:
     """Return what a ROS 2 parameters file gives, for None the defaults; errors name the file."""
     check_path(path)
     parameters = {} if path is None else read_parameters(path)
+    if path and "joints.urdf" in parameters:
+        parameters["joints.urdf"] = beside(str(parameters["joints.urdf"]), [path])
     try:
         configuration, node = from_parameters(parameters), node_options(parameters)
     except PegOnHoleError as error:

@@ -3,16 +3,18 @@
 import difflib
 import stat
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable
 from math import inf, isfinite
 from pathlib import Path
 from typing import NamedTuple
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import JointInput
-from peg_on_hole_ros.shown import shown
+from peg_on_hole_ros.shown import printable, shown
 
 # A robot's description has some 100 kB.
 MOST_BYTES = 16 * 10**6
+PACKAGE = "package://"
 MOVING = ("revolute", "continuous", "prismatic")
 # Of a coordinate [m] or an angle [rad]: squares of much larger ones are no doubles.
 _LARGEST = 1e6
@@ -129,7 +131,36 @@ def urdf_path(options: JointInput) -> Path:
         raise PegOnHoleError(f"joints.urdf: there is no user for {shown(user)}") from None
     if "\0" in options.urdf:
         raise PegOnHoleError(f"joints.urdf = {shown(options.urdf)} is no name of a file")
+    if options.urdf.startswith(PACKAGE):
+        name, _, rest = options.urdf.removeprefix(PACKAGE).partition("/")
+        raise PegOnHoleError(
+            f"joints.urdf = {shown(options.urdf)} names a package; give the file's path: "
+            f"`ros2 pkg prefix --share {printable(name)}` prints the folder that has "
+            f"{shown(rest)}"
+        )
     return path
+
+
+def beside(urdf: str, files: Iterable[str | Path]) -> str:
+    """
+    Return where a URDF is, of a name that is relative to the parameters file that states it.
+
+    Parameters
+    ----------
+    urdf : str
+        `joints.urdf`; a name that is found from the working directory stays.
+    files : iterable of str or Path
+        Parameters files.
+
+    """
+    try:
+        if not urdf or Path(urdf).is_absolute() or urdf.startswith("~") or Path(urdf).exists():
+            return urdf
+        found = [Path(file).parent / urdf for file in files]
+        return next((str(path) for path in found if path.is_file()), urdf)
+    except ValueError:
+        # A NUL: what is wrong is told where the file is read.
+        return urdf
 
 
 def description_of(options: JointInput) -> str:

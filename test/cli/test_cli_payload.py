@@ -8,7 +8,7 @@ from cli_helpers import config, fails
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from small_bags import JOINTS, MS, WRENCH, joints, wrench
+from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 G = np.array([0.0, 0.0, -9.80665])
 SENSOR, CENTER = np.array([0.0, 0.0, 0.07]), np.array([0.0, 0.0, 0.035])
@@ -74,3 +74,19 @@ def test_the_pose_that_is_missing_is_named(tmp_path, capsys):
         "weight from zero; tilt the peg by 20 degrees and more between them"
     )
     fails(capsys, 2, message, "calibrate", one, "--payload", "--out", out)
+
+
+@pytest.mark.parametrize(
+    ("name", "stated", "taken"),
+    [("axes", "base", "sensor"), ("gravity", "compensated", "measured")],
+)
+def test_wrenches_that_are_no_sensors_own_are_refused(tmp_path, capsys, name, stated, taken):
+    path = config(tmp_path, f"wrench: {{{name}: {stated}}}")
+    bag = write_bag(tmp_path / "a.mcap")
+    message = (
+        f"wrench.{name} = '{stated}': calibrate takes wrenches with wrench.{name}: {taken} alone; "
+        "record them so"
+    )
+    out = tmp_path / "c.yaml"
+    fails(capsys, 2, message, "calibrate", bag, "--config", path, "--out", out)
+    assert not out.exists()

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from arm import JOINTS, URDF, Arm, options
+from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.edges.urdf import UrdfKinematics, orientation_source
-from peg_on_hole_ros.edges.urdf_file import read_chain
+from peg_on_hole_ros.edges.urdf_file import beside, read_chain
 from peg_on_hole_ros.errors import PegOnHoleError
 
 needs_pinocchio = pytest.mark.usefixtures("pinocchio")
@@ -289,3 +290,32 @@ def test_other_package_of_that_name_is_told_apart(monkeypatch, tmp_path):
     with pytest.raises(PegOnHoleError, match=r"pinocchio\.py is another package of that name"):
         orientation_source(options())
     sys.modules.pop("pinocchio", None)
+
+
+def test_a_urdf_in_a_package_is_refused_with_where_to_look():
+    with pytest.raises(PegOnHoleError) as raised:
+        read_chain(options(urdf="package://ur_description/urdf/ur10.urdf"))
+    assert str(raised.value) == (
+        "joints.urdf = 'package://ur_description/urdf/ur10.urdf' names a package; give the file's "
+        "path: `ros2 pkg prefix --share ur_description` prints the folder that has "
+        "'urdf/ur10.urdf'"
+    )
+
+
+def test_a_urdf_lies_beside_the_parameters_file(tmp_path, monkeypatch):
+    cell, elsewhere = tmp_path / "cell", tmp_path / "elsewhere"
+    for folder in (cell, elsewhere):
+        folder.mkdir()
+    (cell / "arm.urdf").write_text(TEXT)
+    path = cell / "cell.yaml"
+    path.write_text(
+        "peg_on_hole:\n  ros__parameters:\n    joints: {source: robot, urdf: arm.urdf, "
+        "tip_frame: flange, names: [a]}\n"
+    )
+    monkeypatch.chdir(elsewhere)
+    assert load(str(path))[0].joints.urdf == str(cell / "arm.urdf")
+    assert beside("arm.urdf", ["/nowhere/x.yaml", str(path)]) == str(cell / "arm.urdf")
+    # What the working directory has comes first, as before.
+    (elsewhere / "arm.urdf").write_text(TEXT)
+    assert load(str(path))[0].joints.urdf == "arm.urdf"
+    assert beside("none.urdf", [str(path)]) == "none.urdf"

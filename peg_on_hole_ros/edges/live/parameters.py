@@ -20,6 +20,7 @@ from peg_on_hole_ros.configuration import (
 )
 from peg_on_hole_ros.edges.config_file import load_yaml, read_parameters
 from peg_on_hole_ros.edges.config_parts import BODY, is_ours, of_node, parts
+from peg_on_hole_ros.edges.urdf_file import beside
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS
@@ -135,6 +136,8 @@ def read(node: Node) -> tuple[Configuration, NodeOptions]:
 
     """
     parameters = values(node)
+    if isinstance(parameters.get("joints.urdf"), str):
+        parameters["joints.urdf"] = beside(parameters["joints.urdf"], _files(node.arguments))
     return from_parameters(parameters), node_options(parameters)
 
 

@@ -63,16 +63,10 @@ def find_payload(record: Recording, configuration: Configuration) -> Payload:
     Raises
     ------
     PegOnHoleError
-        The weight is taken off already, there is no still pose, or all have one direction of
-        gravity.
+        There is no still pose, or all have one direction of gravity.
 
     """
     options, scene = configuration.wrench, configuration.scene
-    if options.gravity == "compensated":
-        raise PegOnHoleError(
-            "wrench.gravity = 'compensated': nothing of a payload is left in the wrench; its zero "
-            "is told by a tare"
-        )
     g_S, wrench, count = _poses(record, configuration)
     if not len(g_S):
         raise PegOnHoleError(
