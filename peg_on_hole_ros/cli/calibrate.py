@@ -38,8 +38,8 @@ def run(arguments) -> int:
         stated = getattr(configuration.wrench, name)
         if stated != taken:
             raise PegOnHoleError(
-                f"wrench.{name} = {stated!r}: calibrate takes wrenches with wrench.{name}: {taken} "
-                "alone; record them so"
+                f"wrench.{name} = {stated!r}: calibrate takes wrenches with "
+                f"wrench.{name}: {taken} alone; record them so"
             )
     record = read_recording(bag, configuration)
     if arguments.payload:

@@ -87,6 +87,6 @@ def test_wrenches_that_are_no_sensors_own_are_refused(tmp_path, capsys, name, st
         f"wrench.{name} = '{stated}': calibrate takes wrenches with wrench.{name}: {taken} alone; "
         "record them so"
     )
-    out = tmp_path / "c.yaml"
+    out = tmp_path / "found.yaml"
     fails(capsys, 2, message, "calibrate", bag, "--config", path, "--out", out)
     assert not out.exists()
