@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
 OTHER := .venv-other
-EXTRAS ?= ros,report,parquet,cluster,urdf,dev
+EXTRAS ?= ros,report,watch,parquet,cluster,urdf,dev
 WORKERS ?= 2
 PYTEST_ARGS ?=
 

@@ -73,6 +73,7 @@ setup(
         "ros": ROS,
         "report": ["matplotlib>=3.7", "plotly>=6.0"],
         "urdf": ["pin==4.1.0"],
+        "watch": ["websockets>=13.1"],
         "parquet": ["pyarrow>=14"],
         "cluster": ["distributed>=2023.12"],
         "dev": COLCON + CHECKS,
