@@ -51,7 +51,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
-        (f"{SHARE}/config", sorted(glob("config/*.yaml"))),
+        (f"{SHARE}/config", sorted(glob("config/*.*"))),
         (f"{SHARE}/launch", sorted(glob("launch/*.launch.py"))),
     ],
     python_requires=">=3.10",
@@ -76,6 +76,7 @@ setup(
         "watch": ["websockets>=13.1"],
         "parquet": ["pyarrow>=14"],
         "cluster": ["distributed>=2023.12"],
+        "docs": ["mkdocs>=1.6", "mkdocs-material>=9.5", "mkdocstrings[python]>=0.26"],
         "dev": COLCON + CHECKS,
     },
     zip_safe=False,
