@@ -13,7 +13,7 @@ MOST = 25
 MOST_WORDS = {"README.md": 1000, "docs": 31_000}
 # Pages that are not there yet.
 ALLOWED: dict[str, int] = {
-    "docs/command_line.md": 40,
+    "docs/command_line.md": 12,
     "docs/derivation/README.md": 3,
     "docs/engine.md": 3,
     "docs/errata.md": 9,
@@ -22,14 +22,14 @@ ALLOWED: dict[str, int] = {
     "docs/insertion.md": 6,
     "docs/integration.md": 33,
     "docs/jamming.md": 27,
-    "docs/limits.md": 6,
+    "docs/limits.md": 1,
     "docs/mechanics.md": 12,
     "docs/modes.md": 5,
     "docs/notation.md": 1,
     "docs/plan.md": 5,
     "docs/scenes.md": 9,
     "docs/simulation.md": 3,
-    "docs/timing.md": 14,
+    "docs/timing.md": 2,
 }
 
 _FENCED = re.compile(r"^(```|~~~).*?^\1", re.M | re.S)
