@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
 OTHER := .venv-other
-EXTRAS ?= ros,report,watch,parquet,cluster,urdf,dev
+EXTRAS ?= ros,report,watch,parquet,cluster,urdf,dev,docs
 WORKERS ?= 2
 # Set to anything, what is installed is held to requirements.lock, by hash.
 LOCKED ?=
@@ -46,7 +46,6 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 
 docs: $(STAMP)  ## the documents as a site in site/; a broken link is an error
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable ".[docs]"
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
 setup: $(STAMP)
@@ -79,7 +78,7 @@ $(STAMP): setup.py
 
 lock: $(STAMP)  ## the versions and hashes that LOCKED=1 installs, anew
 	$(BIN)/python -m pip install -qq --disable-pip-version-check uv
-	$(BIN)/uv pip compile -q setup.py $(foreach extra,$(subst $(COMMA), ,$(EXTRAS)) docs,--extra $(extra)) \
+	$(BIN)/uv pip compile -q setup.py $(foreach extra,$(subst $(COMMA), ,$(EXTRAS)),--extra $(extra)) \
 	    --generate-hashes --no-header --no-annotate --python-version 3.11 --universal --upgrade \
 	    -o requirements.lock
 
