@@ -1,18 +1,21 @@
 # One command for each thing; everything is set up in .venv the first time.
 # Needs make and a python3 of version 3.11 or 3.12 with venv, on x86_64 Linux.
 
+COMMA := ,
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
 OTHER := .venv-other
-EXTRAS ?= ros,report,parquet,cluster,urdf,dev
+EXTRAS ?= ros,report,watch,parquet,cluster,urdf,dev,docs
 WORKERS ?= 2
+# Set to anything, what is installed is held to requirements.lock, by hash.
+LOCKED ?=
 PYTEST_ARGS ?=
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
-.PHONY: run test test-oldest test-other lint format setup clean
+.PHONY: run test test-oldest test-other lint format docs lock setup clean
 
 run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
 	$(BIN)/python -m peg_on_hole_ros.cli.demo
@@ -36,10 +39,14 @@ lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/python tools/sentences.py
 
 format: $(STAMP)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+docs: $(STAMP)  ## the documents as a site in site/; a broken link is an error
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
 setup: $(STAMP)
 
@@ -61,10 +68,21 @@ $(STAMP): setup.py
 	echo "setting up $(VENV) with $$($$found --version): takes a minute or two"; \
 	rm -rf $(VENV); \
 	$$found -m venv $(VENV); \
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable ".[$(EXTRAS)]"; \
+	if [ -n "$(LOCKED)" ]; then \
+	    $(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes -r requirements.lock; \
+	    $(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --no-build-isolation --editable .; \
+	else \
+	    $(BIN)/python -m pip install -qq --disable-pip-version-check --editable ".[$(EXTRAS)]"; \
+	fi; \
 	touch $@
+
+lock: $(STAMP)  ## the versions and hashes that LOCKED=1 installs, anew
+	$(BIN)/python -m pip install -qq --disable-pip-version-check uv
+	$(BIN)/uv pip compile -q setup.py $(foreach extra,$(subst $(COMMA), ,$(EXTRAS)),--extra $(extra)) \
+	    --generate-hashes --no-header --no-annotate --python-version 3.11 --universal --upgrade \
+	    -o requirements.lock
 
 clean:
 	rm -rf $(VENV) $(OLDEST) $(OTHER) .numba_cache .pytest_cache .ruff_cache .import_linter_cache .mypy_cache \
-	    .hypothesis build install log *.egg-info out
+	    .hypothesis build install log site *.egg-info out
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

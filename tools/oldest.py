@@ -15,7 +15,7 @@ import setuptools
 UNBOUND = ("dev",)
 # The URDF library's one version that is stated is not for the oldest numpy; of a table and a
 # cluster only what has not changed in years is used.
-WITHOUT = ("urdf", "parquet", "cluster")
+WITHOUT = ("urdf", "parquet", "cluster", "docs")
 
 
 def stated(setup_py: Path) -> dict[str, list[str]]:

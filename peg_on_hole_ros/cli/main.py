@@ -103,7 +103,7 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in (
         _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _calibrate, _compare,
-        _node,
+        _node, _watch,
     ):  # fmt: skip
         add(commands)
     return top
@@ -371,6 +371,27 @@ def _node(commands):
     _config(command)
     # For the help alone: _parsed keeps what is for ROS from argparse.
     command.add_argument("--ros-args", nargs="...", metavar="...", help="all that is for ROS")
+
+
+def _watch(commands):
+    command = _command(
+        commands,
+        "watch",
+        "live page of a running node in a browser, on this machine only unless told otherwise",
+        "  peg-on-hole watch\n  peg-on-hole watch --node /cell/peg_on_hole --port 9000",
+    )
+    command.add_argument(
+        "--node", metavar="NAME", default="/peg_on_hole", help="full name; default /peg_on_hole"
+    )
+    command.add_argument(
+        "--port", metavar="P", type=int, default=8470, help="default 8470; 0: any that is free"
+    )
+    command.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to listen on; default 127.0.0.1; whoever reaches another one sees the page",
+    )
 
 
 def _parsed(arguments):

@@ -202,7 +202,7 @@ def velocity_jacobians(g: ContactGeometry, d: float, D: float) -> np.ndarray:
     Returns
     -------
     ndarray, shape (3, 3, 3, ...)
-        [contact, component (h, e, z), rate, as gamma] [m/rad].
+        By contact, component (h, e, z), rate, as gamma [m/rad].
 
     Source: eqs. (10)-(21), corrected: symmetric at B1 and B2, gamma' = +dgamma/dt throughout.
 

@@ -40,7 +40,7 @@ def imported(*arguments):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], *([c, "--help"] for c in COMMANDS)]
+    "arguments", [["--help"], ["--version"], *([c, "--help"] for c in [*COMMANDS, "watch"])]
 )
 def test_help_imports_nothing_heavy(arguments):
     told, found = imported(*arguments)

@@ -13,7 +13,7 @@ import numpy as np
 from peg_on_hole_ros.edges.report.markup import html
 from peg_on_hole_ros.errors import PegOnHoleError
 
-_SCRIPTS = ("packed.js", "theme.js", "plots.js", "drawing.js", "page.js")
+_SCRIPTS = ("packed.js", "theme.js", "plots.js", "drawing.js", "readings.js", "page.js")
 # Of a column's range: finer than a pixel, far into a zoom.
 _DIGITS = 6
 _READINGS = (
@@ -83,6 +83,15 @@ def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str,
         Names in the folder `page`, in their order.
 
     """
+    packed = [
+        f'<script type="text/plain" id="library">{_packed(library().read_bytes())}</script>',
+        f'<script type="text/plain" id="data">{_packed(_json(model).encode())}</script>',
+    ]
+    return bare_page(title, [*body, *packed], scripts)
+
+
+def bare_page(title: str, body: list[str], scripts: tuple[str, ...]) -> str:
+    """Return a page with style and scripts within it; see `standing_alone`."""
     folder = files("peg_on_hole_ros.edges.report") / "page"
     style, *parts = (
         (folder / name).read_text(encoding="utf-8") for name in ("style.css", *scripts)
@@ -95,8 +104,6 @@ def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str,
             '<link rel="icon" href="data:,">',
             f"<title>{html(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>",
             *body,
-            f'<script type="text/plain" id="library">{_packed(library().read_bytes())}</script>',
-            f'<script type="text/plain" id="data">{_packed(_json(model).encode())}</script>',
             # In one scope of their own, apart from the library's names.
             "<script>\n(() => {\n" + "\n".join(parts) + "})();\n</script>\n</body>\n</html>\n",
         ]
@@ -124,20 +131,24 @@ def _panel(panel):
     )
 
 
+def views_and_readings() -> str:
+    """Return the places of the drawing, and of the numbers beside it."""
+    figures = "".join(
+        f'<figure><svg id="{name}" role="img" aria-label="{label}"></svg>'
+        f"<figcaption>{caption}</figcaption></figure>"
+        for name, caption, label in _VIEWS
+    )
+    rows = "".join(
+        f'<div class="{kind}"><dt>{label}</dt><dd data-reading="{name}"></dd></div>'
+        for name, label, kind in _READINGS
+    )
+    return f'<div class="views">{figures}</div><dl class="readings">{rows}</dl>'
+
+
 def _stage(moves):
-    views = readings = ""
-    if moves:
-        figures = "".join(
-            f'<figure><svg id="{name}" role="img" aria-label="{label}"></svg>'
-            f"<figcaption>{caption}</figcaption></figure>"
-            for name, caption, label in _VIEWS
-        )
-        views = f'<div class="views">{figures}</div>'
-        rows = "".join(
-            f'<div class="{kind}"><dt>{label}</dt><dd data-reading="{name}"></dd></div>'
-            for name, label, kind in _READINGS
-        )
-        readings = f'<dl class="readings">{rows}</dl>'
+    shown = views_and_readings() if moves else ""
+    views, _, readings = shown.partition("<dl ")
+    readings = f"<dl {readings}" if readings else ""
     speeds = "".join(
         f'<option value="{value}"{" selected" if value == 1 else ""}>{value:g} x</option>'
         for value in (0.05, 0.25, 1, 4, 16)

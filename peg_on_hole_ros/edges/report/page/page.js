@@ -1,10 +1,6 @@
 // Reads the data of the page, then joins plots, drawing, slider and buttons at one time.
 "use strict";
 
-function number(value, digits = 4) {
-  return value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString();
-}
-
 class Desk {
   constructor(model) {
     this.model = model;
@@ -65,23 +61,10 @@ class Desk {
   }
 
   read(at) {
-    const put = (name, text) => { document.querySelector(`[data-reading="${name}"]`).textContent = text; };
-    put("t", `${this.time.toFixed(3)} s`);
-    put("mode", at.mode || "–");
-    put("gamma", `${number(1e3 * at.gamma)} mrad`);
-    put("psi", `${number(at.psi)} rad`);
-    put("phi", `${number(at.phi)} rad`);
-    for (const name of CONTACTS) {
-      const known = at[name] !== null, bound = 1.96 * at[name + "_stddev"];
-      const silent = at.mode === "open" ? "no contact" : "not determined";
-      put(name, known ? `${number(at[name], 3)} ± ${number(bound, 2)} N` : silent);
-    }
-    put("friction", number(at.friction, 3));
-    put("risk", number(at.jamming_risk, 2));
     const levels = new Map();
     for (const alarm of this.model.alarms) if (alarm.t <= this.time) levels.set(alarm.name, alarm.level);
     const on = [...levels].filter(([, level]) => level !== "OK").map((pair) => pair.join(" "));
-    put("alarms", on.join(", ") || "none");
+    showReadings(at, this.time, on);
   }
 
   holding(changes) {

@@ -1,0 +1,50 @@
+"""The SROS2 policy lets the node do all that it does, and nothing that it does not."""
+
+from xml.etree import ElementTree
+
+import pytest
+
+from dds_peer import Peer, node_process, stop
+from simulated import ROOT
+
+pytestmark = pytest.mark.xdist_group("dds")
+# Opened where the settings or the installation ask for it.
+AT_TIMES = {
+    "/tf", "/clock", "/robot_description", "/parameter_events",
+    "/peg_on_hole/get_type_description",
+}  # fmt: skip
+
+
+def allowed(kind, action):
+    policy = ElementTree.parse(ROOT / "config" / "sros2_policy.xml")
+    (profile,) = policy.iter("profile")
+    assert profile.attrib == {"ns": "/", "node": "peg_on_hole"}
+    names = [
+        entry.text for group in profile.findall(f"{kind}[@{action}='ALLOW']") for entry in group
+    ]
+    return {
+        name.replace("~", "/peg_on_hole") if name.startswith("~") else f"/{name}" for name in names
+    }
+
+
+def test_policy_is_what_the_node_opens():
+    peer = Peer()
+    try:
+        with node_process() as process:
+            peer.wait_for_matching()
+            node = peer.node
+            of = "peg_on_hole", "/"
+            opened = {
+                ("topics", "publish"): node.get_publisher_names_and_types_by_node(*of),
+                ("topics", "subscribe"): node.get_subscriber_names_and_types_by_node(*of),
+                ("services", "reply"): node.get_service_names_and_types_by_node(*of),
+            }
+            assert node.get_client_names_and_types_by_node(*of) == []
+            for (kind, action), found in opened.items():
+                names = {name for name, _ in found}
+                assert len(names) >= 2
+                assert names - allowed(kind, action) == set()
+                assert allowed(kind, action) - names - AT_TIMES == set()
+            stop(process)
+    finally:
+        peer.close()
