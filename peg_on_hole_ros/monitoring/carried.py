@@ -4,7 +4,7 @@ from math import cos, exp, fabs, nan, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import NOISE, RATES, U, X
+from peg_on_hole_ros.estimator.record import BIAS_LOAD, NOISE, RATES, U, X
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.monitoring.trend import is_number
 
@@ -18,6 +18,8 @@ from peg_on_hole_ros.monitoring.trend import is_number
 # of change of the angular momentum (3), and what that was last (3).
 _SHARE, _FORCE, _COUPLE, _RATE, _MOMENTUM = 0, 1, 4, 7, 10
 SIZE = 13
+# Squares of noise alone stay below so many times their mean.
+ROOM = 3.0
 # A load this many times the mean square of the noise off the mean has changed.
 JUMP = 6.0
 # A force out of the hole counts as one of this part: a peg that leaves the rim is accelerated so.
@@ -97,9 +99,73 @@ def carried_load(f, means, dt, time):
         means[_COUPLE + i] += share * (new[3 + i] - means[_COUPLE + i])
         couple = means[_COUPLE + i] - means[_RATE + i]
         squares += means[_FORCE + i] ** 2 + (over_radius * couple) ** 2
-    # Contacts push; where they pull, by friction, they are squeezed, and a couple shows it.
-    pull = max(s * means[_FORCE] + c * means[_FORCE + 2], 0.0)
+    pull = _pull(f, means)
     squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
-    rates = f[RATES] + s * s * f[RATES + 7]
-    turned = over_radius * p.Ie / time
-    return sqrt(squares), means[_SHARE] * noise + turned * turned * rates
+    return sqrt(squares), means[_SHARE] * noise + _turned(f, time)
+
+
+@compiled
+def _pull(f, means):
+    """Return the force out of the hole [N]: contacts push, but where a squeeze lets them pull."""
+    return max(sin(f[X]) * means[_FORCE] + cos(f[X]) * means[_FORCE + 2], 0.0)
+
+
+@compiled
+def _turned(f, time):
+    """Return the variance that the rates leave to a couple, as a force at the peg's radius."""
+    p, s = scene_of(f), sin(f[X])
+    turned = 2.0 / p.d * p.Ie / time
+    return turned * turned * (f[RATES] + s * s * f[RATES + 7])
+
+
+@compiled
+def stands_out(f, means, floor, time, root):
+    """
+    Return the square of a carried load over what nothing, or next to nothing, would make of it.
+
+    Force and couple count by their joint noise: about the mass centre of a peg far from its
+    sensor the couple is noisy, and mostly by the force's noise, which the force tells.
+
+    Parameters
+    ----------
+    f, means, time
+        As for `carried_load`, which has taken the wrench.
+    floor : float
+        Square of the load that counts as none [N^2].
+    root : ndarray
+        Scratch, 42 places.
+
+    """
+    over_radius = 2.0 / scene_of(f).d
+    c, s, sphi, cphi = cos(f[X]), sin(f[X]), sin(f[X + 2]), cos(f[X + 2])
+    pull = _pull(f, means) * (1.0 - 1.0 / LIFT)
+    h, e = means[_FORCE] - pull * s, means[_FORCE + 1]
+    # In the peg's axes, in which the noise stands.
+    root[36], root[37] = cphi * h + sphi * e, cphi * e - sphi * h
+    root[38] = means[_FORCE + 2] - pull * c
+    h, e = means[_COUPLE] - means[_RATE], means[_COUPLE + 1] - means[_RATE + 1]
+    root[39] = over_radius * (cphi * h + sphi * e)
+    root[40] = over_radius * (cphi * e - sphi * h)
+    root[41] = over_radius * (means[_COUPLE + 2] - means[_RATE + 2])
+    # Of six squares as of one.
+    room, turned = 6.0 * ROOM * means[_SHARE], ROOM * _turned(f, time)
+    least = floor + ROOM * f[BIAS_LOAD]
+    squares = 0.0
+    for i in range(6):
+        for k in range(i + 1):
+            v = room * f[NOISE + 6 * i + k]
+            if i > 2:
+                v *= over_radius
+            if k > 2:
+                v *= over_radius
+            if i == k:
+                v += least + (turned if i > 2 else 0.0)
+            for a in range(k):
+                v -= root[6 * i + a] * root[6 * k + a]
+            root[6 * i + k] = sqrt(max(v, 1e-300)) if i == k else v / root[7 * k]
+        v = root[36 + i]
+        for a in range(i):
+            v -= root[6 * i + a] * root[36 + a]
+        root[36 + i] = v / root[7 * i]
+        squares += root[36 + i] * root[36 + i]
+    return squares

@@ -41,10 +41,9 @@ def _bounded(value):
 
 
 @compiled
-def load_evidence(carried, threshold):
-    """Return log p(load | contact) - log p(load | nothing touches), both about the threshold."""
-    share = carried / max(threshold, 1e-9)
-    return _bounded(MOST * (share * share - 1.0))
+def load_evidence(squares):
+    """Return log p(load | contact) - log p(load | nothing touches), even where `squares` is 1."""
+    return _bounded(MOST * (squares - 1.0))
 
 
 @compiled

@@ -16,6 +16,8 @@ SPEED, CHANGES = 0.02, 0.5
 LASTS = 0.5
 # Contacts that give let a resting peg's tilt creep [rad per root of a second].
 _CREEP = 1e-4
+# A peg of which nothing is known rests with this probability: most are on their way.
+_BEGINS = 0.3
 # Odds against rest, or for it, are never beyond this: either may begin at any time.
 _LEAST = 1e-6
 
@@ -67,7 +69,7 @@ def follow_depth(m, at, p, tilt, variance, since):
     if m[a + 1] == 0.0 or since < 0.0:
         m[a], m[a + 1] = tilt, variance
         m[b], m[b + 1], m[b + 2], m[b + 3], m[b + 4] = tilt, 0.0, variance, 0.0, fresh
-        m[at + RESTS] = 0.5
+        m[at + RESTS] = _BEGINS
         return
     change = 0.5 * (1.0 - exp(-2.0 * since / LASTS))
     rests = m[at + RESTS]
@@ -105,6 +107,12 @@ def follow_depth(m, at, p, tilt, variance, since):
 
 
 @compiled
+def unsettle(m, at, share):
+    """Forget a share of what is known of rest, as while no two points carry."""
+    m[at + RESTS] += share * (_BEGINS - m[at + RESTS])
+
+
+@compiled
 def stands(m, at, p, horizon, slow):
     """
     Return the probabilities that the peg rests, and that it slides but stops within a horizon.
@@ -120,9 +128,11 @@ def stands(m, at, p, horizon, slow):
 
     """
     if m[at + _VARIANCE] == 0.0:
-        return 0.5, 0.0
+        return _BEGINS, 0.0
     b = at + SLIDES
     slope = depth_slope(p, max(fabs(m[b]), sqrt(m[b + 2])))
-    variance = slope * slope * m[b + 4] + SPEED * SPEED * horizon / CHANGES
-    stops = below((slow + slope * m[b + 1]) / sqrt(variance))
-    return m[at + RESTS], (1.0 - m[at + RESTS]) * stops
+    # Into the hole; only what moves there can stop.
+    speed, variance = -slope * m[b + 1], slope * slope * m[b + 4]
+    moves = below((speed - slow) / sqrt(variance))
+    stops = below((slow - speed) / sqrt(variance + SPEED * SPEED * horizon / CHANGES))
+    return m[at + RESTS], (1.0 - m[at + RESTS]) * moves * stops

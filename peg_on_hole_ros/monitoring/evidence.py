@@ -6,16 +6,17 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.record import BIAS_LOAD, LASTING, REACTIONS, SCENE, SPREAD, P, X, Y
+from peg_on_hole_ros.estimator.record import LASTING, REACTIONS, SCENE, SPREAD, WORK, P, X, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitoring.carried import carried_load
+from peg_on_hole_ros.monitoring.carried import carried_load, stands_out
 from peg_on_hole_ros.monitoring.contacts import (
     CLOSED,
     FREE,
     LOST_B1,
     LOST_B2,
     LOST_K,
+    MOST,
     OTHER,
     below,
     load_evidence,
@@ -28,8 +29,6 @@ from peg_on_hole_ros.options import MonitorOptions
 
 # Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
 ABSURD = 10.0
-# Squares of noise alone stay below so many times their mean.
-NOISE_ROOM = 3.0
 # A forecast knows a learnt clearance no better than to this share of its stated spread: what the
 # way there tells of it is one thing with friction and with how the motion goes on.
 FORECAST_CLEARANCE = 0.05
@@ -221,13 +220,15 @@ def show(
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
     # A rim that touches is told from noise, from a zero of the sensor that is not known, and from
     # a holder that moves the peg in the air.
-    load, variance = carried_load(f, means, dt, o[2])
-    variance += f[BIAS_LOAD]
+    carried, _ = carried_load(f, means, dt, o[2])
     moved = f[SCENE + 4] * o[7]
-    load = load_evidence(load, sqrt(o[0] * o[0] + moved * moved + NOISE_ROOM * variance))
+    squares = stands_out(f, means, o[0] * o[0] + moved * moved, o[2], f[WORK:])
+    load = load_evidence(squares) if carried == carried else 0.0
     p = hypotheses
     above = 1.0 - under
-    # Below gamma0 nothing is known of where a peg that touches is.
+    # Below gamma0 there is only the hole to touch: elsewhere a load is the sensor's.
+    outside = displaced * under
+    load = min(load, load * (1.0 - outside / MOST)) - outside
     displaced *= above
     if displaced > 0.0:
         # A motion that fits three contacts is no evidence for them where the peg does not stand.

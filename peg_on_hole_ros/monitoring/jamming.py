@@ -15,7 +15,7 @@ from peg_on_hole_ros.mechanics.kernel import (
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitoring import down_the_hole, load_ahead, stall_ahead
 from peg_on_hole_ros.monitoring.contacts import below
-from peg_on_hole_ros.monitoring.down_the_hole import follow_depth, stands
+from peg_on_hole_ros.monitoring.down_the_hole import follow_depth, stands, unsettle
 from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
 from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitoring.trend import (
@@ -43,16 +43,17 @@ _MOVED = 0.03
 _CALM = 0.01
 # A trend of the load takes this long to part from its begin [s].
 _LOADED = 0.015
+# A tilt tells no depth before two contacts have carried for this long [s].
+_HELD = 0.01
 # Above gamma0 by this share: the closed forms end at gamma0.
 _EDGE = 1e-4
 
-# The sum of the reactions is a mean over this time [s].
-_HOLDING = 0.01
-
 # Memory: quick and slow mean of the push, its mean while closing, for how long the peg has closed;
-# the sum of the reactions (0: not seen), for how long they were seen without a break; then that of
-# `stall_ahead`, of `load_ahead` and of `down_the_hole`.
-PUSH, PUSH_SLOW, USUAL, MOVED, TOTAL, UNBROKEN, STALL = 0, 1, 2, 3, 4, 5, 6
+# the sum of the reactions (0: not seen), for how long they were seen without a break; means, as of
+# the push, of the share of friction that is against the closing; then that of `stall_ahead`, of
+# `load_ahead` and of `down_the_hole`.
+PUSH, PUSH_SLOW, USUAL, MOVED, TOTAL, UNBROKEN = 0, 1, 2, 3, 4, 5
+AGAINST, AGAINST_SLOW, AGAINST_USUAL, STALL = 6, 7, 8, 9
 LOADS = STALL + stall_ahead.SIZE
 DEPTH = LOADS + load_ahead.SIZE
 SIZE = DEPTH + down_the_hole.SIZE
@@ -198,13 +199,13 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
         _forget_depth(j, DEPTH)
     else:
         if motion[MEASURED + 2] != 0.0:
-            follow_depth(
-                j, DEPTH, p, motion[MEASURED], motion[MEASURED + 1], motion[MEASURED + 2]
-            )
+            follow_depth(j, DEPTH, p, motion[MEASURED], motion[MEASURED + 1], motion[MEASURED + 2])
         # What is foreseen ends with three-point contact.
         over, loaded = _load(f, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
-        stops, grows, more = _pushed(p, f, motion, j, ahead, rest_rate, dt, since, closing)
+        stops, grows, more = _pushed(
+            p, f, motion, j, ahead, rest_rate, dt, since, closing, rate, turn
+        )
         pushed = max(grows, more)
         stall = min(closing * stops * grows + rest * pushed, 1.0)
     # Below gamma0, or clear of everything, this is not about three contacts.
@@ -213,34 +214,39 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     stall *= above
     load = above * over
     insertion = margin = 0.0
-    other = 1.0 - (1.0 - wedging) * (1.0 - stall)
     if under > 0.5:
-        insertion, margin, kept, locks, pressed = _two_point(p, f, options[4])
+        insertion, margin, kept, locks, held, pressed = _two_point(p, f, options[4])
+        unsettle(j, DEPTH, (1.0 - held) * min(dt / _HELD, 1.0))
         rests, stops = stands(j, DEPTH, p, horizon, options[2])
-        stuck = contact * under * pressed * (rests + stops * kept)
-        locked = locks * (1.0 - kept)
-        wedging += stuck * locked
-        stall += stuck * (1.0 - locked)
-        other = wedging + stall
+        stuck = contact * under * held * pressed * (rests + stops * kept)
+        wedging = stuck * locks * (1.0 - kept)
+        # Of a peg that is not wedged, so that the risk is that it is stuck.
+        stall = (stuck - wedging) / max(1.0 - wedging, 1e-9)
     out[0], out[1], out[2] = wedging, stall, load
-    out[3] = 1.0 - (1.0 - other) * (1.0 - load)
+    out[3] = 1.0 - (1.0 - wedging) * (1.0 - stall) * (1.0 - load)
     out[4], out[5], out[6], out[7], out[8] = determinant, slipping, insertion, margin, loaded
 
 
 @compiled
 def _push(p, f):
-    """Return the generalised force that closes the peg, without contacts, and its variance."""
+    """
+    Return the generalised force that closes the peg, without contacts, its variance, and a lever.
+
+    The lever is by how much the contacts slip, in their mean, where the tilt changes by one.
+    """
     tilt = max(f[X], p.gamma0 * (1.0 + _EDGE))
     geo, wrench = pose_of(p, f[X : X + 6], f[U : U + 6], f[WORK:])
     if not f[X] > p.gamma0:
         geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, tilt)
     dh_c, dz_c = geo[10], geo[11]
     push = wrench[4] - wrench[0] * dh_c - wrench[2] * dz_c
-    return push, f[NOISE] * (dh_c * dh_c + dz_c * dz_c) + f[NOISE + 28]
+    s, a1, S1 = geo[0], geo[2], geo[4]
+    lever = 2.0 / 3.0 * (a1 / s + 2.0 * sqrt(a1 * a1 + S1 * S1))
+    return push, f[NOISE] * (dh_c * dh_c + dz_c * dz_c) + f[NOISE + 28], lever
 
 
 @compiled
-def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
+def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing, rate, turn):
     """
     Return the probabilities that the peg stops, that the push grows, that it is more than usual.
 
@@ -248,7 +254,7 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
     pushed ever more; both beside what friction can hold. Nothing is said before the peg has moved
     in contact: nobody knows what would move it.
     """
-    push, variance = _push(p, f)
+    push, variance, lever = _push(p, f)
     if not (is_number(push) and is_number(variance)):
         # Nothing is taken from it.
         return 0.0, 0.0, 0.0
@@ -258,20 +264,30 @@ def _pushed(p, f, motion, j, horizon, rest_rate, dt, since, closing):
         tilt, tilt_variance = motion[MEASURED], motion[MEASURED + 1]
         follow_tilt(j, STALL, tilt, tilt_variance, held, motion[MEASURED + 2], since)
         motion[MEASURED + 2] = 0.0
+    # Friction is against closing and turning in their shares of the slip.
+    against = lever * fabs(rate) / (lever * fabs(rate) + 0.5 * p.d * fabs(turn) + 1e-9)
     if j[MOVED] == 0.0:
         j[PUSH] = j[PUSH_SLOW] = j[USUAL] = push
+        j[AGAINST] = j[AGAINST_SLOW] = j[AGAINST_USUAL] = against
+    j[AGAINST] += min(dt / _QUICK, 1.0) * (against - j[AGAINST])
+    j[AGAINST_SLOW] += min(dt / _SLOW, 1.0) * (against - j[AGAINST_SLOW])
     j[PUSH] += min(dt / _QUICK, 1.0) * (push - j[PUSH])
     j[PUSH_SLOW] += min(dt / _SLOW, 1.0) * (push - j[PUSH_SLOW])
     j[MOVED] += dt * closing
     j[USUAL] += min(dt / _USUAL, 1.0) * closing * (push - j[USUAL])
+    j[AGAINST_USUAL] += min(dt / _USUAL, 1.0) * closing * (against - j[AGAINST_USUAL])
     if j[MOVED] < _MOVED or j[TOTAL] == 0.0:
         return 0.0, 0.0, 0.0
     scatter = (_MORE_STDDEV * held) ** 2
     noise = variance * min(0.5 * dt / _QUICK, 1.0)
     slope = horizon / (_SLOW - _QUICK)
-    growth = slope * (j[PUSH] - j[PUSH_SLOW]) - _MORE * held
+    # A slip or slide that ends, or reverses, turns friction against the closing: that is no press.
+    now = max(j[AGAINST], 1e-9)
+    turned = max(1.0 - j[AGAINST_SLOW] / now, 0.0) * fabs(j[PUSH])
+    growth = slope * (j[PUSH] - j[PUSH_SLOW] - turned) - _MORE * held
     grows = below(growth / sqrt(slope * slope * noise + scatter))
-    more = below((j[PUSH] - j[USUAL] - _MORE * held) / sqrt(noise + scatter))
+    usual = j[USUAL] + max(now / max(j[AGAINST_USUAL], 1e-9) - 1.0, 0.0) * fabs(j[USUAL])
+    more = below((j[PUSH] - usual - _MORE * held) / sqrt(noise + scatter))
     return stops_ahead(j, STALL, horizon, rest_rate), grows, more
 
 
@@ -298,7 +314,7 @@ def _load(f, j, options, dt, time, usable):
         present = (N - limit) / sqrt(max(variance, 1e-12))
         if present > now:
             now, first = present, float(i)
-    j[TOTAL] += (min(dt / _HOLDING, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
+    j[TOTAL] += (min(dt / _QUICK, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
     # A load that jumps shows no course, but it is there.
     if j[UNBROKEN] > _LOADED:
         return below(most), then
@@ -308,11 +324,12 @@ def _load(f, j, options, dt, time, usable):
 @compiled
 def _two_point(p, f, threshold):
     """
-    Return l/d, Whitney's margin, and three probabilities: it is used up, it can wedge, it is pushed.
+    Return l/d, Whitney's margin, and four probabilities.
 
-    Pushed is a peg that its wrench presses on rim and wall, and into the hole. The plane is that
-    of the tilt, the tilt small; what turns the peg about its axis is left out. An estimate a
-    little below zero leans to the other side.
+    They are that the margin is used up, that the peg can wedge, that rim and wall are pressed on,
+    and that the peg is pushed into the hole. The plane is that of the tilt, the tilt small; what
+    turns the peg about its axis is left out. An estimate a little below zero leans to the other
+    side.
     """
     s, c = sin(f[X]), cos(f[X])
     side = 1.0 if s >= 0.0 else -1.0
@@ -336,8 +353,8 @@ def _two_point(p, f, threshold):
     loaded = below(N_K / sqrt(variance)) * below((F_x + N_K) / sqrt(variance + f[NOISE]))
     # Where either friction cone holds the other contact, any load may be locked in.
     locks = below((p.f - length / p.d) / sqrt(max(f[SPREAD], 1e-6)))
-    pressed *= max(loaded, locks)
+    held = max(loaded, locks)
     # K lies on the peg's side.
     deepest = 2.0 * p.H_c * side * f[X] - (p.D - p.d)
-    pressed *= below(deepest / (2.0 * p.H_c * sqrt(max(f[P], 1e-18))))
-    return length / p.d, margin, kept, locks, pressed
+    held *= below(deepest / (2.0 * p.H_c * sqrt(max(f[P], 1e-18))))
+    return length / p.d, margin, kept, locks, held, pressed

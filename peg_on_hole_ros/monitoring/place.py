@@ -1,4 +1,4 @@
-"""Whether a peg is where three contacts would have it: its measured place against C(gamma)."""
+"""Whether a peg is where contacts would have it: its measured place against the hole."""
 
 from math import asin, cos, log, sin, sqrt
 from typing import NamedTuple
@@ -17,16 +17,16 @@ _STEP = 1e-6
 
 class Misfit(NamedTuple):
     """
-    How far a peg is from where it would touch on three points.
+    How far a peg is from where it would touch: on three points, or below gamma0 in the hole.
 
     Attributes
     ----------
     offset : float
-        Distance [m].
+        Distance from where contacts would have it [m].
     deviations : float
         The same in standard deviations, all three coordinates together.
     evidence : float
-        Log ratio, p(place | elsewhere) over p(place | three contacts), in 0 to MOST: a place that
+        Log ratio, p(place | elsewhere) over p(place | contacts), in 0 to MOST: a place that
         fits is no evidence, for a peg in the air a micrometre above the rim is there too.
 
     """
@@ -48,9 +48,24 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
     return np.array([a2 * s * cos(psi), a2 * s * sin(psi), a1 - a2 * c])
 
 
+def place_inside(d: float, D: float, gamma: float, place) -> np.ndarray:
+    """
+    Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
+
+    Below gamma0 a peg touches the hole only from within: its lower end is no deeper than two
+    points let it, l sin(gamma) = D - d cos(gamma), and no farther aside than it has room.
+    """
+    aside = float(np.hypot(place[0], place[1]))
+    room = min(1.0, (D - d) / max(aside, 1e-12))
+    deepest = (D - d * cos(gamma)) / max(sin(gamma), 1e-9)
+    return np.array([room * place[0], room * place[1], min(max(place[2], -deepest), 0.0)])
+
+
 def misfit(measurement, scene_values, diameter_variance: float) -> Misfit:
     """
-    Hold a measured place against that of three contacts at the measured angles.
+    Hold a measured place against that of contacts at the measured angles.
+
+    Above gamma0 that is the place of three contacts, below it anywhere in the hole.
 
     Parameters
     ----------
@@ -69,6 +84,9 @@ def misfit(measurement, scene_values, diameter_variance: float) -> Misfit:
     """
     d, D = float(scene_values[0]), float(scene_values[1])
     gamma, psi = float(measurement.q[0]), float(measurement.q[1])
+    if cos(gamma) > d / D:
+        place = place_inside(d, D, gamma, measurement.position)
+        return _misfit(measurement.position - place, measurement.position_covariance)
     place = touching_place(d, D, gamma, psi)
     residual = measurement.position - place
     slopes = np.column_stack(
@@ -82,6 +100,11 @@ def misfit(measurement, scene_values, diameter_variance: float) -> Misfit:
         spread = sqrt(diameter_variance)
         by_clearance = touching_place(d - spread, D, gamma, psi) - place
         S = S + np.outer(by_clearance, by_clearance)
+    return _misfit(residual, S)
+
+
+def _misfit(residual, S):
+    """Return the misfit of a residual with a covariance."""
     wide = S + ELSEWHERE**2 * np.eye(3)
     squared = float(residual @ np.linalg.solve(S, residual))
     ratio = squared - float(residual @ np.linalg.solve(wide, residual))

@@ -14,7 +14,7 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.contacts import MOST
 from peg_on_hole_ros.monitoring.place import misfit, touching_place
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
+from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.simulation.measure import measure
 from peg_on_hole_ros.simulation.truth import integrate
 from simulated import contact_plan
@@ -66,6 +66,45 @@ def test_only_a_place_that_cannot_be_explained_is_evidence():
     assert misfit(measured(q, place + [2e-4, 0, 0]), VALUES, 0.0).evidence == 0.0
     # Nor does anything where that place is hardly known.
     assert misfit(measured(q, lifted, 1e-2), VALUES, 0.0).evidence == 0.0
+
+
+@pytest.mark.parametrize(
+    ("place", "off"),
+    [
+        ([0.0, 0.0, 0.0], 0.0),
+        ([5e-5, 0.0, -8e-3], 0.0),
+        ([0.0, 0.0, 5e-3], 5e-3),
+        ([4e-3, 3e-3, -8e-3], 5e-3 - 1e-4),
+        # At 10 mrad two points let it (D - d cos(gamma))/sin(gamma) = 10.25 mm deep.
+        ([0.0, 0.0, -12e-3], 12e-3 - 10.2497e-3),
+    ],
+)
+def test_below_gamma0_a_peg_touches_the_hole_only_from_within(place, off):
+    found = misfit(measured([0.010, 0.3, 0.0], place, 1e-3), VALUES, 0.0)
+    assert found.offset == pytest.approx(off, abs=1e-7)
+    assert found.deviations == pytest.approx(off / 1e-3, abs=1e-3)
+    assert (found.evidence > 0.9 * MOST) == (off > 4.5e-3)
+
+
+@pytest.mark.parametrize(("height", "mode"), [(0.3, "open"), (-0.008, "two_point")])
+def test_what_a_sensor_makes_up_in_the_air_is_no_contact(height, mode):
+    """A peg at 10 mrad, whose sensor shows 2 N and 0.1 N m, above the hole and in it."""
+    rng, modes = np.random.default_rng(7), []
+
+    def place(sample):
+        q = np.array([0.010, 0.3, 0.0]) + rng.normal(0, 1, 3) * [1e-4, 1e-2, 1e-4]
+        covariance = np.diag([1e-4, 1e-2, 1e-4]) ** 2
+        where = np.array([0.0, 0.0, height])
+        return AngleMeasurement(sample.t_ns, q, covariance, where, 1e-6 * np.eye(3))
+
+    line = Pipeline(Configuration(), place)
+    for k in range(300):
+        line.on_joints(JointSample(k * 1_000_000, ANGLES, (0.0, 0.0, 0.0)))
+        force = rng.normal(0, 0.2, 3) + [2.0, 0.0, 4.9]
+        torque = rng.normal(0, 0.005, 3) + [0.0, 0.1, 0.0]
+        outputs = line.on_wrench(WrenchSample(k * 1_000_000, tuple(force), tuple(torque)))
+        modes.append(outputs.contact_mode if outputs else mode)
+    assert set(modes[50:]) == {mode}
 
 
 class Placed:
