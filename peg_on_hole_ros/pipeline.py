@@ -337,9 +337,11 @@ class Pipeline:
                 continue
             self._arrival_counts["setting_contradicted"] += 1
             self._found.append(finding)
-            # Each once: a wrench that fits the one now and the other then has another fault. And
-            # a tare that was taken by the wrong setting has no meaning by the right one.
-            new = finding.found and not finding.found.keys() & self._adopted.keys()
+            # Each once: a wrench that fits the one now and the other then has another fault. Two
+            # faults at once are told alone, for more of them fit by chance. And a tare that was
+            # taken by the wrong setting has no meaning by the right one.
+            alone = len(finding.found) == 1 or finding is not diagnosis.finding
+            new = alone and finding.found and not finding.found.keys() & self._adopted.keys()
             if new and self.configuration.wrench.adopt_found and not self._arrival_counts["tare"]:
                 self._adopted |= finding.found
                 self._adopt()

@@ -8,7 +8,8 @@ from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 
 # Columns of forces that a model leaves open: of the holder's acceleration in the air, of K, B1, B2
 # on the rim. Models: free, and three contacts at frictions about the stated one.
-FRICTIONS = 9
+# The first few are likely by what is stated; only the wrench as stated may have any other.
+LIKELY_FRICTIONS, FRICTIONS = 3, 12
 MODELS = 1 + FRICTIONS
 # What a reaction may be [N], and what a force that nothing explains [N].
 REACTION, ANYTHING = 200.0, 100.0

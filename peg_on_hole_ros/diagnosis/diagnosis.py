@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
-from peg_on_hole_ros.diagnosis.balance import FRICTIONS, UNEXPLAINED
+from peg_on_hole_ros.diagnosis.balance import FRICTIONS, LIKELY_FRICTIONS, UNEXPLAINED
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy
@@ -147,10 +147,10 @@ class Diagnosis:
         explained = (told[:, best, 1] < window.FITS).mean()
         if not best or explained < EXPLAINED or told[:, 0, 1].mean() < window.SURPRISE:
             return
-        self.doubtful = bool(gains[best] > DOUBT)
         before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
         if after > min(HALVED * before, self._balanced()):
             return
+        self.doubtful = bool(gains[best] > DOUBT)
         # What says the same and more is no rival: it is tried again from there on.
         rival = gains[self._rival[best]].max()
         if n < ENOUGH or gains[best] < SURE or gains[best] - rival < APART:
@@ -193,7 +193,10 @@ def _settings(configuration):
     scene, wrench = configuration.scene, configuration.wrench
     sensor, R_PS = np.array(wrench.sensor_xyz), rotation_from_rpy(wrench.sensor_rpy)
     friction = scene.friction
-    spread = max(3.0 * scene.friction_stddev, 0.5 * friction)
+    near = max(1.5 * scene.friction_stddev, 0.15 * friction)
+    far = max(3.0 * scene.friction_stddev, 0.5 * friction)
+    likely = np.linspace(friction - near, friction + near, LIKELY_FRICTIONS)
+    others = np.linspace(friction - far, friction + far, FRICTIONS - LIKELY_FRICTIONS)
     carried = scene.peg_mass * configuration.monitor.free_acceleration * _CARRIED
     noise = WrenchReduction(wrench, scene).noise
     # The weight and its place are known to so much [N], [N m].
@@ -209,7 +212,7 @@ def _settings(configuration):
             max(carried, 1e-3) ** 2,
             max(float(np.linalg.norm(sensor)), scene.peg_height),
             *rotation_from_rpy(configuration.joints.hole_rpy).T.ravel(),
-            *np.maximum(np.linspace(friction - spread, friction + spread, FRICTIONS), 0.0),
+            *np.maximum(np.concatenate([likely, others]), 0.0),
             configuration.monitor.rest_speed,
             configuration.joints.position_stddev,
         ]

@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.diagnosis.balance import (
     FRICTIONS,
+    LIKELY_FRICTIONS,
     MODELS,
     REACTION,
     UNEXPLAINED,
@@ -160,7 +161,7 @@ def _look(rows, told, at, hypotheses, settings):
             1e300,
         )
         scale = 3.0 * (np.log(H[0]) + np.log(H[1]))
-        for k in range(count):
+        for k in range(count if h == 0 else min(count, 1 + LIKELY_FRICTIONS)):
             prior = REACTION * REACTION if k else settings[CARRIED]
             value, over = likelihood(models[k], prior, k > 0, y, noise, load if k else hung)
             if value + scale > best:

@@ -241,7 +241,7 @@ def lines(
         Settings that the data have contradicted; they take the place of guesses.
 
     """
-    told = [c if c.startswith("joints.") else f"wrench: {c}" for c in causes or ()]
+    told = list(causes or ())
     for source, count in read.items():
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
         lost, odd = sum(dropped.values()), {}

@@ -38,7 +38,8 @@ def test_what_a_wrench_means_is_named(fault):
         causes for causes in told if causes and causes[0].startswith(f"wrench: with {setting}")
     ]
     assert [causes for causes in told if causes and causes not in right] == []
-    assert len(right) >= len(PARTS) - 1
+    # Under a load a friction that is off explains as much as a weight does: nothing is said.
+    assert len(right) >= len(PARTS) - (2 if fault == "weight" else 1)
 
 
 def test_axes_that_are_turned_are_named():
