@@ -78,6 +78,7 @@ class Processor:
         """Let go of the motion; what was learnt stays, and what was counted."""
         self.t_ns = self._oriented_ns = None
         self.filter.let_go()
+        self.filter.take_noise_as_stated()
         self._in_contact = self._touching = self._blind = self._lost = False
         self._innovations.restart()
         self.judge.restart()

@@ -142,10 +142,14 @@ class HeldPeg:
 
     def forget(self):
         """Take what was learnt as it was stated again, or as a tare has left it."""
-        self.state.noise[:] = 1.0
+        self.take_noise_as_stated()
         self.friction_start = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
+
+    def take_noise_as_stated(self):
+        """Take orientations for as noisy as is stated, until they show more."""
+        self.state.noise[:] = 1.0
 
     def snapshot(self):
         """Return everything that the estimate depends on, for `restore`."""
