@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 MOST = 25
-MOST_WORDS = {"README.md": 1000, "docs": 31_000}
+MOST_WORDS = {"README.md": 1000, "docs": 31_250}
 # Pages that are not there yet.
 ALLOWED: dict[str, int] = {
     "docs/command_line.md": 12,
@@ -20,11 +20,11 @@ ALLOWED: dict[str, int] = {
     "docs/estimator.md": 3,
     "docs/grid.md": 2,
     "docs/insertion.md": 6,
-    "docs/integration.md": 33,
-    "docs/jamming.md": 27,
+    "docs/integration.md": 32,
+    "docs/jamming.md": 26,
     "docs/limits.md": 1,
     "docs/mechanics.md": 12,
-    "docs/modes.md": 5,
+    "docs/modes.md": 4,
     "docs/notation.md": 1,
     "docs/plan.md": 5,
     "docs/scenes.md": 9,

@@ -39,6 +39,8 @@ def test_one_call_does_what_its_parts_do():
         row = line.on_wrench(sample)
         for t_ns, q, R, *_ in waiting:
             since = -1.0 if oriented_ns is None else (t_ns - oriented_ns) * 1e-9
+            # As noisy as it was found; one orientation comes between two wrenches at most.
+            R = R * line.filter.orientation_noise
             follow(trend, since, q, R, ratio, stddev, memory)
             oriented_ns = t_ns
         waiting = []

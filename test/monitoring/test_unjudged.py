@@ -22,7 +22,7 @@ SCENE = "closing_with_slip"
 SETTLED = 0.1
 NUMBERS = {
     "transition_probability", "friction", "friction_stddev", "clearance", "clearance_stddev",
-    "reactions_determined",
+    "reactions_determined", "joints_noise",
 }  # fmt: skip
 AT_TIMES = {"nis_median", "nis_drift"}
 
