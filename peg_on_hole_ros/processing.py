@@ -23,7 +23,18 @@ from peg_on_hole_ros.records import AngleMeasurement, Outputs, WrenchSample
 LOST = 5.0
 # Orientations whose variance is found so many times the stated one are noisier than is stated.
 NOISY = 2.25
-_STATE = ("t_ns", "_oriented_ns", "_in_contact", "_touching", "_blind", "_lost", "_held")
+# On contacts whose reactions have not been told for so long a peg is at rest [ns].
+RESTS_NS = 100_000_000
+_STATE = (
+    "t_ns",
+    "_oriented_ns",
+    "_slid_ns",
+    "_in_contact",
+    "_touching",
+    "_blind",
+    "_lost",
+    "_held",
+)
 
 
 class Processor:
@@ -77,6 +88,7 @@ class Processor:
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
         self.t_ns = self._oriented_ns = None
+        self._slid_ns = 0
         self.filter.let_go()
         self.filter.take_noise_as_stated()
         self._in_contact = self._touching = self._blind = self._lost = False
@@ -179,6 +191,12 @@ class Processor:
         self._notice_no_orientation()
         self._weigh(wrench, silent)
         row = self.judge.row(wrench.t_ns, self.filter, self._innovations.misfit, self._blind)
+        # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
+        # wrong makes the mode doubtful as well, and is not to hide behind that.
+        if not self._in_contact or row[AT.reactions_determined] > 0.0:
+            self._slid_ns = wrench.t_ns
+        slides = self._in_contact and wrench.t_ns - self._slid_ns < RESTS_NS
+        self._touching = slides or self.judge.doubtful
         for name, value in self._beside().items():
             row[getattr(AT, name)] = value
         outputs = outputs_of(wrench.t_ns, row)
@@ -207,8 +225,6 @@ class Processor:
         self.filter.weigh(u, contacts)
         self.counts["wrench_spike"] += self.filter.took_spike
         self.filter.mark(wrench.t_ns)
-        # A wrong setting makes the mode doubtful as well, and is not to hide behind that.
-        self._touching = contacts is ContactSet.THREE or self.judge.doubtful
         self._in_contact = contacts is ContactSet.THREE
 
     def _advance(self, t_ns: int):
