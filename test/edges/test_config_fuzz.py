@@ -3,7 +3,7 @@
 import re
 
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from peg_on_hole_ros.cli.main import main
@@ -105,6 +105,7 @@ def test_files_as_people_write_them(tmp_path_factory, capsys):
 
     @settings(max_examples=MORE)
     @given(stated())
+    @example("wrench: {acts_on: robot}")
     def each(content):
         codes.add(holds(write(tmp_path_factory, content), capsys))
 
