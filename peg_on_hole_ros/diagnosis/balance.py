@@ -32,7 +32,7 @@ def peg_in_hole(q, R):
 
 
 @compiled
-def _moment(columns, j, r):
+def fill_moment(columns, j, r):
     """Fill the lower half of a column with the moment of its force at r."""
     F0, F1, F2 = columns[0, j], columns[1, j], columns[2, j]
     columns[3, j] = r[1] * F2 - r[2] * F1
@@ -46,7 +46,7 @@ def free_columns(center, columns):
     columns[:] = 0.0
     for j in range(3):
         columns[j, j] = 1.0
-        _moment(columns, j, center)
+        fill_moment(columns, j, center)
 
 
 @compiled
@@ -105,7 +105,7 @@ def contact_columns(p, sensor, q, rates, slowest, friction, columns):
         for k in range(3):
             columns[k, i] = force[k]
             arm[k] -= sensor[k]
-        _moment(columns, i, arm)
+        fill_moment(columns, i, arm)
     return slides
 
 

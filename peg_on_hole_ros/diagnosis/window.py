@@ -11,6 +11,7 @@ from peg_on_hole_ros.diagnosis.balance import (
     REACTION,
     UNEXPLAINED,
     contact_columns,
+    fill_moment,
     free_columns,
     likelihood,
     peg_in_hole,
@@ -138,8 +139,8 @@ def _look(rows, told, at, hypotheses, settings):
     for j in range(3):
         g = R[0, j] * p.g_x + R[1, j] * p.g_y + R[2, j] * p.g_z
         weight[j, 0], weight[j, 1] = p.m * g, payload[0] * g
-    _add_moment(weight, 0, center)
-    _add_moment(weight, 1, payload[1:])
+    fill_moment(weight, 0, center)
+    fill_moment(weight, 1, payload[1:])
     hung = sqrt(weight[0, 0] ** 2 + weight[1, 0] ** 2 + weight[2, 0] ** 2)
     y, turn = np.empty(6), np.empty((3, 3))
     for h in range(len(hypotheses)):
@@ -180,14 +181,6 @@ def _look(rows, told, at, hypotheses, settings):
     row[_LOOKED] = (
         (_TRIED_WITH_RATES if moving else _TRIED) if tried else _WITH_RATES if moving else _ALONE
     )
-
-
-@compiled
-def _add_moment(weight, j, r):
-    F0, F1, F2 = weight[0, j], weight[1, j], weight[2, j]
-    weight[3, j] = r[1] * F2 - r[2] * F1
-    weight[4, j] = r[2] * F0 - r[0] * F2
-    weight[5, j] = r[0] * F1 - r[1] * F0
 
 
 @compiled
