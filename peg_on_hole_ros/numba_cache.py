@@ -10,7 +10,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them.
 COMPILED = (
-    "mechanics", "estimator", "estimation", "monitoring", "diagnosis", "simulation", "study",
+    "mechanics", "estimator", "estimation", "monitoring", "engine", "diagnosis", "simulation",
+    "study",
     "edges/bags/walk.py",
 )  # fmt: skip
 

@@ -88,6 +88,15 @@ class AngleMeasurement(NamedTuple):
     position: np.ndarray | None = None
     position_covariance: np.ndarray | None = None
 
+    @property
+    def row(self) -> np.ndarray:
+        """The numbers in this order, NaN where there is no place, shape (24,)."""
+        row = np.full(24, np.nan)
+        row[:3], row[3:12] = self.q, self.covariance.ravel()
+        if self.position is not None:
+            row[12:15], row[15:] = self.position, self.position_covariance.ravel()
+        return row
+
 
 class Alarm(NamedTuple):
     """

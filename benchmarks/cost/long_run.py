@@ -21,6 +21,7 @@ from benchmarks.bag_steps import bag_steps
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.estimator.held import REFUSED
 from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.state import FRICTION
@@ -81,7 +82,7 @@ def long_run(configuration, bag: Path, steps: int) -> Found:
         kalman.predict(each.dt)
         if each.q is not None:
             # A refused orientation would begin the filter anew.
-            kalman._refused = 0
+            kalman.held.begin[REFUSED] = 0.0
             kalman.correct(each.q, each.R)
         kalman.weigh(each.u, ContactSet.THREE)
         if count % CHECK_EVERY == 0:

@@ -29,8 +29,7 @@ from benchmarks.bag_steps import bag_samples
 from peg_on_hole_ros import processing
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimator import held_peg, step
-from peg_on_hole_ros.monitoring import assessment
+from peg_on_hole_ros.engine import process
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 
@@ -41,10 +40,8 @@ ALL, NONE_LATE, NO_MODES, NEITHER = (
     "no modes, forecast, risk, alarms",
     "neither",
 )
-ESTIMATE, FILTER, JUDGE, OUTPUTS, INPUT, LATE, REST = (
-    "estimate, compiled",
-    "estimate, its frame in Python",
-    "modes, forecast, risk, alarms, compiled",
+ENGINE, OUTPUTS, INPUT, LATE, REST = (
+    "estimate, modes, alarms, compiled",
     "outputs built",
     "samples to measurements",
     "kept for late messages",
@@ -66,16 +63,10 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
-    kalman = line.filter
     return [
-        *((held_peg, name, ESTIMATE) for name in ("predict", "fill_record")),
-        *((step, name, ESTIMATE) for name in ("combine", "expect", "orient", "weigh")),
-        *((kalman, name, FILTER) for name in ("predict", "correct", "weigh")),
-        (assessment, "assess", JUDGE),
-        (assessment, "take_orientation", JUDGE),
+        (process, "process", ENGINE),
         (processing, "outputs_of", OUTPUTS),
         (line, "_orientation", INPUT),
-        (line.processor.reduction, "on_peg", INPUT),
         (line.processor, "snapshot", LATE),
         (line._history, "append", LATE),
     ]

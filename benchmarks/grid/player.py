@@ -39,15 +39,19 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
         (n,) bool, nis: mean of the orientations' after `settled_ns`, restarts.
 
     """
-    pipeline, nis = Pipeline(from_parameters(parameters)), []
-    _listen(pipeline, settled_ns, nis)
-    found = [
-        (
-            o.t_ns, o.state, o.state_covariance, o.normal, o.normal_stddev,
-            bool(o.monitor["reactions_determined"]), o.contact_mode == "three_point",
-        )
-        for o in pipeline.play(map(_record, samples))
-    ]  # fmt: skip
+    pipeline, nis, found, taken = Pipeline(from_parameters(parameters)), [], [], 0
+    for o in pipeline.play(map(_record, samples)):
+        found.append(
+            (
+                o.t_ns, o.state, o.state_covariance, o.normal, o.normal_stddev,
+                bool(o.monitor["reactions_determined"]), o.contact_mode == "three_point",
+            )
+        )  # fmt: skip
+        # Of the last orientation; only the mean is published, and none comes with each wrench.
+        now, before = pipeline.counts["joints_used"] + pipeline.counts["joints_gated"], taken
+        taken, value = now, float(pipeline.filter.state.nis[0])
+        if now > before and o.t_ns >= settled_ns and np.isfinite(value):
+            nis.append(value)
     names = "t_ns", "state", "covariance", "normal", "stddev", "determined", "contact"
     columns = {name: np.array(column) for name, column in zip(names, zip(*found))}
     columns["nis"] = float(np.mean(nis)) if nis else float("nan")
@@ -59,20 +63,6 @@ def _record(sample):
     # The second field of a joint state is its names.
     kind = JointSample if isinstance(sample[1][0], str) else WrenchSample
     return kind(*sample)
-
-
-def _listen(pipeline, settled_ns, nis):
-    """Keep the normalised innovations of a pipeline's filter; it publishes their mean only."""
-    kalman = pipeline.filter
-    correct = kalman.correct
-
-    def correct_and_keep(q, R):
-        result, value = correct(q, R)
-        if pipeline.processor.t_ns >= settled_ns:
-            nis.append(value)
-        return result, value
-
-    kalman.correct = correct_and_keep
 
 
 class Elsewhere:

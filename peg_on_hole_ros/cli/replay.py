@@ -26,7 +26,7 @@ from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import check_bag, replay_bag
 from peg_on_hole_ros.edges.summary import VERSION, Summary
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
-from peg_on_hole_ros.monitoring.judge import UNJUDGED
+from peg_on_hole_ros.monitoring.unjudged import LINE as UNJUDGED
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.shown import printable
 

@@ -1,10 +1,12 @@
 """From samples as received to measurements: the wrench on the peg, and its orientation."""
 
 from math import atan2, copysign, cos, hypot, isfinite, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
@@ -104,15 +106,19 @@ class WrenchReduction:
         self.noise = np.square(stddev)
         self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
         self.tare = self.sign * np.array([*options.bias_force, *options.bias_torque])
-        # A controller that takes the weight off leaves none of the payload, nor of the peg.
-        self._compensated = options.gravity == "compensated"
-        self._payload_mass = 0.0 if self._compensated else options.payload_mass
-        self._base_in_hole = rotation_from_rpy(hole_rpy).T if options.axes == "base" else None
-        self._R_SP = R_PS.T
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
-        self._payload_arm = skew(payload_P - center_P)
+        mass, arm = float(options.payload_mass), skew(payload_P - center_P)
+        if options.gravity == "compensated":
+            # A controller that takes the weight off leaves none of the payload, nor of the peg.
+            mass, arm = -scene.peg_mass, np.zeros((3, 3))
+        in_base = options.axes == "base"
+        base_in_hole = np.ascontiguousarray(rotation_from_rpy(hole_rpy).T)
+        self.steps = Reduction(
+            self.sign, in_base, base_in_hole, np.ascontiguousarray(R_PS.T), self.tare,
+            self.matrix, mass, arm,
+        )  # fmt: skip
         self._peg_mass = scene.peg_mass
-        self._gravity_H = np.array(scene.gravity)
+        self._gravity_H = np.array(scene.gravity, float)
 
     def offsets(self, configuration: Configuration) -> Offsets:
         """Return what is not known of the sensor's zero and of the hole's direction."""
@@ -149,30 +155,10 @@ class WrenchReduction:
             In the hole axes of q [m/s^2]; None: those of the configuration.
 
         """
-        measured = self._in_sensor(force, torque, q)
-        measured -= self.tare
-        wrench = self.matrix @ measured
-        if self._payload_mass or self._compensated:
-            wrench += self._weight_below(q, gravity_H)
+        wrench = np.empty(6)
+        gravity_H = self._gravity_H if gravity_H is None else gravity_H
+        reduce_wrench(self.steps, np.array([*force, *torque]), q, tuple(gravity_H), wrench)
         return wrench
-
-    def _in_sensor(self, force, torque, q):
-        """Return force and torque on the peg side, sensor axes, before the tare, shape (6,)."""
-        measured = np.array([*force, *torque])
-        if self.sign < 0.0:
-            np.negative(measured, out=measured)
-        if self._base_in_hole is not None:
-            turn = self._R_SP @ peg_axes(q).T @ self._base_in_hole
-            measured[:3], measured[3:] = turn @ measured[:3], turn @ measured[3:]
-        return measured
-
-    def _weight_below(self, q, gravity_H):
-        """Return what the sensor carries of the payload's weight, or lacks of the peg's, (6,)."""
-        gravity_P = peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H)
-        if self._compensated:
-            return np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
-        weight_P = self._payload_mass * gravity_P
-        return np.concatenate([weight_P, self._payload_arm @ weight_P])
 
     def take_tare(self, force, torque, q, gravity_H=None) -> None:
         """
@@ -181,11 +167,97 @@ class WrenchReduction:
         What stays is the weight of peg and payload: with the reading itself set to zero the model
         would have the peg fall.
         """
-        measured = self._in_sensor(force, torque, q)
-        gravity_P = peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H)
-        hanging = np.concatenate([-self._peg_mass * gravity_P, np.zeros(3)])
-        hanging -= self._weight_below(q, gravity_H)
-        self.tare = measured - np.linalg.solve(self.matrix, hanging)
+        gravity_H = tuple(self._gravity_H if gravity_H is None else gravity_H)
+        measured, below = np.array([*force, *torque]), np.zeros(6)
+        in_sensor(self.steps, measured, q)
+        add_weight_below(self.steps, q, gravity_H, below)
+        hanging = -self._peg_mass * np.array([*turned_to_peg(q, gravity_H), 0.0, 0.0, 0.0])
+        self.tare[:] = measured - np.linalg.solve(self.matrix, hanging - below)
+
+
+class Reduction(NamedTuple):
+    """The steps of a `WrenchReduction` for compiled code."""
+
+    sign: float
+    in_base: bool
+    base_in_hole: np.ndarray
+    peg_in_sensor: np.ndarray
+    tare: np.ndarray
+    matrix: np.ndarray
+    # Mass whose weight the sensor carries and the peg does not [kg], and its arm; below zero the
+    # peg's own, which a controller has taken off.
+    mass: float
+    arm: np.ndarray
+
+
+@compiled
+def reduce_wrench(steps, measured, q, gravity, out):
+    """
+    Fill in the wrench on the peg about its mass centre, peg axes.
+
+    Parameters
+    ----------
+    steps : Reduction
+    measured : ndarray, shape (6,)
+        As received [N], [N m]; changed.
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad].
+    gravity : tuple of 3 float
+        In the hole axes of q [m/s^2].
+    out : ndarray, shape (6,)
+
+    """
+    in_sensor(steps, measured, q)
+    for i in range(6):
+        out[i] = 0.0
+        for j in range(6):
+            out[i] += steps.matrix[i, j] * (measured[j] - steps.tare[j])
+    add_weight_below(steps, q, gravity, out)
+
+
+@compiled
+def in_sensor(steps, measured, q):
+    """Turn a wrench as received to that on the peg side, sensor axes, before the tare, (6,)."""
+    for i in range(6):
+        measured[i] *= steps.sign
+    if not steps.in_base:
+        return
+    for part in (measured[:3], measured[3:]):
+        v = turned_to_peg(q, _times(steps.base_in_hole, (part[0], part[1], part[2])))
+        part[0], part[1], part[2] = _times(steps.peg_in_sensor, v)
+
+
+@compiled
+def add_weight_below(steps, q, gravity, out):
+    """Add what the sensor carries of the payload's weight, or lacks of the peg's, (6,)."""
+    if steps.mass == 0.0:
+        return
+    x, y, z = turned_to_peg(q, gravity)
+    weight = (steps.mass * x, steps.mass * y, steps.mass * z)
+    moment = _times(steps.arm, weight)
+    for i in range(3):
+        out[i] += weight[i]
+        out[3 + i] += moment[i]
+
+
+@compiled
+def turned_to_peg(q, v):
+    """Return a vector in hole axes as it is in peg axes, by gamma, psi, phi [rad]."""
+    c, s = cos(q[1]), sin(q[1])
+    x, y, z = c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
+    c, s = cos(q[0]), sin(q[0])
+    x, z = c * x + s * z, c * z - s * x
+    c, s = cos(q[2]), sin(q[2])
+    return c * x + s * y, c * y - s * x, z
+
+
+@compiled
+def _times(M, v):
+    return (
+        M[0, 0] * v[0] + M[0, 1] * v[1] + M[0, 2] * v[2],
+        M[1, 0] * v[0] + M[1, 1] * v[1] + M[1, 2] * v[2],
+        M[2, 0] * v[0] + M[2, 1] * v[1] + M[2, 2] * v[2],
+    )
 
 
 def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:

@@ -1,17 +1,16 @@
 """The estimator of a held peg: orientations and wrenches in, state and reactions out."""
 
 from enum import Enum
-from math import isfinite, sqrt
+from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import step
+from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.mixture import predict
-from peg_on_hole_ros.estimator.noise import follow_noise
+from peg_on_hole_ros.estimator.held import GATED, REFUSED, RESET, USED, Gates, Held
 from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
-from peg_on_hole_ros.estimator.record import DETERMINANT, SIZE, fill_record, part
+from peg_on_hole_ros.estimator.record import DETERMINANT, SIZE, part
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
@@ -87,87 +86,55 @@ class HeldPeg:
         several = scene.friction_stddev > 0.0 and options.friction == "estimated"
         sizes = self._n, self.constants.frictions if several else 1, len(self.constants.level)
         self._memory, self.state = new_state(*sizes)
-        self._scratch = new_scratch(*sizes)
-        self._open_mean, self._stated = mean, stddev
+        self._stated = stddev
         # What was learnt outlives a motion: friction and what is open begin from it.
-        self._open_stddev = stddev.copy()
-        self._walk = np.zeros(self._n)
-        self._walk[FRICTION] = options.friction_noise**2 if scene.friction_stddev else 0.0
-        self._walk[OPEN:] = np.square(walk)
-        self._learnt = np.ones(self._n + 3)
-        self._learnt[FRICTION] = options.friction == "estimated"
-        self._learnt[OPEN : self._n] = learnt
+        self._kept, views = _views(6, SIZE, len(mean), len(mean), 3)
+        self._u, self.record, self._open_mean, self._open_stddev, self._begin = views
+        self._begin[:REFUSED] = scene.friction, scene.friction_stddev
+        self._open_stddev[:] = stddev
+        walk_all = np.zeros(self._n)
+        walk_all[FRICTION] = options.friction_noise**2 if scene.friction_stddev else 0.0
+        walk_all[OPEN:] = np.square(walk)
+        learnt_all = np.ones(self._n + 3)
+        learnt_all[FRICTION] = options.friction == "estimated"
+        learnt_all[OPEN : self._n] = learnt
         self.wrench_noise = np.array(wrench_noise, float)
-        self._bias_map = np.ascontiguousarray(-self.offsets.load)
-        self._u = np.zeros(6)
-        self.record = np.zeros(SIZE)
         part(self.record, "NOISE", (6, 6))[:] = wrench_noise
-        self._refused = 0
+        self.held = Held(
+            self.state, *views, new_scratch(*sizes), self.constants, self.scalars, self._at,
+            self._n, walk_all, learnt_all, self.wrench_noise,
+            np.ascontiguousarray(-self.offsets.load), bool(scene.friction_stddev),
+        )  # fmt: skip
         self.x, self.P = self.state.mean[:6], self.state.covariance[:6, :6]
-        self.friction_start = scene.friction, scene.friction_stddev
+
+    @property
+    def gates(self) -> Gates:
+        """When an orientation is refused, as the options say now."""
+        return Gates(*(float(getattr(self.options, name)) for name in Gates._fields))
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
-        step.start(
-            self.state,
-            self._scratch,
-            self.constants,
-            self._at,
-            self._n,
-            np.asarray(q, float),
-            self.state.noise[0] * np.asarray(R, float),
-            self.options.initial_rate_stddev,
-            *self.friction_start,
-            self._open_mean,
-            self._open_stddev,
-        )
-        self._refused = 0
-        self._fill()
+        held.start(self.held, self.gates, np.asarray(q, float), np.asarray(R, float))
 
     def let_go(self):
         """Let go of the motion; what was learnt stays for the next start."""
-        if self.state.since[0] > 0.0:
-            self._keep_learnt()
-        self._refused = 0
-        self._u[:] = 0.0
-
-    def _keep_learnt(self):
-        s = self.state
-        # A friction that is known stays as stated, without what rounding makes of it.
-        if self.scene.friction_stddev:
-            self.friction_start = self.friction
-        for i in range(OPEN, self._n):
-            self._open_mean[i - OPEN] = s.mean[i]
-            self._open_stddev[i - OPEN] = sqrt(max(s.covariance[i, i], 0.0))
+        held.let_go(self.held)
 
     def forget(self):
         """Take what was learnt as it was stated again, or as a tare has left it."""
-        self.take_noise_as_stated()
-        self.friction_start = self.scene.friction, self.scene.friction_stddev
+        self.state.noise[:] = 1.0
+        self._begin[:REFUSED] = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
 
-    def take_noise_as_stated(self):
-        """Take orientations for as noisy as is stated, until they show more."""
-        self.state.noise[:] = 1.0
-
-    def snapshot(self):
-        """Return everything that the estimate depends on, for `restore`."""
-        learnt = self.friction_start, self._open_mean.copy(), self._open_stddev.copy()
-        return self._memory.copy(), self._u.copy(), self.record.copy(), self._refused, learnt
-
-    def restore(self, snapshot):
-        """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        self._memory[:], self._u[:], self.record[:], self._refused, learnt = snapshot
-        self.friction_start = learnt[0]
-        self._open_mean[:], self._open_stddev[:] = learnt[1:]
+    @property
+    def memory(self) -> tuple[np.ndarray, np.ndarray]:
+        """All that the estimate depends on, in two arrays: copied back, it is what it was."""
+        return self._memory, self._kept
 
     def predict(self, dt: float):
         """Move the estimate on by dt [s]."""
-        s = self.state
-        predict(s, self._scratch, self.constants, self._walk, self._n, dt)
-        step.pass_time(s, dt)
-        step.combine(s, self._n)
+        held.move_on(self.held, dt)
 
     def correct(self, q, R) -> tuple[Correction, float]:
         """
@@ -189,23 +156,14 @@ class HeldPeg:
 
         """
         q, R = np.asarray(q, float), np.asarray(R, float)
-        s, scratch = self.state, self._scratch
-        nis = step.expect(s, scratch, self._at, q, R)
-        follow_noise(s, self.constants, q, R)
-        if not isfinite(nis):
+        result, nis = held.hold_against(self.held, self.gates, q, R)
+        if result == USED:
+            held.orient(self.held, q, R)
+        elif result != GATED:
+            if result == RESET:
+                self.let_go()
             self.start(q, R)
-            return Correction.RESET, nis
-        if nis > self.options.gate_threshold:
-            self._refused += 1
-            if self._refused <= self.options.gate_reset_count:
-                return Correction.GATED, nis
-            self.let_go()
-            self.start(q, R)
-            return Correction.RESET, nis
-        self._refused = 0
-        step.orient(s, scratch, self.constants, self._at, self._n, self._learnt, q, R)
-        step.combine(s, self._n)
-        return Correction.USED, nis
+        return CORRECTIONS[result], nis
 
     def weigh(self, u, contacts: ContactSet):
         """
@@ -218,39 +176,13 @@ class HeldPeg:
         contacts : ContactSet
 
         """
-        self._u[:] = u
-        if not np.isfinite(self.x[0]):
-            return
-        step.weigh(
-            self.state,
-            self._scratch,
-            self.constants,
-            self.scalars,
-            self._at,
-            self._n,
-            self._learnt,
-            self._u,
-            self.wrench_noise,
-            self._bias_map,
-            _SETS[contacts],
-        )
-        self._fill()
+        held.weigh(self.held, np.asarray(u, float), SETS[contacts])
 
     def mark(self, t_ns: int):
         """Take note of the stamp [ns] of a wrench that has been taken; a smoother does."""
 
     def _fill(self):
-        fill_record(
-            self.record,
-            self.state,
-            self._at,
-            self._n,
-            self.scalars,
-            self._u,
-            self._bias_map,
-            self.constants.direction_share,
-            self._scratch.left,
-        )
+        held.fill(self.held)
 
     @property
     def friction(self) -> tuple[float, float]:
@@ -306,13 +238,9 @@ class HeldPeg:
         return int(self.state.alive.sum())
 
     @property
-    def gravity(self) -> np.ndarray | None:
-        """Gravity in the axes of the hole as it is now taken to lie; None: as configured."""
-        at = self._at[TILT]
-        if at < 0:
-            return None
-        (t_x, t_y), (g_x, g_y, g_z) = self.state.mean[at : at + 2], self.scene.gravity
-        return np.array([g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y])
+    def gravity(self) -> np.ndarray:
+        """Gravity in the axes of the hole as it is now taken to lie [m/s^2]."""
+        return np.array(held.gravity(self.held))
 
     def reactions(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the reactions N_K, N_B1, N_B2 of the last wrench and their deviations [N]."""
@@ -377,7 +305,14 @@ class HeldPeg:
         return bool(self._at[CLEARANCE] >= 0)
 
 
-_SETS = {ContactSet.THREE: 3, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
+CORRECTIONS = (Correction.USED, Correction.GATED, Correction.RESET, Correction.RESET)
+SETS = {ContactSet.THREE: 3, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
+
+
+def _views(*sizes):
+    """Return an array of zeros, and its parts of these sizes."""
+    memory = np.zeros(sum(sizes))
+    return memory, np.split(memory, np.cumsum(sizes)[:-1])
 
 
 def _open_quantities(scene, options, offsets):

@@ -13,6 +13,9 @@ from peg_on_hole_ros.mechanics.scene import Scene
 compiled = njit(cache=True, error_model="numpy")
 # For the bodies of loops that shall become vector instructions.
 inlined = njit(cache=True, error_model="numpy", forceinline=True)
+# For steps that have one caller: compiled as a part of it, and by themselves only where Python
+# calls them.
+spliced = njit(cache=True, error_model="numpy", inline="always")
 closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
 derivatives = compiled(generated.derivatives)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.mechanics.geometry import closed_forms
+from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 from peg_on_hole_ros.monitoring.contacts import MOST
 
 # A peg that does not rest on three contacts is anywhere about there [m]: lifted, or laid down.
@@ -36,6 +36,7 @@ class Misfit(NamedTuple):
     evidence: float
 
 
+@compiled
 def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
     """
     Return the peg frame's origin in three-point contact, hole axes, shape (3,) [m].
@@ -48,6 +49,7 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
     return np.array([a2 * s * cos(psi), a2 * s * sin(psi), a1 - a2 * c])
 
 
+@compiled
 def place_inside(d: float, D: float, gamma: float, place) -> np.ndarray:
     """
     Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
@@ -55,13 +57,14 @@ def place_inside(d: float, D: float, gamma: float, place) -> np.ndarray:
     Below gamma0 a peg touches the hole only from within: its lower end is no deeper than two
     points let it, l sin(gamma) = D - d cos(gamma), and no farther aside than it has room.
     """
-    aside = float(np.hypot(place[0], place[1]))
+    aside = sqrt(place[0] * place[0] + place[1] * place[1])
     room = min(1.0, (D - d) / max(aside, 1e-12))
     deepest = (D - d * cos(gamma)) / max(sin(gamma), 1e-9)
     return np.array([room * place[0], room * place[1], min(max(place[2], -deepest), 0.0)])
 
 
-def misfit(measurement, scene_values, diameter_variance: float) -> Misfit:
+@compiled
+def misfit(q, R, position, position_covariance, d, D, diameter_variance):
     """
     Hold a measured place against that of contacts at the measured angles.
 
@@ -69,12 +72,20 @@ def misfit(measurement, scene_values, diameter_variance: float) -> Misfit:
 
     Parameters
     ----------
-    measurement : AngleMeasurement
-        With a position.
-    scene_values : ndarray
-        Begins with d, D [m].
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad].
+    R : ndarray, shape (3, 3)
+        Their covariance [rad^2].
+    position, position_covariance : ndarray, shape (3,), (3, 3)
+        Of the peg's origin in the hole frame [m], [m^2].
+    d, D : float
+        Diameters [m].
     diameter_variance : float
         Of d [m^2].
+
+    Returns
+    -------
+    Misfit
 
     Notes
     -----
@@ -82,32 +93,56 @@ def misfit(measurement, scene_values, diameter_variance: float) -> Misfit:
     three contacts has to outweigh all that this leaves open, else nothing is said.
 
     """
-    d, D = float(scene_values[0]), float(scene_values[1])
-    gamma, psi = float(measurement.q[0]), float(measurement.q[1])
+    gamma, psi = q[0], q[1]
     if cos(gamma) > d / D:
-        place = place_inside(d, D, gamma, measurement.position)
-        return _misfit(measurement.position - place, measurement.position_covariance)
+        return _misfit(position - place_inside(d, D, gamma, position), position_covariance)
     place = touching_place(d, D, gamma, psi)
-    residual = measurement.position - place
-    slopes = np.column_stack(
-        [
-            (touching_place(d, D, gamma + _STEP, psi) - place) / _STEP,
-            [-place[1], place[0], 0.0],
-        ]
-    )
-    S = measurement.position_covariance + slopes @ measurement.covariance[:2, :2] @ slopes.T
+    residual = position - place
+    slopes = np.zeros((3, 2))
+    slopes[:, 0] = (touching_place(d, D, gamma + _STEP, psi) - place) / _STEP
+    slopes[0, 1], slopes[1, 1] = -place[1], place[0]
+    S = position_covariance.copy()
+    for i in range(3):
+        for j in range(3):
+            for k in range(2):
+                for l in range(2):
+                    S[i, j] += slopes[i, k] * R[k, l] * slopes[j, l]
     if diameter_variance > 0.0:
         spread = sqrt(diameter_variance)
-        by_clearance = touching_place(d - spread, D, gamma, psi) - place
-        S = S + np.outer(by_clearance, by_clearance)
+        S += _outer(touching_place(d - spread, D, gamma, psi) - place)
     return _misfit(residual, S)
 
 
+@compiled
 def _misfit(residual, S):
     """Return the misfit of a residual with a covariance."""
-    wide = S + ELSEWHERE**2 * np.eye(3)
-    squared = float(residual @ np.linalg.solve(S, residual))
-    ratio = squared - float(residual @ np.linalg.solve(wide, residual))
-    ratio -= log(np.linalg.det(wide) / np.linalg.det(S))
-    distance = sqrt(float(residual @ residual))
+    wide = S + ELSEWHERE * ELSEWHERE * np.eye(3)
+    squared, determinant = _weighed(S, residual)
+    elsewhere, wide_determinant = _weighed(wide, residual)
+    ratio = squared - elsewhere - log(wide_determinant / determinant)
+    distance = sqrt((residual * residual).sum())
     return Misfit(distance, sqrt(squared), min(max(0.5 * ratio, 0.0), MOST))
+
+
+@compiled
+def _weighed(S, r):
+    """Return r.T inv(S) r and the determinant of a covariance, shape (3, 3)."""
+    L, white, squared, determinant = np.zeros((3, 3)), np.zeros(3), 0.0, 1.0
+    for i in range(3):
+        for j in range(i + 1):
+            t = S[i, j]
+            for k in range(j):
+                t -= L[i, k] * L[j, k]
+            L[i, j] = sqrt(t) if i == j else t / L[j, j]
+        white[i] = r[i]
+        for k in range(i):
+            white[i] -= L[i, k] * white[k]
+        white[i] /= L[i, i]
+        squared += white[i] * white[i]
+        determinant *= L[i, i] * L[i, i]
+    return squared, determinant
+
+
+@compiled
+def _outer(v):
+    return v.reshape(3, 1) * v.reshape(1, 3)

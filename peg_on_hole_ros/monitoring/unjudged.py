@@ -23,6 +23,7 @@ from peg_on_hole_ros.monitoring.known import fill_known as know
 from peg_on_hole_ros.monitoring.row import MODE, MONITOR
 from peg_on_hole_ros.monitoring.transition import lower_flag, raise_flag
 
+LINE = "modes, forecast, risk and alarms are off (monitor.modes)"
 _KNOWN = len(Known._fields)
 
 

@@ -10,7 +10,15 @@ from scipy.stats import chi2
 from benchmarks.grid.cells import SMALLEST, truth_of
 from benchmarks.grid.wrong_settings import tilted
 from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
-from peg_on_hole_ros.estimation.watches import DRIFTS, TOO_LARGE, WINDOW, InnovationWatch
+from peg_on_hole_ros.estimation.innovations import (
+    DRIFTS,
+    MEAN_OF,
+    TOO_LARGE,
+    WINDOW,
+    add_innovation,
+    forget_innovations,
+    new_innovations,
+)
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.options import FilterOptions
@@ -21,27 +29,30 @@ from simulated import truth
 MS = 1_000_000
 
 
+def watched(values, white):
+    """Yield what is told after each innovation of a peg that touches."""
+    innovations = new_innovations()
+    for value, row in zip(values, white):
+        large = add_innovation(innovations, value, row, True, True, True)
+        yield innovations.told[0], large
+    forget_innovations(innovations)
+    assert np.isnan(innovations.told["median"][0]) and np.isnan(innovations.told["drift"][0])
+
+
 def test_the_median_is_that_of_the_window():
     values = np.random.default_rng(4).chisquare(3, 1000)
-    watch = InnovationWatch()
-    for n, value in enumerate(values, 1):
-        watch.add(value)
+    for n, (told, _) in enumerate(watched(values, np.zeros((1000, 3))), 1):
         expected = np.median(values[max(n - WINDOW, 0) : n])
-        assert watch.median == (pytest.approx(expected) if n >= WINDOW else None)
-    watch.restart()
-    assert watch.median is None
+        assert told["median"] == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
+        assert told["mean"] == pytest.approx(values[max(n - MEAN_OF, 0) : n].mean())
 
 
 def test_the_drift_is_that_of_the_window():
     white = np.random.default_rng(4).normal(0.2, 1.0, (1000, 3))
-    watch = InnovationWatch()
-    for n, row in enumerate(white, 1):
-        watch.add(0.0, tuple(row))
+    for n, (told, large) in enumerate(watched(np.zeros(1000), white), 1):
         expected = (white[max(n - WINDOW, 0) : n].sum(axis=0) ** 2).sum() / WINDOW
-        assert watch.drift == (pytest.approx(expected) if n >= WINDOW else None)
-        assert watch.too_large == (n >= WINDOW and expected > DRIFTS)
-    watch.restart()
-    assert watch.drift is None and not watch.too_large
+        assert told["drift"] == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
+        assert large == (n >= WINDOW and expected > DRIFTS)
 
 
 @pytest.mark.parametrize("friction", ["estimated", "considered"])

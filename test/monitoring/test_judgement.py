@@ -27,7 +27,7 @@ def test_one_call_does_what_its_parts_do():
     hypotheses, means, trend, j = no_knowledge(), new_means(), new_trend(), jamming.new_memory()
     ratio = scene.peg_diameter / scene.hole_diameter
     stddev, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
-    m = line.processor.judge.memory.numbers
+    m = line.processor.engine.memory.numbers
     oriented_ns = last_ns = None
     on_contacts, waiting, found = False, [], 0
     for sample in measure(motion, 6):
@@ -39,9 +39,7 @@ def test_one_call_does_what_its_parts_do():
         row = line.on_wrench(sample)
         for t_ns, q, R, *_ in waiting:
             since = -1.0 if oriented_ns is None else (t_ns - oriented_ns) * 1e-9
-            # As noisy as it was found; one orientation comes between two wrenches at most.
-            R = R * line.filter.orientation_noise
-            follow(trend, since, q, R, ratio, stddev, memory)
+            follow(trend, since, q, line.filter.orientation_noise * R, ratio, stddev, memory)
             oriented_ns = t_ns
         waiting = []
         dt = 0.0 if last_ns is None else (row.t_ns - last_ns) * 1e-9

@@ -34,6 +34,10 @@ def measured(q, position, stddev=1e-4, angle_stddev=1e-5):
     return AngleMeasurement(0, np.array(q), covariances[0], np.array(position), covariances[1])
 
 
+def held_against(seen, diameter_variance=0.0):
+    return misfit(*seen[1:], *VALUES, diameter_variance)
+
+
 def test_touching_place_is_that_of_the_simulated_peg():
     truth = closing()
     for k in range(0, len(truth.t_ns), 40):
@@ -49,7 +53,7 @@ def test_what_the_hole_and_the_angles_leave_open_is_in_the_deviations():
         d = VALUES[0] + rng.normal(0, spread)
         place = touching_place(d, VALUES[1], *q[:2]) + rng.normal(0, 2e-5, 3)
         seen = measured(q + rng.normal(0, 1e-3, 3), place, 2e-5, 1e-3)
-        squares.append(misfit(seen, VALUES, spread**2).deviations ** 2)
+        squares.append(held_against(seen, spread**2).deviations ** 2)
     # Mean 3 with sqrt(6/2000) = 0.055; three of these.
     assert np.mean(squares) == pytest.approx(3.0, abs=0.17)
 
@@ -57,15 +61,15 @@ def test_what_the_hole_and_the_angles_leave_open_is_in_the_deviations():
 def test_only_a_place_that_cannot_be_explained_is_evidence():
     q = [0.15, 0.3, 0.1]
     place = touching_place(*VALUES, *q[:2])
-    assert misfit(measured(q, place), VALUES, 0.0).evidence == 0.0
+    assert held_against(measured(q, place)).evidence == 0.0
     lifted = place + [0.0, 0.0, 1e-3]
-    found = misfit(measured(q, lifted), VALUES, 0.0)
+    found = held_against(measured(q, lifted))
     assert found.evidence == MOST
     assert found.offset == pytest.approx(1e-3) and found.deviations == pytest.approx(10, rel=0.01)
     # Two standard deviations of one draw of the hole's place say nothing.
-    assert misfit(measured(q, place + [2e-4, 0, 0]), VALUES, 0.0).evidence == 0.0
+    assert held_against(measured(q, place + [2e-4, 0, 0])).evidence == 0.0
     # Nor does anything where that place is hardly known.
-    assert misfit(measured(q, lifted, 1e-2), VALUES, 0.0).evidence == 0.0
+    assert held_against(measured(q, lifted, 1e-2)).evidence == 0.0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""The engine: what a wrench and its orientations make of the state, as one compiled function."""
