@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parent
 COMPILED = (
     "mechanics", "estimator", "estimation", "monitoring", "engine", "diagnosis", "simulation",
     "study",
-    "edges/bags/walk.py",
+    "edges/bags/walk.py", "edges/messages/plain.py",
 )  # fmt: skip
 
 

@@ -5,9 +5,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis, Finding
-from peg_on_hole_ros.diagnosis.unsure import unsure
-from peg_on_hole_ros.estimation.history import History, Unit
+from peg_on_hole_ros.diagnosis.unsure import doubt
+from peg_on_hole_ros.estimation.history import History, Run, Unit
+from peg_on_hole_ros.estimation.in_order import count_in_order
 from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
@@ -15,7 +18,17 @@ from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.free_peg import not_free
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.processing import Processor
-from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outputs, WrenchSample
+from peg_on_hole_ros.monitoring.outputs import outputs_of
+from peg_on_hole_ros.monitoring.row import FLAG
+from peg_on_hole_ros.records import (
+    AngleMeasurement,
+    Answer,
+    Arrivals,
+    JointSample,
+    Outputs,
+    Rows,
+    WrenchSample,
+)
 
 # Joint states that wait for the wrench of their time; at 8 kHz these are 60 ms.
 MAX_WAITING = 512
@@ -24,6 +37,8 @@ CLOCK_JUMP_NS = 1_000_000_000
 # A tare takes so many wrenches at most, and none that is older: the peg may have touched before.
 TARE_SAMPLES = 100
 TARE_NS = 500_000_000
+# Messages that are looked at together: few after one that was out of order, else more and more.
+FEWEST, MOST = 32, 4096
 # Stamps that fall by more begin another window of the diagnosis.
 DUE_NS = 100_000_000
 
@@ -57,6 +72,7 @@ class Pipeline:
     ----------
     processor : Processor
         What holds the estimate, and processes what has been put in order.
+    orientation : callable
 
     """
 
@@ -68,7 +84,7 @@ class Pipeline:
     ):
         self.configuration = configuration
         self.scene = configuration.scene
-        self._orientation = orientation or PegJoints(configuration.joints)
+        self.orientation = orientation or PegJoints(configuration.joints)
         self._make = make
         self.processor = Processor(configuration, make)
         self._diagnosis = Diagnosis(configuration, self.processor.reduction.taken_off)
@@ -77,6 +93,7 @@ class Pipeline:
         self._found: list[Finding] = []
         self._measured: AngleMeasurement | None = None
         self._flag = False
+        self._together = FEWEST
         # Fates that arrival decides; those that going back decides anew are the processor's.
         self._arrival_counts: Counter[str] = Counter()
         self._delay_ns = round(configuration.joints.delay * 1e9)
@@ -130,7 +147,9 @@ class Pipeline:
         self._arrival_counts["wrench_dropped_restart"] += self._history.wrenches
         self._arrival_counts["joints_dropped_restart"] += self._history.joints + len(self._waiting)
         self._history.clear()
-        self._told: Outputs | None = None
+        # Stamp and row of the latest outputs; the newest stamp of an orientation.
+        self._told: tuple[int, np.ndarray] | None = None
+        self._newest_ns: int | None = None
         self._waiting.clear()
         self._joint_stamps.clear()
         self._recent.clear()
@@ -158,7 +177,8 @@ class Pipeline:
         """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
         if not self._recent or not self.processor.oriented:
             return self.refuse_tare("no wrench and orientation have arrived yet")
-        held = not_free(self._told, self.configuration)
+        told = None if self._told is None else outputs_of(*self._told)
+        held = not_free(told, self.configuration)
         if held and not self.configuration.wrench.tare_in_contact:
             return self.refuse_tare(
                 f"{held}; call again once it hangs free and still (wrench.tare_in_contact takes "
@@ -204,7 +224,7 @@ class Pipeline:
         self._leap = None
         configuration = self._as_found(configuration)
         self.configuration = configuration
-        self._orientation = orientation or PegJoints(configuration.joints)
+        self.orientation = orientation or PegJoints(configuration.joints)
         self.processor.retune(configuration)
         self._arrival_counts["settings_changed"] += 1
 
@@ -224,7 +244,7 @@ class Pipeline:
 
     def on_joints(self, sample: JointSample) -> None:
         """Take a joint state; it corrects the estimate, and gives no output of its own."""
-        measurement = self._orientation(sample)
+        measurement = self.orientation(sample)
         if isinstance(measurement, str):
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
@@ -234,6 +254,7 @@ class Pipeline:
         if now_ns is None:
             self.processor.start(measurement)
             self._measured = measurement
+            self._newest_ns = measurement.t_ns
             self._joint_stamps.take(measurement.t_ns, measurement.t_ns)
             return
         far = now_ns - measurement.t_ns - self._expected_ns > CLOCK_JUMP_NS
@@ -247,6 +268,7 @@ class Pipeline:
         if not self._joint_stamps.take(measurement.t_ns, now_ns):
             self._arrival_counts["joints_dropped_repeated_stamp"] += 1
             return
+        self._newest_ns = max(self._newest_ns, measurement.t_ns)
         if measurement.t_ns > now_ns:
             if self._waiting and measurement.t_ns < self._waiting[-1].t_ns:
                 self._arrival_counts["joints_reordered"] += 1
@@ -264,6 +286,7 @@ class Pipeline:
     def _take_late_joints(self, measurement: AngleMeasurement, now_ns: int):
         lateness = now_ns - measurement.t_ns
         if not lateness:
+            self._measured = measurement
             self._history.add_after(measurement)
             if not self._history.changed:
                 self.processor.correct(measurement)
@@ -280,6 +303,11 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
+        row = self._row(sample)
+        return None if row is None else outputs_of(sample.t_ns, row)
+
+    def _row(self, sample):
+        """Return the row of a wrench, see `on_wrench`."""
         fault = wrench_fault(sample)
         if fault:
             self._arrival_counts[f"wrench_dropped_{fault}"] += 1
@@ -292,7 +320,7 @@ class Pipeline:
             self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
             return None
         if sample.t_ns < now_ns and self._take_back(sample.t_ns):
-            return self.on_wrench(sample)
+            return self._row(sample)
         far = now_ns - sample.t_ns > CLOCK_JUMP_NS
         if self._clock_went_back("wrench", sample.t_ns, far):
             self._restart()
@@ -310,7 +338,7 @@ class Pipeline:
             joints.append(self._waiting.popleft())
         if joints:
             self._measured = joints[-1]
-        if sample.t_ns >= self._diagnosis.due_ns or self._diagnosis.due_ns > sample.t_ns + DUE_NS:
+        if self._due(sample.t_ns):
             self._diagnose(sample)
         silent = (sample.t_ns - now_ns) * 1e-9 > self.configuration.filter.max_gap
         leaps = silent and self._history.window_ns > 0
@@ -318,13 +346,146 @@ class Pipeline:
         unit = Unit(sample, joints, self.processor.snapshot() if wanted else None, now_ns)
         self._leap = _Leap(unit, last_ns) if leaps else None
         self._history.append(unit)
-        outputs = self.processor.process(unit)
-        if outputs is not None and self._diagnosis.unsure:
-            self._arrival_counts["contact_doubted"] += 1
-            outputs = unsure(outputs, self._flag)
-        self._told = outputs
-        self._flag = self._flag if outputs is None else outputs.transition
-        return outputs
+        row = self.processor.process(unit)
+        if row is None:
+            self._told = None
+            return None
+        self._tell(Rows(np.array([sample.t_ns]), row.reshape(1, -1)))
+        return row
+
+    def _tell(self, rows):
+        """Take note of rows that are told, of which nothing sure may be left."""
+        if self._diagnosis.unsure:
+            self._arrival_counts["contact_doubted"] += len(rows.t_ns)
+            doubt(rows.values, self._flag)
+        self._told = int(rows.t_ns[-1]), rows.values[-1]
+        self._flag = bool(rows.values[-1, FLAG])
+
+    def take(self, arrivals: Arrivals, begin: int) -> tuple[int, Rows | None]:
+        """
+        Take messages from a place on for as long as they come in order.
+
+        It gives bit for bit what `on_sample` gives with one after the other, in less time.
+
+        Parameters
+        ----------
+        arrivals : Arrivals
+        begin : int
+            Place of the first.
+
+        Returns
+        -------
+        end : int
+            Place of the first that is not taken. It is to be given to `on_sample`; where there is
+            none, all have been taken.
+        rows : Rows or None
+            What they give.
+
+        """
+        now_ns = self.processor.t_ns
+        end, given = begin, []
+        easy = now_ns is not None and self.processor.in_one_piece
+        while easy and end < len(arrivals.t_ns) and self._settled:
+            places = slice(end, end + self._together)
+            count = count_in_order(
+                arrivals,
+                places,
+                self.processor.t_ns,
+                self._newest_ns,
+                len(self._waiting),
+                MAX_WAITING,
+                round(self.configuration.filter.max_gap * 1e9),
+            )
+            given += self._take_in_order(arrivals, end, end + count)
+            end += count
+            if count < min(self._together, len(arrivals.t_ns) - places.start):
+                self._together = FEWEST
+                break
+            self._together = min(2 * self._together, MOST)
+        if not given:
+            return end, None
+        return end, Rows(*map(np.concatenate, zip(*given)))
+
+    @property
+    def _settled(self):
+        return self._history.settled and not self._history.changed
+
+    def _take_in_order(self, arrivals, begin, end):
+        """Take messages that come in order; return the rows of each run."""
+        of_wrench, t_ns = arrivals.of_wrench[begin:end], arrivals.t_ns[begin:end]
+        wrenches_before = int(np.count_nonzero(arrivals.of_wrench[:begin]))
+        at, waiting = np.flatnonzero(of_wrench), self._waiting
+        wrench_ns, joint_ns = t_ns[at], t_ns[~of_wrench]
+        wrenches = arrivals.wrenches[wrenches_before : wrenches_before + len(at)]
+        first = begin - wrenches_before
+        orientations = arrivals.orientations[first : first + len(joint_ns)]
+        if len(joint_ns):
+            self._far_behind.pop("joints", None)
+            self._newest_ns = int(joint_ns[-1])
+            before = wrench_ns[: np.count_nonzero(of_wrench[: np.flatnonzero(~of_wrench)[-1]])]
+            now_ns = int(before[-1]) if len(before) else self.processor.t_ns
+            self._joint_stamps.extend(joint_ns, now_ns)
+        if waiting:
+            orientations = np.concatenate([[each.row for each in waiting], orientations])
+            stamps = np.concatenate([[each.t_ns for each in waiting], joint_ns]).astype(np.int64)
+        else:
+            stamps = joint_ns
+        arrived = len(waiting) + at - np.arange(len(at))
+        ends = np.minimum(arrived, np.searchsorted(stamps, wrench_ns, "right"))
+        given = []
+        if len(at):
+            self._far_behind.pop("wrench", None)
+            self._leap = None
+            self._last_wrench_ns = int(wrench_ns[-1])
+            last = zip(wrench_ns[-TARE_SAMPLES:].tolist(), wrenches[-TARE_SAMPLES:].tolist())
+            self._recent.extend(
+                WrenchSample(stamp, tuple(wrench[:3]), tuple(wrench[3:])) for stamp, wrench in last
+            )
+            given = self._process_runs(wrench_ns, wrenches, ends, stamps, orientations)
+        taken = int(ends[-1]) if len(at) else 0
+        self._waiting = deque(map(AngleMeasurement.of_row, stamps[taken:], orientations[taken:]))
+        return given
+
+    def _process_runs(self, t_ns, wrenches, ends, stamps, orientations):
+        """Process wrenches up to each that the diagnosis wants; return the rows of each run."""
+        given, first, taken = [], 0, 0
+        while first < len(t_ns):
+            if ends[first] > taken:
+                newest = int(ends[first]) - 1
+                self._measured = AngleMeasurement.of_row(stamps[newest], orientations[newest])
+            stamp, wrench = int(t_ns[first]), wrenches[first].tolist()
+            if self._due(stamp):
+                self._diagnose(WrenchSample(stamp, tuple(wrench[:3]), tuple(wrench[3:])))
+            due = int(np.searchsorted(t_ns, self._diagnosis.due_ns))
+            last = max(first + 1, due) if self._measured is not None else len(t_ns)
+            before = self.processor.snapshot() if self._history.window_ns else None
+            own = slice(taken, int(ends[last - 1] if last <= len(ends) else ends[-1]))
+            run = Run(
+                t_ns[first:last],
+                wrenches[first:last],
+                ends[first:last] - taken,
+                stamps[own],
+                orientations[own],
+                before,
+                self.processor.t_ns,
+            )
+            self._history.append_run(run)
+            rows = self.processor.process_all(run)
+            if len(rows.t_ns):
+                self._tell(rows)
+                given.append(rows)
+            if not len(rows.t_ns) or rows.t_ns[-1] != run.t_ns[-1]:
+                self._told = None
+            if ends[last - 1] > taken:
+                newest = int(ends[last - 1]) - 1
+                self._measured = AngleMeasurement.of_row(stamps[newest], orientations[newest])
+            first, taken = last, int(ends[last - 1])
+        return given
+
+    def _due(self, t_ns):
+        """Return whether the diagnosis wants the wrench of a stamp [ns]."""
+        due_ns = self._diagnosis.due_ns
+        return t_ns >= due_ns or due_ns > t_ns + DUE_NS
 
     def _diagnose(self, sample):
         """Try what else the wrench may mean; what is sure takes the place of what is stated."""
@@ -408,11 +569,11 @@ class Pipeline:
 
     def _catch_up(self):
         """Process again from where the first late message was put; its outputs are not given."""
-        units = self._history.take_changed()
+        changed, units = self._history.take_changed()
         if not units:
             return
         self._arrival_counts["went_back"] += 1
-        self._arrival_counts["wrench_reprocessed"] += len(units)
+        self._arrival_counts["wrench_reprocessed"] += changed
         processor = self.processor
         processor.restore(units[0][0].before)
         for unit, with_snapshot in units:

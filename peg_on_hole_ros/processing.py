@@ -9,18 +9,17 @@ import numpy as np
 from peg_on_hole_ros.engine import process as engine
 from peg_on_hole_ros.engine.state import COUNTS, ORIENTATION, Rules, new_engine
 from peg_on_hole_ros.estimation.freshness import causes
-from peg_on_hole_ros.estimation.history import Unit
+from peg_on_hole_ros.estimation.history import Run, Unit
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.monitoring import judgement
 from peg_on_hole_ros.monitoring.declared import NO_STAMP, thresholds
 from peg_on_hole_ros.monitoring.evidence import force_noise
-from peg_on_hole_ros.monitoring.outputs import outputs_of
 from peg_on_hole_ros.monitoring.row import SIZE
 from peg_on_hole_ros.monitoring.unjudged import LINE
 from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.records import AngleMeasurement, Outputs, WrenchSample
+from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
@@ -44,6 +43,8 @@ class Processor:
     filter : HeldPeg
     reduction : WrenchReduction
     engine : Engine
+    in_one_piece : bool
+        Whether `process_all` may be called.
 
     """
 
@@ -53,7 +54,8 @@ class Processor:
         self.reduction = WrenchReduction(configuration.wrench, scene, joints.hole_rpy)
         self._offsets = self.reduction.offsets(configuration)
         self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
-        self._apart = type(self.filter) is not HeldPeg
+        # A filter that has steps of its own is called step by step.
+        self.in_one_piece = type(self.filter) is HeldPeg
         self._force_stddev = force_noise(scene, self.reduction.covariance)
         self._memory, self.engine = new_engine(
             self.filter.held, self.reduction.steps, self._new_judgement()
@@ -184,14 +186,23 @@ class Processor:
         """What is left out of the model, as one line; empty: nothing."""
         return "" if self.rules.judged else LINE
 
-    def process(self, unit: Unit) -> Outputs | None:
-        """Take the next unit; return the outputs at the stamp of its wrench, None while lost."""
+    def process(self, unit: Unit) -> np.ndarray | None:
+        """Take the next unit; return the row at the stamp of its wrench, None while lost."""
         t_ns, force, torque = unit.wrench
         row, wrench = np.empty(SIZE), np.array([*force, *torque], float)
         there = self._take(t_ns, wrench, unit.joints, -1.0, row)
         for measurement in unit.after:
             self.correct(measurement)
-        return outputs_of(t_ns, row) if there else None
+        return row if there else None
+
+    def process_all(self, run: Run) -> Rows:
+        """Take a run of wrenches, where `in_one_piece`; return the rows that they give."""
+        rows, ends = np.empty((len(run.t_ns), SIZE)), run.ends.copy()
+        told = engine.process_all(
+            self.engine, self.rules, run.t_ns, run.wrenches, ends, run.stamps, run.orientations,
+            rows,
+        )  # fmt: skip
+        return Rows(run.t_ns[ends >= 0], rows[:told])
 
     def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
         """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
@@ -200,7 +211,7 @@ class Processor:
     def _take(self, t_ns, wrench, measurements, lateness, row):
         stamps = np.array([each.t_ns for each in measurements], np.int64)
         orientations = np.array([each.row for each in measurements]).reshape(-1, ORIENTATION)
-        take = self._step if self._apart else engine.process
+        take = engine.process if self.in_one_piece else self._step
         arguments = t_ns, wrench, stamps, orientations, float(lateness), row
         return take(self.engine, self.rules, *arguments)
 

@@ -88,6 +88,12 @@ class AngleMeasurement(NamedTuple):
     position: np.ndarray | None = None
     position_covariance: np.ndarray | None = None
 
+    @classmethod
+    def of_row(cls, t_ns: int, row: np.ndarray) -> "AngleMeasurement":
+        """Return the measurement whose `row` this is."""
+        place = (row[12:15].copy(), row[15:].reshape(3, 3).copy()) if row[12] == row[12] else ()
+        return cls(int(t_ns), row[:3].copy(), row[3:12].reshape(3, 3).copy(), *place)
+
     @property
     def row(self) -> np.ndarray:
         """The numbers in this order, NaN where there is no place, shape (24,)."""
@@ -96,6 +102,49 @@ class AngleMeasurement(NamedTuple):
         if self.position is not None:
             row[12:15], row[15:] = self.position, self.position_covariance.ravel()
         return row
+
+
+class Arrivals(NamedTuple):
+    """
+    Wrenches and orientations in the order in which they arrived.
+
+    Attributes
+    ----------
+    of_wrench : ndarray of bool, shape (n,)
+        Whether a message is a wrench.
+    t_ns : ndarray of int64, shape (n,)
+        Stamps; of an orientation, of when it was measured [ns].
+    sound : ndarray of bool, shape (n,)
+        Whether it is given here; others have to be given as samples.
+    wrenches : ndarray, shape (w, 6)
+        Of all that are wrenches, as received [N], [N m].
+    orientations : ndarray, shape (n - w, 24)
+        Of all others, see `AngleMeasurement.row`.
+
+    """
+
+    of_wrench: np.ndarray
+    t_ns: np.ndarray
+    sound: np.ndarray
+    wrenches: np.ndarray
+    orientations: np.ndarray
+
+
+class Rows(NamedTuple):
+    """
+    Outputs as numbers.
+
+    Attributes
+    ----------
+    t_ns : ndarray of int64, shape (n,)
+        Stamps of the wrenches [ns].
+    values : ndarray, shape (n, SIZE)
+        As laid out in `monitoring.row`.
+
+    """
+
+    t_ns: np.ndarray
+    values: np.ndarray
 
 
 class Alarm(NamedTuple):

@@ -26,7 +26,7 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.bag_steps import bag_samples
-from peg_on_hole_ros import processing
+from peg_on_hole_ros import pipeline
 from peg_on_hole_ros.configuration import from_parameters
 from peg_on_hole_ros.edges.config_file import read_parameters
 from peg_on_hole_ros.engine import process
@@ -65,7 +65,7 @@ def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     return [
         (process, "process", ENGINE),
-        (processing, "outputs_of", OUTPUTS),
+        (pipeline, "outputs_of", OUTPUTS),
         (line, "_orientation", INPUT),
         (line.processor, "snapshot", LATE),
         (line._history, "append", LATE),

@@ -124,7 +124,8 @@ def replay(
         replayed = replay_bag(
             bag,
             configuration,
-            node.markers_rate,
+            # Nothing else shows the markers.
+            node.markers_rate if out else 0.0,
             sinks,
             progress,
             writer if smooth else None,
@@ -200,6 +201,10 @@ class _Tries:
         told = (fields["data"] for suffix, _, fields in messages if suffix == "cycle")
         self.records += map(json.loads, told)
 
+    def take(self, columns):
+        for i, messages in columns.said:
+            self.add(int(columns.t_ns[i]), messages)
+
 
 class _Writer:
     def __init__(self, writer: BagWriter):
@@ -207,6 +212,9 @@ class _Writer:
 
     def add(self, t_ns, messages):
         self._writer.write_all(PREFIX, messages, t_ns)
+
+    def take(self, columns):
+        self._writer.write_columns(PREFIX, columns)
 
 
 def _text(result, score, doubts):

@@ -1,36 +1,51 @@
 """What may still be told while a setting of the wrench is in doubt: nothing sure of contacts."""
 
-from peg_on_hole_ros.records import Outputs
+import numpy as np
 
-_DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
+from peg_on_hole_ros.monitoring.declared import IN_AIR, UNKNOWN
+from peg_on_hole_ros.monitoring.row import (
+    ALARM_WIDTH,
+    ALARMS,
+    AT,
+    FLAG,
+    HELD,
+    LEVEL,
+    MODE,
+    NOT_JUDGED,
+    SIZE,
+)
+
 _RISKS = (
-    "jamming_risk",
-    "jamming_wedging",
-    "jamming_stall",
-    "jamming_load",
-    "insertion_ratio",
-    "whitney_margin",
-    "determinant",
-    "time_to_transition",
-    "time_to_transition_stddev",
+    AT.jamming_risk,
+    AT.jamming_wedging,
+    AT.jamming_stall,
+    AT.jamming_load,
+    AT.insertion_ratio,
+    AT.whitney_margin,
+    AT.determinant,
+    AT.time_to_transition,
+    AT.time_to_transition_stddev,
 )
 
 
-def unsure(outputs: Outputs, transition: bool) -> Outputs:
+def doubt(rows: np.ndarray, transition: bool) -> None:
     """
-    Return outputs without what rests on the wrench.
+    Take out of rows what rests on the wrench.
 
     Parameters
     ----------
-    outputs : Outputs
+    rows : ndarray, shape (n, SIZE)
+        See `monitoring.row`; changed.
     transition : bool
         The flag as it was told last: it stays.
 
     """
-    monitor = {name: value for name, value in outputs.monitor.items() if name not in _RISKS}
-    monitor["reactions_determined"] = 0.0
-    alarms = tuple(alarm._replace(level=0, message=_DOUBT) for alarm in outputs.alarms)
-    mode = "open" if outputs.contact_mode == "open" else "unknown"
-    return outputs._replace(
-        monitor=monitor, contact_mode=mode, transition=transition, alarms=alarms
-    )
+    rows[:, _RISKS] = np.nan
+    rows[:, AT.reactions_determined] = 0.0
+    rows[:, MODE] = np.where(rows[:, MODE] == IN_AIR, IN_AIR, UNKNOWN)
+    rows[:, FLAG] = transition
+    alarms = rows[:, ALARMS:SIZE].reshape(len(rows), -1, ALARM_WIDTH)
+    looked_at = alarms[:, :, LEVEL] >= 0.0
+    alarms[:, :, LEVEL] = np.where(looked_at, 0.0, alarms[:, :, LEVEL])
+    alarms[:, :, HELD] = np.where(looked_at, NOT_JUDGED, alarms[:, :, HELD])
+    rows[:, ALARMS:SIZE] = alarms.reshape(len(rows), -1)

@@ -3,7 +3,10 @@
 import json
 from math import isfinite, nan
 
+import numpy as np
+
 from peg_on_hole_ros.edges.determined import determined_reactions
+from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.edges.passed_time import PassedTime
 from peg_on_hole_ros.records import CONTACTS
@@ -70,6 +73,58 @@ class Cycles:
             self._held = t_ns, messages
             return ended
         return ended + self._take(t_ns, messages)
+
+    def take(self, columns: OutputColumns) -> list[tuple[int, list[dict]]]:
+        """Take many stamps, as `add` would each; return what ends with each, by its place."""
+        t_ns, ended, first = columns.t_ns, [], 0
+        said = dict(columns.said)
+        silent = np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1
+        alone = sorted({0, *said, *silent.tolist()})
+        while first < len(t_ns):
+            quiet = 0
+            if first not in said and first and self._held is None:
+                until = next((i for i in alone if i >= first), len(t_ns))
+                quiet = self._take_quiet(columns, first, until)
+            if quiet:
+                first += quiet
+                continue
+            messages = columns.messages(first, said.get(first, ()))
+            records = self.add(int(t_ns[first]), messages)
+            if records:
+                ended.append((first, records))
+            first += 1
+        return ended
+
+    def _take_quiet(self, columns, first, until):
+        """Take stamps as far as nothing begins or ends; return how many these are."""
+        t_ns = columns.t_ns[first:until]
+        started = self._start_ns is not None
+        touching = self._mode in ("three_point", "two_point") or (
+            started and self._mode == "unknown"
+        )
+        if touching and not started:
+            return 0
+        if touching:
+            self._open_ns, self._last_ns = None, int(t_ns[-1]) if len(t_ns) else self._last_ns
+            self._add_all_loads(columns, slice(first, until))
+        elif started:
+            if self._open_ns is None:
+                return 0
+            t_ns = t_ns[: np.searchsorted(t_ns, self._open_ns + PAUSE_NS)]
+        if len(t_ns):
+            self._seen_ns = int(t_ns[-1])
+            self._passed.take_all(t_ns)
+        return len(t_ns)
+
+    def _add_all_loads(self, columns, places):
+        loads = columns.normal[places][columns.determined[places]]
+        if self._mode != "three_point" or not len(loads):
+            return
+        for i, most in enumerate(loads.max(axis=0).tolist()):
+            self._peak[i] = max(self._peak[i], most)
+            # One after the other, as they would come.
+            self._sum[i] = float(np.cumsum(np.append(self._sum[i], loads[:, i]))[-1])
+        self._count += len(loads)
 
     def _fall_silent(self):
         """End a try where the wrench fell silent."""

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass
 class Run:
@@ -52,6 +54,11 @@ class PassedTime:
     def ns(self) -> int:
         """What has passed [ns]."""
         return self.runs[-1].passed(self.runs[-1].last_ns) if self.runs else 0
+
+    def take_all(self, t_ns: np.ndarray) -> None:
+        """Take stamps that rise [ns], the first after all before, as `take` would each."""
+        for stamp in t_ns[:1].tolist() + t_ns[-2:].tolist():
+            self.take(stamp)
 
     def take(self, t_ns: int) -> bool:
         """Take the next stamp [ns]; return whether the clock went back."""

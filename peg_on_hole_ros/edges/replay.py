@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 from peg_on_hole_ros.configuration import from_parameters, node_options
 from peg_on_hole_ros.edges.advice import Seen, remedy
 from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.edges.bags.arrivals import arrivals_of
 from peg_on_hole_ros.edges.bags.batch import Item
 from peg_on_hole_ros.edges.bags.reader import Bag, absolute
 from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
@@ -39,7 +40,7 @@ class BadFile(PegOnHoleError):
 
 
 class Sink(Protocol):
-    """Takes what a replay gives."""
+    """Takes what a replay gives; one with `take` is given `OutputColumns` where there are many."""
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
@@ -211,16 +212,17 @@ def replay_bag(
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):
         seen.add(batch, sources)
-        for item in batch.items(configuration.joints.names):
-            if watch and item.topic in sources:
-                watch(item.sample)
-            messages = hand_over(stream, item, sources)
-            if messages:
-                for sink in sinks:
+        for messages, columns in _played(stream, batch, configuration, sources, watch):
+            for sink in sinks:
+                if columns is None:
                     sink.add(stream.t_ns, messages)
-            count += 1
-            if progress and count % 256 == 0:
-                progress(count / total)
+                elif hasattr(sink, "take"):
+                    sink.take(columns)
+                else:
+                    _add_each(sink, columns)
+        count += len(batch)
+        if progress:
+            progress(count / total)
     if smoothed:
         for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):
             smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance))
@@ -243,6 +245,37 @@ def replay_bag(
     total = sum(read.values())
     told = sum(used.values()), dropped, events
     return Replayed(total, *told, seconds, read, seen, stream.t_ns, ending, stream.causes)
+
+
+def _played(stream, batch, configuration, sources, watch):
+    """Yield messages of one stamp, or columns of many, as a batch gives them."""
+    names = configuration.joints.names
+    if watch is not None:
+        # What is watched comes one by one, before what it gives.
+        for item in batch.items(names):
+            if item.topic in sources:
+                watch(item.sample)
+            messages = hand_over(stream, item, sources)
+            if messages:
+                yield messages, None
+        return
+    arrivals = arrivals_of(batch, sources, configuration.joints, stream.pipeline.orientation)
+    place = 0
+    while place < len(batch):
+        place, columns = stream.take(arrivals, place)
+        if columns is not None:
+            yield [], columns
+        if place < len(batch):
+            messages = hand_over(stream, batch.item(place, names), sources)
+            place += 1
+            if messages:
+                yield messages, None
+
+
+def _add_each(sink, columns):
+    said = dict(columns.said)
+    for i, t_ns in enumerate(columns.t_ns.tolist()):
+        sink.add(t_ns, columns.messages(i, said.get(i, ())))
 
 
 def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> list[Message]:

@@ -1,6 +1,7 @@
 """The figures of a replay, taken from the messages that the node would have published."""
 
 from peg_on_hole_ros.edges.determined import determined_reactions
+from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.edges.passed_time import PassedTime
 from peg_on_hole_ros.records import CONTACTS
@@ -47,10 +48,38 @@ class Summary:
         if "contact_mode" in fields:
             self._mode = fields["contact_mode"]["data"]
         if "alarms" in fields:
-            self._add_alarms(fields["alarms"]["status"])
-        self._modes[self._mode] = self._modes.get(self._mode, 0) + 1
+            self._add_alarms(self._passed.ns * 1e-9, fields["alarms"]["status"])
+        self._count_mode(1)
 
-    def _add_alarms(self, statuses):
+    def take(self, columns: OutputColumns) -> None:
+        """Take many stamps, as `add` would each."""
+        n, t_ns = len(columns), columns.t_ns
+        self.outputs += n
+        self._passed.take(int(t_ns[0]))
+        run = self._passed.runs[-1]
+        normal = columns.normal[columns.determined]
+        if len(normal):
+            most = normal.max(axis=0).tolist()
+            self._max_normal = list(map(max, self._max_normal or most, most))
+        begun = 0
+        for i, messages in columns.said:
+            fields = {topic: message for topic, _, message in messages}
+            passed = run.passed(int(t_ns[i])) * 1e-9
+            if fields.get("transition", {"data": False})["data"] and self._transition is None:
+                self._transition = passed
+            if "contact_mode" in fields:
+                self._count_mode(i - begun)
+                self._mode, begun = fields["contact_mode"]["data"], i
+            if "alarms" in fields:
+                self._add_alarms(passed, fields["alarms"]["status"])
+        self._count_mode(n - begun)
+        self._passed.take_all(t_ns)
+
+    def _count_mode(self, stamps):
+        if stamps:
+            self._modes[self._mode] = self._modes.get(self._mode, 0) + stamps
+
+    def _add_alarms(self, passed, statuses):
         for status in statuses:
             before = self._levels.get(status["name"], 0)
             self._levels[status["name"]] = status["level"]
@@ -60,7 +89,7 @@ class Summary:
             if len(self._alarms) < MOST_ALARMS:
                 self._alarms.append(
                     {
-                        "time": self._passed.ns * 1e-9,
+                        "time": passed,
                         "name": status["name"],
                         "level": ("OK", "WARN", "ERROR")[status["level"]],
                         "message": status["message"],

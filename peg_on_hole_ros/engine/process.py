@@ -98,6 +98,49 @@ def process(e, rules, t_ns, wrench, stamps, orientations, lateness, row):
     return True
 
 
+@compiled
+def process_all(e, rules, t_ns, wrenches, ends, stamps, orientations, rows):
+    """
+    Take wrenches one after the other, each with the orientations before it; see `process`.
+
+    Parameters
+    ----------
+    e : Engine
+        Changed.
+    rules : Rules
+    t_ns : ndarray of int64, shape (n,)
+        Stamps of the wrenches, in order [ns].
+    wrenches : ndarray, shape (n, 6)
+        As received [N], [N m].
+    ends : ndarray of int64, shape (n,)
+        How many of the orientations have been taken after each wrench.
+    stamps : ndarray of int64, shape (k,)
+        Of the orientations, in order [ns].
+    orientations : ndarray, shape (k, ORIENTATION)
+    rows : ndarray, shape (n, SIZE)
+        Filled in as far as is returned.
+
+    Returns
+    -------
+    int
+        How many rows there are: one for each wrench with anything to be told. The places of the
+        wrenches without any are left in `ends`, as -1.
+
+    """
+    told, first = 0, 0
+    for i in range(len(t_ns)):
+        last = ends[i]
+        if process(
+            e, rules, t_ns[i], wrenches[i], stamps[first:last], orientations[first:last], -1.0,
+            rows[told],
+        ):  # fmt: skip
+            told += 1
+        else:
+            ends[i] = -1
+        first = last
+    return told
+
+
 @spliced
 def begin_unit(e, rules, t_ns):
     """Return whether a wrench comes after a silence."""

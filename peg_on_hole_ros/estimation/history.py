@@ -1,7 +1,11 @@
 """What was processed last, kept so that a late message can be put where it belongs."""
 
 from collections import deque
+from collections.abc import Iterator
 from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
 
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
@@ -42,6 +46,43 @@ class Unit:
         self.before, self.begin_ns = before, begin_ns
 
 
+class Run(NamedTuple):
+    """
+    Wrenches and orientations that came in order.
+
+    Attributes
+    ----------
+    t_ns, wrenches, ends, stamps, orientations : ndarray
+        See `engine.process.process_all`.
+    before : object or None
+        As of a `Unit`, of the first wrench.
+    begin_ns : int
+        As of a `Unit`, of the first wrench [ns].
+
+    """
+
+    t_ns: np.ndarray
+    wrenches: np.ndarray
+    ends: np.ndarray
+    stamps: np.ndarray
+    orientations: np.ndarray
+    before: object
+    begin_ns: int
+
+    def units(self) -> Iterator[Unit]:
+        """Yield the same as units."""
+        first, begin_ns, before = 0, self.begin_ns, self.before
+        for t_ns, wrench, last in zip(
+            self.t_ns.tolist(), self.wrenches.tolist(), self.ends.tolist()
+        ):
+            joints = map(
+                AngleMeasurement.of_row, self.stamps[first:last], self.orientations[first:last]
+            )
+            sample = WrenchSample(t_ns, tuple(wrench[:3]), tuple(wrench[3:]))
+            yield Unit(sample, list(joints), before, begin_ns)
+            first, begin_ns, before = last, t_ns, None
+
+
 class History:
     """
     The units of the last `window_ns`, oldest first.
@@ -61,6 +102,8 @@ class History:
     def __init__(self, window_ns: int):
         self.window_ns = window_ns
         self._units: deque[Unit] = deque()
+        # Behind the units: runs, until they are needed one by one.
+        self._runs: deque[Run] = deque()
         self._first: int | None = None
         self._appended = self._alert = self._bare = 0
         self.wrenches = self.joints = 0
@@ -68,6 +111,7 @@ class History:
     def clear(self) -> None:
         """Forget everything: nothing that happened so far can be gone back to."""
         self._units.clear()
+        self._runs.clear()
         self._first = None
         self._appended = self._alert = self._bare = 0
         self.wrenches = self.joints = 0
@@ -82,10 +126,34 @@ class History:
         """Whether the next unit is to come with a snapshot."""
         return self.window_ns > 0 and (self._alert > 0 or not self._appended % STRIDE)
 
+    @property
+    def settled(self) -> bool:
+        """Whether no message was late for long enough that a snapshot now and then will do."""
+        return not self._alert
+
+    def append_run(self, run: Run) -> None:
+        """Keep the newest run, with a snapshot; forget what no late message needs."""
+        if not self.window_ns:
+            return
+        runs, oldest = self._runs, int(run.t_ns[-1]) - self.window_ns
+        runs.append(run)
+        self._appended += len(run.t_ns)
+        if self._units and self._units[-1].wrench.t_ns < oldest:
+            self._units.clear()
+        while runs[0].t_ns[-1] < oldest or sum(len(each.t_ns) for each in runs) > MAX_KEPT:
+            runs.popleft()
+
+    def _spread(self):
+        """Take runs apart into units."""
+        for run in self._runs:
+            self._units.extend(run.units())
+        self._runs.clear()
+
     def append(self, unit: Unit) -> None:
         """Keep the newest unit, forget those that no late message within the window needs."""
         if not self.window_ns:
             return
+        self._spread()
         units, oldest = self._units, unit.wrench.t_ns - self.window_ns
         units.append(unit)
         self._appended += 1
@@ -102,6 +170,8 @@ class History:
 
     def ends_with(self, unit: Unit) -> bool:
         """Return whether a unit is the newest, and nothing was put in before it since."""
+        if self._runs:
+            return False
         units = self._units
         last = len(units) - 1
         return last >= 0 and units[last] is unit and self._first in (None, last)
@@ -135,6 +205,7 @@ class History:
 
     def add_after(self, measurement: AngleMeasurement) -> None:
         """Keep an orientation of the newest wrench's stamp, that came after it."""
+        self._spread()
         if self._units and self._units[-1].wrench.t_ns == measurement.t_ns:
             self._units[-1].after.append(measurement)
             self.joints += self.changed
@@ -155,6 +226,7 @@ class History:
 
     def has_wrench(self, t_ns: int) -> bool:
         """Return whether a wrench of this stamp [ns] is kept."""
+        self._spread()
         return any(unit.wrench.t_ns == t_ns for unit in self._units)
 
     def put_wrench(self, sample: WrenchSample, now_ns: int) -> bool:
@@ -175,6 +247,7 @@ class History:
         self._alert = ALERT
 
     def _place(self, t_ns, now_ns):
+        self._spread()
         units = self._units
         if not units or now_ns - t_ns > self.window_ns or t_ns <= units[0].begin_ns:
             return None
@@ -183,18 +256,20 @@ class History:
             i -= 1
         return i
 
-    def take_changed(self) -> list[tuple[Unit, bool]]:
+    def take_changed(self) -> tuple[int, list[tuple[Unit, bool]]]:
         """
-        Return the units from the last snapshot before a change on; they count as processed.
+        Return how many units a change reaches, and all from the last snapshot before it on.
 
-        With each stands whether it is to come with a new snapshot; what it had says no more.
+        They count as processed. With each stands whether it is to come with a new snapshot; what
+        it had says no more.
         """
         if self._first is None:
-            return []
+            return 0, []
+        changed = len(self._units) - self._first
         first, self._first = self._first, None
         self.wrenches = self.joints = 0
         while self._units[first].before is None:
             first -= 1
         units = list(islice(self._units, first, None))
         dense = len(units) - DENSE
-        return [(unit, i >= dense or not i % STRIDE) for i, unit in enumerate(units)]
+        return changed, [(unit, i >= dense or not i % STRIDE) for i, unit in enumerate(units)]

@@ -43,6 +43,16 @@ def wrench_fault(sample: WrenchSample) -> str | None:
     return "out_of_range" if finite else "not_finite"
 
 
+def sound_wrenches(values: np.ndarray) -> np.ndarray:
+    """Return of which wrenches (n, 6) `wrench_fault` says nothing, shape (n,)."""
+    f_x, f_y, f_z, m_x, m_y, m_z = values.T
+    # Neither holds for a NaN.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return (f_x * f_x + f_y * f_y + f_z * f_z <= MOST_FORCE * MOST_FORCE) & (
+            m_x * m_x + m_y * m_y + m_z * m_z <= MOST_TORQUE * MOST_TORQUE
+        )
+
+
 def rotation_from_rpy(rpy) -> np.ndarray:
     """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), from roll, pitch, yaw [rad]."""
     r, p, y = rpy
@@ -148,14 +158,14 @@ class WrenchReduction:
         ----------
         force, torque : sequence of 3 float
             As received, sensor axes [N], [N m].
-        q : ndarray, shape (3,)
+        q : ndarray, shape (3,), or None
             gamma, psi, phi [rad]; they matter where there is a payload, for `wrench.axes: base`
             and for `wrench.gravity: compensated`.
         gravity_H : ndarray, shape (3,), optional
             In the hole axes of q [m/s^2]; None: those of the configuration.
 
         """
-        wrench = np.empty(6)
+        wrench, q = np.empty(6), np.zeros(3) if q is None else q
         gravity_H = self._gravity_H if gravity_H is None else gravity_H
         reduce_wrench(self.steps, np.array([*force, *torque]), q, tuple(gravity_H), wrench)
         return wrench
@@ -282,13 +292,34 @@ def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
     of gamma between psi and phi as its only other entry.
 
     """
-    variance = orientation_stddev**2
+    R = np.empty(9)
+    fill_covariance(float(gamma), float(orientation_stddev), R)
+    return R.reshape(3, 3)
+
+
+@compiled
+def fill_covariance(gamma, orientation_stddev, R):
+    """Fill in what `angle_covariance` returns, by rows, shape (9,)."""
+    variance = orientation_stddev * orientation_stddev
     c, sine = cos(gamma), abs(sin(gamma))
     if sine < SMALLEST_SINE:
         # With its cosine: the variance of the sum of psi and phi is what the two leave.
-        c, sine = copysign(sqrt(1.0 - SMALLEST_SINE**2), c), SMALLEST_SINE
-    over = variance / sine**2
-    return np.array([[variance, 0, 0], [0, over, -c * over], [0, -c * over, over]])
+        c, sine = copysign(sqrt(1.0 - SMALLEST_SINE * SMALLEST_SINE), c), SMALLEST_SINE
+    over = variance / (sine * sine)
+    R[:] = 0.0
+    R[0] = variance
+    R[4] = R[8] = over
+    R[5] = R[7] = -c * over
+
+
+@compiled
+def fill_orientations(angles, orientation_stddev, rows):
+    """Fill in the rows (n, 24) of an AngleMeasurement without a place, from gamma, psi, phi."""
+    for i in range(len(angles)):
+        rows[i, :] = np.nan
+        for j in range(3):
+            rows[i, j] = angles[i, j]
+        fill_covariance(angles[i, 0], orientation_stddev, rows[i, 3:12])
 
 
 def angles_of(rotation) -> np.ndarray:
@@ -360,6 +391,34 @@ class PegJoints:
         self.stddev = options.position_stddev
         self._positions = NamedPositions(options.names)
         self._R_HM = rotation_from_rpy(options.hole_rpy).T if any(options.hole_rpy) else None
+
+    def rows(self, names: tuple[str, ...], positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return the measurements of joint states of one order, as far as they need no second look.
+
+        Parameters
+        ----------
+        names : tuple of str
+            Of the joints.
+        positions : ndarray, shape (n, len(names))
+            [rad].
+
+        Returns
+        -------
+        sound : ndarray of bool, shape (n,)
+            Whether there is a row; the others are to be given as samples.
+        rows : ndarray, shape (n, 24)
+            See `AngleMeasurement.row`.
+
+        """
+        rows = np.full((len(positions), 24), np.nan)
+        if self._R_HM is not None or not set(self._positions.names) <= set(names):
+            return np.zeros(len(positions), bool), rows
+        angles = positions[:, [names.index(name) for name in self._positions.names]]
+        sound = (angles[:, 0] >= 0.0) & (angles[:, 0] < pi / 2)
+        sound &= (np.abs(angles[:, 1:]) <= MOST_TURNED).all(axis=1)
+        fill_orientations(angles, float(self.stddev), rows)
+        return sound, rows
 
     def __call__(self, sample: JointSample) -> AngleMeasurement | str:
         """

@@ -2,6 +2,8 @@
 
 from collections import deque
 
+import numpy as np
+
 # Stamps that are kept at most, some 1 MB: of 1.5 s, the longest reach, at 5 kHz.
 MAX_STAMPS = 8192
 
@@ -30,6 +32,26 @@ class RecentStamps:
         """Forget all of them."""
         self._order.clear()
         self._stamps.clear()
+
+    def extend(self, stamps: np.ndarray, now_ns: int) -> None:
+        """
+        Take stamps that are above all before and above one another, as `take` would each.
+
+        Parameters
+        ----------
+        stamps : ndarray of int64
+            [ns].
+        now_ns : int
+            Stamp that the estimate had come to before the last of them [ns].
+
+        """
+        oldest = now_ns - self._reach_ns
+        new = stamps[np.searchsorted(stamps, oldest) :][-MAX_STAMPS:].tolist()
+        order = self._order
+        while order and (order[0] < oldest or len(order) + len(new) > MAX_STAMPS):
+            self._stamps.remove(order.popleft())
+        order.extend(new)
+        self._stamps.update(new)
 
     def take(self, t_ns: int, now_ns: int) -> bool:
         """

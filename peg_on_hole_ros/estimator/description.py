@@ -87,6 +87,24 @@ def described(out: np.ndarray) -> Description:
     )
 
 
+def described_rows(rows: np.ndarray) -> Description:
+    """Return the same of many, by their first columns, shape (n, SIZE or more)."""
+    n = len(rows)
+    return Description(
+        rows[:, :6],
+        rows[:, 6:42].reshape(n, 6, 6),
+        rows[:, 42:45],
+        rows[:, 45:48],
+        rows[:, 48:51],
+        rows[:, 51:54],
+        rows[:, 54:63].reshape(n, 3, 3),
+        rows[:, 63:72].reshape(n, 3, 3),
+        rows[:, 72:75],
+        rows[:, 75:84].reshape(n, 3, 3),
+        rows[:, 84:120].reshape(n, 6, 6),
+    )
+
+
 @compiled
 def describe(m, peg_height, on_contacts, wide, out):
     """Fill in the array of `description`."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from peg_on_hole_ros.monitoring.row import LEVEL, NUMBERS
+from peg_on_hole_ros.monitoring.row import LEVEL, NOT_JUDGED, NUMBERS
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
 # Places of the causes of jamming, and of a lost contact that is not told apart, or is all of them.
@@ -69,6 +69,7 @@ _TEXTS = (
 )
 # Before what an alarm said, while it is held without a value at its threshold.
 WAS = "no longer above its threshold, and held for a while; it was: "
+_DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
 _RISK_NAMES = ("jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk")
 _ABOVE_NAMES = (*_RISK_NAMES, "determinant", "determinant_with_slip")
 _HOLE_NAMES = (*_RISK_NAMES, "insertion_ratio", "whitney_margin")
@@ -99,7 +100,7 @@ def alarms_of(said: np.ndarray) -> tuple[Alarm, ...]:
 
 def _alarm(i, said):
     level, which, held, kind = map(int, said[:NUMBERS])
-    text = _TEXTS[i][level][which]
+    text = _DOUBT if held == NOT_JUDGED else _TEXTS[i][level][which]
     names = _NAMES[i][kind]
     numbers = tuple(said[NUMBERS : NUMBERS + len(names)])
-    return Alarm(ALARM_NAMES[i], level, WAS + text if held else text, names, numbers)
+    return Alarm(ALARM_NAMES[i], level, WAS + text if held == 1 else text, names, numbers)

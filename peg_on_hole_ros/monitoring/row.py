@@ -45,8 +45,10 @@ MONITOR_NAMES = (
 )
 
 # Of an alarm: its level (below zero: it has never been looked at), which of its texts, whether it
-# is held without a cause, which names its numbers have (0: none), and up to 7 numbers.
+# is held without a cause or NOT_JUDGED, which names its numbers have (0: none), and up to 7
+# numbers.
 LEVEL, WHICH, HELD, KIND, NUMBERS = range(5)
+NOT_JUDGED = 2
 ALARM_WIDTH = NUMBERS + 7
 JAMMING, CONTACT_LOSS, OVERLOAD = range(3)
 

@@ -84,7 +84,7 @@ def test_only_a_place_that_cannot_be_explained_is_evidence():
     ],
 )
 def test_below_gamma0_a_peg_touches_the_hole_only_from_within(place, off):
-    found = misfit(measured([0.010, 0.3, 0.0], place, 1e-3), VALUES, 0.0)
+    found = held_against(measured([0.010, 0.3, 0.0], place, 1e-3))
     assert found.offset == pytest.approx(off, abs=1e-7)
     assert found.deviations == pytest.approx(off / 1e-3, abs=1e-3)
     assert (found.evidence > 0.9 * MOST) == (off > 4.5e-3)

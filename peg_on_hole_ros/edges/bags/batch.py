@@ -86,25 +86,26 @@ class Batch(NamedTuple):
             Joints whose positions have to be finite; empty: all.
 
         """
-        types = list(self.types.items())
-        rows = zip(
-            self.topic.tolist(),
-            self.log_ns.tolist(),
-            self.t_ns.tolist(),
-            self.layout.tolist(),
-            self.values.tolist(),
-        )
-        for i, (topic, log_ns, t_ns, layout, values) in enumerate(rows):
-            name, ros_type = types[topic]
-            if layout == NO_LAYOUT:
-                yield Item(name, log_ns, _sample(ros_type, self.others[i], needed))
-            elif ros_type == WRENCH_TYPE:
-                sample = WrenchSample(t_ns, tuple(values[:3]), tuple(values[3:6]))
-                yield Item(name, log_ns, checked_wrench(sample))
-            else:
-                names, width = self.layouts[layout].names, self.layouts[layout].width
-                sample = JointSample(t_ns, names, tuple(values[:width]))
-                yield Item(name, log_ns, checked_joints(sample, needed))
+        for i in range(len(self)):
+            yield self.item(i, needed)
+
+    def item(self, i: int, needed: tuple[str, ...] = ()) -> Item:
+        """Return one message as `items` does, by its place."""
+        name, ros_type = self._types[self.topic[i]]
+        log_ns, layout = int(self.log_ns[i]), int(self.layout[i])
+        if layout == NO_LAYOUT:
+            return Item(name, log_ns, _sample(ros_type, self.others[i], needed))
+        t_ns, values = int(self.t_ns[i]), self.values[i].tolist()
+        if ros_type == WRENCH_TYPE:
+            sample = WrenchSample(t_ns, tuple(values[:3]), tuple(values[3:6]))
+            return Item(name, log_ns, checked_wrench(sample))
+        names, width = self.layouts[layout].names, self.layouts[layout].width
+        sample = JointSample(t_ns, names, tuple(values[:width]))
+        return Item(name, log_ns, checked_joints(sample, needed))
+
+    @property
+    def _types(self):
+        return list(self.types.items())
 
 
 def _sample(ros_type, message, needed):

@@ -6,6 +6,7 @@ from math import pi, sqrt
 import numpy as np
 
 from peg_on_hole_ros.edges.bags.truth import BOUND, THREE_POINT, TWO_POINT, Truth
+from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
@@ -106,6 +107,15 @@ class Score(Errors):
         determined = told.get("reactions_determined") == 1.0
         values = np.array([*state, *contacts])
         self.row(t_ns, values, np.array(spread), self._mode, flag, determined)
+
+    def take(self, columns: OutputColumns) -> None:
+        """Take many stamps, as `add` would each."""
+        values = np.hstack([columns.state[:, :3], columns.normal])
+        stddev = np.hstack([columns.state_stddev[:, :3], columns.normal_stddev])
+        flags = columns.flags.tolist()
+        rows = zip(columns.t_ns.tolist(), values, stddev, columns.modes, flags, columns.determined)
+        for t_ns, value, spread, self._mode, flag, determined in rows:
+            self.row(t_ns, value, spread, self._mode, flag, bool(determined))
 
     def row(
         self, t_ns: int, values, stddev, mode: str, flag: bool | None, determined: bool = True

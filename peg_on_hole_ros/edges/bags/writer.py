@@ -5,11 +5,13 @@ from collections.abc import Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType
 
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.configuration import to_parameters
+from peg_on_hole_ros.edges.bags.bulk import BulkWriter, Column
 from peg_on_hole_ros.edges.messages.cdr import Encoder
+from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.definitions import definition
 from peg_on_hole_ros.edges.urdf_file import description_of
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -81,7 +83,7 @@ class BagWriter:
         except OSError as error:
             raise self._cannot_write(error) from None
         try:
-            self._writer = Writer(
+            self._writer = BulkWriter(
                 self._stream, chunk_size=chunk_bytes, compression=CompressionType.ZSTD
             )
             self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
@@ -109,16 +111,19 @@ class BagWriter:
             Log and publish time [ns], not negative.
 
         """
-        if t_ns < 0:
-            raise PegOnHoleError(
-                f"cannot write {self.path}: a stamp of {t_ns * 1e-9:.9g} s is below 0 s, "
-                "where a bag has no times; correct the stamps, or leave out this output"
-            )
+        self._check_stamp(t_ns)
         channel, encode = self._channels.get(topic) or self._channel(topic, ros_type)
         try:
             self._writer.add_message(channel, t_ns, encode(message), t_ns)
         except OSError as error:
             raise self._cannot_write(error) from None
+
+    def _check_stamp(self, t_ns):
+        if t_ns < 0:
+            raise PegOnHoleError(
+                f"cannot write {self.path}: a stamp of {t_ns * 1e-9:.9g} s is below 0 s, "
+                "where a bag has no times; correct the stamps, or leave out this output"
+            )
 
     def _channel(self, topic, ros_type):
         schema = self._schemas.get(ros_type)
@@ -137,6 +142,27 @@ class BagWriter:
         for suffix, ros_type, message in messages:
             topic = suffix if suffix.startswith("/") else prefix + suffix
             self.write(topic, ros_type, message, t_ns)
+
+    def write_columns(self, prefix: str, columns: OutputColumns) -> None:
+        """Append all messages of many stamps, as `write_all` would those of each."""
+        self._check_stamp(int(columns.t_ns.min()))
+        topics, encoded = columns.topics(), []
+        for topic in topics:
+            name = prefix + topic.name
+            channel, encode = self._channels.get(name) or self._channel(name, topic.ros_type)
+            payloads = encode.many(topic.message, columns.t_ns, topic.numbers)
+            encoded.append(Column(channel, payloads))
+        first = 0
+        for i, messages in [*columns.said, (len(columns) - 1, [])]:
+            places = slice(first, i + 1)
+            if first <= i:
+                rows = [Column(channel, payloads[places]) for channel, payloads in encoded]
+                try:
+                    self._writer.add_rows(columns.t_ns[places], rows)
+                except OSError as error:
+                    raise self._cannot_write(error) from None
+            self.write_all(prefix, messages, int(columns.t_ns[i]))
+            first = i + 1
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
         """Store metadata known only at the end; a name given twice keeps the later values."""

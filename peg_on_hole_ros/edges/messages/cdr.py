@@ -9,6 +9,8 @@ that recur at 1 kHz with the same texts only the stamp and the numbers are writt
 import struct
 from functools import cache
 
+import numpy as np
+
 from peg_on_hole_ros.edges.messages.definitions import fields
 
 # Code of struct, size, default.
@@ -63,6 +65,32 @@ class Encoder:
             pack_into(buffer, offset, *numbers[first:last])
         return bytes(buffer)
 
+    def many(self, message: dict, t_ns: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+        """
+        Return messages that differ from one in stamp and numbers alone, shape (n, bytes).
+
+        Parameters
+        ----------
+        message : dict
+            Any of them.
+        t_ns : ndarray of int64, shape (n,)
+            Stamps [ns].
+        numbers : ndarray, shape (n, k)
+            All float64 of each, in the order of the message.
+
+        """
+        self(message)
+        data, runs = self._templates[self._split(message)[0]]
+        found = np.tile(np.frombuffer(data, np.uint8), (len(t_ns), 1))
+        seconds, nanoseconds = np.divmod(t_ns, 1_000_000_000)
+        at = len(_ENCAPSULATION)
+        found[:, at : at + 4] = _bytes(seconds.astype("<i4"))
+        found[:, at + 4 : at + 8] = _bytes(nanoseconds.astype("<u4"))
+        for offset, first, last, _ in runs:
+            piece = np.ascontiguousarray(numbers[:, first:last], "<f8")
+            found[:, offset : offset + 8 * (last - first)] = _bytes(piece)
+        return found
+
     def walk(self, message: dict, places: list[int] | None = None) -> bytes:
         """Return the encoded message by its definition; note where each float64 lies."""
         buffer = bytearray(_ENCAPSULATION)
@@ -76,6 +104,10 @@ class Encoder:
             self._templates.clear()
         self._templates[key] = data, _runs(places)
         return data
+
+
+def _bytes(values):
+    return values.view(np.uint8).reshape(len(values), -1)
 
 
 def _runs(places):

@@ -7,8 +7,17 @@ import numpy as np
 from peg_on_hole_ros.edges.messages.markers import marker_array
 from peg_on_hole_ros.edges.messages.plain import HOLE_FRAME, floats, header, quaternion, xyz
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitoring.row import MONITOR_NAMES
-from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs
+from peg_on_hole_ros.monitoring.outputs import outputs_of
+from peg_on_hole_ros.monitoring.row import (
+    ALARM_WIDTH,
+    ALARMS,
+    FLAG,
+    LEVEL,
+    MODE,
+    MONITOR_NAMES,
+    SIZE,
+)
+from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs, Rows
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
@@ -53,10 +62,11 @@ SMOOTHED = {"smoothed_state": JOINT_STATE, "smoothed_state_stddev": JOINT_STATE}
 # below what any sensor of a cell resolves.
 POSITION_FLOOR = 1.0e-6  # [m]
 ROTATION_FLOOR = 1.0e-6  # [rad]
-_POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
+POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
 
 ALARM_PERIOD_NS = 100_000_000
 _NOT_DETERMINED = (nan, nan, nan)
+_NEVER = np.iinfo(np.int64).max
 _KNOWN = frozenset(MONITOR_NAMES)
 HARDWARE_ID = "peg_on_hole"
 
@@ -95,14 +105,11 @@ class OutputStream:
 
     def messages(self, outputs: Outputs) -> list[Message]:
         """Return (topic under the node's name, type, fields) of every message of one stamp."""
-        known = reactions_known(outputs)
-        messages = [
-            *_state(outputs),
-            *_contacts(outputs, known),
-            ("monitor", JOINT_STATE, _monitor(outputs)),
-            *_contact_wrenches(outputs, known),
-            ("pose", POSE, _pose(outputs)),
-        ]
+        return estimate_messages(outputs) + self.said(outputs)
+
+    def said(self, outputs: Outputs) -> list[Message]:
+        """Return what is published beside the estimate: on change, and from time to time."""
+        messages = []
         if outputs.transition != self._transition:
             self._transition = outputs.transition
             messages.append(("transition", BOOL, {"data": bool(outputs.transition)}))
@@ -122,8 +129,49 @@ class OutputStream:
         period = self._markers_period_ns
         if period is not None and _due(outputs.t_ns, self._markers_ns, period):
             self._markers_ns = outputs.t_ns
-            messages.append(("markers", MARKERS, marker_array(outputs, self._scene, known)))
+            messages.append(("markers", MARKERS, _markers(outputs, self._scene)))
         return messages
+
+    def said_of(self, rows: Rows) -> list[tuple[int, list[Message]]]:
+        """Return what `said` would with one stamp of many after the other, by place."""
+        t_ns, levels = rows.t_ns, rows.values[:, ALARMS:SIZE].reshape(len(rows.t_ns), -1)
+        watched = np.hstack([rows.values[:, [MODE, FLAG]], levels[:, LEVEL::ALARM_WIDTH]])
+        changes = np.flatnonzero((watched[1:] != watched[:-1]).any(axis=1)) + 1
+        places, found, i = iter(changes.tolist()), [], 0
+        change = next(places, len(t_ns))
+        while i < len(t_ns):
+            messages = self.said(outputs_of(int(t_ns[i]), rows.values[i]))
+            if messages:
+                found.append((i, messages))
+            while change <= i:
+                change = next(places, len(t_ns))
+            i = min(change, *(max(int(np.searchsorted(t_ns, due)), i + 1) for due in self._dues()))
+        return found
+
+    def _dues(self):
+        """Return the stamps from which on alarms and markers are due again [ns]."""
+        dues = [_NEVER]
+        if self._alarms_ns is not None:
+            dues.append(self._alarms_ns + ALARM_PERIOD_NS)
+        if self._markers_period_ns is not None:
+            dues.append((self._markers_ns or 0) + self._markers_period_ns)
+        return dues
+
+
+def estimate_messages(outputs: Outputs) -> list[Message]:
+    """Return the messages that come with every stamp."""
+    known = reactions_known(outputs)
+    return [
+        *_state(outputs),
+        *_contacts(outputs, known),
+        ("monitor", JOINT_STATE, _monitor(outputs)),
+        *_contact_wrenches(outputs, known),
+        ("pose", POSE, _pose(outputs)),
+    ]
+
+
+def _markers(outputs, scene):
+    return marker_array(outputs, scene, reactions_known(outputs))
 
 
 def _due(t_ns, last_ns, period_ns):
@@ -206,7 +254,7 @@ def _contact_wrenches(outputs, known):
 
 def _pose(outputs):
     pose = {"position": xyz(outputs.position), "orientation": quaternion(outputs.rotation)}
-    covariance = floats(outputs.pose_covariance + _POSE_FLOOR)
+    covariance = floats(outputs.pose_covariance + POSE_FLOOR)
     return {"header": header(outputs.t_ns), "pose": {"pose": pose, "covariance": covariance}}
 
 

@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 from peg_on_hole_ros.configuration import BY_NAME, from_parameters, node_options, to_parameters
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
+from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages.output import STRING, Message, OutputStream
 from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.records import Answer, JointSample, WrenchSample
+from peg_on_hole_ros.records import Answer, Arrivals, JointSample, WrenchSample
 from peg_on_hole_ros.shown import shown
 
 # Begins an event that sets parameters; what follows is JSON.
@@ -80,6 +81,31 @@ class MessageStream:
         messages = self._outputs.messages(outputs)
         ended = self._cycles.add(outputs.t_ns, messages)
         return messages + _told(ended) if ended else messages
+
+    def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
+        """
+        Take messages from a place on for as long as they come in order; see `Pipeline.take`.
+
+        Returns
+        -------
+        end : int
+            Place of the first that is not taken.
+        columns : OutputColumns or None
+            What they make known.
+
+        """
+        end, rows = self.pipeline.take(arrivals, begin)
+        if rows is None or not len(rows.t_ns):
+            return end, None
+        self.t_ns = int(rows.t_ns[-1])
+        columns = OutputColumns(rows, self._outputs.said_of(rows))
+        ended = dict(self._cycles.take(columns))
+        if ended:
+            said = dict(columns.said)
+            places = sorted({*said, *ended})
+            told = {i: _told(ended.get(i, [])) for i in places}
+            columns.said = [(i, [*said.get(i, ()), *told[i]]) for i in places]
+        return end, columns
 
     def finish(self) -> list[Message]:
         """End a try that is under way; return what that makes known."""

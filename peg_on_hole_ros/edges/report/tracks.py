@@ -7,9 +7,11 @@ import numpy as np
 
 from peg_on_hole_ros.edges.bags.estimates import Estimate
 from peg_on_hole_ros.edges.bags.truth import BOUND
+from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.output import Message
 from peg_on_hole_ros.edges.passed_time import PassedTime, Run
 from peg_on_hole_ros.edges.report.thinning import Rows, most_loaded
+from peg_on_hole_ros.monitoring.row import MONITOR_NAMES
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 QUANTITIES = (*ANGLES, *CONTACTS)
@@ -108,6 +110,25 @@ class Tracks:
         )
         self._declare(mode and mode["data"], flag and flag["data"])
         self._count(known)
+
+    def take(self, columns: OutputColumns) -> None:
+        """Take many stamps, as `add` would each."""
+        values = np.hstack([columns.state[:, :3], columns.normal]).tolist()
+        stddev = np.hstack([columns.state_stddev[:, :3], columns.normal_stddev]).tolist()
+        forces = columns.force.reshape(len(columns), -1).tolist()
+        rows = zip(
+            columns.t_ns.tolist(),
+            values,
+            stddev,
+            (dict(zip(MONITOR_NAMES, told)) for told in columns.monitor.tolist()),
+            columns.position.tolist(),
+            forces,
+            columns.closed.astype(float).tolist(),
+        )
+        for row, mode, flag in zip(rows, columns.modes, columns.flags.tolist()):
+            known = self._take(*row)
+            self._declare(mode, flag)
+            self._count(known)
 
     def add_recorded(self, estimate: Estimate) -> None:
         """Take an estimate that was read with all its messages."""
