@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis, Finding
-from peg_on_hole_ros.diagnosis.unsure import doubt
 from peg_on_hole_ros.estimation.history import History, Run, Unit
 from peg_on_hole_ros.estimation.in_order import count_in_order
 from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
@@ -16,10 +15,11 @@ from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.free_peg import not_free
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.processing import Processor
+from peg_on_hole_ros.monitoring.not_judged import doubt
 from peg_on_hole_ros.monitoring.outputs import outputs_of
 from peg_on_hole_ros.monitoring.row import FLAG
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.processing import Processor
 from peg_on_hole_ros.records import (
     AngleMeasurement,
     Answer,

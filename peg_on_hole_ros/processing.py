@@ -7,7 +7,15 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.engine import process as engine
-from peg_on_hole_ros.engine.state import COUNTS, ORIENTATION, Rules, new_engine
+from peg_on_hole_ros.engine.state import (
+    COUNTS,
+    ENGINE,
+    ORIENTATION,
+    RULES,
+    Snapshot,
+    restore,
+    snapshot,
+)
 from peg_on_hole_ros.estimation.freshness import causes
 from peg_on_hole_ros.estimation.history import Run, Unit
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
@@ -42,7 +50,7 @@ class Processor:
     ----------
     filter : HeldPeg
     reduction : WrenchReduction
-    engine : Engine
+    engine : record of ENGINE
     in_one_piece : bool
         Whether `process_all` may be called.
 
@@ -57,9 +65,12 @@ class Processor:
         # A filter that has steps of its own is called step by step.
         self.in_one_piece = type(self.filter) is HeldPeg
         self._force_stddev = force_noise(scene, self.reduction.covariance)
-        self._memory, self.engine = new_engine(
-            self.filter.held, self.reduction.steps, self._new_judgement()
-        )
+        self._memory = np.zeros(1, ENGINE)
+        self.engine = self._memory[0]
+        self.engine["reduction"] = self.reduction.steps
+        self.engine["covariance"], self.engine["tared"] = self.reduction.covariance, np.nan
+        self.engine["memory"]["numbers"] = self._new_judgement()
+        self.filter.move_to(self._memory["held"])
         self.rules = self._new_rules()
         self.restart()
 
@@ -72,34 +83,33 @@ class Processor:
     def _new_rules(self):
         configuration, kalman = self.configuration, self.configuration.filter
         delay_ns = max(round(configuration.joints.delay * 1e9), 0)
-        return Rules(
-            self.filter.gates,
-            thresholds(configuration.monitor),
-            configuration.monitor.modes,
-            # Bias and tilt: most cells know them.
-            not self._offsets.variance.any(),
-            float(kalman.max_gap),
-            float(kalman.max_joint_gap),
-            delay_ns,
-            round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns,
-            self._force_stddev,
-            float(configuration.scene.peg_height),
-        )
+        rules = np.zeros(1, RULES)[0]
+        rules["gates"] = self.filter.gates
+        rules["thresholds"] = thresholds(configuration.monitor)
+        rules["judged"] = configuration.monitor.modes
+        # Bias and tilt: most cells know them.
+        rules["white"] = not self._offsets.variance.any()
+        rules["max_gap"], rules["max_joint_gap"] = kalman.max_gap, kalman.max_joint_gap
+        rules["delay_ns"] = delay_ns
+        rules["lost_ns"] = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
+        rules["force_stddev"] = self._force_stddev
+        rules["peg_height"] = configuration.scene.peg_height
+        return rules
 
     @property
     def t_ns(self) -> int | None:
         """Stamp that the estimate has come to [ns]; None: not started."""
-        t_ns = self.engine.motion["t_ns"].item()
+        t_ns = self.engine["motion"]["t_ns"].item()
         return None if t_ns == NO_STAMP else t_ns
 
     @property
     def _lost(self):
-        return self.engine.motion["lost"].item() == 1
+        return self.engine["motion"]["lost"].item() == 1
 
     @property
     def counts(self) -> Counter[str]:
         """What happened, by name; `restore` takes it back."""
-        return Counter(dict(zip(COUNTS, self.engine.counts.tolist())))
+        return Counter(dict(zip(COUNTS, self.engine["counts"].tolist())))
 
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
@@ -109,19 +119,19 @@ class Processor:
     def forget(self) -> None:
         """Forget what was learnt, after `restart`; the tare stays."""
         self.filter.forget()
-        self.engine.memory.numbers[:] = self._new_judgement()
+        self.engine["memory"]["numbers"] = self._new_judgement()
 
     def retune(self, configuration: Configuration) -> None:
         """Take other gates and thresholds from here on; estimate, mode, flag and alarms stay."""
         self.configuration = configuration
         self.filter.options = configuration.filter
         self.rules = self._new_rules()
-        numbers = self.engine.memory.numbers
+        numbers = self.engine["memory"]["numbers"]
         judgement.retune(numbers, configuration.monitor, configuration.scene, self._force_stddev)
 
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
-        self.engine.motion["t_ns"] = measurement.t_ns
+        self.engine["motion"]["t_ns"] = measurement.t_ns
         self.filter.start(measurement.q, measurement.covariance)
         engine.begin(self.engine)
 
@@ -137,7 +147,7 @@ class Processor:
         self.reduction.take_tare(force, torque, self.filter.x[:3], self.filter.gravity)
         self.filter.tared(self.reduction.noise / len(samples))
         taken = self.reduction.taken_off
-        self.engine.tared[:] = taken
+        self.engine["tared"], self.engine["reduction"] = taken, self.reduction.steps
         return taken
 
     @property
@@ -148,9 +158,9 @@ class Processor:
     @property
     def health(self) -> dict[str, float]:
         """State of the filter after the last wrench, for diagnostics."""
-        told = self.engine.innovations.told[0]
+        told = self.engine["innovations"]["told"][0]
         found = {"nis_median": told["median"].item()}
-        if self.rules.white:
+        if self.rules["white"]:
             found["nis_drift"] = told["drift"].item()
         return {
             "nis_mean": told["mean"].item() if told["count"] else 0.0,
@@ -165,7 +175,7 @@ class Processor:
         stated = self.configuration.joints.position_stddev
         if not self.counts["joints_noisy"]:
             return ""
-        noise = self.engine.motion["noise"].item()
+        noise = self.engine["motion"]["noise"].item()
         return (
             f"joints.position_stddev: the noise of joint states is {noise:.1f} times the "
             f"stated one, {noise * stated:.2g} rad for {stated:g} rad: used as found"
@@ -174,17 +184,17 @@ class Processor:
     @property
     def causes(self) -> list[str]:
         """What is wrong with the values that come, a line each."""
-        return [*causes(self.engine.fresh), *filter(None, [self.noisier])]
+        return [*causes(self.engine["fresh"]), *filter(None, [self.noisier])]
 
     @property
     def misfit(self) -> float:
         """How badly the contacts fit, see `Innovations`."""
-        return self.engine.innovations.told["misfit"].item()
+        return self.engine["innovations"]["told"]["misfit"].item()
 
     @property
     def model(self) -> str:
         """What is left out of the model, as one line; empty: nothing."""
-        return "" if self.rules.judged else LINE
+        return "" if self.rules["judged"] else LINE
 
     def process(self, unit: Unit) -> np.ndarray | None:
         """Take the next unit; return the row at the stamp of its wrench, None while lost."""
@@ -230,7 +240,7 @@ class Processor:
         if not engine.told(e, rules):
             return False
         contacts = engine.reduce(e, t_ns, wrench, silent)
-        self.filter.weigh(e.u.copy(), _CONTACTS[contacts])
+        self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
         self.filter.mark(t_ns)
         engine.judge(e, rules, t_ns, contacts, row)
         return True
@@ -247,17 +257,16 @@ class Processor:
     def _correct(self, e, rules, stamp, orientation, lateness):
         kind = engine.measure(e, rules, stamp, orientation, lateness)
         if kind == engine.BEGINS:
-            self.filter.start(e.q.copy(), e.R.copy())
+            self.filter.start(e["q"].copy(), e["R"].copy())
             engine.begin(e)
         elif kind == engine.NEWS:
-            result, nis = self.filter.correct(e.q.copy(), e.R.copy())
+            result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
             engine.note(e, rules, orientation, CORRECTIONS.index(result), nis)
 
-    def snapshot(self) -> tuple[np.ndarray, ...]:
+    def snapshot(self) -> Snapshot:
         """Return everything that what follows depends on, for `restore`."""
-        return tuple(part.copy() for part in (*self.filter.memory, self._memory))
+        return snapshot(self._memory)
 
-    def restore(self, snapshot: tuple[np.ndarray, ...]) -> None:
+    def restore(self, kept: Snapshot) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        for part, kept in zip((*self.filter.memory, self._memory), snapshot):
-            part[:] = kept
+        restore(self._memory, kept)

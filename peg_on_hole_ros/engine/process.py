@@ -13,7 +13,7 @@ from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
 from peg_on_hole_ros.estimator.record import SCENE, SPREAD
 from peg_on_hole_ros.estimator.state import BIAS, TILT
-from peg_on_hole_ros.mechanics.kernel import compiled, spliced
+from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitoring import assessment, unjudged
 from peg_on_hole_ros.monitoring.assessment import contacts_of
 from peg_on_hole_ros.monitoring.declared import NO_STAMP, UNKNOWN
@@ -59,9 +59,9 @@ def process(e, rules, t_ns, wrench, stamps, orientations, lateness, row):
 
     Parameters
     ----------
-    e : Engine
+    e : record of ENGINE
         Changed.
-    rules : Rules
+    rules : record of RULES
     t_ns : int
         Stamp of the wrench [ns].
     wrench : ndarray, shape (6,)
@@ -105,9 +105,9 @@ def process_all(e, rules, t_ns, wrenches, ends, stamps, orientations, rows):
 
     Parameters
     ----------
-    e : Engine
+    e : record of ENGINE
         Changed.
-    rules : Rules
+    rules : record of RULES
     t_ns : ndarray of int64, shape (n,)
         Stamps of the wrenches, in order [ns].
     wrenches : ndarray, shape (n, 6)
@@ -141,7 +141,7 @@ def process_all(e, rules, t_ns, wrenches, ends, stamps, orientations, rows):
     return told
 
 
-@spliced
+@compiled
 def begin_unit(e, rules, t_ns):
     """Return whether a wrench comes after a silence."""
     # The estimate stands where the wrench before, or the start, has left it.
@@ -150,7 +150,7 @@ def begin_unit(e, rules, t_ns):
     return silent
 
 
-@spliced
+@compiled
 def advance(e, rules, t_ns):
     """Predict up to a stamp [ns]."""
     dt = approach(e, rules, t_ns)
@@ -159,7 +159,7 @@ def advance(e, rules, t_ns):
         check_upright(e, rules)
 
 
-@spliced
+@compiled
 def approach(e, rules, t_ns):
     """Come to a stamp [ns]; return the time to be predicted [s], 0 where there is none."""
     d = e.motion[0]
@@ -170,7 +170,7 @@ def approach(e, rules, t_ns):
     return 0.0 if d.lost else dt
 
 
-@spliced
+@compiled
 def check_upright(e, rules):
     """Lose a motion beyond a quarter turn: there is no tilt, and what is told would not be so."""
     if not -0.5 * pi < e.held.state.mean[0] < 0.5 * pi:
@@ -186,15 +186,15 @@ def _lose(e, rules):
     e.counts[COUNT.motion_lost] += 1
 
 
-@spliced
+@compiled
 def correct(e, rules, stamp, orientation, lateness):
     """
     Correct by an orientation.
 
     Parameters
     ----------
-    e : Engine
-    rules : Rules
+    e : record of ENGINE
+    rules : record of RULES
     stamp : int
         Of the orientation [ns].
     orientation : ndarray, shape (ORIENTATION,)
@@ -211,7 +211,7 @@ def correct(e, rules, stamp, orientation, lateness):
         note(e, rules, orientation, result, nis)
 
 
-@spliced
+@compiled
 def measure(e, rules, stamp, orientation, lateness):
     """Put an orientation into `q` and `R`, as of now; return NEWS, BEGINS or OLD."""
     s, kind = e.held.state, NEWS
@@ -235,7 +235,7 @@ def measure(e, rules, stamp, orientation, lateness):
     return kind
 
 
-@spliced
+@compiled
 def note(e, rules, orientation, result, nis):
     """Take note of what became of an orientation, see `held.hold_against`."""
     d, s, memory = e.motion[0], e.held.state, e.memory
@@ -264,7 +264,7 @@ def note(e, rules, orientation, result, nis):
         restart_mode(e, rules)
 
 
-@spliced
+@compiled
 def restart_mode(e, rules):
     """Forget the mode: the estimate has begun anew."""
     if rules.judged:
@@ -273,7 +273,7 @@ def restart_mode(e, rules):
         unjudged.take_as_closed(e.memory)
 
 
-@spliced
+@compiled
 def _note_place(e, orientation):
     f, d = e.held.record, e.memory.declared[0]
     R = orientation[3:12].reshape(3, 3)
@@ -282,7 +282,7 @@ def _note_place(e, orientation):
     d.offset, d.deviations, d.displaced = found.offset, found.deviations, found.evidence
 
 
-@spliced
+@compiled
 def told(e, rules):
     """Count a wrench; return whether there is an estimate to be told."""
     d = e.motion[0]
@@ -298,7 +298,7 @@ def told(e, rules):
     return True
 
 
-@spliced
+@compiled
 def reduce(e, t_ns, wrench, silent):
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     notice(e.fresh.wrench, t_ns * 1e-9, wrench)
@@ -313,7 +313,7 @@ def reduce(e, t_ns, wrench, silent):
     return -1 if silent or e.motion[0].blind else contacts_of(e.memory)
 
 
-@spliced
+@compiled
 def judge(e, rules, t_ns, contacts, row):
     """Fill in what is told after a wrench that was weighed with so many contacts."""
     d, memory = e.motion[0], e.memory
@@ -336,7 +336,7 @@ def judge(e, rules, t_ns, contacts, row):
     _tell_settings(e, rules, row)
 
 
-@spliced
+@compiled
 def _tell_settings(e, rules, row):
     """Fill in what is told of innovations, tare, bias and tilt."""
     t, s = e.innovations.told[0], e.held.state

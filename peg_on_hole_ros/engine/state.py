@@ -4,14 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation import freshness, innovations
-from peg_on_hole_ros.estimation.freshness import Freshness
-from peg_on_hole_ros.estimation.innovations import Innovations
-from peg_on_hole_ros.estimation.measurement import Reduction
-from peg_on_hole_ros.estimator.held import Gates, Held
-from peg_on_hole_ros.monitoring import declared, judgement
-from peg_on_hole_ros.monitoring.declared import Memory, Thresholds
-from peg_on_hole_ros.monitoring.row import ALARM_WIDTH
+from peg_on_hole_ros.estimation.freshness import FRESHNESS
+from peg_on_hole_ros.estimation.innovations import INNOVATIONS
+from peg_on_hole_ros.estimation.measurement import REDUCTION
+from peg_on_hole_ros.estimator.held import GATES, HELD, KEPT
+from peg_on_hole_ros.estimator.state import STATE
+from peg_on_hole_ros.monitoring.declared import THRESHOLDS
+from peg_on_hole_ros.monitoring.judgement import MEMORY
 
 # Name, type, unit and meaning of what the engine knows of time and motion.
 FIELDS = (
@@ -66,132 +65,73 @@ Q, R, PLACE, PLACE_R = slice(0, 3), slice(3, 12), slice(12, 15), slice(15, 24)
 ORIENTATION = 24
 
 
-class Rules(NamedTuple):
-    """
-    Options as numbers; those that a node takes while it is active change all of it at once.
-
-    Attributes
-    ----------
-    gates : Gates
-    thresholds : Thresholds
-    judged : bool
-        Whether modes, forecast, risk and alarms are looked at.
-    white : bool
-        Whether innovations are white: where bias or tilt are learnt they are not.
-    max_gap, max_joint_gap : float
-        [s].
-    delay_ns, lost_ns : int
-        Of joint states; without an orientation for so long the motion is lost [ns].
-    force_stddev : float
-        Of a force that the rim carries [N].
-    peg_height : float
-        H [m].
-
-    """
-
-    gates: Gates
-    thresholds: Thresholds
-    judged: bool
-    white: bool
-    max_gap: float
-    max_joint_gap: float
-    delay_ns: int
-    lost_ns: int
-    force_stddev: float
-    peg_height: float
-
-
-class Engine(NamedTuple):
-    """
-    All that the next wrench depends on.
-
-    Attributes
-    ----------
-    held : Held
-        The estimate.
-    memory : Memory
-        What a judge remembers.
-    innovations : Innovations
-    motion : ndarray of FIELDS, shape (1,)
-    counts : ndarray of int, shape (len(COUNTS),)
-    fresh : Freshness
-    reduction : Reduction
-        From a wrench as received to one on the peg.
-    covariance : ndarray, shape (6, 6)
-        Of that, where each wrench is news.
-    tared : ndarray, shape (6,)
-        What a tare has taken, as the sensor reports it [N], [N m]; NaN before.
-    q, R, wrench, u : ndarray
-        Scratch: an orientation, a wrench as received, and on the peg.
-
-    """
-
-    held: Held
-    memory: Memory
-    innovations: Innovations
-    motion: np.ndarray
-    counts: np.ndarray
-    fresh: Freshness
-    reduction: Reduction
-    covariance: np.ndarray
-    tared: np.ndarray
-    q: np.ndarray
-    R: np.ndarray
-    wrench: np.ndarray
-    u: np.ndarray
-
-
-def new_engine(held: Held, reduction: Reduction, numbers: np.ndarray) -> tuple[np.ndarray, Engine]:
-    """
-    Return the bytes that hold all but the estimate, and the engine whose parts look at them.
-
-    Parameters
-    ----------
-    held : Held
-    reduction : Reduction
-    numbers : ndarray
-        Of `judgement.new_judgement`, copied.
-
-    """
-    kept = (
-        (float, (judgement.SIZE,)),
-        (_dtype(declared.FIELDS), (1,)),
-        (_dtype(declared.LEVEL_FIELDS), (3,)),
-        *((float, (3, ALARM_WIDTH)) for _ in range(2)),
-        *zip(innovations.TYPES, innovations.SHAPES),
-        (_dtype(FIELDS), (1,)),
-        (np.int64, (len(COUNTS),)),
-        *((float, shape) for shape in freshness.SHAPES),
-    )
-    memory, parts = views(kept)
-    parts[0][:] = numbers
-    engine = Engine(
-        held,
-        Memory(*parts[:5]),
-        Innovations(*parts[5:9]),
-        *parts[9:11],
-        Freshness(*parts[11:]),
-        reduction,
-        held.noise.copy(),
-        np.full(6, np.nan),
-        np.zeros(3),
-        np.zeros((3, 3)),
-        np.zeros(6),
-        np.zeros(6),
-    )
-    return memory, engine
-
-
-def _dtype(fields):
-    return np.dtype([field[:2] for field in fields])
-
-
-def views(kinds) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return bytes, all zero, and arrays of (type, shape) that look at them one after another."""
-    sizes = [np.dtype(kind).itemsize * int(np.prod(shape)) for kind, shape in kinds]
-    memory, ends = np.zeros(sum(sizes), np.uint8), np.cumsum(sizes)
-    found = [
-        memory[end - size : end].view(kind).reshape(shape)
-        for (kind, shape), size, end in zip(kinds, sizes, ends)
+# Options as numbers; those that a node takes while it is active change all of it at once.
+RULES = np.dtype(
+    [
+        ("gates", GATES),
+        ("thresholds", THRESHOLDS),
+        ("judged", np.int64),  # whether modes, forecast, risk and alarms are looked at
+        ("white", np.int64),  # innovations are white: not where bias or tilt are learnt
+        ("max_gap", float),  # [s]
+        ("max_joint_gap", float),  # [s]
+        ("delay_ns", np.int64),  # of joint states [ns]
+        ("lost_ns", np.int64),  # without an orientation for so long the motion is lost [ns]
+        ("force_stddev", float),  # of a force that the rim carries [N]
+        ("peg_height", float),  # H [m]
     ]
-    return memory, found
+)
+
+# All that the next wrench depends on. What changes stands together, and ends with the estimate.
+ENGINE = np.dtype(
+    [
+        ("reduction", REDUCTION),  # from a wrench as received to one on the peg
+        ("covariance", float, (6, 6)),  # of that, where each wrench is news
+        ("tared", float, (6,)),  # taken by a tare, as the sensor reports it [N], [N m]; NaN before
+        ("q", float, (3,)),  # scratch: an orientation
+        ("R", float, (3, 3)),
+        ("wrench", float, (6,)),  # scratch: as received, and on the peg
+        ("u", float, (6,)),
+        ("memory", MEMORY),  # what a judge remembers
+        ("innovations", INNOVATIONS),
+        ("motion", [field[:2] for field in FIELDS], (1,)),
+        ("counts", np.int64, (len(COUNTS),)),
+        ("fresh", FRESHNESS),
+        ("held", HELD),  # the estimate
+    ]
+)
+
+
+class Snapshot(NamedTuple):
+    """Everything that what follows depends on."""
+
+    beside: np.ndarray
+    held: np.ndarray
+    alive: np.ndarray
+    x: np.ndarray
+    P: np.ndarray
+
+
+# In bytes: what the engine remembers beside the estimate, and what that is beside components.
+_HELD = ENGINE.fields["held"][1]
+_BESIDE = slice(ENGINE.fields["memory"][1], _HELD)
+_FIRST = HELD.fields["state"][1] + STATE.fields["x"][1]
+_WITHIN = slice(_HELD + KEPT, _HELD + _FIRST)
+
+
+def snapshot(memory: np.ndarray) -> Snapshot:
+    """Return everything that what follows depends on, of an array of ENGINE, shape (1,)."""
+    content, state = memory.view(np.uint8), memory["held"]["state"][0]
+    frictions, w = state["frictions"], state["width"]
+    levels = state["components"] // max(frictions, 1)
+    alive = np.flatnonzero(np.repeat(state["alive"][:frictions] > 0.0, levels))
+    parts = state["x"][alive, :w], state["P"][alive, :w, :w]
+    return Snapshot(content[_BESIDE].copy(), content[_WITHIN].copy(), alive, *parts)
+
+
+def restore(memory: np.ndarray, kept: Snapshot) -> None:
+    """Go back to a snapshot; what follows is then bit for bit what followed it."""
+    content = memory.view(np.uint8)
+    content[_BESIDE], content[_WITHIN] = kept.beside, kept.held
+    state = memory["held"]["state"][0]
+    w = state["width"]
+    state["x"][kept.alive, :w], state["P"][kept.alive, :w, :w] = kept.x, kept.P

@@ -1,7 +1,6 @@
 """Which wrenches and orientations are news, where drivers repeat values under fresh stamps."""
 
 from math import cos, sin, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,30 +11,16 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 TURNED = 5.0
 # A value that is repeated for so long while the peg turns is told [s].
 TOLD = 0.05
-# Places in `Freshness.turning`.
+# Places in `turning`.
 LEFT, STILL, STUCK = range(3)
 
 
-class Freshness(NamedTuple):
-    """
-    Tells values that are news from those that a driver repeats.
-
-    Attributes
-    ----------
-    wrench, joints : ndarray
-        Of `repeats.new_repeats`.
-    turning : ndarray, shape (3,)
-        LEFT, 1: the peg has turned away from the orientation that is repeated; STILL, 1: that has
-        lasted longer than TOLD; STUCK: for how long it has, at most [s].
-
-    """
-
-    wrench: np.ndarray
-    joints: np.ndarray
-    turning: np.ndarray
-
-
-SHAPES = ((VALUES + 6,), (VALUES + 3,), (3,))
+# Tells values that are news from those that a driver repeats: of `repeats`, and LEFT, 1: the peg
+# has turned away from the orientation that is repeated; STILL, 1: that has lasted longer than TOLD;
+# STUCK: for how long it has, at most [s].
+FRESHNESS = np.dtype(
+    [("wrench", float, (VALUES + 6,)), ("joints", float, (VALUES + 3,)), ("turning", float, (3,))]
+)
 
 
 @compiled
@@ -48,7 +33,7 @@ def is_news(fresh, t_ns, q, stddev2, x, variance):
 
     Parameters
     ----------
-    fresh : Freshness
+    fresh : record of FRESHNESS
         Changed.
     t_ns : int
         Stamp [ns].
@@ -81,11 +66,11 @@ def is_news(fresh, t_ns, q, stddev2, x, variance):
     return turning[LEFT] == 0.0
 
 
-def causes(fresh: Freshness) -> list[str]:
+def causes(fresh: np.void) -> list[str]:
     """Return what there is to say, a line for each source."""
-    held_wrench, held_joints = said(fresh.wrench), said(fresh.joints)
+    held_wrench, held_joints = said(fresh["wrench"]), said(fresh["joints"])
     told = [f"wrench: {held_wrench}"] if held_wrench else []
-    stuck = fresh.turning.item(STUCK)
+    stuck = fresh["turning"].item(STUCK)
     if held_joints:
         told.append(f"joints: {held_joints}")
     elif stuck > TOLD:

@@ -1,7 +1,6 @@
 """What the innovations tell of settings and of the contact mode: too large, or leaning one way."""
 
 from math import nan
-from typing import NamedTuple
 
 import numpy as np
 
@@ -35,42 +34,20 @@ FIELDS = (
 )
 
 
-class Innovations(NamedTuple):
-    """
-    Running mean, median and drift of the innovations.
-
-    A wrong lever arm, tare, direction of the hole or level of noise raises every innovation; a
-    reversal raises a few of them very much. The median sees the one and not the other. What a
-    parameter that is learnt can nearly make up for, as friction for a tilt, hardly raises them
-    and yet pushes all one way: that is the drift, of 3 degrees of freedom.
-
-    Attributes
-    ----------
-    told : ndarray of FIELDS, shape (1,)
-    last : ndarray, shape (MEAN_OF,)
-        The latest, a ring.
-    window : ndarray, shape (WINDOW, 4)
-        Normalised and squared, and whitened; a ring.
-    ordered : ndarray, shape (WINDOW,)
-        The squares of the window by size.
-
-    """
-
-    told: np.ndarray
-    last: np.ndarray
-    window: np.ndarray
-    ordered: np.ndarray
-
-
-SHAPES = ((1,), (MEAN_OF,), (WINDOW, 4), (WINDOW,))
-TYPES = (np.dtype([field[:2] for field in FIELDS]), float, float, float)
-
-
-def new_innovations() -> Innovations:
-    """Return a memory of no innovations."""
-    innovations = Innovations(*map(np.zeros, SHAPES, TYPES))
-    forget_innovations(innovations)
-    return innovations
+# Running mean, median and drift of the innovations.
+#
+# A wrong lever arm, tare, direction of the hole or level of noise raises every innovation; a
+# reversal raises a few of them very much. The median sees the one and not the other. What a
+# parameter that is learnt can nearly make up for, as friction for a tilt, hardly raises them and
+# yet pushes all one way: that is the drift, of 3 degrees of freedom.
+INNOVATIONS = np.dtype(
+    [
+        ("told", [field[:2] for field in FIELDS], (1,)),
+        ("last", float, (MEAN_OF,)),  # the latest, a ring
+        ("window", float, (WINDOW, 4)),  # normalised and squared, and whitened; a ring
+        ("ordered", float, (WINDOW,)),  # the squares of the window by size
+    ]
+)
 
 
 @compiled
@@ -90,7 +67,7 @@ def add_innovation(innovations, nis, white, used, in_contact, touching):
 
     Parameters
     ----------
-    innovations : Innovations
+    innovations : record of INNOVATIONS
         Changed.
     nis : float
         Normalised and squared, 3 degrees of freedom, finite.

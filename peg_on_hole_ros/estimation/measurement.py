@@ -1,7 +1,6 @@
 """From samples as received to measurements: the wrench on the peg, and its orientation."""
 
 from math import atan2, copysign, cos, hypot, isfinite, pi, sin, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -115,18 +114,18 @@ class WrenchReduction:
         stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
         self.noise = np.square(stddev)
         self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
-        self.tare = self.sign * np.array([*options.bias_force, *options.bias_torque])
+        steps = np.zeros(1, REDUCTION)[0]
+        self.tare = steps["tare"]
+        self.tare[:] = self.sign * np.array([*options.bias_force, *options.bias_torque])
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         mass, arm = float(options.payload_mass), skew(payload_P - center_P)
         if options.gravity == "compensated":
             # A controller that takes the weight off leaves none of the payload, nor of the peg.
             mass, arm = -scene.peg_mass, np.zeros((3, 3))
-        in_base = options.axes == "base"
-        base_in_hole = np.ascontiguousarray(rotation_from_rpy(hole_rpy).T)
-        self.steps = Reduction(
-            self.sign, in_base, base_in_hole, np.ascontiguousarray(R_PS.T), self.tare,
-            self.matrix, mass, arm,
-        )  # fmt: skip
+        steps["sign"], steps["in_base"] = self.sign, options.axes == "base"
+        steps["base_in_hole"], steps["peg_in_sensor"] = rotation_from_rpy(hole_rpy).T, R_PS.T
+        steps["matrix"], steps["mass"], steps["arm"] = self.matrix, mass, arm
+        self.steps = steps
         self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity, float)
 
@@ -185,19 +184,21 @@ class WrenchReduction:
         self.tare[:] = measured - np.linalg.solve(self.matrix, hanging - below)
 
 
-class Reduction(NamedTuple):
-    """The steps of a `WrenchReduction` for compiled code."""
-
-    sign: float
-    in_base: bool
-    base_in_hole: np.ndarray
-    peg_in_sensor: np.ndarray
-    tare: np.ndarray
-    matrix: np.ndarray
-    # Mass whose weight the sensor carries and the peg does not [kg], and its arm; below zero the
-    # peg's own, which a controller has taken off.
-    mass: float
-    arm: np.ndarray
+# The steps of a `WrenchReduction` for compiled code.
+REDUCTION = np.dtype(
+    [
+        ("sign", float),
+        ("in_base", np.int64),
+        ("base_in_hole", float, (3, 3)),
+        ("peg_in_sensor", float, (3, 3)),
+        ("tare", float, (6,)),
+        ("matrix", float, (6, 6)),
+        # Mass whose weight the sensor carries and the peg does not [kg], and its arm; below zero
+        # the peg's own, which a controller has taken off.
+        ("mass", float),
+        ("arm", float, (3, 3)),
+    ]
+)
 
 
 @compiled
@@ -207,7 +208,7 @@ def reduce_wrench(steps, measured, q, gravity, out):
 
     Parameters
     ----------
-    steps : Reduction
+    steps : record of REDUCTION
     measured : ndarray, shape (6,)
         As received [N], [N m]; changed.
     q : ndarray, shape (3,)

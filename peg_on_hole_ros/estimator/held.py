@@ -1,89 +1,69 @@
 """A held peg's estimate, compiled: start, let go, predict, hold against, correct, weigh."""
 
 from math import isfinite, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.estimator import step
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
-from peg_on_hole_ros.estimator.record import fill_record
-from peg_on_hole_ros.estimator.settings import Settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, TILT, Scratch, State
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, spliced
+from peg_on_hole_ros.estimator.record import SIZE, fill_record
+from peg_on_hole_ros.estimator.settings import SETTINGS
+from peg_on_hole_ros.estimator.state import (
+    FRICTION,
+    MOST_WIDTH,
+    OPEN,
+    QUANTITIES,
+    SCRATCH,
+    STATE,
+    TILT,
+    WIDTHS,
+)
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
 
 # What becomes of an orientation; LOST: the covariance was no longer one.
 USED, GATED, RESET, LOST = range(4)
-# Places in `Held.begin`: friction and its deviation at the next start, orientations that were
+# Places in `begin` of HELD: friction and its deviation at the next start, orientations that were
 # refused in a row.
 BEGIN_FRICTION, BEGIN_STDDEV, REFUSED = range(3)
 
 
-class Held(NamedTuple):
-    """
-    All that an estimate is made of; what changes stands in `state` and in the five arrays behind.
-
-    Attributes
-    ----------
-    state : State
-    u : ndarray, shape (6,)
-        The last wrench on the peg [N], [N m].
-    record : ndarray
-        All that it has said, see `record`.
-    open_mean, open_stddev : ndarray
-        What is open at the next start.
-    begin : ndarray, shape (3,)
-    scratch : Scratch
-    constants : Settings
-    scene : SceneScalars
-        As stated.
-    at : ndarray of int, shape (6,)
-        Places of what is open.
-    n : int
-        How many values are estimated.
-    walk : ndarray, shape (n,)
-        Variance that each gains in a second.
-    learnt : ndarray, shape (n + 3,)
-        Which of them are learnt.
-    noise, bias_map : ndarray, shape (6, 6)
-        Covariance of a wrench on the peg; from a bias to what it adds to that.
-    friction_open : bool
-        Whether friction has a spread.
-
-    """
-
-    state: State
-    u: np.ndarray
-    record: np.ndarray
-    open_mean: np.ndarray
-    open_stddev: np.ndarray
-    begin: np.ndarray
-    scratch: Scratch
-    constants: Settings
-    scene: SceneScalars
-    at: np.ndarray
-    n: int
-    walk: np.ndarray
-    learnt: np.ndarray
-    noise: np.ndarray
-    bias_map: np.ndarray
-    friction_open: bool
+# All that an estimate is made of; what it depends on from one step to the next stands at the end.
+HELD = np.dtype(
+    [
+        ("scratch", SCRATCH),
+        ("constants", SETTINGS),
+        ("scene", float, (len(SceneScalars._fields),)),  # as stated, see `scene_of`
+        ("at", np.int64, (len(QUANTITIES),)),  # places of what is open
+        ("n", np.int64),  # how many values are estimated
+        ("walk", float, (MOST_WIDTH,)),  # variance that each gains in a second
+        ("learnt", float, (MOST_WIDTH,)),  # which of them are learnt
+        ("bias_map", float, (6, 6)),  # from a bias to what it adds to a wrench on the peg
+        ("friction_open", np.int64),  # whether friction has a spread
+        ("noise", float, (6, 6)),  # covariance of a wrench on the peg
+        ("u", float, (6,)),  # the last wrench on the peg [N], [N m]
+        ("record", float, (SIZE,)),  # all that it has said, see `record`
+        ("open_mean", float, (sum(WIDTHS),)),  # what is open at the next start
+        ("open_stddev", float, (sum(WIDTHS),)),
+        ("begin", float, (3,)),
+        ("state", STATE),
+    ]
+)
+# Where what changes begins, in bytes.
+KEPT = HELD.fields["noise"][1]
 
 
-class Gates(NamedTuple):
-    """When an orientation is refused, and how a start begins; see `FilterOptions`."""
-
-    gate_threshold: float
-    gate_reset_count: float
-    initial_rate_stddev: float
+# When an orientation is refused, and how a start begins; see `FilterOptions`.
+GATES = np.dtype(
+    [("gate_threshold", float), ("gate_reset_count", float), ("initial_rate_stddev", float)]
+)
 
 
-@spliced
+@compiled
 def fill(h):
     """Fill in the record."""
     fill_record(
-        h.record, h.state, h.at, h.n, h.scene, h.u, h.bias_map, h.constants.direction_share,
+        h.record, h.state, h.at, h.n, scene_of(h.scene), h.u, h.bias_map, h.constants.direction_share,
         h.scratch.left,
     )  # fmt: skip
 
@@ -116,7 +96,7 @@ def let_go(h):
     h.u[:] = 0.0
 
 
-@spliced
+@compiled
 def move_on(h, dt):
     """Predict by dt [s]."""
     predict(h.state, h.scratch, h.constants, h.walk, h.n, dt)
@@ -124,7 +104,7 @@ def move_on(h, dt):
     step.combine(h.state, h.n)
 
 
-@spliced
+@compiled
 def hold_against(h, gates, q, R):
     """
     Hold the estimate against an orientation, without any correction.
@@ -148,14 +128,14 @@ def hold_against(h, gates, q, R):
     return USED, nis
 
 
-@spliced
+@compiled
 def orient(h, q, R):
     """Correct by an orientation that is used."""
     step.orient(h.state, h.scratch, h.constants, h.at, h.n, h.learnt, q, R)
     step.combine(h.state, h.n)
 
 
-@spliced
+@compiled
 def correct(h, gates, q, R):
     """Correct with an orientation, or start from it; return what `hold_against` does."""
     result, nis = hold_against(h, gates, q, R)
@@ -168,23 +148,24 @@ def correct(h, gates, q, R):
     return result, nis
 
 
-@spliced
+@compiled
 def weigh(h, u, contacts):
     """Take a wrench on the peg, and fill in the record; contacts as for `step.weigh`."""
     h.u[:] = u
     if not isfinite(h.state.mean[0]):
         return
     step.weigh(
-        h.state, h.scratch, h.constants, h.scene, h.at, h.n, h.learnt, h.u, h.noise, h.bias_map,
+        h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise, h.bias_map,
         contacts,
     )  # fmt: skip
     fill(h)
 
 
-@spliced
+@compiled
 def gravity(h):
     """Return gravity in the axes of the hole as it is now taken to lie [m/s^2]."""
-    g_x, g_y, g_z = h.scene.g_x, h.scene.g_y, h.scene.g_z
+    p = scene_of(h.scene)
+    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
     at = h.at[TILT]
     if at < 0:
         return g_x, g_y, g_z

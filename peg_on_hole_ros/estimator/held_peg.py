@@ -8,18 +8,18 @@ import numpy as np
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.held import GATED, REFUSED, RESET, USED, Gates, Held
+from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED
 from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
-from peg_on_hole_ros.estimator.record import DETERMINANT, SIZE, part
-from peg_on_hole_ros.estimator.settings import Settings, default_settings
+from peg_on_hole_ros.estimator.record import DETERMINANT, part
+from peg_on_hole_ros.estimator.settings import Settings, default_settings, fill_settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
     CLEARANCE,
     FRICTION,
     OPEN,
     TILT,
-    new_scratch,
-    new_state,
+    begin_state,
+    named,
     places,
 )
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
@@ -84,33 +84,52 @@ class HeldPeg:
         names, mean, stddev, walk, learnt = _open_quantities(scene, options, self.offsets)
         self._at, self._n = places(names)
         several = scene.friction_stddev > 0.0 and options.friction == "estimated"
-        sizes = self._n, self.constants.frictions if several else 1, len(self.constants.level)
-        self._memory, self.state = new_state(*sizes)
+        self._sizes = (
+            self._n,
+            self.constants.frictions if several else 1,
+            len(self.constants.level),
+        )
         self._stated = stddev
+        memory = np.zeros(1, HELD)
+        held = memory[0]
+        fill_settings(held["constants"], self.constants)
+        held["scene"], held["at"], held["n"] = self.scalars, self._at, self._n
+        held["friction_open"] = bool(scene.friction_stddev)
+        held["bias_map"], held["noise"] = -self.offsets.load, wrench_noise
+        if scene.friction_stddev:
+            held["walk"][FRICTION] = options.friction_noise**2
+        held["walk"][OPEN : self._n] = np.square(walk)
+        held["learnt"][: self._n + 3] = 1.0
+        held["learnt"][FRICTION] = options.friction == "estimated"
+        held["learnt"][OPEN : self._n] = learnt
+        part(held["record"], "NOISE", (6, 6))[:] = wrench_noise
         # What was learnt outlives a motion: friction and what is open begin from it.
-        self._kept, views = _views(6, SIZE, len(mean), len(mean), 3)
-        self._u, self.record, self._open_mean, self._open_stddev, self._begin = views
-        self._begin[:REFUSED] = scene.friction, scene.friction_stddev
-        self._open_stddev[:] = stddev
-        walk_all = np.zeros(self._n)
-        walk_all[FRICTION] = options.friction_noise**2 if scene.friction_stddev else 0.0
-        walk_all[OPEN:] = np.square(walk)
-        learnt_all = np.ones(self._n + 3)
-        learnt_all[FRICTION] = options.friction == "estimated"
-        learnt_all[OPEN : self._n] = learnt
-        self.wrench_noise = np.array(wrench_noise, float)
-        part(self.record, "NOISE", (6, 6))[:] = wrench_noise
-        self.held = Held(
-            self.state, *views, new_scratch(*sizes), self.constants, self.scalars, self._at,
-            self._n, walk_all, learnt_all, self.wrench_noise,
-            np.ascontiguousarray(-self.offsets.load), bool(scene.friction_stddev),
-        )  # fmt: skip
+        held["begin"][:REFUSED] = scene.friction, scene.friction_stddev
+        held["open_stddev"][: len(stddev)] = stddev
+        begin_state(held["state"], *self._sizes)
+        self._live_in(memory)
+
+    def move_to(self, memory: np.ndarray) -> None:
+        """Live on in another array of HELD, shape (1,), which may be a part of something larger."""
+        memory[:] = self._memory
+        self._live_in(memory)
+
+    def _live_in(self, memory):
+        self._memory, held = memory, memory[0]
+        self.held, self.record = held, held["record"]
+        self.wrench_noise, self._u, self._begin = held["noise"], held["u"], held["begin"]
+        open_ = self._n - OPEN
+        self._open_mean, self._open_stddev = held["open_mean"][:open_], held["open_stddev"][:open_]
+        self.state = named(held["state"])
         self.x, self.P = self.state.mean[:6], self.state.covariance[:6, :6]
 
     @property
-    def gates(self) -> Gates:
-        """When an orientation is refused, as the options say now."""
-        return Gates(*(float(getattr(self.options, name)) for name in Gates._fields))
+    def gates(self) -> np.void:
+        """When an orientation is refused, as the options say now, a record of GATES."""
+        gates = np.zeros(1, GATES)[0]
+        for name in GATES.names:
+            gates[name] = getattr(self.options, name)
+        return gates
 
     def start(self, q, R):
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
@@ -126,11 +145,6 @@ class HeldPeg:
         self._begin[:REFUSED] = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
-
-    @property
-    def memory(self) -> tuple[np.ndarray, np.ndarray]:
-        """All that the estimate depends on, in two arrays: copied back, it is what it was."""
-        return self._memory, self._kept
 
     def predict(self, dt: float):
         """Move the estimate on by dt [s]."""
@@ -307,12 +321,6 @@ class HeldPeg:
 
 CORRECTIONS = (Correction.USED, Correction.GATED, Correction.RESET, Correction.RESET)
 SETS = {ContactSet.THREE: 3, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
-
-
-def _views(*sizes):
-    """Return an array of zeros, and its parts of these sizes."""
-    memory = np.zeros(sum(sizes))
-    return memory, np.split(memory, np.cumsum(sizes)[:-1])
 
 
 def _open_quantities(scene, options, offsets):

@@ -31,7 +31,7 @@ def predict(s, scratch, o, walk, n, dt):
         [s].
 
     """
-    levels, frictions = len(o.level), len(s.alive)
+    levels, frictions = o.levels, s.frictions
     if levels > 1:
         shut = o.top_waits > 0.0 and s.alive.sum() > 1.5
         time = min(dt, _SLICE)
@@ -47,7 +47,7 @@ def predict(s, scratch, o, walk, n, dt):
 @compiled
 def _mix(s, scratch, o, n, first, shut, time):
     """Let the levels of one friction change into one another (interacting multiple models)."""
-    levels, share, w = len(o.level), scratch.share, n + 3
+    levels, share, w = o.levels, scratch.share, n + 3
     top = levels - 1
     for i in range(levels):
         stays = 1.0
@@ -108,7 +108,7 @@ def reweigh(s, scratch, o):
     o : Settings
 
     """
-    levels, frictions = len(o.level), len(s.alive)
+    levels, frictions = o.levels, s.frictions
     several = s.alive.sum() > 1.5
     best = -1e300
     for g in range(frictions):
@@ -152,8 +152,8 @@ def reweigh(s, scratch, o):
 @compiled
 def friction_told(s, scratch, o):
     """Fill in the share of a wrench's evidence that counts for the choice of a friction."""
-    levels, told = len(o.level), 0.0
-    for g in range(len(s.alive)):
+    levels, told = o.levels, 0.0
+    for g in range(s.frictions):
         if s.alive[g] == 0.0:
             continue
         held, doubt = 0.0, 0.0
@@ -167,7 +167,7 @@ def friction_told(s, scratch, o):
 @compiled
 def merge(s, o):
     """Let frictions that have become one be one: the heavier stays."""
-    levels, frictions = len(o.level), len(s.alive)
+    levels, frictions = o.levels, s.frictions
     for g in range(frictions):
         for h in range(g):
             if s.alive[g] == 0.0 or s.alive[h] == 0.0:
@@ -195,7 +195,7 @@ def _friction_of(s, levels, g):
 @compiled
 def combine(s, n):
     """Fill in mean and covariance of the whole mixture."""
-    m, w = len(s.weight), n + 3
+    m, w = s.components, n + 3
     for a in range(w):
         t = 0.0
         for j in range(m):

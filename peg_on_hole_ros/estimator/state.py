@@ -1,4 +1,4 @@
-"""The estimator's state: one typed record with named fields, all views of one array."""
+"""The estimator's state and its scratch memory: typed records with named fields."""
 
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ WIDTHS = (1, 1, 6, 2, 1, 1)
 
 class State(NamedTuple):
     """
-    All that the next step depends on; n values are estimated, in m components.
+    All that the next step depends on, as views of a record; n values are estimated, in m components.
 
     A component is one friction with one level of acceleration: number friction * levels + level.
 
@@ -91,68 +91,6 @@ class State(NamedTuple):
     noise: np.ndarray
 
 
-class Scratch(NamedTuple):
-    """
-    Memory that a step fills before it reads it, so that nothing is allocated.
-
-    Attributes
-    ----------
-    x, P : ndarray
-        As in the state, after mixing.
-    log_likelihood, doubt : ndarray, shape (m,)
-        Of the last measurement; how far the direction of friction is unknown.
-    residual : ndarray, shape (6,)
-    E : ndarray, shape (6, n + 3)
-        Slopes of the six equations.
-    R : ndarray, shape (6, 6)
-        Their noise.
-    unknown : ndarray, shape (6, 6)
-        The part of it that is friction of unknown direction.
-    root : ndarray, shape (6, 6)
-    gain : ndarray, shape (n + 3, 6)
-    white, scales, left : ndarray
-    columns : ndarray, shape (6, 9)
-        Slopes by tilt, slide and slip of the wrench, and by the wrench itself.
-    share : ndarray, shape (levels, levels)
-    work : ndarray
-        Of the mechanics.
-    step : ndarray, shape (n + 3,)
-        What an update adds to the mean.
-    evidence : ndarray, shape (frictions,)
-        Log weights of the frictions.
-    evidence_of_wrench : ndarray, shape (1,)
-        Log likelihood of a component's last wrench.
-    known : ndarray, shape (6, 6)
-        The noise without friction of unknown direction.
-    before, P_before : ndarray
-        A component before the equations are straightened again.
-
-    """
-
-    x: np.ndarray
-    P: np.ndarray
-    log_likelihood: np.ndarray
-    doubt: np.ndarray
-    residual: np.ndarray
-    E: np.ndarray
-    R: np.ndarray
-    unknown: np.ndarray
-    root: np.ndarray
-    gain: np.ndarray
-    white: np.ndarray
-    scales: np.ndarray
-    left: np.ndarray
-    columns: np.ndarray
-    share: np.ndarray
-    work: np.ndarray
-    step: np.ndarray
-    evidence: np.ndarray
-    evidence_of_wrench: np.ndarray
-    known: np.ndarray
-    before: np.ndarray
-    P_before: np.ndarray
-
-
 def places(open_quantities: tuple[str, ...]) -> tuple[np.ndarray, int]:
     """
     Return where each of QUANTITIES stands in the mean, -1 for one that is known, and n.
@@ -171,62 +109,90 @@ def places(open_quantities: tuple[str, ...]) -> tuple[np.ndarray, int]:
     return at, n
 
 
-def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
-    """Return the array that holds a state, and the state as views of it."""
-    m, w = frictions * levels, n + 3
-    shapes = {
-        "x": (m, w),
-        "P": (m, w, w),
-        "weight": (m,),
-        "alive": (frictions,),
-        "told": (1,),
-        "load": (1,),
-        "since": (2,),
-        "step": (1,),
-        "start_rates2": (1,),
-        "spiked": (1,),
-        "friction_force2": (3,),
-        "mean": (w,),
-        "covariance": (w, w),
-        "nis": (2,),
-        "innovation": (3,),
-        "innovation_before": (3,),
-        "orientations": (3, 3),
-        "noise": (3,),
-    }
-    sizes = [int(np.prod(shape)) for shape in shapes.values()]
-    memory, ends = np.zeros(sum(sizes)), np.cumsum(sizes)
-    parts = zip(shapes, ends - sizes, ends)
-    views = {name: memory[begin:end].reshape(shapes[name]) for name, begin, end in parts}
-    views["noise"][:] = 1.0
-    views["orientations"][:] = np.nan
-    return memory, State(**views)
+# Places that there are room for: all that a scene can leave open with the reactions, and as many
+# components as frictions and levels can make. What is not used costs memory, and no time.
+MOST_WIDTH = OPEN + sum(WIDTHS) + 3
+MOST_FRICTIONS, MOST_LEVELS = 7, 3
+_M, _W = MOST_FRICTIONS * MOST_LEVELS, MOST_WIDTH
+
+# The state as compiled code has it; see `State`. Components come last, for most are empty.
+STATE = np.dtype(
+    [
+        ("frictions", np.int64),
+        ("components", np.int64),
+        ("width", np.int64),
+        ("weight", float, (_M,)),
+        ("alive", float, (MOST_FRICTIONS,)),
+        ("told", float, (1,)),
+        ("load", float, (1,)),
+        ("since", float, (2,)),
+        ("step", float, (1,)),
+        ("start_rates2", float, (1,)),
+        ("spiked", float, (1,)),
+        ("friction_force2", float, (3,)),
+        ("mean", float, (_W,)),
+        ("covariance", float, (_W, _W)),
+        ("nis", float, (2,)),
+        ("innovation", float, (3,)),
+        ("innovation_before", float, (3,)),
+        ("orientations", float, (3, 3)),
+        ("noise", float, (3,)),
+        ("x", float, (_M, _W)),
+        ("P", float, (_M, _W, _W)),
+    ]
+)
+SCRATCH = np.dtype(
+    [
+        ("x", float, (_M, _W)),
+        ("P", float, (_M, _W, _W)),
+        ("log_likelihood", float, (_M,)),
+        ("doubt", float, (_M,)),
+        ("residual", float, (6,)),
+        ("E", float, (6, _W)),
+        ("R", float, (6, 6)),
+        ("unknown", float, (6, 6)),
+        ("root", float, (6, 6)),
+        ("gain", float, (_W, 6)),
+        ("white", float, (6,)),
+        ("scales", float, (3,)),
+        ("left", float, (3,)),
+        ("columns", float, (6, 9)),
+        ("share", float, (MOST_LEVELS, MOST_LEVELS)),
+        ("work", float, workspace().shape),
+        ("step", float, (_W,)),
+        ("evidence", float, (MOST_FRICTIONS,)),
+        ("evidence_of_wrench", float, (1,)),
+        ("known", float, (6, 6)),
+        ("before", float, (_W,)),
+        ("P_before", float, (_W, _W)),
+    ]
+)
 
 
-def new_scratch(n: int, frictions: int, levels: int) -> Scratch:
-    """Return scratch memory for a state of the same sizes."""
+def begin_state(state: np.void, n: int, frictions: int, levels: int) -> None:
+    """
+    Give a record of STATE its sizes.
+
+    Raises
+    ------
+    ValueError
+        There is no room for so many frictions or levels.
+
+    """
+    if frictions > MOST_FRICTIONS or levels > MOST_LEVELS:
+        raise ValueError(
+            f"{frictions} frictions with {levels} levels: at most {MOST_FRICTIONS} with "
+            f"{MOST_LEVELS}"
+        )
     m, w = frictions * levels, n + 3
-    return Scratch(
-        np.zeros((m, w)),
-        np.zeros((m, w, w)),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(6),
-        np.zeros((6, w)),
-        np.zeros((6, 6)),
-        np.zeros((6, 6)),
-        np.zeros((6, 6)),
-        np.zeros((w, 6)),
-        np.zeros(6),
-        np.zeros(3),
-        np.zeros(3),
-        np.zeros((6, 9)),
-        np.zeros((levels, levels)),
-        workspace(),
-        np.zeros(w),
-        np.zeros(frictions),
-        np.zeros(1),
-        np.zeros((6, 6)),
-        np.zeros(w),
-        np.zeros((w, w)),
-    )
+    state["frictions"], state["components"], state["width"] = frictions, m, w
+    state["noise"] = 1.0
+    state["orientations"] = np.nan
+
+
+def named(state: np.void) -> State:
+    """Return a record of STATE by name, as far as its sizes reach."""
+    m, w, frictions = state["components"], state["width"], state["frictions"]
+    reach = {"x": (m, w), "P": (m, w, w), "weight": (m,), "alive": (frictions,)}
+    reach |= {"mean": (w,), "covariance": (w, w)}
+    return State(*(state[name][tuple(map(slice, reach.get(name, ())))] for name in State._fields))

@@ -40,10 +40,10 @@ def start(
 
     Parameters
     ----------
-    s : State
+    s : record of STATE
         Filled.
-    scratch : Scratch
-    o : Settings
+    scratch : record of SCRATCH
+    o : record of SETTINGS
     at : ndarray, shape (6,)
     n : int
     q : ndarray, shape (3,)
@@ -58,7 +58,7 @@ def start(
         Of what else is open.
 
     """
-    levels, frictions = len(o.level), len(s.alive)
+    levels, frictions = o.levels, s.frictions
     spacing = 2.0 * o.reach / max(frictions - 1, 1)
     total = 0.0
     for g in range(frictions):
@@ -75,8 +75,10 @@ def start(
                 s.weight[j] = 1e-9 * own
             total += s.weight[j]
             x, P = s.x[j], s.P[j]
-            x[:] = 0.0
-            P[:, :] = 0.0
+            for i in range(n + 3):
+                x[i] = 0.0
+                for k in range(n + 3):
+                    P[i, k] = 0.0
             for i in range(3):
                 x[i] = q[i]
                 for k in range(3):
@@ -139,7 +141,7 @@ def expect(s, scratch, at, q, R):
     The innovation over the lower root of its covariance is left in the state.
     """
     E, residual, root, white = scratch.E, scratch.residual, scratch.root, s.innovation
-    w = len(s.mean)
+    w = s.width
     orientation_slopes(s.mean, at, w, E)
     orientation_residual(s.mean, at, q, E, residual)
     nis = 0.0
@@ -171,11 +173,11 @@ def expect(s, scratch, at, q, R):
 @compiled
 def orient(s, scratch, o, at, n, learnt, q, R):
     """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
-    levels, noise = len(o.level), scratch.R
+    levels, noise = o.levels, scratch.R
     for i in range(3):
         for k in range(3):
             noise[i, k] = s.noise[0] * R[i, k]
-    for j in range(len(s.weight)):
+    for j in range(s.components):
         scratch.log_likelihood[j] = 0.0
         if s.alive[j // levels] == 0.0:
             continue
@@ -235,13 +237,13 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     prior = (o.reaction_prior * s.load[0]) ** 2
     if contacts != 3 or s.since[0] < o.settling or _drifts(s, o):
         s.since[1] = -1.0
-        for j in range(len(s.weight)):
+        for j in range(s.components):
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
             _forget(s.P[j], n, n, prior)
-            if np.isinf(o.time[j % len(o.level)]):
+            if np.isinf(o.time[j % o.levels]):
                 _forget(s.P[j], ACCELERATION, n, o.acceleration_start**2)
-            if contacts == 0 and at[BIAS] >= 0 and s.alive[j // len(o.level)] > 0.0:
+            if contacts == 0 and at[BIAS] >= 0 and s.alive[j // o.levels] > 0.0:
                 _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
         combine(s, n)
         return
@@ -259,9 +261,8 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     misfit = nis > o.wrench_gate and not begins
     s.spiked[0] = s.spiked[0] + 1.0 if misfit else 0.0
     if s.spiked[0] == 1.0:
-        for j in range(len(s.weight)):
-            s.x[j, :] = scratch.x[j]
-            s.P[j, :, :] = scratch.P[j]
+        for j in range(s.components):
+            copy(s.x[j], s.P[j], scratch.x[j], scratch.P[j], n + 3)
         _correct_all(
             s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, 1, nis / _EQUATIONS
         )  # fmt: skip
@@ -276,17 +277,25 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
 
 
 @compiled
+def copy(x, P, from_x, from_P, w):
+    """Copy the first w values and their covariance."""
+    for i in range(w):
+        x[i] = from_x[i]
+        for j in range(w):
+            P[i, j] = from_P[i, j]
+
+
+@compiled
 def _forget_reactions(s, scratch, o, n, prior):
     """Begin reactions anew, and keep every component as it is before the wrench."""
-    levels = len(o.level)
-    for j in range(len(s.weight)):
+    levels = o.levels
+    for j in range(s.components):
         if s.alive[j // levels] == 0.0:
             continue
         _forget(s.P[j], n, n, prior)
         if np.isinf(o.time[j % levels]):
             _forget(s.P[j], ACCELERATION, n, o.level[j % levels] ** 2)
-        scratch.x[j, :] = s.x[j]
-        scratch.P[j, :, :] = s.P[j]
+        copy(scratch.x[j], scratch.P[j], s.x[j], s.P[j], n + 3)
 
 
 @compiled
@@ -294,8 +303,8 @@ def _correct_all(
     s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, wider
 ):  # fmt: skip
     """Correct every component, with noise of a wider variance; return the mean of their NIS."""
-    levels, nis, several = len(o.level), 0.0, s.alive.sum() > 1.5
-    for j in range(len(s.weight)):
+    levels, nis, several = o.levels, 0.0, s.alive.sum() > 1.5
+    for j in range(s.components):
         scratch.log_likelihood[j] = 0.0
         if s.alive[j // levels] == 0.0:
             continue
@@ -331,7 +340,7 @@ def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
     """Correct one component by the balance of a peg that hangs free; only the bias is told."""
     late = max(o.free_time / max(dt, _LEAST_STEP), 1.0)
     moved = late * (p.m * o.free_acceleration) ** 2
-    turned = late * (p.Ie * o.level[len(o.level) // 2]) ** 2
+    turned = late * (p.Ie * o.level[o.levels // 2]) ** 2
     balance_free(p, x, n, at, u, noise, bias_map, moved, turned, scratch)
     for a in range(6):
         scratch.residual[a] = -scratch.residual[a]
@@ -351,12 +360,13 @@ def _by_equations(
     w = n + 3
     before, P_before = scratch.before, scratch.P_before
     if passes > 1:
-        before[:] = x
-        P_before[:, :] = P
+        copy(before, P_before, x, P, w)
     nis = 0.0
     for k in range(passes):
         if k > 0:
-            P[:, :] = P_before
+            for a in range(w):
+                for b in range(w):
+                    P[a, b] = P_before[a, b]
         turned = straighten(
             p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
             s.friction_force2, scratch,

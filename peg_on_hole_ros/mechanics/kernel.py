@@ -4,18 +4,11 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from peg_on_hole_ros.mechanics import generated, geometry
+from peg_on_hole_ros.mechanics.compiling import compiled, inlined
 from peg_on_hole_ros.mechanics.scene import Scene
 
-# error_model="numpy": below gamma0 the equations give NaN, which the step rejects.
-compiled = njit(cache=True, error_model="numpy")
-# For the bodies of loops that shall become vector instructions.
-inlined = njit(cache=True, error_model="numpy", forceinline=True)
-# For steps that have one caller: compiled as a part of it, and by themselves only where Python
-# calls them.
-spliced = njit(cache=True, error_model="numpy", inline="always")
 closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
 derivatives = compiled(generated.derivatives)

@@ -1,11 +1,8 @@
 """What a judge remembers from one wrench to the next: named fields in a few arrays."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitoring.row import ALARM_WIDTH
 from peg_on_hole_ros.options import MonitorOptions
 
 MODES = ("three_point", "two_point", "open", "unknown")
@@ -47,61 +44,31 @@ LEVEL_FIELDS = (
 )
 
 
-class Memory(NamedTuple):
-    """
-    All that the next judgement depends on beside the estimate.
-
-    Attributes
-    ----------
-    numbers : ndarray
-        Of `judgement.judge`.
-    declared : ndarray of FIELDS, shape (1,)
-    levels : ndarray of LEVEL_FIELDS, shape (3,)
-        Of each alarm.
-    said, kept : ndarray, shape (3, ALARM_WIDTH)
-        The alarms as they were told last, and of what caused them last; see `row`.
-
-    """
-
-    numbers: np.ndarray
-    declared: np.ndarray
-    levels: np.ndarray
-    said: np.ndarray
-    kept: np.ndarray
+# The thresholds and times of mode, flag and alarms; see `MonitorOptions`.
+THRESHOLDS = np.dtype(
+    [
+        ("mode_dwell", float),
+        ("mode_probability_on", float),
+        ("mode_probability_off", float),
+        ("transition_probability_on", float),
+        ("transition_probability_off", float),
+        ("transition_hold", float),
+        ("jamming_warn", float),
+        ("jamming_error", float),
+        ("alarm_hysteresis", float),
+        ("alarm_dwell", float),
+        ("alarm_hold", float),
+        ("max_normal", float, (3,)),
+    ]
+)
 
 
-class Thresholds(NamedTuple):
-    """The thresholds and times of mode, flag and alarms as floats; see `MonitorOptions`."""
-
-    mode_dwell: float
-    mode_probability_on: float
-    mode_probability_off: float
-    transition_probability_on: float
-    transition_probability_off: float
-    transition_hold: float
-    jamming_warn: float
-    jamming_error: float
-    alarm_hysteresis: float
-    alarm_dwell: float
-    alarm_hold: float
-    max_normal: tuple[float, float, float]
-
-
-def thresholds(options: MonitorOptions) -> Thresholds:
-    """Return the thresholds for compiled code."""
-    *floats, most = (getattr(options, name) for name in Thresholds._fields)
-    return Thresholds(*map(float, floats), tuple(map(float, most)))
-
-
-def new_memory(numbers: np.ndarray) -> Memory:
-    """Return a memory about those of `judgement.new_judgement`; forget it before use."""
-    return Memory(
-        numbers,
-        np.zeros(1, [field[:2] for field in FIELDS]),
-        np.zeros(3, [field[:2] for field in LEVEL_FIELDS]),
-        np.zeros((3, ALARM_WIDTH)),
-        np.zeros((3, ALARM_WIDTH)),
-    )
+def thresholds(options: MonitorOptions) -> np.void:
+    """Return the thresholds for compiled code, a record of THRESHOLDS."""
+    found = np.zeros(1, THRESHOLDS)[0]
+    for name in THRESHOLDS.names:
+        found[name] = getattr(options, name)
+    return found
 
 
 @compiled

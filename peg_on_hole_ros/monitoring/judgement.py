@@ -7,7 +7,9 @@ import numpy as np
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring import carried, contacts, evidence, jamming, trend
+from peg_on_hole_ros.monitoring.declared import FIELDS, LEVEL_FIELDS
 from peg_on_hole_ros.monitoring.known import Known, fill_known
+from peg_on_hole_ros.monitoring.row import ALARM_WIDTH
 from peg_on_hole_ros.options import MonitorOptions
 
 # An array that is handed to compiled code costs as much as 50 multiplications, and a copy of one
@@ -52,6 +54,17 @@ def retune(m: np.ndarray, options: MonitorOptions, scene: Scene, force_stddev: f
 
 
 _NOTHING_SEEN = np.concatenate([contacts.no_knowledge(), carried.new_means()])
+# All that the next judgement depends on beside the estimate: of `judge`, what is declared, each
+# alarm's level, and the alarms as they were told last and of what caused them last; see `row`.
+MEMORY = np.dtype(
+    [
+        ("numbers", float, (SIZE,)),
+        ("declared", [field[:2] for field in FIELDS], (1,)),
+        ("levels", [field[:2] for field in LEVEL_FIELDS], (3,)),
+        ("said", float, (3, ALARM_WIDTH)),
+        ("kept", float, (3, ALARM_WIDTH)),
+    ]
+)
 _NO_RISK_SEEN = jamming.new_memory()
 
 

@@ -1,0 +1,89 @@
+"""
+How functions are compiled: machine code for what Python calls, and for nothing else.
+
+numba makes machine code of every function by itself, and once more within each that calls it;
+of some three hundred functions that takes most of the time that compiling does. Here a function
+that another compiled one calls is handed on as it is, and becomes machine code as a part of the
+one that Python calls.
+"""
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import NativeLowering
+
+
+class _Part(JITCodeLibrary):
+    """Code that is linked into that of a caller, and is not run by itself."""
+
+    def finalize(self):
+        """Gather the code of all that it calls."""
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LowerPart(NativeLowering):
+    _name = "peg_on_hole_lower_part"
+
+    def run_pass(self, state):
+        codegen = state.targetctx.codegen()
+        state.library = _Part(codegen, state.func_id.func_qualname)
+        super().run_pass(state)
+        # There is no address to know it by.
+        key = object()
+        state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
+        state["cr"] = state.cr._replace(cfunc=key)
+        return True
+
+
+class _PartCompiler(CompilerBase):
+    def define_pipelines(self):
+        flags = self.state.flags
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.passes = [
+            (_LowerPart if each is NativeLowering else each, said) for each, said in passes.passes
+        ]
+        passes.finalize()
+        return [passes]
+
+
+class _PartDispatcher(CPUDispatcher):
+    def add_overload(self, cres):
+        self.overloads[tuple(cres.signature.args)] = cres
+
+
+class _Dispatcher(CPUDispatcher):
+    """Called by Python it is a function like any of numba's; compiled code calls its part."""
+
+    def get_call_template(self, args, kws):
+        return self.part.get_call_template(args, kws)
+
+    def get_overload(self, sig):
+        return self.part.get_overload(sig)
+
+
+def compiled(function, **options):
+    """
+    Return a function, compiled when it is first called with arguments of a kind.
+
+    What divides by zero gives infinity or NaN, as numpy does: below gamma0 the equations give NaN,
+    which the step rejects.
+    """
+    options = {"nopython": True, "error_model": "numpy"} | options
+    dispatcher = _Dispatcher(function, targetoptions=options | {"no_cfunc_wrapper": True})
+    dispatcher.part = _PartDispatcher(
+        function, targetoptions=options, pipeline_class=_PartCompiler
+    )
+    dispatcher.enable_caching()
+    return dispatcher
+
+
+def inlined(function):
+    """Return a compiled function for the bodies of loops that shall become vector instructions."""
+    return compiled(function, forceinline=True)
