@@ -12,7 +12,6 @@ from peg_on_hole_ros.engine.state import (
     ENGINE,
     ORIENTATION,
     RULES,
-    Snapshot,
     restore,
     snapshot,
 )
@@ -263,10 +262,10 @@ class Processor:
             result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
             engine.note(e, rules, orientation, CORRECTIONS.index(result), nis)
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> tuple:
         """Return everything that what follows depends on, for `restore`."""
         return snapshot(self._memory)
 
-    def restore(self, kept: Snapshot) -> None:
+    def restore(self, kept: tuple) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
         restore(self._memory, kept)

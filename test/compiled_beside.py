@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.estimator import mixture, step
+from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
 from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.reference import ReferenceEstimator
 from peg_on_hole_ros.estimator.reference_model import Cell
@@ -15,9 +16,11 @@ from peg_on_hole_ros.estimator.state import (
     FRICTION,
     OPEN,
     QUANTITIES,
+    SCRATCH,
+    STATE,
     WIDTHS,
-    new_scratch,
-    new_state,
+    begin_state,
+    named,
     places,
 )
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
@@ -89,30 +92,31 @@ class Compiled:
         self.cell, self.scalars = cell, scene_scalars(cell.scene)
         self.at, self.n = places(cell.open_quantities)
         sizes = self.n, frictions, len(cell.settings.level)
-        self.memory, self.state = new_state(*sizes)
-        self.scratch = new_scratch(*sizes)
+        self.record, self.scratch = np.zeros(1, STATE)[0], np.zeros(1, SCRATCH)[0]
+        begin_state(self.record, *sizes)
+        self.state, self.settings = named(self.record), np.zeros(1, SETTINGS)[0]
+        fill_settings(self.settings, cell.settings)
 
     def start(self, q, R, *stated):
-        settings = self.cell.settings
-        step.start(self.state, self.scratch, settings, self.at, self.n, q, R, *stated)
+        step.start(self.record, self.scratch, self.settings, self.at, self.n, q, R, *stated)
 
     def predict(self, dt):
         cell = self.cell
-        mixture.predict(self.state, self.scratch, cell.settings, cell.walk, self.n, dt)
-        step.pass_time(self.state, dt)
-        mixture.combine(self.state, self.n)
+        mixture.predict(self.record, self.scratch, self.settings, cell.walk, self.n, dt)
+        step.pass_time(self.record, dt)
+        mixture.combine(self.record, self.n)
 
     def correct(self, q, R):
         cell = self.cell
-        step.expect(self.state, self.scratch, self.at, q, R)
-        follow_noise(self.state, cell.settings, q, R)
-        step.orient(self.state, self.scratch, cell.settings, self.at, self.n, cell.learnt, q, R)
-        mixture.combine(self.state, self.n)
+        step.expect(self.record, self.scratch, self.at, q, R)
+        follow_noise(self.record, self.settings, q, R)
+        step.orient(self.record, self.scratch, self.settings, self.at, self.n, cell.learnt, q, R)
+        mixture.combine(self.record, self.n)
 
     def weigh(self, u, contacts=3):
         cell = self.cell
         step.weigh(
-            self.state, self.scratch, cell.settings, self.scalars, self.at, self.n, cell.learnt,
+            self.record, self.scratch, self.settings, self.scalars, self.at, self.n, cell.learnt,
             u, cell.wrench_noise, cell.bias_map, contacts,
         )  # fmt: skip
 

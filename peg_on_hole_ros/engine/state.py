@@ -7,8 +7,8 @@ import numpy as np
 from peg_on_hole_ros.estimation.freshness import FRESHNESS
 from peg_on_hole_ros.estimation.innovations import INNOVATIONS
 from peg_on_hole_ros.estimation.measurement import REDUCTION
-from peg_on_hole_ros.estimator.held import GATES, HELD, KEPT
-from peg_on_hole_ros.estimator.state import STATE
+from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.estimator.held import GATES, HELD
 from peg_on_hole_ros.monitoring.declared import THRESHOLDS
 from peg_on_hole_ros.monitoring.judgement import MEMORY
 
@@ -101,37 +101,16 @@ ENGINE = np.dtype(
 )
 
 
-class Snapshot(NamedTuple):
-    """Everything that what follows depends on."""
-
-    beside: np.ndarray
-    held: np.ndarray
-    alive: np.ndarray
-    x: np.ndarray
-    P: np.ndarray
+# What the engine remembers beside the estimate, in bytes.
+_BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])
 
 
-# In bytes: what the engine remembers beside the estimate, and what that is beside components.
-_HELD = ENGINE.fields["held"][1]
-_BESIDE = slice(ENGINE.fields["memory"][1], _HELD)
-_FIRST = HELD.fields["state"][1] + STATE.fields["x"][1]
-_WITHIN = slice(_HELD + KEPT, _HELD + _FIRST)
-
-
-def snapshot(memory: np.ndarray) -> Snapshot:
+def snapshot(memory: np.ndarray) -> tuple[np.ndarray, held.Snapshot]:
     """Return everything that what follows depends on, of an array of ENGINE, shape (1,)."""
-    content, state = memory.view(np.uint8), memory["held"]["state"][0]
-    frictions, w = state["frictions"], state["width"]
-    levels = state["components"] // max(frictions, 1)
-    alive = np.flatnonzero(np.repeat(state["alive"][:frictions] > 0.0, levels))
-    parts = state["x"][alive, :w], state["P"][alive, :w, :w]
-    return Snapshot(content[_BESIDE].copy(), content[_WITHIN].copy(), alive, *parts)
+    return memory.view(np.uint8)[_BESIDE].copy(), held.snapshot(memory["held"])
 
 
-def restore(memory: np.ndarray, kept: Snapshot) -> None:
+def restore(memory: np.ndarray, kept: tuple[np.ndarray, held.Snapshot]) -> None:
     """Go back to a snapshot; what follows is then bit for bit what followed it."""
-    content = memory.view(np.uint8)
-    content[_BESIDE], content[_WITHIN] = kept.beside, kept.held
-    state = memory["held"]["state"][0]
-    w = state["width"]
-    state["x"][kept.alive, :w], state["P"][kept.alive, :w, :w] = kept.x, kept.P
+    memory.view(np.uint8)[_BESIDE], estimate = kept
+    held.restore(memory["held"], estimate)

@@ -16,8 +16,8 @@ LEFT, STILL, STUCK = range(3)
 
 
 # Tells values that are news from those that a driver repeats: of `repeats`, and LEFT, 1: the peg
-# has turned away from the orientation that is repeated; STILL, 1: that has lasted longer than TOLD;
-# STUCK: for how long it has, at most [s].
+# has turned away from the orientation that is repeated; STILL, 1: that has lasted longer than
+# TOLD; STUCK: for how long it has, at most [s].
 FRESHNESS = np.dtype(
     [("wrench", float, (VALUES + 6,)), ("joints", float, (VALUES + 3,)), ("turning", float, (3,))]
 )

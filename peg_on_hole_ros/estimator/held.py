@@ -1,6 +1,7 @@
 """A held peg's estimate, compiled: start, let go, predict, hold against, correct, weigh."""
 
 from math import isfinite, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,9 +9,10 @@ from peg_on_hole_ros.estimator import step
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.record import SIZE, fill_record
-from peg_on_hole_ros.estimator.settings import SETTINGS
+from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import (
     FRICTION,
+    MOST_LEVELS,
     MOST_WIDTH,
     OPEN,
     QUANTITIES,
@@ -26,6 +28,18 @@ USED, GATED, RESET, LOST = range(4)
 # Places in `begin` of HELD: friction and its deviation at the next start, orientations that were
 # refused in a row.
 BEGIN_FRICTION, BEGIN_STDDEV, REFUSED = range(3)
+
+
+# The tuned constants for compiled code, with how many levels there are.
+SETTINGS = np.dtype(
+    [("levels", np.int64)]
+    + [
+        (name, float, (MOST_LEVELS,) if name in ("level", "time", "up") else ())
+        for name in Settings._fields
+        if name not in ("frictions", "passes")
+    ]
+    + [("frictions", np.int64), ("passes", np.int64)]
+)
 
 
 # All that an estimate is made of; what it depends on from one step to the next stands at the end.
@@ -49,8 +63,47 @@ HELD = np.dtype(
         ("state", STATE),
     ]
 )
-# Where what changes begins, in bytes.
-KEPT = HELD.fields["noise"][1]
+# What changes beside the components, in bytes.
+_KEPT = slice(HELD.fields["noise"][1], HELD.fields["state"][1] + STATE.fields["x"][1])
+
+
+class Snapshot(NamedTuple):
+    """All that an estimate depends on, with the components that are alive."""
+
+    beside: np.ndarray
+    alive: np.ndarray
+    x: np.ndarray
+    P: np.ndarray
+
+
+def snapshot(memory: np.ndarray) -> Snapshot:
+    """Return all that an estimate depends on, of an array of HELD, shape (1,)."""
+    content = memory.view(np.uint8)
+    state = memory["state"][0]
+    frictions, w = state["frictions"], state["width"]
+    levels = state["components"] // max(frictions, 1)
+    alive = np.flatnonzero(np.repeat(state["alive"][:frictions] > 0.0, levels))
+    parts = state["x"][alive, :w], state["P"][alive, :w, :w]
+    return Snapshot(content[_KEPT].copy(), alive, *parts)
+
+
+def restore(memory: np.ndarray, kept: Snapshot) -> None:
+    """Go back to a snapshot; what follows is then bit for bit what followed it."""
+    memory.view(np.uint8)[_KEPT] = kept.beside
+    state = memory["state"][0]
+    w = state["width"]
+    state["x"][kept.alive, :w], state["P"][kept.alive, :w, :w] = kept.x, kept.P
+
+
+def fill_settings(record: np.void, settings: Settings) -> None:
+    """Fill in a record of SETTINGS."""
+    levels = len(settings.level)
+    record["levels"] = levels
+    for name, value in settings._asdict().items():
+        if isinstance(value, np.ndarray):
+            record[name][:levels] = value
+        else:
+            record[name] = value
 
 
 # When an orientation is refused, and how a start begins; see `FilterOptions`.
@@ -63,8 +116,8 @@ GATES = np.dtype(
 def fill(h):
     """Fill in the record."""
     fill_record(
-        h.record, h.state, h.at, h.n, scene_of(h.scene), h.u, h.bias_map, h.constants.direction_share,
-        h.scratch.left,
+        h.record, h.state, h.at, h.n, scene_of(h.scene), h.u, h.bias_map,
+        h.constants.direction_share, h.scratch.left,
     )  # fmt: skip
 
 
@@ -155,8 +208,8 @@ def weigh(h, u, contacts):
     if not isfinite(h.state.mean[0]):
         return
     step.weigh(
-        h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise, h.bias_map,
-        contacts,
+        h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise,
+        h.bias_map, contacts,
     )  # fmt: skip
     fill(h)
 

@@ -8,10 +8,10 @@ import numpy as np
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED
+from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED, fill_settings
 from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
 from peg_on_hole_ros.estimator.record import DETERMINANT, part
-from peg_on_hole_ros.estimator.settings import Settings, default_settings, fill_settings
+from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
     CLEARANCE,
@@ -84,11 +84,7 @@ class HeldPeg:
         names, mean, stddev, walk, learnt = _open_quantities(scene, options, self.offsets)
         self._at, self._n = places(names)
         several = scene.friction_stddev > 0.0 and options.friction == "estimated"
-        self._sizes = (
-            self._n,
-            self.constants.frictions if several else 1,
-            len(self.constants.level),
-        )
+        frictions = self.constants.frictions if several else 1
         self._stated = stddev
         memory = np.zeros(1, HELD)
         held = memory[0]
@@ -106,11 +102,11 @@ class HeldPeg:
         # What was learnt outlives a motion: friction and what is open begin from it.
         held["begin"][:REFUSED] = scene.friction, scene.friction_stddev
         held["open_stddev"][: len(stddev)] = stddev
-        begin_state(held["state"], *self._sizes)
+        begin_state(held["state"], self._n, frictions, len(self.constants.level))
         self._live_in(memory)
 
     def move_to(self, memory: np.ndarray) -> None:
-        """Live on in another array of HELD, shape (1,), which may be a part of something larger."""
+        """Live on in another array of HELD, shape (1,), as in a part of something larger."""
         memory[:] = self._memory
         self._live_in(memory)
 
@@ -145,6 +141,14 @@ class HeldPeg:
         self._begin[:REFUSED] = self.scene.friction, self.scene.friction_stddev
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
+
+    def snapshot(self) -> held.Snapshot:
+        """Return everything that the estimate depends on, for `restore`."""
+        return held.snapshot(self._memory)
+
+    def restore(self, kept: held.Snapshot):
+        """Go back to a snapshot; what follows is then bit for bit what followed it."""
+        held.restore(self._memory, kept)
 
     def predict(self, dt: float):
         """Move the estimate on by dt [s]."""

@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.state import MOST_LEVELS
-
 
 class Settings(NamedTuple):
     """
@@ -103,26 +101,3 @@ def default_settings(**changed) -> Settings:
     for name in ("level", "time", "up"):
         given[name] = np.array(given[name], float)
     return Settings(**given)
-
-
-# The same for compiled code, with how many levels there are.
-SETTINGS = np.dtype(
-    [("levels", np.int64)]
-    + [
-        (name, float, (MOST_LEVELS,) if name in ("level", "time", "up") else ())
-        for name in Settings._fields
-        if name not in ("frictions", "passes")
-    ]
-    + [("frictions", np.int64), ("passes", np.int64)]
-)
-
-
-def fill_settings(record: np.void, settings: Settings) -> None:
-    """Fill in a record of SETTINGS."""
-    levels = len(settings.level)
-    record["levels"] = levels
-    for name, value in settings._asdict().items():
-        if isinstance(value, np.ndarray):
-            record[name][:levels] = value
-        else:
-            record[name] = value

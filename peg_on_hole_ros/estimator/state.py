@@ -24,7 +24,9 @@ WIDTHS = (1, 1, 6, 2, 1, 1)
 
 class State(NamedTuple):
     """
-    All that the next step depends on, as views of a record; n values are estimated, in m components.
+    All that the next step depends on, as views of a record of STATE.
+
+    n values are estimated, in m components.
 
     A component is one friction with one level of acceleration: number friction * levels + level.
 

@@ -309,7 +309,7 @@ def test_interruption_while_a_file_is_begun_leaves_none(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("peg_on_hole_ros.edges.bags.writer.Writer.start", interrupted)
+    monkeypatch.setattr("peg_on_hole_ros.edges.bags.writer.BulkWriter.start", interrupted)
     with pytest.raises(KeyboardInterrupt):
         BagWriter(tmp_path / "out.mcap")
     assert list(tmp_path.iterdir()) == []

@@ -27,7 +27,7 @@ def test_one_call_does_what_its_parts_do():
     hypotheses, means, trend, j = no_knowledge(), new_means(), new_trend(), jamming.new_memory()
     ratio = scene.peg_diameter / scene.hole_diameter
     stddev, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
-    m = line.processor.engine.memory.numbers
+    m = line.processor.engine["memory"]["numbers"]
     oriented_ns = last_ns = None
     on_contacts, waiting, found = False, [], 0
     for sample in measure(motion, 6):

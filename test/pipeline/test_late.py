@@ -117,7 +117,7 @@ def test_memory_of_the_fastest_wrench_is_bounded():
             kept = len(history._units)
             back = 1 + k * 37 % min(kept - 1, 4000)
             late += history.put_joints(measurement(now - 100_000 * back), now)
-            for unit, with_snapshot in history.take_changed():
+            for unit, with_snapshot in history.take_changed()[1]:
                 unit.before = 0 if with_snapshot else None
         assert history._units[0].before is not None
     assert late > 200
