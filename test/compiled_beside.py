@@ -92,7 +92,8 @@ class Compiled:
         self.cell, self.scalars = cell, scene_scalars(cell.scene)
         self.at, self.n = places(cell.open_quantities)
         sizes = self.n, frictions, len(cell.settings.level)
-        self.record, self.scratch = np.zeros(1, STATE)[0], np.zeros(1, SCRATCH)[0]
+        self.memory, self.scratch = np.zeros(1, STATE), np.zeros(1, SCRATCH)[0]
+        self.record = self.memory[0]
         begin_state(self.record, *sizes)
         self.state, self.settings = named(self.record), np.zeros(1, SETTINGS)[0]
         fill_settings(self.settings, cell.settings)

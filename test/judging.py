@@ -4,7 +4,8 @@ import numpy as np
 
 from peg_on_hole_ros.monitoring.alarm_text import alarms_of
 from peg_on_hole_ros.monitoring.alarms import clear_alarms, follow_alarms, follow_level
-from peg_on_hole_ros.monitoring.declared import MODES, new_memory, thresholds
+from peg_on_hole_ros.monitoring.declared import MODES, thresholds
+from peg_on_hole_ros.monitoring.judgement import MEMORY
 from peg_on_hole_ros.monitoring.mode import declare_mode, forget_mode
 from peg_on_hole_ros.monitoring.transition import lower_flag, raise_flag
 
@@ -18,8 +19,8 @@ class Declared:
 
     def __init__(self, options):
         self.thresholds = thresholds(options)
-        self.memory = new_memory(np.zeros(1))
-        self.record = self.memory.declared[0]
+        self.memory = np.zeros(1, MEMORY)[0]
+        self.record = self.memory["declared"][0]
         forget_mode(self.record)
         lower_flag(self.record)
         clear_alarms(self.memory)
@@ -53,7 +54,7 @@ class Alarms(Declared):
         follow_alarms(
             self.memory, self.thresholds, t, floats(risk), floats(shown), np.array(normal)
         )
-        return alarms_of(self.memory.said)
+        return alarms_of(self.memory["said"])
 
 
 class Level(Declared):
@@ -62,4 +63,4 @@ class Level(Declared):
         self.ends = warn, error
 
     def update(self, t, value):
-        return follow_level(self.memory.levels[0], *self.ends, self.thresholds, t, value)
+        return follow_level(self.memory["levels"][0], *self.ends, self.thresholds, t, value)

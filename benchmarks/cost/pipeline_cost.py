@@ -66,7 +66,7 @@ def timed(line: Pipeline) -> list:
     return [
         (process, "process", ENGINE),
         (pipeline, "outputs_of", OUTPUTS),
-        (line, "_orientation", INPUT),
+        (line, "orientation", INPUT),
         (line.processor, "snapshot", LATE),
         (line._history, "append", LATE),
     ]

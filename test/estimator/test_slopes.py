@@ -1,6 +1,7 @@
 """The six equations as a measurement: residual and slopes against differences of the equations."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -69,7 +70,7 @@ def straightened(cell, x, P, u):
         both.scalars, x, P, N, both.at, u, NOISE, cell.bias_map, LOAD,
         cell.settings.direction_share, 1.0, force2, scratch,
     )  # fmt: skip
-    return scratch, force2
+    return SimpleNamespace(**{name: scratch[name] for name in scratch.dtype.names}), force2
 
 
 @pytest.mark.parametrize("seed", range(6))

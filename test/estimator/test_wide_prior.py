@@ -22,7 +22,7 @@ def begin(estimator, row, rates, rate_stddev):
     estimator.start(row.q, row.R, rate_stddev, estimator.cell.scene.friction, 1e-9, *_NOTHING)
     if isinstance(estimator, Compiled):
         estimator.state.x[:, 3:6] = rates
-        mixture.combine(estimator.state, estimator.n)
+        mixture.combine(estimator.record, estimator.n)
     else:
         estimator.x[3:] = rates
 
