@@ -8,7 +8,7 @@ _DISTANCES = (5, 10, 17, 26, 38, 54, 74)
 
 
 def place_labels(
-    fig, axis, points, texts, sizes=None, weights=None, colors=None, radii=None, bars=()
+    fig, axis, points, texts, sizes=None, weights=None, colors=None, radii=None, bars=(), levels=()
 ) -> list:  # fmt: skip
     """
     Label points; a label far from its point has a line to it.
@@ -28,6 +28,8 @@ def place_labels(
         Of the markers [points].
     bars : sequence of tuple
         (x, low, high): vertical bars that no label covers, data coordinates.
+    levels : sequence of tuple
+        (y, left, right): horizontal ones.
 
     Returns
     -------
@@ -44,6 +46,9 @@ def place_labels(
     for x, low, high in bars:
         (left, bottom), (_, top) = axis.transData.transform([(x, low), (x, high)])
         barred.append((left - scale, bottom, left + scale, top))
+    for y, start, end in levels:
+        (left, bottom), (right, _) = axis.transData.transform([(start, y), (end, y)])
+        barred.append((left, bottom - scale, right, bottom + scale))
     inside = axis.get_window_extent(renderer)
     frame = (inside.x0, inside.y0, inside.x1, inside.y1)
     labels = []
