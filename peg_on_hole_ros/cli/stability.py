@@ -34,7 +34,11 @@ def run(arguments: Namespace) -> int:
     rows.finish()
     from peg_on_hole_ros.edges.plots.stability import figure
 
-    written = [rows.path, *save(figure(found), folder / "stability")]
+    written = [
+        rows.path,
+        *save(figure(found), folder / "stability"),
+        *save(figure(found, narrow=True), folder / "stability_narrow"),
+    ]
     print(summary(found))
     print(", ".join(map(str, written)))
     return 0
