@@ -28,25 +28,19 @@ def run(arguments: Namespace) -> int:
     cases = scenes.CASES[:QUICK_CASES] if arguments.quick else scenes.CASES
     seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if arguments.quick else SEEDS))
     state = f"# {source_key()} {len(cases)} {len(seeds)} {asdict(configuration)}"
-    each = len(chart.ESTIMATORS) + 1
+    each = len(chart.ESTIMATORS) + 2
     rows = PartialTable(folder / "chart.csv", chart.Score._fields, state, each)
-    bounds = []
     try:
         with Progress("chart") as progress:
             for k, case in enumerate(cases):
-                truth = scenes.truth_of(case, configuration)
-                bounds.append(scenes.least_errors(truth, scenes.bound_along(truth)))
                 if k * each >= len(rows.rows):
-                    found = chart.scores(chart.ESTIMATORS, case.name, truth, seeds, CLOCK)
-                    rows.add([*found, chart.limit_score(case.name, truth, seeds, CLOCK)])
+                    rows.add(_scores(case.name, scenes.truth_of(case, configuration), seeds))
                 progress((k + 1) / len(cases))
     except BaseException:
         rows.close()
         raise
     rows.finish()
-    found = chart.overall([chart.Score(*row[:2], *_numbers(row[2:])) for row in rows.rows])
-    limit = found.pop([row.name for row in found].index(chart.LIMIT)).microseconds
-    limits = chart.Limits(*map(chart.geometric_mean, zip(*bounds)), limit)
+    found, limits = chart.limits(chart.overall(scores_of(rows.rows)))
     from peg_on_hole_ros.edges.plots.chart import figure
 
     written = [
@@ -57,6 +51,19 @@ def run(arguments: Namespace) -> int:
     print(summary(found, limits))
     print(", ".join(map(str, written)))
     return 0
+
+
+def _scores(case, truth, seeds):
+    return [
+        *chart.scores(chart.ESTIMATORS, case, truth, seeds, CLOCK),
+        chart.limit_score(case, truth, seeds, CLOCK),
+        chart.bound_score(case, truth),
+    ]
+
+
+def scores_of(rows) -> list[chart.Score]:
+    """Return the scores in rows of `chart.csv`."""
+    return [chart.Score(*row[:2], *_numbers(row[2:])) for row in rows]
 
 
 def _numbers(row):

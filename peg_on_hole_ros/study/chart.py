@@ -17,6 +17,7 @@ from peg_on_hole_ros.study.fewer import make_one, make_two
 from peg_on_hole_ros.study.limit import arithmetic
 from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import Errors, errors, run, thinned, told_of_contact
+from peg_on_hole_ros.study.scenes import bound_along, least_errors
 from peg_on_hole_ros.study.unscented import make_unscented
 
 # Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
@@ -100,8 +101,8 @@ ESTIMATORS = (
 )
 
 
-# Not an estimator: the row of what the default's arithmetic alone costs.
-LIMIT = "C limit, 1 kHz"
+# No estimators: what the default's arithmetic alone costs, and the bound on the errors of all.
+LIMIT, BOUND = "C limit, 1 kHz", "bound, 1 kHz"
 
 
 class Score(NamedTuple):
@@ -203,6 +204,13 @@ def limit_score(case: str, truth, seeds, clock) -> Score:
     return Score(case, LIMIT, *(nothing,) * 4, 0.0, 1e6 * _median(seconds) / duration_ms)
 
 
+def bound_score(case: str, truth) -> Score:
+    """Return the least errors of any estimator at 1 kHz over a motion; NaN: no bound is sound."""
+    least = least_errors(truth, bound_along(truth))
+    nothing = float("nan")
+    return Score(case, BOUND, *least, *(nothing,) * 2, 0.0, nothing)
+
+
 def _median(values):
     """Return the median of what is a number; NaN of none."""
     known = [value for value in values if not np.isnan(value)]
@@ -269,6 +277,14 @@ class Limits(NamedTuple):
     reactions: float
     tilt_rate: float
     microseconds: float
+
+
+def limits(found: list[Overall]) -> tuple[list[Overall], Limits]:
+    """Return the estimators among what was found, and the limits."""
+    named = {row.name: row for row in found}
+    bound, arithmetic_alone = named.pop(BOUND), named.pop(LIMIT)
+    own = Limits(bound.reactions, bound.tilt_rate, arithmetic_alone.microseconds)
+    return list(named.values()), own
 
 
 def geometric_mean(values) -> float:

@@ -244,7 +244,7 @@ def test_chart_goes_on_and_draws(tmp_path, tiny, monkeypatch, capsys):
     first, second = scenes.CASES[0].name, scenes.CASES[1].name
     assert calls == [first, second, second]
     found = rows(tmp_path / "chart.csv")
-    names = [*map(str, chart.ESTIMATORS), chart.LIMIT]
+    names = [*map(str, chart.ESTIMATORS), chart.LIMIT, chart.BOUND]
     assert [row["name"] for row in found] == names * 2
     assert not list(tmp_path.glob("*.partial"))
     text = capsys.readouterr().out

@@ -5,7 +5,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from peg_on_hole_ros.study.stability import AXES, METHODS, Verdict
+from peg_on_hole_ros.study import stability as study
+from peg_on_hole_ros.study.stability import Verdict
 
 # Told apart by those who see fewer colours, and in print: Okabe and Ito's.
 COLORS = {
@@ -28,26 +29,26 @@ def figure(found: dict, narrow: bool = False) -> Figure:
     Parameters
     ----------
     found : dict
-        Name of an axis to (values along it, list of list of study.stability.Result by place).
+        Name of an axis to its places, each a list of study.stability.Result.
     narrow : bool
         Panels stand in one column, as a phone has room for.
 
     """
     columns = 1 if narrow else 3
-    rows = -(-len(METHODS) // columns)
+    rows = -(-len(study.METHODS) // columns)
     fig = Figure(figsize=(3.9, 9.6) if narrow else (9.0, 4.6), dpi=_DPI)
     axes = fig.subplots(rows, columns, squeeze=False)
     edges = (0.42, 0.125, 0.98, 0.965) if narrow else (0.18, 0.16, 0.99, 0.92)
     fig.subplots_adjust(*edges, wspace=0.06, hspace=0.28 if narrow else 0.3)
-    quantities = [quantity for quantity in AXES if quantity.name in found]
-    for n, (axis, name) in enumerate(zip(axes.flat, METHODS)):
-        verdicts = [[place[n].verdict for place in found[q.name][1]] for q in quantities]
+    quantities = [quantity for quantity in study.AXES if quantity.name in found]
+    for n, (axis, name) in enumerate(zip(axes.flat, study.METHODS)):
+        verdicts = [[place[n].verdict for place in found[q.name]] for q in quantities]
         _panel(axis, verdicts, [q.label for q in quantities] if n % columns == 0 else [])
         axis.set_title(name, loc="left", fontsize=8.5, weight="bold", pad=4)
         axis.set_title(_said(verdicts), loc="right", fontsize=8, pad=4)
-        if n >= len(METHODS) - columns:
+        if n >= len(study.METHODS) - columns:
             axis.set_xlabel("low  →  high", fontsize=8)
-    for axis in axes.flat[len(METHODS) :]:
+    for axis in axes.flat[len(study.METHODS) :]:
         axis.set_axis_off()
     patches = [Patch(color=COLORS[verdict], label=verdict.value) for verdict in Verdict]
     fig.legend(
