@@ -33,7 +33,6 @@ def test_everything_is_there_and_fits_the_width(opened, working_cycle, width, sc
     assert max(wide) <= width
 
 
-@pytest.mark.xfail(strict=False, reason="the words of the summary follow the estimator")
 def test_the_first_lines_say_what_happened(opened, working_cycle):
     page = opened(working_cycle).page
     lead = page.inner_text(".lead")
