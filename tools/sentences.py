@@ -65,7 +65,7 @@ def main(root: Path = Path(".")) -> int:
             wrong += [f"    {words(sentence)}: {sentence[:120]}" for sentence in found]
     for place, most in MOST_WORDS.items():
         of = [page for page in pages if page.relative_to(root).as_posix().startswith(place)]
-        count = sum(len(page.read_text(encoding="utf-8").split()) for page in of)
+        count = sum(words(page.read_text(encoding="utf-8")) for page in of)
         if count > most:
             wrong.append(f"{place}: {count} words, more than {most}")
     print("\n".join(wrong), end="\n" if wrong else "")
