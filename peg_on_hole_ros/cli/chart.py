@@ -28,13 +28,16 @@ def run(arguments: Namespace) -> int:
     cases = scenes.CASES[:QUICK_CASES] if arguments.quick else scenes.CASES
     seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if arguments.quick else SEEDS))
     state = f"# {source_key()} {len(cases)} {len(seeds)} {asdict(configuration)}"
-    each = len(chart.ESTIMATORS) + 2
+    chosen = [one for one in chart.ESTIMATORS if one.shown or not arguments.quick]
+    each = len(chosen) + 2
     rows = PartialTable(folder / "chart.csv", chart.Score._fields, state, each)
     try:
         with Progress("chart") as progress:
             for k, case in enumerate(cases):
                 if k * each >= len(rows.rows):
-                    rows.add(_scores(case.name, scenes.truth_of(case, configuration), seeds))
+                    rows.add(
+                        _scores(chosen, case.name, scenes.truth_of(case, configuration), seeds)
+                    )
                 progress((k + 1) / len(cases))
     except BaseException:
         rows.close()
@@ -53,9 +56,9 @@ def run(arguments: Namespace) -> int:
     return 0
 
 
-def _scores(case, truth, seeds):
+def _scores(chosen, case, truth, seeds):
     return [
-        *chart.scores(chart.ESTIMATORS, case, truth, seeds, CLOCK),
+        *chart.scores(chosen, case, truth, seeds, CLOCK),
         chart.limit_score(case, truth, seeds, CLOCK),
         chart.bound_score(case, truth),
     ]
