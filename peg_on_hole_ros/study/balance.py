@@ -21,6 +21,38 @@ def make_small_angle(scene, options, noise, offsets=None) -> "Balance":
     return Balance(True, scene, options, noise, offsets)
 
 
+def balanced(p, state, spread, u, wrench_covariance, small, work):
+    """
+    Return the three reactions that fit a wrench best, by least squares, and their covariance.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    state : ndarray, shape (OPEN,)
+        Angles, rates, accelerations, friction.
+    spread : ndarray, shape (OPEN,)
+        Their standard deviations; 0: known.
+    u : ndarray, shape (6,)
+        Force and moment about the mass centre, peg axes [N], [N m].
+    wrench_covariance : ndarray, shape (6, 6)
+    small, work
+        As for `unbalance`.
+
+    """
+    points = np.zeros((1 + OPEN, OPEN + 3))
+    points[:, :OPEN] = state
+    points[1:, :OPEN] += np.diag(spread)
+    left, carried = unbalanced(p, points, u, small, work)
+    noise = wrench_noise(p, points[0], u, wrench_covariance, small, work)
+    weighted = np.linalg.solve(noise, carried[0])
+    told = np.linalg.inv(carried[0].T @ weighted)
+    reactions = told @ weighted.T @ left[0]
+    # What a deviation of each leaves unbalanced, with these reactions.
+    off = (left[1:] - left[0]) - (carried[1:] - carried[0]) @ reactions
+    moved = told @ weighted.T @ off.T
+    return reactions, told + moved @ moved.T
+
+
 class Balance(HeldPeg):
     """
     A Kalman filter on orientations alone; at each wrench least squares for the three reactions.
@@ -47,23 +79,14 @@ class Balance(HeldPeg):
         s.since[1] = max(s.since[1], 0.0) + s.step[0]
         s.step[0] = 0.0
         x, P = s.x[0], s.P[0]
-        spread = np.sqrt(np.maximum(np.diagonal(P), 0.0))
+        still = x[:n].copy()
+        still[ACCELERATION:FRICTION] = 0.0
+        spread = np.sqrt(np.maximum(np.diagonal(P)[:n], 0.0))
         spread[ACCELERATION:FRICTION] = 0.0
         P[n:, :] = P[:, n:] = 0.0
-        points = np.tile(x, (1 + n, 1))
-        points[:, ACCELERATION:FRICTION] = points[:, n:] = 0.0
-        points[1:, :n] += np.diag(spread[:n])
-        left, carried = unbalanced(self.scalars, points, self._u, self._small, self._work)
-        noise = wrench_noise(
-            self.scalars, points[0], self._u, self.wrench_noise, self._small, self._work
+        x[n:], P[n:, n:] = balanced(
+            self.scalars, still, spread, self._u, self.wrench_noise, self._small, self._work
         )
-        weighted = np.linalg.solve(noise, carried[0])
-        told = np.linalg.inv(carried[0].T @ weighted)
-        x[n:] = told @ weighted.T @ left[0]
-        # What a deviation of each leaves unbalanced, with these reactions.
-        off = (left[1:] - left[0]) - (carried[1:] - carried[0]) @ x[n:]
-        moved = told @ weighted.T @ off.T
-        P[n:, n:] = told + moved @ moved.T
         s.mean[:], s.covariance[:] = x, P
         s.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
         # Rates are what joint states make of them.

@@ -10,7 +10,6 @@ import numpy as np
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS, make_filter
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.simulation.measure import measure
 from peg_on_hole_ros.study.balance import make_balance, make_small_angle
 from peg_on_hole_ros.study.fewer import make_one, make_two
@@ -18,6 +17,7 @@ from peg_on_hole_ros.study.limit import arithmetic
 from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import Errors, errors, run, thinned, told_of_contact
 from peg_on_hole_ros.study.scenes import bound_along, least_errors
+from peg_on_hole_ros.study.smoothed import make_smoothed
 from peg_on_hole_ros.study.unscented import make_unscented
 
 # Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
@@ -71,11 +71,6 @@ def make_dde_driven(scene, options, wrench_noise, offsets=None):
     return HeldPeg(scene, options, wrench_noise, offsets, constants)
 
 
-def make_smoother(scene, options, wrench_noise, offsets=None):
-    """Return the default estimator as one that smooths in the end."""
-    return Smoother(scene, options, wrench_noise, offsets, default_settings())
-
-
 RATES = (1000, 500, 100)
 DEFAULT = Estimator("default", RATES[0], partial(by_method, "mixture"))
 # Those of which the fastest alone is drawn.
@@ -88,7 +83,7 @@ _OTHERS = {
     "DDE-driven": make_dde_driven,
     "unscented": make_unscented,
     "particles": make_particles,
-    "smoother": make_smoother,
+    "smoother": make_smoothed,
 }
 ESTIMATORS = (
     *(DEFAULT._replace(rate=rate) for rate in RATES),

@@ -135,7 +135,7 @@ def _lines(axis, bound, limit):
 
 
 def _keeps(row):
-    """Return whether an estimator's word on its reactions counts; a smoother gives none."""
+    """Return whether an estimator's word on its reactions counts."""
     if np.isnan(row.reactions):
         return not row.lost
     sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= LEAST_COVERAGE

@@ -66,7 +66,8 @@ def place_labels(
         # The label's left end and middle are what is placed.
         text.set_position(offset)
         box = _box(x, y, offset, width, height, scale)
-        taken.append(box)
+        # Two labels in one line keep a space between them.
+        taken.append((box[0] - 4 * scale, box[1], box[2] + 4 * scale, box[3]))
         if np.hypot(*_gap(x, y, box)) > (9 + radii[k]) * scale:
             end = (min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3]))
             ends = axis.transData.inverted().transform([(x, y), end])
