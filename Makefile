@@ -15,7 +15,7 @@ PYTEST_ARGS ?=
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
-.PHONY: run test test-oldest test-other lint format docs lock setup clean
+.PHONY: run test test-oldest test-other lint format docs chart lock setup clean
 
 run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
 	$(BIN)/python -m peg_on_hole_ros.cli.demo
@@ -47,6 +47,12 @@ format: $(STAMP)
 
 docs: $(STAMP)  ## the documents as a site in site/; a broken link is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
+
+chart: $(STAMP)  ## the pictures of chart and stability and their tables anew; some ten minutes
+	$(BIN)/peg-on-hole chart --out out/chart
+	$(BIN)/peg-on-hole stability --out out/chart
+	cp out/chart/*.csv docs/figures/
+	$(BIN)/python tools/figures.py
 
 setup: $(STAMP)
 

@@ -239,6 +239,5 @@ def summary(cells, others=None) -> str:
         lines += ["", "Called determined, and covered in less than 85 %:", "", *short]
     ended = {name_of(c).rsplit(" ", 1)[0]: c["end"] for c in cells if c["end"] != "complete"}
     if ended:
-        lines += ["", "Cut short, or without three-point contact:", ""]
-        lines += [f"- {name}: {end}" for name, end in ended.items()]
+        lines += ["", f"Motions that end early, or lose three-point contact: {len(ended)}."]
     return "\n".join(lines)

@@ -28,38 +28,52 @@ def run(arguments: Namespace) -> int:
     cases = scenes.CASES[:QUICK_CASES] if arguments.quick else scenes.CASES
     seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if arguments.quick else SEEDS))
     state = f"# {source_key()} {len(cases)} {len(seeds)} {asdict(configuration)}"
-    rows = PartialTable(
-        folder / "chart.csv", chart.Score._fields, state, len(chart.ESTIMATORS)
-    )  # fmt: skip
-    bounds = []
+    chosen = [one for one in chart.ESTIMATORS if one.shown or not arguments.quick]
+    each = len(chosen) + 2
+    rows = PartialTable(folder / "chart.csv", chart.Score._fields, state, each)
     try:
         with Progress("chart") as progress:
             for k, case in enumerate(cases):
-                truth = scenes.truth_of(case, configuration)
-                bounds.append(scenes.least_errors(truth, scenes.bound_along(truth)))
-                if k * len(chart.ESTIMATORS) >= len(rows.rows):
-                    rows.add(chart.scores(chart.ESTIMATORS, case.name, truth, seeds, CLOCK))
+                if k * each >= len(rows.rows):
+                    rows.add(
+                        _scores(chosen, case.name, scenes.truth_of(case, configuration), seeds)
+                    )
                 progress((k + 1) / len(cases))
     except BaseException:
         rows.close()
         raise
     rows.finish()
-    found = chart.overall([chart.Score(*row[:2], *_numbers(row[2:])) for row in rows.rows])
-    bound = scenes.Least(*map(chart.geometric_mean, zip(*bounds)))
+    found, limits = chart.limits(chart.overall(scores_of(rows.rows)))
     from peg_on_hole_ros.edges.plots.chart import figure
 
-    picture = figure(found, bound)
-    written = [rows.path, *save(picture, folder / "chart")]
-    print(summary(found, bound))
+    written = [
+        rows.path,
+        *save(figure(found, limits), folder / "chart"),
+        *save(figure(found, limits, narrow=True), folder / "chart_narrow"),
+    ]
+    print(summary(found, limits))
     print(", ".join(map(str, written)))
     return 0
+
+
+def _scores(chosen, case, truth, seeds):
+    return [
+        *chart.scores(chosen, case, truth, seeds, CLOCK),
+        chart.limit_score(case, truth, seeds, CLOCK),
+        chart.bound_score(case, truth),
+    ]
+
+
+def scores_of(rows) -> list[chart.Score]:
+    """Return the scores in rows of `chart.csv`."""
+    return [chart.Score(*row[:2], *_numbers(row[2:])) for row in rows]
 
 
 def _numbers(row):
     return [float(value) if value else float("nan") for value in row]
 
 
-def summary(found: list[chart.Overall], bound: scenes.Least) -> str:
+def summary(found: list[chart.Overall], limits: chart.Limits) -> str:
     """Return the figures as a table, and the bound."""
     head = [
         "estimator",
@@ -78,5 +92,8 @@ def summary(found: list[chart.Overall], bound: scenes.Least) -> str:
         ]
         for row in found
     ]  # fmt: skip
-    least = f"reactions {100 * bound.reactions:.2f} %, tilt rate {bound.tilt_rate:.4f}"
-    return f"{table(head, lines)}\nbound at 1 kHz: {least}"
+    least = (
+        f"bound at 1 kHz: reactions {100 * limits.reactions:.2f} %, tilt rate "
+        f"{limits.tilt_rate:.4f}\nC limit: {limits.microseconds:.0f} us a ms"
+    )
+    return f"{table(head, lines)}\n{least}"

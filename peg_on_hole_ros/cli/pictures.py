@@ -22,13 +22,13 @@ def needed() -> None:
         )
 
 
-def save(figure, stem: Path) -> list[Path]:
-    """Write a picture as stem.png and stem.svg; return both paths."""
+def save(figure, stem: Path, suffixes=(".png", ".svg")) -> list[Path]:
+    """Write a picture as stem.png and stem.svg; return the paths."""
     import matplotlib
 
     written = []
     with matplotlib.rc_context({"svg.hashsalt": "peg-on-hole", "svg.fonttype": "none"}):
-        for suffix in (".png", ".svg"):
+        for suffix in suffixes:
             path = stem.with_suffix(suffix)
             # No date: the same numbers give the same file.
             metadata = {"Date": None} if suffix == ".svg" else {"Software": None}

@@ -34,30 +34,37 @@ def run(arguments: Namespace) -> int:
     rows.finish()
     from peg_on_hole_ros.edges.plots.stability import figure
 
-    written = [rows.path, *save(figure(found), folder / "stability")]
+    written = [
+        rows.path,
+        *save(figure(found), folder / "stability"),
+        *save(figure(found, narrow=True), folder / "stability_narrow"),
+    ]
     print(summary(found))
     print(", ".join(map(str, written)))
     return 0
 
 
 def _examine_all(rows, count, seeds, configuration):
-    width, done, found = len(study.METHODS), 0, {}
-    first = len(study.Place._fields) + 1
+    width, done = len(study.METHODS), 0
     with Progress("stability") as progress:
         for axis in study.AXES:
-            values, results = [], []
             for place in axis.places(count):
                 if done * width >= len(rows.rows):
                     rows.add(
                         [axis.name, *place, result.method, result.verdict.value, *result[2:]]
                         for result in study.examine(place, configuration, seeds)
                     )
-                kept = rows.rows[done * width : (done + 1) * width]
-                values.append(getattr(place, axis.name))
-                results.append([_result(row[first:]) for row in kept])
                 done += 1
                 progress(done / (count * len(study.AXES)))
-            found[axis.name] = values, results
+    return found_in(rows.rows)
+
+
+def found_in(rows) -> dict:
+    """Return what the picture draws of the rows of `stability.csv`."""
+    found, width, first = {}, len(study.METHODS), len(study.Place._fields) + 1
+    for begun in range(0, len(rows), width):
+        place = rows[begun : begun + width]
+        found.setdefault(place[0][0], []).append([_result(row[first:]) for row in place])
     return found
 
 
@@ -71,6 +78,6 @@ def summary(found) -> str:
     shown = [verdict for verdict in study.Verdict if verdict is not study.Verdict.NONE]
     lines = []
     for k, method in enumerate(study.METHODS):
-        verdicts = [place[k].verdict for _, results in found.values() for place in results]
+        verdicts = [place[k].verdict for places in found.values() for place in places]
         lines.append([method, *(str(verdicts.count(verdict)) for verdict in shown)])
     return table(["places", *(verdict.value for verdict in shown)], lines)

@@ -18,7 +18,7 @@ MISFIT_COUNT = "innovations_too_large"
 _NO_STAMPS = "those of one are all zero: its driver does not set them, and has to"
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 _LOOP = "they come again, as in a recording that was played in a loop"
-# By the end of a reason's name; docs/integration.md has the rest.
+# By the end of a reason's name; docs/counts.md has the rest.
 _REMEDIES = {
     "missing_joint": "joints.names has to name joints of the joint states: it is {names}, the "
     "first joint state has {lacking}",
@@ -216,7 +216,7 @@ def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
                 if _CLOCKS in text and seen.loop:
                     text = _LOOP
                 return text.format(names=list(names), lacking=seen.lacking)
-    return "docs/integration.md has what each reason asks of you"
+    return "docs/counts.md has what each reason asks of you"
 
 
 def lines(

@@ -72,14 +72,19 @@ class Smoother(HeldPeg):
         covariance : ndarray, shape (k, 6, 6)
 
         """
-        t_ns = np.array([t for t, _ in self._marks], np.int64)
-        state, covariance = np.empty((len(t_ns), 6)), np.empty((len(t_ns), 6, 6))
+        t_ns, state, covariance = self.smooth_all()
+        return t_ns, state[:, :6], covariance[:, :6, :6]
+
+    def smooth_all(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `smooth` does of all that is estimated, n values, but the reactions."""
+        t_ns, n = np.array([t for t, _ in self._marks], np.int64), self._n
+        state, covariance = np.empty((len(t_ns), n)), np.empty((len(t_ns), n, n))
         x, P = self._estimate()
         row = len(t_ns) - 1
         for k in range(len(self._steps), 0, -1):
             # A step's end is where the next one, or the recording's end, stands.
             while row >= 0 and self._marks[row][1] == k:
-                state[row], covariance[row] = x[:6], P[:6, :6]
+                state[row], covariance[row] = x, P
                 row -= 1
             x, P = _back(self._steps[k - 1], x, P)
         return t_ns, state, covariance

@@ -1,4 +1,4 @@
-"""What is charted: settings of the estimator and others, at three rates, over many motions."""
+"""What is charted: the default and common methods, at three rates, over many motions."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,9 +10,14 @@ import numpy as np
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS, make_filter
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.study.balance import make_balance, make_small_angle
+from peg_on_hole_ros.study.fewer import make_one, make_two
+from peg_on_hole_ros.study.limit import arithmetic
+from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import Errors, errors, run, thinned, told_of_contact
+from peg_on_hole_ros.study.scenes import bound_along, least_errors
+from peg_on_hole_ros.study.smoothed import make_smoothed
 from peg_on_hole_ros.study.unscented import make_unscented
 
 # Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
@@ -27,7 +32,7 @@ DDE_LEVEL = 1e5
 
 class Estimator(NamedTuple):
     """
-    A point of the chart.
+    A row of the chart's table.
 
     Attributes
     ----------
@@ -36,15 +41,18 @@ class Estimator(NamedTuple):
         Wrenches that it is given [Hz], and as many orientations, at most 500.
     make : callable
         As `make_filter`.
+    shown : bool
+        It is a point of the picture.
 
     """
 
     name: str
     rate: int
     make: Callable
+    shown: bool = True
 
     def __str__(self):
-        """Return it as a label."""
+        """Return what it is called in tables."""
         return f"{self.name}, {'1 kHz' if self.rate == 1000 else f'{self.rate} Hz'}"
 
 
@@ -63,22 +71,33 @@ def make_dde_driven(scene, options, wrench_noise, offsets=None):
     return HeldPeg(scene, options, wrench_noise, offsets, constants)
 
 
-def make_smoother(scene, options, wrench_noise, offsets=None):
-    """Return the default estimator as one that smooths in the end."""
-    return Smoother(scene, options, wrench_noise, offsets, default_settings())
-
-
-DEFAULT = Estimator("mixture (default)", 1000, partial(by_method, "mixture"))
+RATES = (1000, 500, 100)
+DEFAULT = Estimator("default", RATES[0], partial(by_method, "mixture"))
+# Those of which the fastest alone is drawn.
+_OTHERS = {
+    "no mixture": partial(by_method, "one_level"),
+    "quasi-static balance": make_balance,
+    "small angle": make_small_angle,
+    "1 DOF": make_one,
+    "2 DOF": make_two,
+    "DDE-driven": make_dde_driven,
+    "unscented": make_unscented,
+    "particles": make_particles,
+    "smoother": make_smoothed,
+}
 ESTIMATORS = (
-    DEFAULT,
-    DEFAULT._replace(rate=500),
-    DEFAULT._replace(rate=100),
-    *(Estimator("one level", rate, partial(by_method, "one_level")) for rate in (1000, 100)),
-    *(Estimator("DDE-driven", rate, make_dde_driven) for rate in (1000, 100)),
-    *(Estimator("quasi-static", rate, partial(by_method, "quasi_static")) for rate in (1000, 100)),
-    Estimator("unscented", 1000, make_unscented),
-    Estimator("smoother", 1000, make_smoother),
+    *(DEFAULT._replace(rate=rate) for rate in RATES),
+    *(
+        Estimator(name, rate, make, rate == RATES[0])
+        for name, make in _OTHERS.items()
+        for rate in RATES
+    ),
+    *(Estimator("no inertia", rate, partial(by_method, "quasi_static"), False) for rate in RATES),
 )
+
+
+# No estimators: what the default's arithmetic alone costs, and the bound on the errors of all.
+LIMIT, BOUND = "C limit, 1 kHz", "bound, 1 kHz"
 
 
 class Score(NamedTuple):
@@ -171,6 +190,22 @@ def scores(chosen, case: str, truth, seeds, clock) -> list[Score]:
     ]  # fmt: skip
 
 
+def limit_score(case: str, truth, seeds, clock) -> Score:
+    """Return what the default's arithmetic alone costs; parameters as for `scores`."""
+    configuration = told_of_contact(truth.plan.configuration)
+    duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
+    seconds = [arithmetic(configuration, list(measure(truth, seed)), clock) for seed in seeds]
+    nothing = float("nan")
+    return Score(case, LIMIT, *(nothing,) * 4, 0.0, 1e6 * _median(seconds) / duration_ms)
+
+
+def bound_score(case: str, truth) -> Score:
+    """Return the least errors of any estimator at 1 kHz over a motion; NaN: no bound is sound."""
+    least = least_errors(truth, bound_along(truth))
+    nothing = float("nan")
+    return Score(case, BOUND, *least, *(nothing,) * 2, 0.0, nothing)
+
+
 def _median(values):
     """Return the median of what is a number; NaN of none."""
     known = [value for value in values if not np.isnan(value)]
@@ -219,6 +254,32 @@ def overall(found: list[Score]) -> list[Overall]:
             )
         )  # fmt: skip
     return rows
+
+
+class Limits(NamedTuple):
+    """
+    What no estimator goes below.
+
+    Attributes
+    ----------
+    reactions, tilt_rate : float
+        Errors as of `Overall`, by the bound at 1 kHz.
+    microseconds : float
+        For a millisecond of motion at 1 kHz: the default's arithmetic alone, compiled.
+
+    """
+
+    reactions: float
+    tilt_rate: float
+    microseconds: float
+
+
+def limits(found: list[Overall]) -> tuple[list[Overall], Limits]:
+    """Return the estimators among what was found, and the limits."""
+    named = {row.name: row for row in found}
+    bound, arithmetic_alone = named.pop(BOUND), named.pop(LIMIT)
+    own = Limits(bound.reactions, bound.tilt_rate, arithmetic_alone.microseconds)
+    return list(named.values()), own
 
 
 def geometric_mean(values) -> float:

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS
+from peg_on_hole_ros.study.smoothed import Smoothed
 
 # The estimate begins with one orientation and no rates [ns].
 SETTLE_NS = 50_000_000
@@ -93,14 +93,16 @@ def run(configuration: Configuration, samples, clock: Callable[[], float],
     clock : callable
         Returns a time [s].
     make : callable
-        As `make_filter`; what a `Smoother` tells of the states counts when all is over.
+        As `make_filter`; what a `Smoothed` tells counts when all is over.
 
     """
     pipeline, rows = Pipeline(configuration, make=make), []
     begun = clock()
     for outputs in pipeline.play(samples):
         rows.append(outputs)
-    smoothed = pipeline.filter.smooth() if isinstance(pipeline.filter, Smoother) else None
+    smoothed = None
+    if isinstance(pipeline.filter, Smoothed):
+        smoothed = pipeline.filter.smooth_with_reactions()
     seconds = clock() - begun
     values, stddev = np.full((len(rows), 9), np.nan), np.full((len(rows), 9), np.nan)
     for k, outputs in enumerate(rows):
@@ -111,10 +113,7 @@ def run(configuration: Configuration, samples, clock: Callable[[], float],
     determined = np.array([bool(o.monitor["reactions_determined"]) for o in rows], bool)
     if smoothed is not None:
         _, at, _ = np.intersect1d(smoothed[0], t_ns, return_indices=True)
-        values[:, :6] = smoothed[1][at]
-        stddev[:, :6] = np.sqrt(np.diagonal(smoothed[2][at], axis1=1, axis2=2))
-        # It smooths no reactions.
-        values[:, 6:] = stddev[:, 6:] = np.nan
+        values, stddev = smoothed[1][at], smoothed[2][at]
     return Track(t_ns - START_NS, values, stddev, determined, seconds)
 
 

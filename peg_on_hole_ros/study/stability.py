@@ -13,16 +13,20 @@ from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
 from peg_on_hole_ros.simulation.plan import plan_from_tree
 from peg_on_hole_ros.simulation.truth import Truth, integrate
+from peg_on_hole_ros.study.balance import make_balance
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED, by_method, make_dde_driven
+from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import errors, run, told_of_contact
 from peg_on_hole_ros.study.scenes import first_samples
 from peg_on_hole_ros.study.unscented import make_unscented
 
 METHODS = {
-    "mixture (default)": partial(by_method, "mixture"),
+    "default": partial(by_method, "mixture"),
+    "quasi-static balance": make_balance,
+    "no mixture": partial(by_method, "one_level"),
     "DDE-driven": make_dde_driven,
-    "quasi-static": partial(by_method, "quasi_static"),
     "unscented": make_unscented,
+    "particles": make_particles,
 }
 # Of 95 % bounds, of the least covered quantity.
 LEAST_COVERAGE = 0.85
@@ -75,7 +79,7 @@ class Place(NamedTuple):
 
 class Axis(NamedTuple):
     """
-    A quantity of the map: its field in `Place`, its label, its range on a log scale.
+    A quantity of the map: its field in `Place`, a label, and its range in the units of `Place`.
 
     Where there are values that sensors have, the nearest of them are taken.
     """
@@ -96,12 +100,12 @@ class Axis(NamedTuple):
 # Those of force-torque sensors [Hz].
 RATES = (100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0, 2500.0, 4000.0, 5000.0)
 AXES = (
-    Axis("rate", "rate of the wrench [Hz]", 100.0, 5000.0, RATES),
-    Axis("size", "diameter [m]", 0.004, 0.1),
-    Axis("lever", "lever of the sensor [m]", 0.02, 0.4),
-    Axis("speed", "speed of closing [rad/s]", 0.01, 0.64),
-    Axis("friction", "friction", 0.05, 0.6),
-    Axis("clearance", "clearance [% of the diameter]", 0.04, 4.0),
+    Axis("rate", "wrench, 100–5000 Hz", 100.0, 5000.0, RATES),
+    Axis("size", "diameter, 4–100 mm", 0.004, 0.1),
+    Axis("lever", "sensor lever, 20–400 mm", 0.02, 0.4),
+    Axis("speed", "closing, 0.01–0.64 rad/s", 0.01, 0.64),
+    Axis("friction", "friction, 0.05–0.6", 0.05, 0.6),
+    Axis("clearance", "clearance, 0.04–4 %", 0.04, 4.0),
 )
 COLUMNS = (
     "axis", *Place._fields, "method", "verdict", "reactions", "states_inside", "reactions_inside",

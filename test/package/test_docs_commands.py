@@ -1,7 +1,8 @@
-"""Every command in README and docs: all are understood, those of the tutorial are run in order."""
+"""Every command in README and docs: what can be run is run, page by page, as a reader would."""
 
 import os
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -11,55 +12,124 @@ import pytest
 from cli_helpers import ROOT
 from peg_on_hole_ros.cli.main import parser
 
-PAGES = [ROOT / "README.md", ROOT / "SECURITY.md", *sorted((ROOT / "docs").rglob("*.md"))]
-COMMAND = re.compile(r"^(?:    |> )?((?:peg-on-hole|sed) (?:.*\\\n)*.*)$", re.M)
-
-
-def commands(page, pattern=COMMAND):
-    text = page.read_text(encoding="utf-8")
-    return [found.replace("\\\n", " ") for found in pattern.findall(text)]
-
-
-BLOCKS = [
-    pytest.param(line, id=f"{page.stem}: {line[:40]}")
-    for page in PAGES
-    for line in commands(page)
-    if line.startswith("peg-on-hole")
+# The tutorial begins: what later pages repeat of it has been run.
+PAGES = [
+    ROOT / "docs" / "tutorial.md",
+    *(ROOT / name for name in ("README.md", "SECURITY.md", "CONTRIBUTING.md", "bags/README.md")),
+    *sorted({*(ROOT / "docs").rglob("*.md")} - {ROOT / "docs" / "tutorial.md"}),
+    *sorted((ROOT / "benchmarks").rglob("README.md")),
 ]
+COMMAND = re.compile(r"^(?:    |> )?((?:peg-on-hole|sed|make) (?:.*\\\n.*)*.*)$", re.M)
+INLINE = re.compile(r"`(peg-on-hole \w[^`]*)`")
+SCRIPT = re.compile(r"python (?:-m )?(benchmarks[./][\w./]+)((?: \[?-[^`\n]*)?)")
+# What runs for as long as one looks, for minutes, or on a cluster: the tests that run it.
+ELSEWHERE = {
+    "peg-on-hole watch": "report/test_live_page.py",
+    "peg-on-hole chart --out chart": "benchmarks/test_chart.py",
+    "peg-on-hole stability --out stability": "benchmarks/test_stability.py",
+    "peg-on-hole replay /data/recordings --dask": "many/test_many_bags.py",
+    "peg-on-hole simulate --config config/working_cycle.yaml": "simulation/test_simulated_bag.py",
+    "make run": "edges/test_demo.py",
+}
+
+
+def commands(page):
+    text = page.read_text(encoding="utf-8")
+    return [found.replace("\\\n", " ").strip() for found in COMMAND.findall(text)]
+
+
+def elsewhere(line):
+    return next((test for begin, test in ELSEWHERE.items() if line.startswith(begin)), None)
+
+
+EVERY = list(dict.fromkeys(line for page in PAGES for line in commands(page)))
+RUN = [line for line in EVERY if not elsewhere(line) and not line.startswith("make")]
+SHAPES = sorted({line for page in PAGES for line in INLINE.findall(page.read_text())})
+SCRIPTS = sorted({found for page in PAGES for found in SCRIPT.findall(page.read_text())})
+
+
+def shape(line):
+    """Return the words of a command as its parser has them, without what may be left out."""
+    bare = re.sub(r"\s(?:\[.*|>.*|#.*)$", "", line)
+    return [word for word in shlex.split(bare)[1:] if word != "..."]
 
 
 def test_there_are_commands_to_test():
-    assert len(BLOCKS) > 20
+    assert len(RUN) > 12 and len(SHAPES) > 5 and len(SCRIPTS) > 8
+    for test in ELSEWHERE.values():
+        assert (ROOT / "test" / test).exists(), test
 
 
-@pytest.mark.parametrize("line", BLOCKS)
+@pytest.mark.parametrize("line", [line for line in EVERY if line.startswith("peg")] + SHAPES)
 def test_each_command_is_understood(line):
-    words = shlex.split(line, comments=True)[1:]
-    parsed = parser().parse_args([word for word in words if word != ">"])
-    assert parsed.command == words[0]
+    words = shape(line)
+    if "COMMAND" in words:
+        return
+    # One that stands in a sentence may name no more than the command.
+    names = parser()._subparsers._group_actions[0].choices
+    assert words[0] in names
+    if len(words) > 1:
+        assert parser().parse_args(words).command == words[0]
 
 
-def test_the_tutorial_does_what_it_says(tmp_path):
-    for folder in ("bags", "config"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
-    program = tmp_path / "peg-on-hole"
+@pytest.mark.parametrize("line", [line for line in EVERY if line.startswith("make")])
+def test_each_target_exists(line):
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert re.search(rf"^{line.split()[1]}:", text, re.M)
+
+
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules")
+@pytest.mark.parametrize(("module", "options"), SCRIPTS)
+def test_each_script_has_its_options(module, options, monkeypatch, capsys):
+    name = module.removesuffix(".py").replace("/", ".").rstrip(".")
+    path = ROOT / name.replace(".", "/")
+    if path.is_dir():
+        return
+    told = path.with_suffix(".py").read_text(encoding="utf-8")
+    if "ArgumentParser" in told:
+        monkeypatch.setattr(sys, "argv", [name, "--help"])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_module(name, run_name="__main__")
+        assert ended.value.code in (0, None)
+        told = capsys.readouterr().out
+    for option in re.findall(r"--[\w-]+", options):
+        assert option in told, f"{name} {option}"
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """Run all commands in one folder, in the order in which they are read."""
+    folder = tmp_path_factory.mktemp("reader")
+    for name in ("bags", "config"):
+        (folder / name).symlink_to(ROOT / name)
+    program = folder / "peg-on-hole"
     program.write_text(f'#!/bin/sh\nexec {sys.executable} -m peg_on_hole_ros.cli.main "$@"\n')
     program.chmod(0o755)
-    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
+    path = f"{folder}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": path}
-    lines = commands(ROOT / "docs" / "tutorial.md")
-    assert len(lines) >= 7
-    told = {}
-    for line in lines:
+    found = {}
+    for line in RUN:
         done = subprocess.run(
-            ["/bin/sh", "-c", line], cwd=tmp_path, env=environment, capture_output=True, text=True
+            ["/bin/sh", "-c", line], cwd=folder, env=environment, capture_output=True, text=True
         )
         assert done.returncode == 0, f"{line}\n{done.stderr}"
-        told[line.split()[1], line.split()[2]] = done.stdout
-    made = {path.name for path in tmp_path.iterdir()}
-    assert {"out.mcap", "report.html", "half.mcap", "both.html", "calibrated.yaml"} <= made
+        found[line] = done.stdout
+    return folder, found
+
+
+def test_every_command_does_what_it_says(told):
+    folder, _ = told
+    made = {path.name for path in folder.iterdir()}
+    for line in RUN:
+        for place in re.findall(r"(?:--out|--report|--summary|>) ([\w./]+)", line):
+            assert place.split("/")[0] in made, line
+
+
+def test_the_tutorial_tells_what_it_promises(told):
+    folder, found = told
     # The setting was found in the file, and has an effect.
-    assert "friction: 0.1" in (tmp_path / "half.yaml").read_text(encoding="utf-8")
-    assert "scene.friction" in told["compare", "whole.mcap"]
-    replayed = told["replay", "bags/working_cycle.mcap"]
+    assert "friction: 0.1" in (folder / "half.yaml").read_text(encoding="utf-8")
+    compared = next(text for line, text in found.items() if "compare whole.mcap" in line)
+    assert "scene.friction" in compared
+    replayed = next(text for line, text in found.items() if "replay bags/working_cycle" in line)
     assert "aborted" in replayed and "inserted" in replayed

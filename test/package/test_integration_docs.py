@@ -18,7 +18,8 @@ from peg_on_hole_ros.estimator.offsets import NAMES as OFFSETS
 from peg_on_hole_ros.parameter_table import PARAMETERS
 from simulated import ROOT
 
-TEXT = (ROOT / "docs" / "integration.md").read_text(encoding="utf-8")
+PAGES = "integration", "topics", "alarms", "counts"
+TEXT = "\n".join((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8") for page in PAGES)
 QUOTED = set(re.findall(r"`([^`\n]+)`", TEXT))
 
 

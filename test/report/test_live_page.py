@@ -25,6 +25,7 @@ from websockets.sync.client import connect  # noqa: E402
 from peg_on_hole_ros.edges.bags.reader import Bag  # noqa: E402
 from peg_on_hole_ros.edges.live.player import Player  # noqa: E402
 from peg_on_hole_ros.edges.messages.output import PREFIX  # noqa: E402
+from pictures import differing, parts  # noqa: E402
 
 pytestmark = [pytest.mark.xdist_group("dds"), pytest.mark.timeout(600)]
 BAG = ROOT / "bags" / "closing_with_slip.mcap"
@@ -178,8 +179,10 @@ def test_drawing_strips_and_numbers_are_the_node_s(shown, live, address, width, 
     assert float(reading.split()[0]) == pytest.approx(1e3 * last.position[0], rel=1e-3)
     for strip, colour in (("tilt", "c0"), ("reactions", "c0"), ("modes", "three_point")):
         assert page.evaluate(PIXELS, [strip, colour]) > 20, strip
-    # All has been played: it says that nothing comes any more.
+    # All has been played: it says that nothing comes any more, and nothing moves.
     seen.wait_for_status("no estimate for")
+    name = "_".join(["live", *(["dark"] if scheme == "dark" else []), str(width)])
+    assert differing(name, parts(page)) == {}
     assert seen.complaints == []
     assert {url.split("/")[2] for url in seen.requests} == {address.split("/")[2]}
 

@@ -28,7 +28,8 @@ from peg_on_hole_ros.edges.messages.output import (
 from peg_on_hole_ros.edges.messages.ros_messages import message_class
 from peg_on_hole_ros.errors import PegOnHoleError
 
-PATIENCE = 120.0  # [s] for the node to start, a cold compilation included
+# For the node to start [s]: a cold compilation included, on a machine with other work.
+PATIENCE = 600.0
 SILENCE = 3.0  # [s] without an estimate while some are awaited, then these are lost
 # Most time of stamps that the node may be behind; its queues hold 200 messages by default.
 AHEAD_NS = 80_000_000

@@ -8,7 +8,7 @@ _DISTANCES = (5, 10, 17, 26, 38, 54, 74)
 
 
 def place_labels(
-    fig, axis, points, texts, sizes=None, weights=None, colors=None, radii=None, bars=()
+    fig, axis, points, texts, sizes=None, weights=None, colors=None, radii=None, bars=(), levels=()
 ) -> list:  # fmt: skip
     """
     Label points; a label far from its point has a line to it.
@@ -28,6 +28,8 @@ def place_labels(
         Of the markers [points].
     bars : sequence of tuple
         (x, low, high): vertical bars that no label covers, data coordinates.
+    levels : sequence of tuple
+        (y, left, right): horizontal ones.
 
     Returns
     -------
@@ -44,6 +46,9 @@ def place_labels(
     for x, low, high in bars:
         (left, bottom), (_, top) = axis.transData.transform([(x, low), (x, high)])
         barred.append((left - scale, bottom, left + scale, top))
+    for y, start, end in levels:
+        (left, bottom), (right, _) = axis.transData.transform([(start, y), (end, y)])
+        barred.append((left, bottom - scale, right, bottom + scale))
     inside = axis.get_window_extent(renderer)
     frame = (inside.x0, inside.y0, inside.x1, inside.y1)
     labels = []
@@ -61,7 +66,8 @@ def place_labels(
         # The label's left end and middle are what is placed.
         text.set_position(offset)
         box = _box(x, y, offset, width, height, scale)
-        taken.append(box)
+        # Two labels in one line keep a space between them.
+        taken.append((box[0] - 4 * scale, box[1], box[2] + 4 * scale, box[3]))
         if np.hypot(*_gap(x, y, box)) > (9 + radii[k]) * scale:
             end = (min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3]))
             ends = axis.transData.inverted().transform([(x, y), end])

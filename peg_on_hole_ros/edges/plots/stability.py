@@ -1,11 +1,12 @@
-"""The map of estimators as one picture: a panel for each quantity, a row for each estimator."""
+"""The map of estimators as one picture: a panel for each estimator, a row for each quantity."""
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from peg_on_hole_ros.study.stability import AXES, METHODS, Verdict
+from peg_on_hole_ros.study import stability as study
+from peg_on_hole_ros.study.stability import Verdict
 
 # Told apart by those who see fewer colours, and in print: Okabe and Ito's.
 COLORS = {
@@ -18,50 +19,54 @@ COLORS = {
 _CODES = {verdict: i for i, verdict in enumerate(Verdict)}
 _SHOWN = ListedColormap([COLORS[verdict] for verdict in Verdict])
 _NORM = BoundaryNorm(np.arange(len(Verdict) + 1) - 0.5, len(Verdict))
+_DPI = 160
 
 
-def figure(found: dict) -> Figure:
+def figure(found: dict, narrow: bool = False) -> Figure:
     """
     Draw the map.
 
     Parameters
     ----------
     found : dict
-        Name of an axis to (values along it, list of list of study.stability.Result by place).
+        Name of an axis to its places, each a list of study.stability.Result.
+    narrow : bool
+        Panels stand in one column, as a phone has room for.
 
     """
-    fig = Figure(figsize=(12.5, 5.4), dpi=110)
-    axes = fig.subplots(2, 3, squeeze=False)
-    fig.subplots_adjust(0.115, 0.19, 0.99, 0.95, wspace=0.06, hspace=0.5)
-    for n, (axis, quantity) in enumerate(zip(axes.flat, AXES)):
-        values, results = found[quantity.name]
-        codes = np.array([[_CODES[r.verdict] for r in place] for place in results]).T
-        axis.pcolormesh(
-            np.arange(len(values) + 1), np.arange(len(METHODS) + 1), codes, cmap=_SHOWN,
-            norm=_NORM, edgecolors="white", linewidth=1.0,
-        )  # fmt: skip
-        for column, place in enumerate(results):
-            for row, result in enumerate(place):
-                if np.isfinite(result.reactions) and result.reactions < 10:
-                    axis.text(
-                        column + 0.5, row + 0.5, _percent(result.reactions),
-                        ha="center", va="center", fontsize=7.5,
-                    )  # fmt: skip
-        axis.invert_yaxis()
-        names = list(METHODS) if n % 3 == 0 else [""] * len(METHODS)
-        axis.set_yticks(np.arange(len(METHODS)) + 0.5, names)
-        axis.tick_params(axis="y", length=0)
-        axis.set_xticks(
-            np.arange(len(values)) + 0.5,
-            [f"{float(f'{value:.2g}'):g}" for value in values],
-            fontsize=8,
-        )
-        axis.set_xlabel(quantity.label, fontsize=9.5)
+    columns = 1 if narrow else 3
+    rows = -(-len(study.METHODS) // columns)
+    fig = Figure(figsize=(3.9, 9.6) if narrow else (9.0, 4.6), dpi=_DPI)
+    axes = fig.subplots(rows, columns, squeeze=False)
+    edges = (0.42, 0.125, 0.98, 0.965) if narrow else (0.18, 0.16, 0.99, 0.92)
+    fig.subplots_adjust(*edges, wspace=0.06, hspace=0.28 if narrow else 0.3)
+    quantities = [quantity for quantity in study.AXES if quantity.name in found]
+    for n, (axis, name) in enumerate(zip(axes.flat, study.METHODS)):
+        verdicts = [[place[n].verdict for place in found[q.name]] for q in quantities]
+        _panel(axis, verdicts, [q.label for q in quantities] if n % columns == 0 else [])
+        axis.set_title(name, loc="left", fontsize=8.5, weight="bold", pad=4)
+        axis.set_title(_said(verdicts), loc="right", fontsize=8, pad=4)
+        if n >= len(study.METHODS) - columns:
+            axis.set_xlabel("low  →  high", fontsize=8)
+    for axis in axes.flat[len(study.METHODS) :]:
+        axis.set_axis_off()
     patches = [Patch(color=COLORS[verdict], label=verdict.value) for verdict in Verdict]
-    fig.legend(handles=patches, loc="lower center", ncols=len(patches), frameon=False)
-    fig.text(0.5, 0.065, "numbers: error of the reactions, % of their mean", ha="center")
+    fig.legend(
+        handles=patches, loc="lower center", ncols=1 if narrow else len(patches), fontsize=8,
+        frameon=False, columnspacing=1.2, borderpad=0.0,
+    )  # fmt: skip
     return fig
 
 
-def _percent(share):
-    return f"{100 * share:.2g}" if share < 0.1 else f"{100 * share:.0f}"
+def _panel(axis, verdicts, labels):
+    codes = np.array([[_CODES[verdict] for verdict in row] for row in verdicts])
+    axis.pcolormesh(codes, cmap=_SHOWN, norm=_NORM, edgecolors="white", linewidth=1.0)
+    axis.invert_yaxis()
+    axis.set_xticks([])
+    axis.set_yticks(np.arange(len(labels)) + 0.5, labels, fontsize=8)
+    axis.tick_params(axis="y", length=0)
+
+
+def _said(verdicts):
+    known = [verdict for row in verdicts for verdict in row if verdict is not Verdict.NONE]
+    return f"{known.count(Verdict.HOLDS)} of {len(known)}"

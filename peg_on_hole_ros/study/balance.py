@@ -1,0 +1,94 @@
+"""Motion from joint states alone, and the reactions that balance the wrench: without inertia."""
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN
+from peg_on_hole_ros.estimator.step import follow_load
+from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
+
+
+def make_balance(scene, options, noise, offsets=None) -> "Balance":
+    """Return the balance with the lengths as they are; parameters as for `HeldPeg`."""
+    return Balance(False, scene, options, noise, offsets)
+
+
+def make_small_angle(scene, options, noise, offsets=None) -> "Balance":
+    """Return the balance with the lengths of a small tilt; parameters as for `HeldPeg`."""
+    return Balance(True, scene, options, noise, offsets)
+
+
+def balanced(p, state, spread, u, wrench_covariance, small, work):
+    """
+    Return the three reactions that fit a wrench best, by least squares, and their covariance.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    state : ndarray, shape (OPEN,)
+        Angles, rates, accelerations, friction.
+    spread : ndarray, shape (OPEN,)
+        Their standard deviations; 0: known.
+    u : ndarray, shape (6,)
+        Force and moment about the mass centre, peg axes [N], [N m].
+    wrench_covariance : ndarray, shape (6, 6)
+    small, work
+        As for `unbalance`.
+
+    """
+    points = np.zeros((1 + OPEN, OPEN + 3))
+    points[:, :OPEN] = state
+    points[1:, :OPEN] += np.diag(spread)
+    left, carried = unbalanced(p, points, u, small, work)
+    noise = wrench_noise(p, points[0], u, wrench_covariance, small, work)
+    weighted = np.linalg.solve(noise, carried[0])
+    told = np.linalg.inv(carried[0].T @ weighted)
+    reactions = told @ weighted.T @ left[0]
+    # What a deviation of each leaves unbalanced, with these reactions.
+    off = (left[1:] - left[0]) - (carried[1:] - carried[0]) @ reactions
+    moved = told @ weighted.T @ off.T
+    return reactions, told + moved @ moved.T
+
+
+class Balance(HeldPeg):
+    """
+    A Kalman filter on orientations alone; at each wrench least squares for the three reactions.
+
+    Friction is as stated. Bounds hold the wrench's noise, and what angles, rates and friction may
+    be off by, one deviation of each at a time.
+    """
+
+    def __init__(self, small, scene, options, noise, offsets):
+        constants = default_settings(**CONSTANTS["one_level"])
+        super().__init__(scene, options, noise, offsets, constants)
+        if self._n != OPEN:
+            raise ValueError("a balance learns nothing")
+        self._small, self._work = small, workspace()
+
+    def weigh(self, u, contacts: ContactSet):
+        """Balance a wrench on the peg, and fill in the record; see `HeldPeg`."""
+        s, o, n = self.state, self.constants, self._n
+        if contacts is not ContactSet.THREE or s.since[0] < o.settling:
+            super().weigh(u, contacts)
+            return
+        self._u[:] = u
+        follow_load(s, o, self.scalars, self._u, s.step[0])
+        s.since[1] = max(s.since[1], 0.0) + s.step[0]
+        s.step[0] = 0.0
+        x, P = s.x[0], s.P[0]
+        still = x[:n].copy()
+        still[ACCELERATION:FRICTION] = 0.0
+        spread = np.sqrt(np.maximum(np.diagonal(P)[:n], 0.0))
+        spread[ACCELERATION:FRICTION] = 0.0
+        P[n:, :] = P[:, n:] = 0.0
+        x[n:], P[n:, n:] = balanced(
+            self.scalars, still, spread, self._u, self.wrench_noise, self._small, self._work
+        )
+        s.mean[:], s.covariance[:] = x, P
+        s.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
+        # Rates are what joint states make of them.
+        s.nis[1] = np.nan
+        self._fill()

@@ -1,0 +1,74 @@
+"""The estimator for a peg that moves in fewer ways: turns that are left out count as still."""
+
+from functools import partial
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, RATE
+
+# Places among gamma, psi, phi.
+_SLIDE, _SLIP = 1, 2
+
+
+def _make(still, scene, options, noise, offsets=None):
+    constants = default_settings(**CONSTANTS["one_level"])
+    return Fewer(still, scene, options, noise, offsets, constants)
+
+
+# The tilt alone; the tilt and the turn about the peg's own axis.
+make_one, make_two = partial(_make, (_SLIDE, _SLIP)), partial(_make, (_SLIDE,))
+
+
+class Fewer(HeldPeg):
+    """
+    The estimator with one level of acceleration, and with some turns taken for still.
+
+    Parameters
+    ----------
+    still : tuple of int
+        Their places among gamma, psi, phi: each is where joint states have it, at no rate.
+    arguments
+        As for `HeldPeg`.
+
+    """
+
+    def __init__(self, still, *arguments):
+        super().__init__(*arguments)
+        self._angles = [ANGLE + i for i in still]
+        self._motion = [first + i for first in (RATE, ACCELERATION) for i in still]
+
+    def start(self, q, R):
+        """Start from an orientation; see `HeldPeg`."""
+        super().start(q, R)
+        self._hold()
+
+    def predict(self, dt: float):
+        """Move the estimate on by dt [s]."""
+        super().predict(dt)
+        self._hold()
+
+    def correct(self, q, R):
+        """Correct with an orientation, which says where the still turns are; see `HeldPeg`."""
+        s, angles = self.state, self._angles
+        for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
+            x[angles] = np.asarray(q)[angles]
+            P[angles, :] = P[:, angles] = 0.0
+            P[np.ix_(angles, angles)] = np.asarray(R)[np.ix_(angles, angles)]
+        found = super().correct(q, R)
+        self._hold()
+        return found
+
+    def weigh(self, u, contacts: ContactSet):
+        """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
+        super().weigh(u, contacts)
+        self._hold()
+
+    def _hold(self):
+        """Let the still turns be still."""
+        s = self.state
+        for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
+            x[self._motion] = 0.0
+            P[self._motion, :] = P[:, self._motion] = 0.0

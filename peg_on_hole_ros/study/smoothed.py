@@ -1,0 +1,53 @@
+"""The default estimator smoothed, with the reactions that each wrench then leaves."""
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.held_peg import ContactSet
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.smoother import Smoother
+from peg_on_hole_ros.estimator.state import OPEN
+from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.study.balance import balanced
+
+
+def make_smoothed(scene, options, noise, offsets=None) -> "Smoothed":
+    """Return the default estimator as one that smooths in the end; parameters as for `HeldPeg`."""
+    return Smoothed(scene, options, noise, offsets, default_settings())
+
+
+class Smoothed(Smoother):
+    """A `Smoother` that keeps the wrenches; nothing but friction may be left open."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        if self._n != OPEN:
+            raise ValueError("nothing but friction is left open here")
+        self._wrenches: list[np.ndarray] = []
+
+    def weigh(self, u, contacts: ContactSet):
+        """Take a wrench on the peg; see `HeldPeg`."""
+        self._wrenches.append(np.array(u, float))
+        super().weigh(u, contacts)
+
+    def smooth_with_reactions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """
+        Return the smoothed state and the reactions at the stamps of all wrenches.
+
+        Returns
+        -------
+        t_ns : ndarray, shape (k,)
+        values, stddev : ndarray, shape (k, 9)
+            Angles [rad], rates [rad/s], reactions [N].
+
+        """
+        t_ns, state, covariance = self.smooth_all()
+        spread = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+        values, stddev = np.empty((len(t_ns), 9)), np.empty((len(t_ns), 9))
+        values[:, :6], stddev[:, :6] = state[:, :6], spread[:, :6]
+        work = workspace()
+        for k, u in enumerate(self._wrenches):
+            found, P = balanced(
+                self.scalars, state[k], spread[k], u, self.wrench_noise, False, work
+            )
+            values[k, 6:], stddev[k, 6:] = found, np.sqrt(np.diagonal(P))
+        return t_ns, values, stddev

@@ -1,0 +1,96 @@
+"""By how much the six equations do not hold at a state with its reactions."""
+
+from math import sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN, RATE
+from peg_on_hole_ros.mechanics.kernel import (
+    compiled,
+    equations,
+    pose_of,
+)
+
+# Friction is Coulomb's: what is not known of its direction is for the method to find [m/s].
+_SHARP = 1e-6
+_NEAREST = 1e-5
+
+
+@compiled
+def small_forms(d, D, H_c, gamma0, gamma):
+    """Return what `closed_forms` does, to leading order in a small tilt: sin = gamma, cos = 1."""
+    a1 = D * (gamma - gamma0) * (gamma + gamma0) / (4.0 * gamma)
+    a2 = ((D - d) + 0.5 * d * gamma * gamma) / (2.0 * gamma)
+    shrunk = (gamma0 / gamma) ** 2
+    S = 0.5 * D * shrunk
+    b = 0.5 * D * sqrt(1.0 - shrunk * shrunk)
+    db = 0.5 * D * D * shrunk * shrunk / (gamma * b)
+    h_c, z_c = gamma * (a2 - H_c), a1 - a2 + H_c
+    dh_c, dz_c = 2.0 * a1 - z_c, h_c + S
+    ddh_c, ddz_c = 2.0 * a2 / gamma - dz_c, dh_c - 2.0 * S / gamma
+    return gamma, 1.0, a1, a2, S, S, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c
+
+
+@compiled
+def unbalance(p, x, u, small, work, out):
+    """
+    Fill in the six equations, left side minus right side.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    x : ndarray, shape (13,)
+        As a component of the estimator's state: angles, rates, accelerations, friction, N.
+    u : ndarray, shape (6,)
+        Force and moment about the mass centre, peg axes [N], [N m].
+    small : bool
+        With the lengths of a small tilt.
+    work : ndarray
+        From `kernel.workspace`; its first 18 are what the reactions are multiplied by.
+    out : ndarray, shape (6,)
+
+    """
+    gamma = max(x[ANGLE], p.gamma0 + _NEAREST)
+    pose = np.array([gamma, x[ANGLE + 1], x[ANGLE + 2]])
+    geo, wrench = pose_of(p, pose, u, work)
+    if small:
+        geo = small_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
+    scales = (_SHARP, _SHARP, _SHARP)
+    rates = (x[RATE], x[RATE + 1], x[RATE + 2])
+    equations(p.m, p.Ie, p.Iz, max(x[FRICTION], 0.0), p.d, p.D, scales, geo, rates, wrench, work)
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    g, a, b = x[ACCELERATION], x[ACCELERATION + 1], x[ACCELERATION + 2]
+    out[0] = (p.m * (dh_c**2 + dz_c**2) + p.Ie) * g
+    out[1] = (p.m * h_c**2 + p.Ie * s**2 + p.Iz * c**2) * a + p.Iz * c * b
+    out[2] = p.Iz * (c * a + b)
+    out[3], out[4], out[5] = p.m * dh_c * g, p.m * h_c * a, p.m * dz_c * g
+    for i in range(6):
+        out[i] -= work[18 + i]
+        for j in range(3):
+            out[i] -= work[3 * i + j] * x[OPEN + j]
+
+
+@compiled
+def unbalanced(p, points, u, small, work):
+    """Return `unbalance` of several states, shape (k, 6), and by N of each, shape (k, 6, 3)."""
+    count = len(points)
+    out, contacts = np.empty((count, 6)), np.empty((count, 6, 3))
+    for k in range(count):
+        unbalance(p, points[k], u, small, work, out[k])
+        for i in range(6):
+            for j in range(3):
+                contacts[k, i, j] = work[3 * i + j]
+    return out, contacts
+
+
+@compiled
+def wrench_noise(p, x, u, covariance, small, work):
+    """Return what the noise of a wrench makes of `unbalance`, shape (6, 6): it is linear in it."""
+    slopes, at, moved = np.empty((6, 6)), np.empty(6), u.copy()
+    unbalance(p, x, u, small, work, at)
+    for i in range(6):
+        moved[i] += 1.0
+        unbalance(p, x, moved, small, work, slopes[i])
+        moved[i] = u[i]
+        slopes[i] -= at
+    return slopes.T @ covariance @ slopes

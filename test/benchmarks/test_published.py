@@ -1,0 +1,39 @@
+"""What docs show of chart and stability is what their CSV files hold."""
+
+import runpy
+
+import numpy as np
+import pytest
+
+from simulated import ROOT
+
+pytest.importorskip("matplotlib.figure")
+Image = pytest.importorskip("PIL.Image")
+
+from pictures import DRAWN, apart  # noqa: E402
+
+TOOL = runpy.run_path(str(ROOT / "tools" / "figures.py"))
+MADE = TOOL["made"](ROOT / "docs" / "figures")
+SIZE = (900, 900)
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_tables_are_those_of_the_files(name):
+    page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    table, _ = MADE[name]
+    assert f"{TOOL['BEGIN']}{table}{TOOL['END']}" in page, "run tools/figures.py"
+
+
+@pytest.mark.parametrize("end", ["", "_narrow"])
+@pytest.mark.parametrize("name", MADE)
+def test_pictures_are_those_of_the_files(name, end, tmp_path):
+    """Another release of matplotlib may set a letter otherwise, and nothing more."""
+    drawn = tmp_path / "drawn.png"
+    MADE[name][1][end].savefig(drawn)
+    kept = ROOT / "docs" / "figures" / f"{name}{end}.png"
+    both = [Image.open(path).convert("RGB") for path in (drawn, kept)]
+    assert both[0].size == both[1].size
+    one, other = (np.asarray(image.resize(SIZE, Image.Resampling.BOX)) for image in both)
+    assert apart(one, other) <= DRAWN
+    # A point of another place is more than that.
+    assert apart(one, np.roll(other, 10, axis=1)) > DRAWN

@@ -1,0 +1,121 @@
+"""The pages as they were last looked at: wide, narrow, dark, on paper; and what changes them."""
+
+import numpy as np
+import pytest
+from test_comparison_page import output
+from test_report_page import replay_of
+
+from estimates import SCENE, estimate
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.edges.messages.output import OutputStream
+from peg_on_hole_ros.edges.report.replay_page import replay_page
+from peg_on_hole_ros.edges.report.tracks import Tracks
+from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
+from pictures import allowed, apart, differing, parts
+from small_bags import MS
+
+pytestmark = [pytest.mark.xdist_group("browser"), pytest.mark.timeout(600)]
+
+COUNT, TOUCHES, UNTOLD = 1200, 200, range(600, 750)
+CONTENT = {
+    "outputs": COUNT, "duration": 1.199, "contact_mode": {"three_point": 0.8, "open": 0.2},
+    "alarms": [{"time": 0.9, "name": "jamming", "level": "WARN", "message": "turn the peg"}],
+    "alarm_changes": 1,
+    "cycles": [
+        {
+            "start_time": 1.2, "duration": 0.999, "outcome": "unfinished", "transition_time": None,
+            "peak_normal": {"K": 90.0, "B1": 52.0, "B2": 60.0}, "alarm_count": 1,
+        }
+    ],
+}  # fmt: skip
+
+
+def moment(k):
+    """A peg that touches, closes and turns; in the middle its reactions are not told."""
+    s = k / COUNT
+    made = estimate(10**9 + k * MS, 0.2 - 0.1 * s, 0.4 + s, -1.1 + 2.0 * s)
+    made.monitor.update(
+        jamming_risk=s**4, jamming_wedging=s**4, jamming_stall=0.1 * s, jamming_load=0.2 * s,
+        transition_probability=s**8, three_point_validity=1.0, nis_median=2.4, nis_drift=3.0,
+        friction=0.2 + 0.02 * np.sin(9 * s), friction_stddev=0.02 * (1.1 - s),
+        reactions_determined=float(k not in UNTOLD),
+    )  # fmt: skip
+    normal = np.array([20.0 + 70.0 * s**2, 9.0 + 40.0 * s, 11.0 + 40.0 * s])
+    if k < TOUCHES:
+        return made._replace(
+            contact_mode="open", normal=np.zeros(3), closed=np.zeros(3, bool),
+            contact_force=np.zeros((3, 3)),
+        )  # fmt: skip
+    warned = tuple(a._replace(level=int(k > 900)) if a.name == "jamming" else a
+                   for a in made.alarms)  # fmt: skip
+    return made._replace(normal=normal, normal_stddev=0.03 * normal, alarms=warned)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    tracks, stream = Tracks(), OutputStream(SCENE)
+    found = replay_of(tmp_path_factory.mktemp("pictures") / "cell 4.mcap", tracks, **CONTENT)
+    for k in range(COUNT):
+        made = moment(k)
+        messages = stream.messages(made)
+        load = 30.0 * (k > TOUCHES) * np.sin(5e-3 * k)
+        found.inputs.read(WrenchSample(made.t_ns, (load, 5.0, -load), (0.1, 1e-3 * k, 0.0)))
+        # A gap of 60 ms in what the joints say.
+        if k % 2 == 0 and not 400 < k < 460:
+            found.inputs.read(JointSample(made.t_ns, ANGLES, tuple(made.state[:3])))
+        tracks.add(made.t_ns, messages)
+        found.inputs.add(made.t_ns, messages)
+    path = found.path.with_suffix(".html")
+    path.write_text(replay_page(found), encoding="utf-8")
+    return path
+
+
+VIEWS = {
+    "report": {"width": 1280},
+    "report_dark": {"width": 1280, "scheme": "dark"},
+    "report_390": {"width": 390, "touch": True},
+    "report_paper": {"width": 718},
+}
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_report_is_as_it_was_looked_at(opened, report, view):
+    page = opened(report, **VIEWS[view]).page
+    page.emulate_media(media="print" if view == "report_paper" else "screen")
+    assert differing(view, parts(page)) == {}
+
+
+def test_a_comparison_is_as_it_was_looked_at(opened, tmp_path):
+    def heavier(made):
+        return made._replace(normal=made.normal + [2.0, 0.0, 0.0])
+
+    a, b = output(tmp_path / "a.mcap"), output(tmp_path / "b.mcap", heavier)
+    path = tmp_path / "c.html"
+    assert main(["compare", str(a), str(b), "--report", str(path)]) == 0
+    page = opened(path, width=1280).page
+    assert differing("comparison", parts(page)) == {}
+
+
+STYLE = "(text) => document.head.insertAdjacentHTML('beforeend', `<style>${text}</style>`)"
+
+
+@pytest.mark.parametrize(
+    ("style", "changed"),
+    [
+        ("* { font-family: 'DejaVu Serif' !important }", set()),
+        (".force, .head { display: none }", {".views svg 0", ".views svg 1"}),
+        (".plot[data-panel=tilt] .lines { visibility: hidden }", {".plot 0"}),
+        (".plot[data-panel=modes] .bars { visibility: hidden }", {".plot 3"}),
+        ("#summary { display: none }", None),
+    ],
+)
+def test_a_letter_is_no_change_and_a_lost_line_is(opened, report, style, changed):
+    page = opened(report, width=1280).page
+    before = parts(page)
+    page.evaluate(STYLE, style)
+    after = parts(page)
+    if changed is None:
+        assert before.keys() != after.keys()
+        return
+    shares = {name: apart(before[name], after[name]) for name in before}
+    assert {name for name, share in shares.items() if share > allowed(name)} == changed, shares

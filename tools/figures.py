@@ -1,0 +1,113 @@
+"""
+Write the tables of docs/chart.md and docs/stability.md, and their pictures, from their CSV files.
+
+`make chart` runs it after the commands that measure; a test holds that tables and pictures are
+those of the files. Run it from the root of the checkout.
+"""
+
+import csv
+import sys
+from pathlib import Path
+from statistics import median
+
+from peg_on_hole_ros.cli.chart import scores_of
+from peg_on_hole_ros.cli.pictures import save
+from peg_on_hole_ros.cli.stability import found_in
+from peg_on_hole_ros.edges.plots import chart as chart_plot
+from peg_on_hole_ros.edges.plots import stability as stability_plot
+from peg_on_hole_ros.study import chart, stability
+
+BEGIN, END = "<!-- table -->\n\n", "\n\n<!-- end of table -->"
+
+
+def rows_of(path: Path) -> list[list[str]]:
+    """Return the rows of a CSV file below its head."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.reader(file))[1:]
+
+
+def chart_table(found, limits) -> str:
+    """Return the table of the chart: a row for each method, its rates side by side."""
+    rows = {row.name: row for row in found}
+    lines = [("method", "reactions [%]", "tilt's rate [rad/s]", "within 95 %", "us for a ms")]
+    for name in dict.fromkeys(one.name for one in chart.ESTIMATORS):
+        own = [rows[str(one)] for one in chart.ESTIMATORS if one.name == name]
+        first = own[0]
+        told = first.reactions == first.reactions
+        lines.append(
+            (
+                name,
+                _each(_digits(100 * row.reactions, 3) for row in own) if told else "",
+                _each(_digits(row.tilt_rate, 2) for row in own),
+                f"{100 * first.reactions_inside:.0f} %" if told else "",
+                _each(f"{row.microseconds:.0f}" for row in own),
+            )
+        )
+    lines.append(
+        (
+            "bound; C limit, at 1 kHz",
+            _digits(100 * limits.reactions, 2),
+            _digits(limits.tilt_rate, 2),
+            "",
+            f"{limits.microseconds:.0f}",
+        )
+    )
+    return markdown(lines)
+
+
+def _each(texts):
+    return ", ".join(texts)
+
+
+def _digits(value, count):
+    return f"{value:#.{count}g}".rstrip(".")
+
+
+def markdown(lines) -> str:
+    """Return a table of which the first line is the head."""
+    texts = ["| " + " | ".join(line) + " |" for line in lines]
+    return "\n".join([texts[0], "|---" * len(lines[0]) + "|", *texts[1:]])
+
+
+def stability_table(found) -> str:
+    """Return the table of the map: in how many places each method comes to what."""
+    shown = [one for one in stability.Verdict if one is not stability.Verdict.NONE]
+    lines = [("places", *(one.value for one in shown), "reactions off, median [%]")]
+    for k, name in enumerate(stability.METHODS):
+        own = [place[k] for places in found.values() for place in places]
+        counts = [sum(one.verdict is verdict for one in own) for verdict in shown]
+        off = median(one.reactions for one in own if one.reactions == one.reactions)
+        lines.append((name, *map(str, counts), _digits(100 * off, 2)))
+    return markdown(lines)
+
+
+def made(figures: Path) -> dict[str, tuple[str, dict]]:
+    """Return the table and the pictures by name of each page."""
+    rows, limits = chart.limits(chart.overall(scores_of(rows_of(figures / "chart.csv"))))
+    found = found_in(rows_of(figures / "stability.csv"))
+    return {
+        "chart": (
+            chart_table(rows, limits),
+            {end: chart_plot.figure(rows, limits, bool(end)) for end in ("", "_narrow")},
+        ),
+        "stability": (
+            stability_table(found),
+            {end: stability_plot.figure(found, bool(end)) for end in ("", "_narrow")},
+        ),
+    }
+
+
+def main(docs: Path = Path("docs")) -> int:
+    """Write tables and pictures."""
+    for name, (text, pictures) in made(docs / "figures").items():
+        page = docs / f"{name}.md"
+        old = page.read_text(encoding="utf-8")
+        before, _, rest = old.partition(BEGIN)
+        page.write_text(before + BEGIN + text + END + rest.partition(END)[2], encoding="utf-8")
+        for end, picture in pictures.items():
+            save(picture, docs / "figures" / f"{name}{end}", (".png",))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
