@@ -14,6 +14,7 @@ class WrenchInput:
     axes: str = "sensor"
     gravity: str = "measured"
     adopt_found: bool = True
+    sensor_pose: str = "frame_id"
     sensor_xyz: tuple[float, float, float] = (0.0, 0.0, 0.070)
     sensor_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force_stddev: float = 0.2
@@ -104,6 +105,7 @@ class Topics:
 
     wrench: str = "/wrench"
     joint_states: str = "/joint_states"
+    robot_description: str = "/robot_description"
 
 
 @dataclass(frozen=True)

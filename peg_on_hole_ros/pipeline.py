@@ -13,7 +13,7 @@ from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.free_peg import not_free
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.processing import Processor
 from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outputs, WrenchSample
 
@@ -74,6 +74,7 @@ class Pipeline:
         self._diagnosis = Diagnosis(configuration, self.processor.reduction.taken_off)
         # What is used in place of what is stated, and the latest orientation.
         self._adopted: dict[str, object] = {}
+        self._mounted: dict[str, object] = {}
         self._found: list[Finding] = []
         self._measured: AngleMeasurement | None = None
         self._flag = False
@@ -185,6 +186,16 @@ class Pipeline:
         """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
         self._arrival_counts["tare_refused"] += 1
         return Answer(False, f"nothing taken: {reason}")
+
+    def describe(self, joints: JointInput, orientation: Callable) -> None:
+        """Take what the robot's description makes known, before which no joint state is used."""
+        self.configuration = replace(self.configuration, joints=joints)
+        self._orientation = orientation
+
+    def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
+        """Take another pose of the sensor, before the first wrench [m], [rad]."""
+        self._mounted = {"sensor_xyz": xyz, "sensor_rpy": rpy}
+        self._rebuild()
 
     def retune(self, configuration: Configuration, orientation: Callable | None = None) -> None:
         """
@@ -344,21 +355,23 @@ class Pipeline:
             new = alone and finding.found and not finding.found.keys() & self._adopted.keys()
             if new and self.configuration.wrench.adopt_found and not self._arrival_counts["tare"]:
                 self._adopted |= finding.found
-                self._adopt()
+                self._arrival_counts["setting_adopted"] += 1
+                self._rebuild()
                 return
 
     def _as_found(self, configuration):
-        wrench = replace(configuration.wrench, **self._adopted)
+        wrench = replace(configuration.wrench, **(self._mounted | self._adopted))
         return replace(configuration, wrench=wrench)
 
-    def _adopt(self):
+    def _rebuild(self):
+        """Begin anew from the latest orientation, by other settings of the wrench."""
         self.configuration = self._as_found(self.configuration)
-        self._arrival_counts["setting_adopted"] += 1
         self._arrival_counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
-        self.processor.start(self._measured)
-        # It was used before.
-        self._arrival_counts["joints_used"] -= 1
+        if self._measured is not None:
+            self.processor.start(self._measured)
+            # It was used before.
+            self._arrival_counts["joints_used"] -= 1
         self._diagnosis = Diagnosis(self.configuration, self.processor.reduction.taken_off)
         # What came before cannot be processed again by another setting.
         self._history.clear()

@@ -11,7 +11,7 @@ from peg_on_hole_ros import __version__
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.urdf_file import description_of
+from peg_on_hole_ros.edges.urdf_source import description_of
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 

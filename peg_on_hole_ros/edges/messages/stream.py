@@ -3,11 +3,15 @@
 import json
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 
 from peg_on_hole_ros.configuration import BY_NAME, from_parameters, node_options, to_parameters
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages.output import STRING, Message, OutputStream
+from peg_on_hole_ros.edges.sensor_frame import mounting
+from peg_on_hole_ros.edges.urdf_source import awaited
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.options import Configuration, JointInput
@@ -41,12 +45,18 @@ class MessageStream:
     pipeline : Pipeline
     t_ns : int or None
         Stamp of the latest estimate [ns].
+    frame : str or None
+        frame_id of the wrench, see `take_frame`; None: not known yet.
+    refused : str
+        Why no wrench is used, as its frame_id contradicts what is stated; empty: they are.
 
     """
 
     def __init__(self, configuration: Configuration, pipeline, markers_rate: float = 10.0):
         self.pipeline = pipeline
         self.t_ns: int | None = None
+        self.frame: str | None = None
+        self.refused = ""
         self._outputs = OutputStream(configuration.scene, markers_rate)
         self._cycles = Cycles()
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
@@ -73,6 +83,9 @@ class MessageStream:
         if isinstance(sample, Malformed):
             self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
             return []
+        if self.refused:
+            self._unusable["wrench_dropped_sensor_contradicted"] += 1
+            return []
         outputs = self.pipeline.on_wrench(sample)
         if outputs is None:
             return []
@@ -80,6 +93,38 @@ class MessageStream:
         messages = self._outputs.messages(outputs)
         ended = self._cycles.add(outputs.t_ns, messages)
         return messages + _told(ended) if ended else messages
+
+    def take_frame(self, frame: str) -> str:
+        """
+        Take the frame_id of the wrench, before the first one; the sensor's pose may follow.
+
+        Returns
+        -------
+        str
+            What there is to say of it; empty: nothing.
+
+        """
+        self.frame = frame
+        try:
+            wrench, line = mounting(self.pipeline.configuration, frame)
+        except PegOnHoleError as error:
+            self.refused = line = str(error)
+            return line
+        if wrench != self.pipeline.configuration.wrench:
+            self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
+        return line
+
+    def describe(self, joints: JointInput) -> None:
+        """
+        Take the joints with the robot's description, for which joint states and wrenches wait.
+
+        Raises
+        ------
+        PegOnHoleError
+            It cannot be used.
+
+        """
+        self.pipeline.describe(joints, orientation_of(joints))
 
     def finish(self) -> list[Message]:
         """End a try that is under way; return what that makes known."""
@@ -107,6 +152,10 @@ class MessageStream:
     def missing(self, source: str, count: int) -> None:
         """Count messages of `wrench` or `joints` that were sent and never came."""
         self._unusable[f"{source}_dropped_not_received"] += count
+
+    def undescribed(self, source: str) -> None:
+        """Count a message of `wrench` or `joints` that came before the robot's description."""
+        self._unusable[f"{source}_dropped_without_description"] += 1
 
     def failed(self, what: str) -> None:
         """Count an error of the program at `wrench`, `joints`, `reset` or `tare`."""
@@ -139,6 +188,10 @@ class MessageStream:
                 return Answer(False, f"{', '.join(fixed)} cannot be set in a stream that runs")
             parameters = self._parameters | changed
             configuration, node = from_parameters(parameters), node_options(parameters)
+            described = replace(
+                configuration.joints, description=self.pipeline.configuration.joints.description
+            )
+            configuration = replace(configuration, joints=described)
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
@@ -179,6 +232,8 @@ def orientation_of(joints: JointInput) -> PegJoints | Callable:
         A URDF that cannot be used.
 
     """
+    if awaited(joints):
+        return lambda sample: "without_description"
     if joints.source == "robot":
         from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
 
