@@ -26,6 +26,7 @@ class WrenchInput:
     bias_force_drift: float = 0.0
     bias_torque_drift: float = 0.0
     tare_in_contact: bool = False
+    tare_automatically: bool = False
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

@@ -202,6 +202,10 @@ PARAMETERS: tuple[Parameter, ...] = (
         "tare_in_contact",
         "whether a tare is taken though the peg touches or moves: its load then counts as zero",
     ),
+    _wrench(
+        "tare_automatically",
+        "whether a tare is taken each time the peg has surely hung free and still for a second",
+    ),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
     _joints(

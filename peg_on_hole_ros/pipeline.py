@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis, Finding
 from peg_on_hole_ros.diagnosis.unsure import unsure
 from peg_on_hole_ros.estimation.history import History, Unit
@@ -12,10 +14,12 @@ from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.free_peg import not_free
+from peg_on_hole_ros.expected import Expected
+from peg_on_hole_ros.free_peg import FreeFor, not_free, turns
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.processing import Processor
 from peg_on_hole_ros.records import AngleMeasurement, Answer, JointSample, Outputs, WrenchSample
+from peg_on_hole_ros.still_poses import StillPoses
 
 # Joint states that wait for the wrench of their time; at 8 kHz these are 60 ms.
 MAX_WAITING = 512
@@ -88,6 +92,8 @@ class Pipeline:
         self._joint_stamps = RecentStamps(max(window_ns, tolerance_ns) + self._expected_ns)
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
+        self._expected, self._poses = Expected(), StillPoses(configuration)
+        self._free = FreeFor(configuration)
         self._restart()
 
     @property
@@ -145,6 +151,7 @@ class Pipeline:
         # No stamp is told of twice.
         self._last_wrench_ns = last
         self.processor.forget()
+        self._expected, self._poses = Expected(), StillPoses(self.configuration)
         self._arrival_counts["reset"] += 1
         return Answer(
             True,
@@ -169,18 +176,43 @@ class Pipeline:
         self._catch_up()
         self._history.clear()
         self._leap = None
-        now_ns = self._recent[-1].t_ns
-        samples = [each for each in self._recent if now_ns - each.t_ns <= TARE_NS]
+        samples = self._latest()
         taken = self.processor.tare(samples)
         self._diagnosis = Diagnosis(self.configuration, taken)
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
-        seconds = (now_ns - samples[0].t_ns) * 1e-9
+        seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
         return Answer(
             True,
             f"tare over {len(samples)} samples of {seconds:.3g} s, sensor axes "
             f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}",
         )
+
+    def expect(self, what: str) -> Answer:
+        """Take what the robot's program announces, `lift_off`, `insertion` or `nothing`."""
+        self._expected.announce(what)
+        self._arrival_counts["expected"] += 1
+        return Answer(True, f"expected: {what}")
+
+    def take_pose(self) -> Answer:
+        """Take the present pose as that of a free and still peg; say what all such poses tell."""
+        refused = self._poses.refused
+        if not refused and (not self._recent or not self.processor.oriented):
+            refused = "no wrench and orientation have arrived yet"
+        if not refused and self._told is not None:
+            # Whether it touches cannot be told before the payload is known.
+            refused = turns(self._told, self.configuration)
+        if refused:
+            return Answer(False, f"no pose taken: {refused}")
+        samples = self._latest()
+        mean = np.mean([[*sample.force, *sample.torque] for sample in samples], axis=0)
+        gravity_S = self.processor.gravity_in_sensor
+        return Answer(True, self._poses.take(gravity_S, mean, len(samples)))
+
+    def _latest(self):
+        """Return the wrenches of the last moment."""
+        now_ns = self._recent[-1].t_ns
+        return [each for each in self._recent if now_ns - each.t_ns <= TARE_NS]
 
     def refuse_tare(self, reason: str) -> Answer:
         """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
@@ -333,7 +365,11 @@ class Pipeline:
         if outputs is not None and self._diagnosis.unsure:
             self._arrival_counts["contact_doubted"] += 1
             outputs = unsure(outputs, self._flag)
+        if outputs is not None:
+            outputs = self._expected.judged(outputs)
         self._told = outputs
+        if self._free.long(outputs) and not self._diagnosis.unsure:
+            self._arrival_counts["tare_automatic"] += self.tare().success
         self._flag = self._flag if outputs is None else outputs.transition
         return outputs
 

@@ -12,6 +12,7 @@ import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.configuration import half_stated
@@ -27,11 +28,18 @@ from peg_on_hole_ros.edges.live.recording import Recording
 from peg_on_hole_ros.edges.live.transitions import aloud
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.messages.stream import SET, MessageStream, message_stream
+from peg_on_hole_ros.edges.messages.stream import (
+    EXPECT,
+    SET,
+    MessageStream,
+    is_event,
+    message_stream,
+)
 from peg_on_hole_ros.edges.one_line import exit_code
 from peg_on_hole_ros.edges.urdf_source import awaited
 from peg_on_hole_ros.edges.warm_up import warm
-from peg_on_hole_ros.shown import printable
+from peg_on_hole_ros.expected import MODES, NOTHING
+from peg_on_hole_ros.shown import printable, shown
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
@@ -75,6 +83,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         self._heard_ns = sys.maxsize
         self._services_made: list = []
         self._description: RobotDescription | None = None
+        self._expecting = None
         node_parameters.declare(self)
         self.configuration, self.options = node_parameters.read(self)
         node_parameters.describe(self)
@@ -95,7 +104,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         self._outputs = Publishers(self, self.options.qos_depth)
         if awaited(self.configuration.joints):
             self._description = RobotDescription(self, self.configuration, self._describe)
-        for name in ("reset", "tare"):
+        self._expecting = self.create_subscription(String, "~/expect", self._expect, 10)
+        for name in ("reset", "tare", "payload"):
             service = self.create_service(Trigger, f"~/{name}", self._service(name))
             self._services_made.append(service)
         return super().on_configure(state)
@@ -201,10 +211,12 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         finally:
             for service in self._services_made:
                 self.destroy_service(service)
+            if self._expecting is not None:
+                self.destroy_subscription(self._expecting)
             for made in (self._description, self._outputs):
                 if made is not None:
                     made.destroy()
-            self._description = None
+            self._description = self._expecting = None
             self._services_made, self._outputs, self._stream = [], None, None
 
     def process(self, most: int | None = None) -> None:
@@ -278,7 +290,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             if not self._while_active:
                 response.success, response.message = False, "the node is not active"
                 return response
-            if name == "tare" and time.monotonic_ns() - self._heard_ns > SILENT_NS:
+            if name != "reset" and time.monotonic_ns() - self._heard_ns > SILENT_NS:
                 # No part of what has arrived: a replay, which has stamps only, would take it.
                 answer = self._stream.pipeline.refuse_tare(SILENT)
                 response.success, response.message = answer
@@ -294,6 +306,15 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             return response
 
         return respond
+
+    def _expect(self, message):
+        event = EXPECT + message.data
+        if not is_event(event):
+            known = ", ".join((*MODES, NOTHING))
+            self._warn([f"~/expect: {shown(message.data)} is not one of {known}"])
+            return
+        self._recording.event(event)
+        self.get_logger().info(self._stream.on_event(event).message)
 
     def _report(self):
         try:

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.hypotheses import rpy_of
 from peg_on_hole_ros.edges.urdf_file import parts
 from peg_on_hole_ros.edges.urdf_source import awaited, description_of, named
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
+from peg_on_hole_ros.estimation.turns import rpy_of
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.shown import shown
 

@@ -73,8 +73,12 @@ def test_numbers_in_the_base_under_a_frame_of_the_tool_are_found(tmp_path, capsy
     text = (ROOT / "config" / "cell_ur_like.yaml").read_text(encoding="utf-8")
     text = text.replace("cell_ur_like.urdf", str(ROOT / "config" / "cell_ur_like.urdf"))
     # The numbers are about the flange, whatever the header says.
-    text = text.replace("acts_on: robot", "acts_on: robot\n      sensor_pose: stated\n      "
-                        "sensor_xyz: [0.0, 0.0, 0.19]\n      sensor_rpy: [3.14159, 0.0, 0.0]")  # fmt: skip
+    at_flange = (
+        "sensor_pose: stated",
+        "sensor_xyz: [0.0, 0.0, 0.19]",
+        "sensor_rpy: [3.14159, 0.0, 0.0]",
+    )
+    text = text.replace("acts_on: robot", "\n      ".join(("acts_on: robot", *at_flange)))
     config = tmp_path / "cell.yaml"
     config.write_text(text, encoding="utf-8")
     bag = ROOT / "bags" / "cell_ur_like_base.mcap"

@@ -14,6 +14,7 @@ from peg_on_hole_ros.edges.urdf_source import awaited
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.expected import MODES, NOTHING
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import Answer, JointSample, WrenchSample
@@ -21,11 +22,15 @@ from peg_on_hole_ros.shown import shown
 
 # Begins an event that sets parameters; what follows is JSON.
 SET = "set "
+# Begins one that announces a motion.
+EXPECT = "expect "
 
 
 def is_event(name: str) -> bool:
     """Return whether this version knows an event."""
-    return name in ("reset", "tare") or name.startswith(SET)
+    if name.startswith(EXPECT):
+        return name.removeprefix(EXPECT) in (*MODES, NOTHING)
+    return name in ("reset", "tare", "payload") or name.startswith(SET)
 
 
 class MessageStream:
@@ -158,7 +163,7 @@ class MessageStream:
         self._unusable[f"{source}_dropped_without_description"] += 1
 
     def failed(self, what: str) -> None:
-        """Count an error of the program at `wrench`, `joints`, `reset` or `tare`."""
+        """Count an error of the program at `wrench`, `joints`, or a service by its name."""
         self._unusable[f"{what}_dropped_internal_error"] += 1
 
     def on_event(self, name: str) -> Answer:
@@ -168,7 +173,8 @@ class MessageStream:
         Parameters
         ----------
         name : str
-            `reset`, `tare`, or `set` and a JSON object of parameters by their names.
+            `reset`, `tare`, `payload`, `expect` and a motion, or `set` and a JSON object of
+            parameters by their names.
 
         Raises
         ------
@@ -178,7 +184,13 @@ class MessageStream:
         """
         if name.startswith(SET):
             return self._set(name.removeprefix(SET))
-        return {"reset": self.pipeline.reset, "tare": self.pipeline.tare}[name]()
+        if name.startswith(EXPECT):
+            return self.pipeline.expect(name.removeprefix(EXPECT))
+        return {
+            "reset": self.pipeline.reset,
+            "tare": self.pipeline.tare,
+            "payload": self.pipeline.take_pose,
+        }[name]()
 
     def _set(self, text):
         try:

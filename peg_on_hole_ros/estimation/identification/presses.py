@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.hypotheses import quarter_turns, rpy_of
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.estimation.turns import quarter_turns, rpy_of
 from peg_on_hole_ros.records import WrenchSample
 
 # A press is at least so strong, and so long [N], [s]; the force between two falls below half.
