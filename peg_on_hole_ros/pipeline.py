@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis, Finding
+from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.free_air import FreeAir
+from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.unsure import unsure
 from peg_on_hole_ros.estimation.history import History, Unit
 from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
@@ -75,7 +78,8 @@ class Pipeline:
         self._orientation = orientation or PegJoints(configuration.joints)
         self._make = make
         self.processor = Processor(configuration, make)
-        self._diagnosis = Diagnosis(configuration, self.processor.reduction.taken_off)
+        self._look(self.processor.reduction.taken_off)
+        self._low_pass = LowPass(configuration.wrench)
         # What is used in place of what is stated, and the latest orientation.
         self._adopted: dict[str, object] = {}
         self._mounted: dict[str, object] = {}
@@ -142,6 +146,7 @@ class Pipeline:
         self._joint_stamps.clear()
         self._recent.clear()
         self._diagnosis.restart()
+        self._air.restart()
         self._measured = None
 
     def reset(self) -> Answer:
@@ -178,7 +183,8 @@ class Pipeline:
         self._leap = None
         samples = self._latest()
         taken = self.processor.tare(samples)
-        self._diagnosis = Diagnosis(self.configuration, taken)
+        self._found = [finding for finding in self._found if finding is not self._air.finding]
+        self._look(taken)
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
@@ -346,6 +352,7 @@ class Pipeline:
             self._take_late_wrench(sample, now_ns)
             return None
         self._recent.append(sample)
+        self._low_pass.take(sample)
         last_ns, self._last_wrench_ns = self._last_wrench_ns, sample.t_ns
         self._catch_up()
         joints = []
@@ -373,13 +380,22 @@ class Pipeline:
         self._flag = self._flag if outputs is None else outputs.transition
         return outputs
 
+    def _look(self, taken_off):
+        """Begin to look for wrong settings, with what is taken off a wrench as received."""
+        self._diagnosis = Diagnosis(self.configuration, taken_off)
+        self._air = FreeAir(self.configuration, self.processor.reduction)
+
     def _diagnose(self, sample):
         """Try what else the wrench may mean; what is sure takes the place of what is stated."""
         if self._measured is None:
             return
         diagnosis, known = self._diagnosis, self._diagnosis.finding
         diagnosis.take(sample, self._measured)
-        for finding in (diagnosis.rounded(), diagnosis.finding):
+        if not diagnosis.unsure:
+            free = self._told is not None and self._told.contact_mode == "open"
+            self._air.take(sample, self._measured.q, free)
+        others = self._air.finding, self._low_pass.finding
+        for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue
             self._arrival_counts["setting_contradicted"] += 1
@@ -408,7 +424,7 @@ class Pipeline:
             self.processor.start(self._measured)
             # It was used before.
             self._arrival_counts["joints_used"] -= 1
-        self._diagnosis = Diagnosis(self.configuration, self.processor.reduction.taken_off)
+        self._look(self.processor.reduction.taken_off)
         # What came before cannot be processed again by another setting.
         self._history.clear()
         self._leap = None

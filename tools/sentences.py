@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 MOST = 25
-MOST_WORDS = {"README.md": 1000, "docs": 31_850}
+MOST_WORDS = {"README.md": 1000, "docs": 31_950}
 # Pages that are not there yet.
 ALLOWED: dict[str, int] = {
     "docs/command_line.md": 12,
