@@ -39,7 +39,8 @@ def test_each_command_is_understood(line):
     assert parsed.command == words[0]
 
 
-def test_the_tutorial_does_what_it_says(tmp_path):
+def shell(tmp_path):
+    """Return what runs a line of a page in a folder that has the checkout's files."""
     for folder in ("bags", "config"):
         (tmp_path / folder).symlink_to(ROOT / folder)
     program = tmp_path / "peg-on-hole"
@@ -47,15 +48,35 @@ def test_the_tutorial_does_what_it_says(tmp_path):
     program.chmod(0o755)
     path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": path}
-    lines = commands(ROOT / "docs" / "tutorial.md")
-    assert len(lines) >= 7
-    told = {}
-    for line in lines:
+
+    def run(line):
         done = subprocess.run(
             ["/bin/sh", "-c", line], cwd=tmp_path, env=environment, capture_output=True, text=True
         )
         assert done.returncode == 0, f"{line}\n{done.stderr}"
-        told[line.split()[1], line.split()[2]] = done.stdout
+        return done.stdout
+
+    return run
+
+
+def test_the_guide_gives_a_first_estimate_without_a_robot(tmp_path):
+    pytest.importorskip("pinocchio")
+    run, page = shell(tmp_path), ROOT / "docs" / "guide.md"
+    (copied,) = commands(page, re.compile(r"^    (cp .*)$", re.M))
+    run(copied)
+    (line,) = (line for line in commands(page) if " replay bags/" in line)
+    told = run(line)
+    assert "inserted" in told and (tmp_path / "report.html").stat().st_size > 100_000
+    # What was copied finds the URDF beside it.
+    told = run("peg-on-hole replay bags/cell_ur_like.mcap --config cell_ur_like.yaml")
+    assert "inserted" in told
+
+
+def test_the_tutorial_does_what_it_says(tmp_path):
+    run = shell(tmp_path)
+    lines = commands(ROOT / "docs" / "tutorial.md")
+    assert len(lines) >= 7
+    told = {(line.split()[1], line.split()[2]): run(line) for line in lines}
     made = {path.name for path in tmp_path.iterdir()}
     assert {"out.mcap", "report.html", "half.mcap", "both.html", "calibrated.yaml"} <= made
     # The setting was found in the file, and has an effect.
