@@ -19,6 +19,8 @@ _SURE = 6.0
 _STATED = 3.0
 # Variance over that of the noise of what stays the same, and how much likelier it is [nats].
 _SAME, _LIKELIER = 1.6, 15.0
+# Share of a force that lies along gravity where it is a weight.
+_ALONG = 0.98
 # Shares of weight and metres to which weight and mass centre are known, and of the holder's
 # acceleration that lasts.
 _WEIGHT, _CENTER, _CARRIED = 0.03, 2e-3, 0.3
@@ -74,7 +76,7 @@ class FreeAir:
         left[:3] += weight
         if self._kept and not 0 < sample.t_ns - self._kept[-1][0] < 10**9:
             self._kept.clear()
-        self._kept.append((sample.t_ns, left, R_HP, free))
+        self._kept.append((sample.t_ns, left, R_HP, free, q))
         if len(self._kept) == _KEPT and sample.t_ns - self._kept[0][0] >= _SPAN_NS:
             self._judge()
 
@@ -98,10 +100,17 @@ class FreeAir:
         sign = self._reduction.sign
         shown = ", ".join(f"{sign * x:.2g}" for x in mean[:3])
         turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
-        if off[0]:
+        gravity_S = self._reduction.in_sensor(self._kept[-1][4], self._gravity_H)
+        along = float(mean[:3] @ gravity_S) / float(gravity_S @ gravity_S)
+        if off[0] and abs(along) * np.linalg.norm(gravity_S) > _ALONG * force:
+            text = (
+                f"wrench.payload_mass: a free peg weighs {-along:.2g} kg more than is stated, or "
+                f"the zero is off by [{shown}] N: tare it, or calibrate --payload"
+            )
+        elif off[0]:
             text = (
                 f"wrench.bias_force: a free peg reads [{shown}] N beside its weight, in the "
-                "sensor's axes: tare it, or state the zero, or the payload"
+                "sensor's axes: tare it, or state the zero"
             )
         else:
             text = (

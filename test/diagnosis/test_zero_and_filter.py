@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
 from recorded_faults import BAGS, samples, spoilt
 
 CYCLE = BAGS[2]
@@ -45,6 +47,35 @@ def test_a_lever_that_is_off_is_named_by_its_torque(sign):
     line = played(change)
     assert line.causes[0].startswith("wrench: wrench.bias_torque: a free peg reads [")
     assert "check sensor_xyz" in line.causes[0]
+
+
+def hanging(force, seconds=1.5):
+    """Return a pipeline that has taken a peg which is known to be 0.3 m above the hole."""
+    rng, q = np.random.default_rng(7), np.array([0.01, 0.4, 0.1])
+    up = peg_axes(q).T @ [0.0, 0.0, 9.80665]
+
+    def place(sample):
+        covariance = np.diag([1e-4, 1e-2, 1e-4]) ** 2
+        noisy = q + rng.normal(0, [1e-4, 1e-2, 1e-4])
+        where = np.array([0.0, 0.0, 0.3])
+        return AngleMeasurement(sample.t_ns, noisy, covariance, where, 1e-6 * np.eye(3))
+
+    line = Pipeline(from_parameters({}), place)
+    for k in range(round(seconds * 1e3)):
+        line.on_joints(JointSample(k * 10**6, ANGLES, (0.0, 0.0, 0.0)))
+        held = 0.5 * up
+        read = held + force(up) + rng.normal(0, 0.2, 3)
+        torque = np.cross([0.0, 0.0, -0.035], held) + rng.normal(0, 0.005, 3)
+        line.on_wrench(WrenchSample(k * 10**6, tuple(read), tuple(torque)))
+    return line
+
+
+def test_a_payload_that_is_not_stated_is_named_where_the_peg_is_known_to_be_free():
+    line = hanging(lambda up: 0.3 * up)
+    assert line.causes[0].startswith("wrench: wrench.payload_mass: a free peg weighs 0.3 kg more")
+    across = hanging(lambda up: np.cross(up, [0.0, 0.0, 0.2]) + [0.0, 1.0, 0.0])
+    assert across.causes[0].startswith("wrench: wrench.bias_force: a free peg reads [")
+    assert hanging(np.zeros_like).causes == []
 
 
 def test_a_zero_within_what_is_stated_of_it_is_no_cause():
