@@ -14,6 +14,7 @@ class WrenchInput:
     axes: str = "sensor"
     gravity: str = "measured"
     adopt_found: bool = True
+    sensor_pose: str = "frame_id"
     sensor_xyz: tuple[float, float, float] = (0.0, 0.0, 0.070)
     sensor_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force_stddev: float = 0.2
@@ -25,6 +26,7 @@ class WrenchInput:
     bias_force_drift: float = 0.0
     bias_torque_drift: float = 0.0
     tare_in_contact: bool = False
+    tare_automatically: bool = False
     payload_mass: float = 0.0
     payload_com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -104,6 +106,7 @@ class Topics:
 
     wrench: str = "/wrench"
     joint_states: str = "/joint_states"
+    robot_description: str = "/robot_description"
 
 
 @dataclass(frozen=True)

@@ -145,6 +145,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         "axes, gravity, sensor_rpy, noise where numbers are rounded); false: told alone, and no "
         "contact is",
     ),
+    _wrench(
+        "sensor_pose",
+        "where the sensor sits: at the link of the URDF that the wrench's frame_id names, where "
+        "there is one, and what else is stated is an error; or as stated, whatever frame_id is",
+        choices=("frame_id", "stated"),
+    ),
     _wrench("sensor_xyz", "sensor origin in the peg frame; sets the levers", "m", -10.0, 10.0),
     _wrench("sensor_rpy", "sensor axes in the peg frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
     _wrench(
@@ -196,6 +202,10 @@ PARAMETERS: tuple[Parameter, ...] = (
         "tare_in_contact",
         "whether a tare is taken though the peg touches or moves: its load then counts as zero",
     ),
+    _wrench(
+        "tare_automatically",
+        "whether a tare is taken each time the peg has surely hung free and still for a second",
+    ),
     _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
     _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
     _joints(
@@ -230,7 +240,11 @@ PARAMETERS: tuple[Parameter, ...] = (
         0.0,
         0.1,
     ),
-    _joints("urdf", "file of the robot's description, without xacro; needed for source robot"),
+    _joints(
+        "urdf",
+        "file of the robot's description, without xacro, or topic: it comes by "
+        "topics.robot_description; needed for source robot",
+    ),
     _joints("tip_frame", "link of the URDF that carries the peg; needed for source robot"),
     _joints(
         "peg_xyz", "peg frame in the tip frame; the angles need its axes only", "m", -10.0, 10.0
@@ -454,6 +468,11 @@ PARAMETERS: tuple[Parameter, ...] = (
     _plan("overload_probability", "allowed for passing any other limit", "", 0.0, 1.0),
     _row("topics.wrench", "geometry_msgs/WrenchStamped to read", topic=True),
     _row("topics.joint_states", "sensor_msgs/JointState to read", topic=True),
+    _row(
+        "topics.robot_description",
+        "std_msgs/String with the robot's description, transient local, for joints.urdf: topic",
+        topic=True,
+    ),
     _row("autostart", "node: configure and activate itself at start"),
     _row("record_arrivals", "node: MCAP file for messages in their order of arrival; empty: none"),
     _row(

@@ -7,18 +7,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis, Finding
+from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.free_air import FreeAir
+from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.estimation.history import History, Run, Unit
 from peg_on_hole_ros.estimation.in_order import count_in_order
 from peg_on_hole_ros.estimation.measurement import PegJoints, wrench_fault
 from peg_on_hole_ros.estimation.recent_stamps import RecentStamps
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.free_peg import not_free
+from peg_on_hole_ros.expected import Expected
+from peg_on_hole_ros.free_peg import FreeFor, not_free, turns
+from peg_on_hole_ros.monitoring.declared import IN_AIR
 from peg_on_hole_ros.monitoring.not_judged import doubt
 from peg_on_hole_ros.monitoring.outputs import outputs_of
-from peg_on_hole_ros.monitoring.row import FLAG
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.monitoring.row import FLAG, MODE
+from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.processing import Processor
 from peg_on_hole_ros.records import (
     AngleMeasurement,
@@ -29,6 +34,7 @@ from peg_on_hole_ros.records import (
     Rows,
     WrenchSample,
 )
+from peg_on_hole_ros.still_poses import StillPoses
 
 # Joint states that wait for the wrench of their time; at 8 kHz these are 60 ms.
 MAX_WAITING = 512
@@ -87,9 +93,11 @@ class Pipeline:
         self.orientation = orientation or PegJoints(configuration.joints)
         self._make = make
         self.processor = Processor(configuration, make)
-        self._diagnosis = Diagnosis(configuration, self.processor.reduction.taken_off)
+        self._look(self.processor.reduction.taken_off)
+        self._low_pass = LowPass(configuration.wrench)
         # What is used in place of what is stated, and the latest orientation.
         self._adopted: dict[str, object] = {}
+        self._mounted: dict[str, object] = {}
         self._found: list[Finding] = []
         self._measured: AngleMeasurement | None = None
         self._flag = False
@@ -104,6 +112,8 @@ class Pipeline:
         self._joint_stamps = RecentStamps(max(window_ns, tolerance_ns) + self._expected_ns)
         self._recent: deque[WrenchSample] = deque(maxlen=TARE_SAMPLES)
         self._waiting: deque[AngleMeasurement] = deque()
+        self._expected, self._poses = Expected(), StillPoses(configuration)
+        self._free = FreeFor(configuration)
         self._restart()
 
     @property
@@ -154,6 +164,7 @@ class Pipeline:
         self._joint_stamps.clear()
         self._recent.clear()
         self._diagnosis.restart()
+        self._air.restart()
         self._measured = None
 
     def reset(self) -> Answer:
@@ -163,6 +174,7 @@ class Pipeline:
         # No stamp is told of twice.
         self._last_wrench_ns = last
         self.processor.forget()
+        self._expected, self._poses = Expected(), StillPoses(self.configuration)
         self._arrival_counts["reset"] += 1
         return Answer(
             True,
@@ -177,8 +189,7 @@ class Pipeline:
         """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
         if not self._recent or not self.processor.oriented:
             return self.refuse_tare("no wrench and orientation have arrived yet")
-        told = None if self._told is None else outputs_of(*self._told)
-        held = not_free(told, self.configuration)
+        held = not_free(self._latest_outputs, self.configuration)
         if held and not self.configuration.wrench.tare_in_contact:
             return self.refuse_tare(
                 f"{held}; call again once it hangs free and still (wrench.tare_in_contact takes "
@@ -188,23 +199,59 @@ class Pipeline:
         self._catch_up()
         self._history.clear()
         self._leap = None
-        now_ns = self._recent[-1].t_ns
-        samples = [each for each in self._recent if now_ns - each.t_ns <= TARE_NS]
+        samples = self._latest()
         taken = self.processor.tare(samples)
-        self._diagnosis = Diagnosis(self.configuration, taken)
+        self._found = [finding for finding in self._found if finding is not self._air.finding]
+        self._look(taken)
         self._arrival_counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
-        seconds = (now_ns - samples[0].t_ns) * 1e-9
+        seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
         return Answer(
             True,
             f"tare over {len(samples)} samples of {seconds:.3g} s, sensor axes "
             f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}",
         )
 
+    def expect(self, what: str) -> Answer:
+        """Take what the robot's program announces, `lift_off`, `insertion` or `nothing`."""
+        self._expected.announce(what)
+        self._arrival_counts["expected"] += 1
+        return Answer(True, f"expected: {what}")
+
+    def take_pose(self) -> Answer:
+        """Take the present pose as that of a free and still peg; say what all such poses tell."""
+        refused = self._poses.refused
+        if not refused and (not self._recent or not self.processor.oriented):
+            refused = "no wrench and orientation have arrived yet"
+        if not refused and self._told is not None:
+            # Whether it touches cannot be told before the payload is known.
+            refused = turns(self._latest_outputs, self.configuration)
+        if refused:
+            return Answer(False, f"no pose taken: {refused}")
+        samples = self._latest()
+        mean = np.mean([[*sample.force, *sample.torque] for sample in samples], axis=0)
+        gravity_S = self.processor.gravity_in_sensor
+        return Answer(True, self._poses.take(gravity_S, mean, len(samples)))
+
+    def _latest(self):
+        """Return the wrenches of the last moment."""
+        now_ns = self._recent[-1].t_ns
+        return [each for each in self._recent if now_ns - each.t_ns <= TARE_NS]
+
     def refuse_tare(self, reason: str) -> Answer:
         """Take no tare, and count that; stamps do not tell how long ago the last wrench came."""
         self._arrival_counts["tare_refused"] += 1
         return Answer(False, f"nothing taken: {reason}")
+
+    def describe(self, joints: JointInput, orientation: Callable) -> None:
+        """Take what the robot's description makes known, before which no joint state is used."""
+        self.configuration = replace(self.configuration, joints=joints)
+        self.orientation = orientation
+
+    def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
+        """Take another pose of the sensor, before the first wrench [m], [rad]."""
+        self._mounted = {"sensor_xyz": xyz, "sensor_rpy": rpy}
+        self._rebuild()
 
     def retune(self, configuration: Configuration, orientation: Callable | None = None) -> None:
         """
@@ -304,7 +351,7 @@ class Pipeline:
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
         row = self._row(sample)
-        return None if row is None else outputs_of(sample.t_ns, row)
+        return None if row is None else self._expected.judged(outputs_of(sample.t_ns, row))
 
     def _row(self, sample):
         """Return the row of a wrench, see `on_wrench`."""
@@ -331,6 +378,7 @@ class Pipeline:
             self._take_late_wrench(sample, now_ns)
             return None
         self._recent.append(sample)
+        self._low_pass.take(sample)
         last_ns, self._last_wrench_ns = self._last_wrench_ns, sample.t_ns
         self._catch_up()
         joints = []
@@ -349,9 +397,19 @@ class Pipeline:
         row = self.processor.process(unit)
         if row is None:
             self._told = None
-            return None
-        self._tell(Rows(np.array([sample.t_ns]), row.reshape(1, -1)))
+        else:
+            self._tell(Rows(np.array([sample.t_ns]), row.reshape(1, -1)))
+        if (
+            self._free.asked
+            and self._free.long(self._latest_outputs)
+            and not self._diagnosis.unsure
+        ):
+            self._arrival_counts["tare_automatic"] += self.tare().success
         return row
+
+    @property
+    def _latest_outputs(self):
+        return None if self._told is None else outputs_of(*self._told)
 
     def _tell(self, rows):
         """Take note of rows that are told, of which nothing sure may be left."""
@@ -384,7 +442,9 @@ class Pipeline:
         """
         now_ns = self.processor.t_ns
         end, given = begin, []
-        easy = now_ns is not None and self.processor.in_one_piece
+        # What is looked at after each wrench is taken wrench by wrench.
+        watched = self._expected.what or self._free.asked
+        easy = now_ns is not None and self.processor.in_one_piece and not watched
         while easy and end < len(arrivals.t_ns) and self._settled:
             places = slice(end, end + self._together)
             count = count_in_order(
@@ -454,10 +514,12 @@ class Pipeline:
                 newest = int(ends[first]) - 1
                 self._measured = AngleMeasurement.of_row(stamps[newest], orientations[newest])
             stamp, wrench = int(t_ns[first]), wrenches[first].tolist()
+            self._low_pass.take_all(t_ns[first : first + 1], wrenches[first : first + 1])
             if self._due(stamp):
                 self._diagnose(WrenchSample(stamp, tuple(wrench[:3]), tuple(wrench[3:])))
             due = int(np.searchsorted(t_ns, self._diagnosis.due_ns))
             last = max(first + 1, due) if self._measured is not None else len(t_ns)
+            self._low_pass.take_all(t_ns[first + 1 : last], wrenches[first + 1 : last])
             before = self.processor.snapshot() if self._history.window_ns else None
             own = slice(taken, int(ends[last - 1] if last <= len(ends) else ends[-1]))
             run = Run(
@@ -487,13 +549,22 @@ class Pipeline:
         due_ns = self._diagnosis.due_ns
         return t_ns >= due_ns or due_ns > t_ns + DUE_NS
 
+    def _look(self, taken_off):
+        """Begin to look for wrong settings, with what is taken off a wrench as received."""
+        self._diagnosis = Diagnosis(self.configuration, taken_off)
+        self._air = FreeAir(self.configuration, self.processor.reduction)
+
     def _diagnose(self, sample):
         """Try what else the wrench may mean; what is sure takes the place of what is stated."""
         if self._measured is None:
             return
         diagnosis, known = self._diagnosis, self._diagnosis.finding
         diagnosis.take(sample, self._measured)
-        for finding in (diagnosis.rounded(), diagnosis.finding):
+        if not diagnosis.unsure:
+            free = self._told is not None and self._told[1][MODE] == IN_AIR
+            self._air.take(sample, self._measured.q, free)
+        others = self._air.finding, self._low_pass.finding
+        for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue
             self._arrival_counts["setting_contradicted"] += 1
@@ -505,22 +576,24 @@ class Pipeline:
             new = alone and finding.found and not finding.found.keys() & self._adopted.keys()
             if new and self.configuration.wrench.adopt_found and not self._arrival_counts["tare"]:
                 self._adopted |= finding.found
-                self._adopt()
+                self._arrival_counts["setting_adopted"] += 1
+                self._rebuild()
                 return
 
     def _as_found(self, configuration):
-        wrench = replace(configuration.wrench, **self._adopted)
+        wrench = replace(configuration.wrench, **(self._mounted | self._adopted))
         return replace(configuration, wrench=wrench)
 
-    def _adopt(self):
+    def _rebuild(self):
+        """Begin anew from the latest orientation, by other settings of the wrench."""
         self.configuration = self._as_found(self.configuration)
-        self._arrival_counts["setting_adopted"] += 1
         self._arrival_counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
-        self.processor.start(self._measured)
-        # It was used before.
-        self._arrival_counts["joints_used"] -= 1
-        self._diagnosis = Diagnosis(self.configuration, self.processor.reduction.taken_off)
+        if self._measured is not None:
+            self.processor.start(self._measured)
+            # It was used before.
+            self._arrival_counts["joints_used"] -= 1
+        self._look(self.processor.reduction.taken_off)
         # What came before cannot be processed again by another setting.
         self._history.clear()
         self._leap = None

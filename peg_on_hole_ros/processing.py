@@ -150,6 +150,11 @@ class Processor:
         return taken
 
     @property
+    def gravity_in_sensor(self) -> np.ndarray:
+        """Gravity in sensor axes at the present estimate, shape (3,) [m/s^2]."""
+        return self.reduction.in_sensor(self.filter.x[:3], self.filter.gravity)
+
+    @property
     def bias(self) -> np.ndarray:
         """What the unloaded sensor reads, as far as it is known, shape (6,) [N], [N m]."""
         return self.reduction.taken_off + self.filter.bias

@@ -21,6 +21,7 @@ from peg_on_hole_ros.edges.messages.ros_messages import message_class
 SERVICES = {
     "reset": Trigger,
     "tare": Trigger,
+    "payload": Trigger,
     "set_parameters": SetParameters,
     "get_parameters": GetParameters,
     "describe_parameters": DescribeParameters,

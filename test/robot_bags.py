@@ -20,7 +20,8 @@ def robot_configuration(source, joints=OPTIONS):
     """The configuration of a bag, with an arm to read the angles from."""
     parameters = to_parameters(stored_configuration(Bag(source)))
     parameters |= {f"joints.{name}": getattr(joints, name) for name in FIELDS + FRAMES}
-    return from_parameters(parameters)
+    # The wrench is that of a sensor on the peg, whatever link of the arm has the name.
+    return from_parameters(parameters | {"wrench.sensor_pose": "stated"})
 
 
 def arm_path(q, tolerance=1e-9):

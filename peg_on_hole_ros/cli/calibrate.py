@@ -2,6 +2,7 @@
 
 from peg_on_hole_ros.cli.payload import found_payload
 from peg_on_hole_ros.cli.places import write_text
+from peg_on_hole_ros.cli.presses import found_axes
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.recording import Reading, open_recording
 from peg_on_hole_ros.cli.table import table
@@ -34,20 +35,28 @@ def run(arguments) -> int:
         start |= {k: v for k, v in to_parameters(configuration).items() if k.startswith("topics.")}
     elif stored:
         start, origin = to_parameters(configuration), f"that in {bag.path}"
-    for name, taken in (("axes", "sensor"), ("gravity", "measured")):
+    alone = (("axes", "sensor"), ("gravity", "measured"))
+    for name, taken in alone[: 1 if arguments.presses else 2]:
         stated = getattr(configuration.wrench, name)
         if stated != taken:
             raise PegOnHoleError(
                 f"wrench.{name} = {stated!r}: calibrate takes wrenches with "
                 f"wrench.{name}: {taken} alone; record them so"
             )
-    record = read_recording(bag, configuration)
-    if arguments.payload:
-        told, text = found_payload(record, configuration)
+    if arguments.presses:
+        told, text = found_axes(bag, configuration)
+        values = start | told
+        heading = (
+            f"Axes and sign of the wrench by presses of {bag.path}; else as {origin}.\n\n{text}"
+        )
+        text += f"\n{_WRITTEN.format(arguments.out)}"
+    elif arguments.payload:
+        told, text = found_payload(read_recording(bag, configuration), configuration)
         values = start | told
         heading = f"Payload and zero by still poses of {bag.path}; else as {origin}.\n\n{text}"
         text += f"\n{_WRITTEN.format(arguments.out)}"
     else:
+        record = read_recording(bag, configuration)
         with Progress("calibrating") as progress:
             found = calibrate(record, configuration, progress)
         values = start | calibration_text.parameters(found, to_parameters(configuration))

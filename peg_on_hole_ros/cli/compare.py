@@ -17,6 +17,7 @@ from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
 from peg_on_hole_ros.edges.replay import stored_configuration
 from peg_on_hole_ros.edges.report.comparison_page import Overlay, comparison_page
 from peg_on_hole_ros.edges.report.page import library
+from peg_on_hole_ros.edges.settled import settled
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
@@ -77,7 +78,7 @@ def _two_replays(path, config_a, config_b, overlay):
         outputs = []
         for name, (configuration, node) in zip("ab", settings):
             out = Path(folder) / f"{name}.mcap"
-            replay(bag, configuration, node, out=out)
+            replay(bag, settled(bag, configuration).configuration, node, out=out)
             outputs.append(Bag(out))
         return compare(*outputs, overlay=overlay), bag.damage, settings[0][0]
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import Reading, configuration_in, open_bag
+from peg_on_hole_ros.cli.recording import Reading, configuration_in, open_bag, print_line
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.edges.advice import Seen, apart, remedy, shifted
@@ -12,6 +12,7 @@ from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.stream import orientation_of
 from peg_on_hole_ros.edges.oddities import two_robots
 from peg_on_hole_ros.edges.replay import BadFile, check_bag, sources_of
+from peg_on_hole_ros.edges.settled import settled
 from peg_on_hole_ros.edges.would_use import WouldUse
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import NamedPositions
@@ -24,10 +25,13 @@ def run(arguments) -> int:
     (configuration, _), reading = load(arguments.config), Reading.of(arguments)
     bag = open_bag(arguments.bag, reading.most_chunk)
     if arguments.config is None:
-        configuration, orientation, error = _stored(bag, configuration, reading.any_urdf)
+        configuration, orientation, error = _stored(bag, configuration, reading)
     else:
-        orientation, error = orientation_of(configuration.joints), None
-    configuration = reading.of_topics(configuration)
+        # A file that cannot be used is refused; of what the bag lacks all else is told.
+        orientation = orientation_of(configuration.joints)
+        configuration, orientation, error = _whole(
+            bag, reading.of_topics(configuration), orientation
+        )
     result = inspect(bag, configuration, orientation, str(error) if error else None)
     told = None
     if arguments.observability and result["replay"]["possible"]:
@@ -45,14 +49,29 @@ def run(arguments) -> int:
     return _ended(bag, error)
 
 
-def _stored(bag, default, any_urdf):
+def _stored(bag, default, reading):
     """Return configuration and orientation of a bag, and why a replay refuses them or None."""
-    configuration = default
+    configuration = reading.of_topics(default)
     try:
-        configuration = configuration_in(bag, any_urdf) or default
-        return configuration, orientation_of(configuration.joints), None
+        found = configuration_in(bag, reading.any_urdf)
+        configuration = reading.of_topics(found or default)
+        orientation = orientation_of(configuration.joints)
     except PegOnHoleError as error:
         # All else that the bag holds is told nevertheless.
+        return configuration, NamedPositions(configuration.joints.names), error
+    return _whole(bag, configuration, orientation)
+
+
+def _whole(bag, configuration, orientation):
+    """Return the same with what the bag adds: the robot's description, the sensor's pose."""
+    try:
+        whole, line = settled(bag, configuration)
+        if line:
+            print_line(line)
+        if whole.joints != configuration.joints:
+            orientation = orientation_of(whole.joints)
+        return whole, orientation, None
+    except PegOnHoleError as error:
         return configuration, NamedPositions(configuration.joints.names), error
 
 

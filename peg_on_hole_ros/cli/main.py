@@ -329,11 +329,18 @@ def _calibrate(commands):
         "--out", metavar="CONFIG.yaml", required=True, help="configuration to write"
     )
     command.add_argument("--config", metavar="START.yaml", help="configuration to start from")
-    command.add_argument(
+    instead = command.add_mutually_exclusive_group()
+    instead.add_argument(
         "--payload",
         action="store_true",
         help="find payload and zero instead, where the peg hangs free and still at three tilts "
         "or more",
+    )
+    instead.add_argument(
+        "--presses",
+        action="store_true",
+        help="find wrench.acts_on and sensor_rpy instead, where a hand has pushed the still peg "
+        "up at its lower end, along its x, and along its y",
     )
 
 

@@ -15,7 +15,8 @@ from peg_on_hole_ros.edges.bags.reader import Bag
 from peg_on_hole_ros.edges.bags.truth import Truth, read_truth
 from peg_on_hole_ros.edges.bags.unpacking import MOST_CHUNK
 from peg_on_hole_ros.edges.replay import stored_configuration, stored_options
-from peg_on_hole_ros.edges.urdf_file import urdf_path
+from peg_on_hole_ros.edges.settled import settled
+from peg_on_hole_ros.edges.urdf_source import TOPIC, urdf_path
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.shown import printable
@@ -140,7 +141,10 @@ def open_recording(
     if stored is not None:
         configuration, node = stored, stored_options(bag) or node
         check_places(_described_by(configuration), bags, texts)
-    return Recording(bag, reading.of_topics(configuration), node, stored is not None)
+    configuration, line = settled(bag, reading.of_topics(configuration))
+    if line:
+        print_line(line)
+    return Recording(bag, configuration, node, stored is not None)
 
 
 def configuration_in(bag: Bag, any_urdf: bool = False) -> Configuration | None:
@@ -171,4 +175,5 @@ def truth_in(bag: Bag) -> Truth | None:
 def _described_by(configuration):
     """Return the URDF of a robot as a list, which is empty without one."""
     joints = configuration.joints
-    return [urdf_path(joints)] if joints.source == "robot" and not joints.description else []
+    file = joints.source == "robot" and joints.urdf != TOPIC and not joints.description
+    return [urdf_path(joints)] if file else []

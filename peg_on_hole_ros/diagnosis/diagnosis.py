@@ -1,12 +1,12 @@
 """Says which setting of the wrench is wrong, once the last second is sure of it."""
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.balance import FRICTIONS, LIKELY_FRICTIONS, UNEXPLAINED
+from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy
@@ -30,23 +30,6 @@ OFTEN = 5
 WEIGHT_KNOWN, CENTER_KNOWN = 0.02, 1e-3
 # A holder's acceleration, over the most that it is stated to have.
 _CARRIED = 1.0 / 3.0
-
-
-class Finding(NamedTuple):
-    """
-    A setting that the data contradict, and what would fit them.
-
-    Attributes
-    ----------
-    text : str
-        What is wrong, what fits, and how that is known.
-    found : dict of str to object
-        Fields of WrenchInput with the values that fit; empty: there is no such setting.
-
-    """
-
-    text: str
-    found: dict[str, object]
 
 
 class Diagnosis:

@@ -1,13 +1,14 @@
 """What else a wrench may mean than what is stated, each as the settings that would say so."""
 
 from dataclasses import fields, replace
-from itertools import permutations, product
-from math import atan2, hypot, log
+from itertools import product
+from math import log
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
+from peg_on_hole_ros.estimation.turns import quarter_turns, rpy_of
 from peg_on_hole_ros.options import WrenchInput
 
 # What a wrong setting costs before anything is measured, and each beside it [nats].
@@ -39,26 +40,6 @@ class Hypothesis(NamedTuple):
     settings: tuple[str, ...]
     cost: float
     row: np.ndarray
-
-
-def quarter_turns() -> list[np.ndarray]:
-    """Return the 24 rotations that turn axes into axes, the identity first."""
-    turns = []
-    for order in permutations(range(3)):
-        for signs in product((1.0, -1.0), repeat=3):
-            turn = np.zeros((3, 3))
-            turn[range(3), order] = signs
-            if np.linalg.det(turn) > 0:
-                turns.append(turn)
-    return sorted(turns, key=lambda turn: -np.trace(turn))
-
-
-def rpy_of(R) -> tuple[float, float, float]:
-    """Return roll, pitch, yaw of a rotation [rad]."""
-    level = hypot(R[0, 0], R[1, 0])
-    if level < 1e-9:
-        return atan2(-R[1, 2], R[1, 1]), atan2(-R[2, 0], level), 0.0
-    return atan2(R[2, 1], R[2, 2]), atan2(-R[2, 0], level), atan2(R[1, 0], R[0, 0])
 
 
 def hypotheses(stated: WrenchInput) -> list[Hypothesis]:

@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 from traceback import format_exception
@@ -11,6 +12,7 @@ import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.configuration import half_stated
@@ -18,6 +20,7 @@ from peg_on_hole_ros.edges.compiling import in_quarters, watched
 from peg_on_hole_ros.edges.live import parameters as node_parameters
 from peg_on_hole_ros.edges.live import process
 from peg_on_hole_ros.edges.live.arrivals import Arrivals
+from peg_on_hole_ros.edges.live.description import RobotDescription
 from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
 from peg_on_hole_ros.edges.live.numbered import subscribe
 from peg_on_hole_ros.edges.live.publishers import Publishers
@@ -25,10 +28,18 @@ from peg_on_hole_ros.edges.live.recording import Recording
 from peg_on_hole_ros.edges.live.transitions import aloud
 from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.messages.stream import SET, MessageStream, message_stream
+from peg_on_hole_ros.edges.messages.stream import (
+    EXPECT,
+    SET,
+    MessageStream,
+    is_event,
+    message_stream,
+)
 from peg_on_hole_ros.edges.one_line import exit_code
+from peg_on_hole_ros.edges.urdf_source import awaited
 from peg_on_hole_ros.edges.warm_up import warm
-from peg_on_hole_ros.shown import printable
+from peg_on_hole_ros.expected import MODES, NOTHING
+from peg_on_hole_ros.shown import printable, shown
 
 NAME = "peg_on_hole"
 QUIET = 60.0  # [s] between two tracebacks in the log
@@ -71,6 +82,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         # When the last wrench came; none has.
         self._heard_ns = sys.maxsize
         self._services_made: list = []
+        self._description: RobotDescription | None = None
+        self._expecting = None
         node_parameters.declare(self)
         self.configuration, self.options = node_parameters.read(self)
         node_parameters.describe(self)
@@ -89,7 +102,10 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)
         self._recording = Recording(self, self.configuration, self.options)
         self._outputs = Publishers(self, self.options.qos_depth)
-        for name in ("reset", "tare"):
+        if awaited(self.configuration.joints):
+            self._description = RobotDescription(self, self.configuration, self._describe)
+        self._expecting = self.create_subscription(String, "~/expect", self._expect, 10)
+        for name in ("reset", "tare", "payload"):
             service = self.create_service(Trigger, f"~/{name}", self._service(name))
             self._services_made.append(service)
         return super().on_configure(state)
@@ -159,6 +175,16 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._recording.event(event)
             self.get_logger().info(printable(self._stream.on_event(event).message))
 
+    def _describe(self, joints):
+        self._stream.describe(joints)
+        self.configuration = replace(self.configuration, joints=joints)
+        self._recording.describe(self.configuration)
+
+    @property
+    def _waiting(self):
+        """What no message is used for want of; empty: nothing."""
+        return self._description.waiting if self._description else ""
+
     def close(self) -> None:
         """Work off what waits, finish the record and log a try under way, in whatever state."""
         self._stop_listening()
@@ -185,8 +211,12 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         finally:
             for service in self._services_made:
                 self.destroy_service(service)
-            if self._outputs is not None:
-                self._outputs.destroy()
+            if self._expecting is not None:
+                self.destroy_subscription(self._expecting)
+            for made in (self._description, self._outputs):
+                if made is not None:
+                    made.destroy()
+            self._description = self._expecting = None
             self._services_made, self._outputs, self._stream = [], None, None
 
     def process(self, most: int | None = None) -> None:
@@ -201,8 +231,14 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
     def _on_wrench(self, payload):
         begun = time.monotonic_ns()
         self._heard_ns = begun
+        if self._waiting:
+            # No part of a record either: a replay of it has the description from the start.
+            self._stream.undescribed("wrench")
+            return self._diagnostics.received("wrench", 0)
         self._recording.wrench(payload)
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
+        if self._stream.frame is None and message is not None:
+            self._warn(filter(None, [self._stream.take_frame(message.header.frame_id)]))
         messages = [] if message is None else self._stream.on_wrench(message)
         self._publish(messages)
         if messages:
@@ -212,6 +248,9 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
 
     def _on_joints(self, payload):
         begun = time.monotonic_ns()
+        if self._waiting:
+            self._stream.undescribed("joints")
+            return self._diagnostics.received("joints", 0)
         self._recording.joints(payload)
         message = self._deserialised("joints", JOINTS_TYPE, payload)
         if message is not None:
@@ -251,7 +290,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             if not self._while_active:
                 response.success, response.message = False, "the node is not active"
                 return response
-            if name == "tare" and time.monotonic_ns() - self._heard_ns > SILENT_NS:
+            if name != "reset" and time.monotonic_ns() - self._heard_ns > SILENT_NS:
                 # No part of what has arrived: a replay, which has stamps only, would take it.
                 answer = self._stream.pipeline.refuse_tare(SILENT)
                 response.success, response.message = answer
@@ -267,6 +306,15 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             return response
 
         return respond
+
+    def _expect(self, message):
+        event = EXPECT + message.data
+        if not is_event(event):
+            known = ", ".join((*MODES, NOTHING))
+            self._warn([f"~/expect: {shown(message.data)} is not one of {known}"])
+            return
+        self._recording.event(event)
+        self.get_logger().info(self._stream.on_event(event).message)
 
     def _report(self):
         try:
@@ -286,6 +334,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             pipeline.health,
             pipeline.model,
             pipeline.causes,
+            self._waiting or self._stream.refused,
         )
         self._warn(lines)
         if not stamp_ns and not self._clock_missed:

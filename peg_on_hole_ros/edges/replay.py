@@ -22,7 +22,8 @@ from peg_on_hole_ros.edges.messages.stream import (
     message_stream,
     orientation_of,
 )
-from peg_on_hole_ros.edges.urdf_file import check_regular, urdf_path
+from peg_on_hole_ros.edges.settled import settled
+from peg_on_hole_ros.edges.urdf_source import TOPIC, check_regular, urdf_path
 from peg_on_hole_ros.edges.warm_up import warm
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
@@ -122,6 +123,9 @@ def stored_configuration(bag: Bag, any_urdf: bool = False) -> Configuration | No
         return configuration
     joints = configuration.joints
     text = bag.metadata.get(URDF_METADATA, {}).get("text", "")
+    if joints.urdf == TOPIC:
+        # A bag of its own, or its metadata, has it: no file is read.
+        return replace(configuration, joints=replace(joints, description=text))
     if not text:
         try:
             check_regular(urdf_path(joints))
@@ -195,6 +199,8 @@ def replay_bag(
 
     Raises
     ------
+    PegOnHoleError
+        The robot's description cannot be used, or contradicts what is stated of the sensor.
     BagError
         A needed topic is missing or of another type, no message could be used, or no joint state
         is of a time of the wrench's.
@@ -204,6 +210,7 @@ def replay_bag(
     total = sum(bag.topics[topic].count for topic in needed)
     sinks = list(sinks)
     # A URDF that cannot be used is refused before the long work of compiling.
+    configuration = settled(bag, configuration).configuration
     orientation_of(configuration.joints)
     warm(configuration)
     seen = Seen(configuration.joints.names)

@@ -1,20 +1,15 @@
 """A robot's description as a chain of joints up to the frame that carries the peg, checked."""
 
 import difflib
-import stat
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable
 from math import inf, isfinite
-from pathlib import Path
 from typing import NamedTuple
 
+from peg_on_hole_ros.edges.urdf_source import description_of, named
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import JointInput
-from peg_on_hole_ros.shown import printable, shown
+from peg_on_hole_ros.shown import shown
 
-# A robot's description has some 100 kB.
-MOST_BYTES = 16 * 10**6
-PACKAGE = "package://"
 MOVING = ("revolute", "continuous", "prismatic")
 # Of a coordinate [m] or an angle [rad]: squares of much larger ones are no doubles.
 _LARGEST = 1e6
@@ -34,6 +29,8 @@ class Joint(NamedTuple):
         Joint that this one follows (`mimic`); empty: none.
     multiplier, offset : float
         Position = multiplier * leader's position + offset.
+    xyz, rpy : tuple of 3 float
+        Of the child in the parent at position 0 [m], [rad].
 
     """
 
@@ -46,6 +43,8 @@ class Joint(NamedTuple):
     leader: str
     multiplier: float
     offset: float
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Chain(NamedTuple):
@@ -87,8 +86,8 @@ def read_chain(options: JointInput) -> Chain:
         not determine, or names that leave a joint out or have one too many.
 
     """
-    path, text = urdf_path(options), description_of(options)
-    links, joints = _parts(text, path)
+    path, text = named(options), description_of(options)
+    links, joints = parts(text, path)
     if options.tip_frame not in links:
         raise PegOnHoleError(
             f"joints.tip_frame = {shown(options.tip_frame)} is no link of {path}; "
@@ -122,86 +121,16 @@ def read_chain(options: JointInput) -> Chain:
     )
 
 
-def urdf_path(options: JointInput) -> Path:
-    """Return where joints.urdf is, `~` replaced; raises PegOnHoleError for what is no path."""
-    try:
-        path = Path(options.urdf).expanduser()
-    except RuntimeError:
-        user = options.urdf.split("/")[0]
-        raise PegOnHoleError(f"joints.urdf: there is no user for {shown(user)}") from None
-    if "\0" in options.urdf:
-        raise PegOnHoleError(f"joints.urdf = {shown(options.urdf)} is no name of a file")
-    if options.urdf.startswith(PACKAGE):
-        name, _, rest = options.urdf.removeprefix(PACKAGE).partition("/")
-        raise PegOnHoleError(
-            f"joints.urdf = {shown(options.urdf)} names a package; give the file's path: "
-            f"`ros2 pkg prefix --share {printable(name)}` prints the folder that has "
-            f"{shown(rest)}"
-        )
-    return path
-
-
-def beside(urdf: str, files: Iterable[str | Path]) -> str:
+def parts(text: str, path: str) -> tuple[list[str], dict[str, Joint]]:
     """
-    Return where a URDF is, of a name that is relative to the parameters file that states it.
-
-    Parameters
-    ----------
-    urdf : str
-        `joints.urdf`; a name that is found from the working directory stays.
-    files : iterable of str or Path
-        Parameters files.
-
-    """
-    try:
-        if not urdf or Path(urdf).is_absolute() or urdf.startswith("~") or Path(urdf).exists():
-            return urdf
-        found = [Path(file).parent / urdf for file in files]
-        return next((str(path) for path in found if path.is_file()), urdf)
-    except ValueError:
-        # A NUL: what is wrong is told where the file is read.
-        return urdf
-
-
-def description_of(options: JointInput) -> str:
-    """
-    Return the robot's description, from a file where it is not at hand.
+    Return the links and the joints, by name, of a description that is to be found at a path.
 
     Raises
     ------
     PegOnHoleError
-        No such file, none that is regular, one above MOST_BYTES, or no text.
+        It is no URDF, or has xacro in it.
 
     """
-    return options.description or _text(urdf_path(options))
-
-
-def _text(path):
-    check_regular(path)
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise PegOnHoleError(f"joints.urdf: there is no file {path.absolute()}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise PegOnHoleError(f"joints.urdf: cannot read {path}: {error}") from None
-
-
-def check_regular(path: Path) -> None:
-    """Refuse what may block or have no end, before it is opened; a file may be missing."""
-    try:
-        found = path.stat()
-    except OSError:
-        return
-    if not stat.S_ISREG(found.st_mode):
-        raise PegOnHoleError(f"joints.urdf: {path} is no regular file, so it is not opened")
-    if found.st_size > MOST_BYTES:
-        raise PegOnHoleError(
-            f"joints.urdf: {path} has {found.st_size / 1e6:.6g} MB, a description at most "
-            f"{MOST_BYTES / 1e6:g} MB"
-        )
-
-
-def _parts(text, path):
     try:
         # Bytes, as ElementTree refuses a text that declares its encoding.
         root = ElementTree.fromstring(text.encode())
@@ -242,9 +171,11 @@ def _joint(element, path):
             raise PegOnHoleError(
                 f"{path}: joint {shown(name)} turns about no axis: {shown(given)}"
             )
+    placed = {}
     for key in () if origin is None else ("xyz", "rpy"):
         given = origin.get(key, "0 0 0")
-        if not _triple(given):
+        placed[key] = tuple(_triple(given))
+        if not placed[key]:
             raise PegOnHoleError(
                 f"{path}: joint {shown(name)} has {key} {shown(given)}, which is not three "
                 f"numbers "
@@ -255,7 +186,7 @@ def _joint(element, path):
         leader = mimic.get("joint", "")
         multiplier = _number(mimic, "multiplier", 1.0, name, path)
         offset = _number(mimic, "offset", 0.0, name, path)
-    return Joint(name, kind, parent, child, lower, upper, leader, multiplier, offset)
+    return Joint(name, kind, parent, child, lower, upper, leader, multiplier, offset, **placed)
 
 
 def _triple(text):

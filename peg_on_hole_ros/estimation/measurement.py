@@ -149,6 +149,10 @@ class WrenchReduction:
         """What is taken off, as the sensor reports it: tare or configured bias, shape (6,)."""
         return self.sign * self.tare
 
+    def in_sensor(self, q, gravity_H) -> np.ndarray:
+        """Return gravity of the hole's axes in those of the sensor, shape (3,) [m/s^2]."""
+        return self._R_SP @ (peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H))
+
     def on_peg(self, force, torque, q, gravity_H=None) -> np.ndarray:
         """
         Return the wrench on the peg about its mass centre, peg axes, shape (6,).

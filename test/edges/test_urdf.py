@@ -10,7 +10,8 @@ import pytest
 from arm import JOINTS, URDF, Arm, options
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.edges.urdf import UrdfKinematics, orientation_source
-from peg_on_hole_ros.edges.urdf_file import beside, read_chain
+from peg_on_hole_ros.edges.urdf_file import read_chain
+from peg_on_hole_ros.edges.urdf_source import beside
 from peg_on_hole_ros.errors import PegOnHoleError
 
 needs_pinocchio = pytest.mark.usefixtures("pinocchio")

@@ -4,6 +4,8 @@ import re
 import time
 
 import pytest
+from rclpy.qos import QoSProfile
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
@@ -43,3 +45,30 @@ def test_a_tare_is_a_success_only_when_something_was_taken():
     # Told at the end at the latest.
     assert sum(int(n) for n in re.findall(r"tare refused: (\d+) times", text)) == 2
     assert reset.success and reset.message.startswith("filter and monitor restarted")
+
+
+def test_motions_are_announced_and_poses_taken():
+    peer = Peer()
+    try:
+        qos = QoSProfile(depth=10)
+        expect = peer.node.create_publisher(String, "/peg_on_hole/expect", qos)
+        with node_process() as process:
+            peer.wait_for_matching()
+            peer.spin_until(lambda: expect.get_subscription_count() == 1, "who listens")
+            for text in ("miracles", "lift_off"):
+                expect.publish(String(data=text))
+            peer.joints.publish(to_ros(JOINTS_TYPE, joints(10**9)))
+            stamps = iter(range(10**9 + MS, 100 * 10**9, MS))
+
+            def answered():
+                peer.wrench.publish(to_ros(WRENCH_TYPE, wrench(next(stamps))))
+                return peer.received["state"]
+
+            peer.spin_until(answered, "an estimate")
+            answer = peer.call("payload", Trigger.Request())
+            text = stop(process)
+    finally:
+        peer.close()
+    assert "~/expect: 'miracles' is not one of lift_off, insertion, nothing" in text
+    assert "expected: lift_off" in text
+    assert answer.success and answer.message.startswith("pose 1 taken: 1 still poses, all with")

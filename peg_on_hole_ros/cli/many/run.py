@@ -17,7 +17,7 @@ from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.configuration import to_parameters
 from peg_on_hole_ros.edges.report.page import library
 from peg_on_hole_ros.edges.report.shift_page import shift_page
-from peg_on_hole_ros.edges.urdf_file import urdf_path
+from peg_on_hole_ros.edges.urdf_source import TOPIC, urdf_path
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 
@@ -87,7 +87,7 @@ def _tasks(arguments, configuration: Configuration, out: Path):
     report = arguments.report is True
     given = to_parameters(configuration) if arguments.config else None
     joints = configuration.joints
-    described = arguments.config and joints.source == "robot" and not joints.description
+    described = arguments.config and joints.source == "robot" and joints.urdf != TOPIC
     urdf = hashlib.sha256(urdf_path(joints).read_bytes()).hexdigest() if described else ""
     settings = settings_hash(given, urdf, reading, report, arguments.estimates)
     config = str(Path(arguments.config).absolute()) if arguments.config else None

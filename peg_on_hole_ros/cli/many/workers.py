@@ -110,9 +110,7 @@ def on_cluster(tasks: Iterable[Task], address: str) -> Iterator[dict]:
     try:
         from distributed import Client, as_completed
     except ModuleNotFoundError as error:
-        raise PegOnHoleError(
-            f"--dask needs {error.name}: pip install 'peg_on_hole_ros[cluster]'"
-        ) from None
+        raise PegOnHoleError(f"--dask needs {error.name}: pip install distributed") from None
     try:
         client = Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, TypeError) as error:

@@ -98,6 +98,11 @@ class ArrivalRecord:
         # CDR, little endian: four bytes of header, length with the final zero, text
         self._append(self._event, b"\0\1\0\0" + struct.pack("<I", len(text)) + text, now_ns)
 
+    def describe(self, configuration: Configuration) -> None:
+        """Keep the robot's description, which came after the record was begun."""
+        for name, values in description_metadata(configuration).items():
+            self._writer.add_metadata(name, values)
+
     def close(self) -> None:
         """
         Finish the file; nothing can be appended after it.

@@ -13,7 +13,7 @@ from peg_on_hole_ros.edges.bags.bulk import BulkWriter, Column
 from peg_on_hole_ros.edges.messages.cdr import Encoder
 from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.urdf_file import description_of
+from peg_on_hole_ros.edges.urdf_source import description_of
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration
 

@@ -89,6 +89,7 @@ class Diagnostics:
         health: dict[str, float],
         model: str = "",
         causes: Sequence[str] = (),
+        idle: str = "",
     ) -> tuple[dict, list[str]]:
         """
         Return the diagnostic_msgs/DiagnosticArray since the last report, and lines to log.
@@ -107,6 +108,8 @@ class Diagnostics:
             Which model of the contact is in use, and why.
         causes : sequence of str
             Settings that the data have contradicted, a line each.
+        idle : str
+            Why there is no estimate by the node's own decision; empty: there may be one.
 
         """
         new = self._new(counts)
@@ -118,7 +121,7 @@ class Diagnostics:
             self._input(elapsed_ns, counts, lost),
             self._timing(elapsed_ns, load, busy),
             output,
-            self._filter(health, model, new, causes),
+            self._filter(health, model, new, causes, idle),
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
         told += joined
@@ -170,10 +173,12 @@ class Diagnostics:
         status = _status("output", OK if alone else WARN, text, {"publishers": self._publish})
         return status, [text] if self._publish > max(before, 1) else []
 
-    def _filter(self, health, model, new, causes):
+    def _filter(self, health, model, new, causes, idle):
         if any(name.endswith(_OWN_ERROR) for name in new):
             text = "an error of the program: the filter was restarted, its log has the traceback"
             return _status("filter", ERROR, text, health)
+        if idle:
+            return _status("filter", ERROR, idle, health)
         if causes:
             return _status("filter", WARN, "; ".join(causes), health)
         if MISFIT_COUNT in new:

@@ -20,7 +20,7 @@ from peg_on_hole_ros.configuration import (
 )
 from peg_on_hole_ros.edges.config_file import load_yaml, read_parameters
 from peg_on_hole_ros.edges.config_parts import BODY, is_ours, of_node, parts
-from peg_on_hole_ros.edges.urdf_file import beside
+from peg_on_hole_ros.edges.urdf_source import beside
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.options import Configuration, NodeOptions
 from peg_on_hole_ros.parameter_table import PARAMETERS

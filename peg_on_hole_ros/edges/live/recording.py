@@ -54,6 +54,10 @@ class Recording:
         """Keep a call of `reset` or `tare`."""
         self._write(lambda record: record.event(name, time.time_ns()))
 
+    def describe(self, configuration: Configuration) -> None:
+        """Keep the robot's description."""
+        self._write(lambda record: record.describe(configuration))
+
     def close(self) -> None:
         """Finish the file; nothing is kept after it."""
         self._write(ArrivalRecord.close)

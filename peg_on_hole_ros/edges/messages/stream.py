@@ -3,14 +3,19 @@
 import json
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 
 from peg_on_hole_ros.configuration import BY_NAME, from_parameters, node_options, to_parameters
 from peg_on_hole_ros.edges.cycles import Cycles, json_line
 from peg_on_hole_ros.edges.messages.columns import OutputColumns
 from peg_on_hole_ros.edges.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.edges.messages.output import STRING, Message, OutputStream
+from peg_on_hole_ros.edges.sensor_frame import mounting
+from peg_on_hole_ros.edges.urdf_source import awaited
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimation.measurement import PegJoints
 from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.expected import MODES, NOTHING
 from peg_on_hole_ros.options import Configuration, JointInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, WrenchSample
@@ -18,11 +23,15 @@ from peg_on_hole_ros.shown import shown
 
 # Begins an event that sets parameters; what follows is JSON.
 SET = "set "
+# Begins one that announces a motion.
+EXPECT = "expect "
 
 
 def is_event(name: str) -> bool:
     """Return whether this version knows an event."""
-    return name in ("reset", "tare") or name.startswith(SET)
+    if name.startswith(EXPECT):
+        return name.removeprefix(EXPECT) in (*MODES, NOTHING)
+    return name in ("reset", "tare", "payload") or name.startswith(SET)
 
 
 class MessageStream:
@@ -42,12 +51,18 @@ class MessageStream:
     pipeline : Pipeline
     t_ns : int or None
         Stamp of the latest estimate [ns].
+    frame : str or None
+        frame_id of the wrench, see `take_frame`; None: not known yet.
+    refused : str
+        Why no wrench is used, as its frame_id contradicts what is stated; empty: they are.
 
     """
 
     def __init__(self, configuration: Configuration, pipeline, markers_rate: float = 10.0):
         self.pipeline = pipeline
         self.t_ns: int | None = None
+        self.frame: str | None = None
+        self.refused = ""
         self._outputs = OutputStream(configuration.scene, markers_rate)
         self._cycles = Cycles()
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
@@ -73,6 +88,9 @@ class MessageStream:
         """Take a wrench that was read, or what is wrong with it; return what it makes known."""
         if isinstance(sample, Malformed):
             self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
+            return []
+        if self.refused:
+            self._unusable["wrench_dropped_sensor_contradicted"] += 1
             return []
         outputs = self.pipeline.on_wrench(sample)
         if outputs is None:
@@ -107,6 +125,38 @@ class MessageStream:
             columns.said = [(i, [*said.get(i, ()), *told[i]]) for i in places]
         return end, columns
 
+    def take_frame(self, frame: str) -> str:
+        """
+        Take the frame_id of the wrench, before the first one; the sensor's pose may follow.
+
+        Returns
+        -------
+        str
+            What there is to say of it; empty: nothing.
+
+        """
+        self.frame = frame
+        try:
+            wrench, line = mounting(self.pipeline.configuration, frame)
+        except PegOnHoleError as error:
+            self.refused = line = str(error)
+            return line
+        if wrench != self.pipeline.configuration.wrench:
+            self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
+        return line
+
+    def describe(self, joints: JointInput) -> None:
+        """
+        Take the joints with the robot's description, for which joint states and wrenches wait.
+
+        Raises
+        ------
+        PegOnHoleError
+            It cannot be used.
+
+        """
+        self.pipeline.describe(joints, orientation_of(joints))
+
     def finish(self) -> list[Message]:
         """End a try that is under way; return what that makes known."""
         return _told(self._cycles.finish())
@@ -134,8 +184,12 @@ class MessageStream:
         """Count messages of `wrench` or `joints` that were sent and never came."""
         self._unusable[f"{source}_dropped_not_received"] += count
 
+    def undescribed(self, source: str) -> None:
+        """Count a message of `wrench` or `joints` that came before the robot's description."""
+        self._unusable[f"{source}_dropped_without_description"] += 1
+
     def failed(self, what: str) -> None:
-        """Count an error of the program at `wrench`, `joints`, `reset` or `tare`."""
+        """Count an error of the program at `wrench`, `joints`, or a service by its name."""
         self._unusable[f"{what}_dropped_internal_error"] += 1
 
     def on_event(self, name: str) -> Answer:
@@ -145,7 +199,8 @@ class MessageStream:
         Parameters
         ----------
         name : str
-            `reset`, `tare`, or `set` and a JSON object of parameters by their names.
+            `reset`, `tare`, `payload`, `expect` and a motion, or `set` and a JSON object of
+            parameters by their names.
 
         Raises
         ------
@@ -155,7 +210,13 @@ class MessageStream:
         """
         if name.startswith(SET):
             return self._set(name.removeprefix(SET))
-        return {"reset": self.pipeline.reset, "tare": self.pipeline.tare}[name]()
+        if name.startswith(EXPECT):
+            return self.pipeline.expect(name.removeprefix(EXPECT))
+        return {
+            "reset": self.pipeline.reset,
+            "tare": self.pipeline.tare,
+            "payload": self.pipeline.take_pose,
+        }[name]()
 
     def _set(self, text):
         try:
@@ -165,6 +226,10 @@ class MessageStream:
                 return Answer(False, f"{', '.join(fixed)} cannot be set in a stream that runs")
             parameters = self._parameters | changed
             configuration, node = from_parameters(parameters), node_options(parameters)
+            described = replace(
+                configuration.joints, description=self.pipeline.configuration.joints.description
+            )
+            configuration = replace(configuration, joints=described)
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
@@ -205,6 +270,8 @@ def orientation_of(joints: JointInput) -> PegJoints | Callable:
         A URDF that cannot be used.
 
     """
+    if awaited(joints):
+        return lambda sample: "without_description"
     if joints.source == "robot":
         from peg_on_hole_ros.edges.urdf import orientation_source  # pinocchio is an extra
 

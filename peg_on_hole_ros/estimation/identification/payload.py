@@ -66,13 +66,36 @@ def find_payload(record: Recording, configuration: Configuration) -> Payload:
         There is no still pose, or all have one direction of gravity.
 
     """
-    options, scene = configuration.wrench, configuration.scene
     g_S, wrench, count = _poses(record, configuration)
     if not len(g_S):
         raise PegOnHoleError(
             f"no pose of {SHORTEST:g} s below {STILL:g} rad/s: let the peg hang free and still at "
             "three tilts or more, half a second each"
         )
+    return payload_of(g_S, wrench, count, configuration)
+
+
+def payload_of(g_S, wrench, count, configuration: Configuration) -> Payload:
+    """
+    Return the same from still poses.
+
+    Parameters
+    ----------
+    g_S : ndarray, shape (n, 3)
+        Gravity in sensor axes [m/s^2].
+    wrench : ndarray, shape (n, 6)
+        Means as received [N], [N m].
+    count : ndarray of int, shape (n,)
+        Of how many wrenches each is the mean.
+    configuration : Configuration
+
+    Raises
+    ------
+    PegOnHoleError
+        All have one direction of gravity.
+
+    """
+    options, scene = configuration.wrench, configuration.scene
     spread, axes = _spread(g_S)
     if spread[0] < SPREAD:
         raise PegOnHoleError(

@@ -1,0 +1,39 @@
+"""`peg-on-hole calibrate --presses`: sensor_rpy and acts_on from three presses of a hand."""
+
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.edges.bags.reader import Bag, absolute
+from peg_on_hole_ros.edges.messages.decode import WRENCH_TYPE, Malformed
+from peg_on_hole_ros.estimation.identification.presses import find_axes
+from peg_on_hole_ros.options import Configuration
+
+
+def found_axes(bag: Bag, configuration: Configuration) -> tuple[dict, str]:
+    """
+    Return the parameters that three presses tell, and the text to print.
+
+    Raises
+    ------
+    BagError
+        There is no wrench.
+    PegOnHoleError
+        As `find_axes`.
+
+    """
+    types = {absolute(configuration.topics.wrench): WRENCH_TYPE}
+    bag.require(types)
+    total, samples = sum(bag.topics[topic].count for topic in types), []
+    with Progress("decoding") as progress:
+        for count, item in enumerate(bag.items(types)):
+            progress(count / total)
+            if not isinstance(item.sample, Malformed):
+                samples.append(item.sample)
+    found = find_axes(sorted(samples, key=lambda sample: sample.t_ns))
+    rpy = [round(angle, 6) + 0.0 for angle in found.rpy]
+    lines = [
+        f"three presses of {', '.join(f'{force:.0f}' for force in found.forces)} N: up, x, y",
+        f"wrench.acts_on: {found.acts_on}",
+        f"wrench.sensor_rpy: {rpy}",
+        f"the hand missed its directions by {found.missed:.0f} degrees"
+        + (f", and the nearest quarter turn by {found.turned:.0f}" if found.turned else ""),
+    ]
+    return {"wrench.acts_on": found.acts_on, "wrench.sensor_rpy": rpy}, "\n".join(lines)

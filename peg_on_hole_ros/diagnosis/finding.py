@@ -1,0 +1,20 @@
+"""What a diagnosis has found."""
+
+from typing import NamedTuple
+
+
+class Finding(NamedTuple):
+    """
+    A setting that the data contradict, and what would fit them.
+
+    Attributes
+    ----------
+    text : str
+        What is wrong, what fits, and how that is known.
+    found : dict of str to object
+        Fields of WrenchInput with the values that fit; empty: there is no such setting.
+
+    """
+
+    text: str
+    found: dict[str, object]

@@ -1,0 +1,132 @@
+"""What a free peg reads beside its weight: the sensor's zero, the payload, or the lever."""
+
+from collections import deque
+from math import hypot, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.records import WrenchSample
+
+# Wrenches that are looked at together, and the time that they span at least [ns].
+_KEPT, _SPAN_NS = 50, 700_000_000
+# Standard deviations of a mean that is no noise.
+_SURE = 6.0
+# And of the zero as it is stated.
+_STATED = 3.0
+# Variance over that of the noise of what stays the same, and how much likelier it is [nats].
+_SAME, _LIKELIER = 1.6, 15.0
+# Share of a force that lies along gravity where it is a weight.
+_ALONG = 0.98
+# Shares of weight and metres to which weight and mass centre are known, and of the holder's
+# acceleration that lasts.
+_WEIGHT, _CENTER, _CARRIED = 0.03, 2e-3, 0.3
+
+
+class FreeAir:
+    """
+    Looks for what stays the same in the sensor's axes of a peg that surely hangs free.
+
+    It does where that is what is told, or where it turns and the sensor turns with it: a contact's
+    force keeps its direction in the hole.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    reduction : WrenchReduction
+
+    """
+
+    def __init__(self, configuration: Configuration, reduction: WrenchReduction):
+        scene, wrench = configuration.scene, configuration.wrench
+        self._reduction, self._wrench = reduction, wrench
+        self._gravity_H = np.array(scene.gravity)
+        self._mass = scene.peg_mass
+        hung = (scene.peg_mass + wrench.payload_mass) * float(np.linalg.norm(scene.gravity))
+        carried = _CARRIED * scene.peg_mass * configuration.monitor.free_acceleration
+        self._known = _WEIGHT * hung + carried, _CENTER * hung + carried * scene.peg_height
+        self._noise = np.array([wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3)
+        self._zero = wrench.bias_force_stddev, wrench.bias_torque_stddev
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all."""
+        self._kept: deque = deque(maxlen=_KEPT)
+        self.finding: Finding | None = None
+
+    def take(self, sample: WrenchSample, q, free: bool) -> None:
+        """
+        Take a wrench.
+
+        Parameters
+        ----------
+        sample : WrenchSample
+        q : ndarray, shape (3,)
+            gamma, psi, phi [rad].
+        free : bool
+            Whether the peg was told to be free.
+
+        """
+        R_HP = peg_axes(q)
+        weight = self._mass * (R_HP.T @ self._gravity_H)
+        left = self._reduction.on_peg(sample.force, sample.torque, q)
+        left[:3] += weight
+        if self._kept and not 0 < sample.t_ns - self._kept[-1][0] < 10**9:
+            self._kept.clear()
+        self._kept.append((sample.t_ns, left, R_HP, free, q))
+        if len(self._kept) == _KEPT and sample.t_ns - self._kept[0][0] >= _SPAN_NS:
+            self._judge()
+
+    def _judge(self):
+        left = np.array([row[1] for row in self._kept])
+        # About the sensor, as noise and zero are: the mass centre's lever would mix the two.
+        read = np.linalg.solve(self._reduction.matrix, left.T).T
+        mean = read.mean(axis=0)
+        force, torque = np.linalg.norm(mean[:3]), np.linalg.norm(mean[3:])
+        least = [
+            hypot(
+                _SURE * self._noise[3 * part] / sqrt(_KEPT),
+                _STATED * self._zero[part],
+                self._known[part],
+            )
+            for part in (0, 1)
+        ]
+        off = force > least[0], torque > least[1]
+        if self.finding is not None or not any(off) or not self._surely_free(read, off):
+            return
+        sign = self._reduction.sign
+        shown = ", ".join(f"{sign * x:.2g}" for x in mean[:3])
+        turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
+        gravity_S = self._reduction.in_sensor(self._kept[-1][4], self._gravity_H)
+        along = float(mean[:3] @ gravity_S) / float(gravity_S @ gravity_S)
+        if off[0] and abs(along) * np.linalg.norm(gravity_S) > _ALONG * force:
+            text = (
+                f"wrench.payload_mass: a free peg weighs {-along:.2g} kg more than is stated, or "
+                f"the zero is off by [{shown}] N: tare it, or calibrate --payload"
+            )
+        elif off[0]:
+            text = (
+                f"wrench.bias_force: a free peg reads [{shown}] N beside its weight, in the "
+                "sensor's axes: tare it, or state the zero"
+            )
+        else:
+            text = (
+                f"wrench.bias_torque: a free peg reads [{turned}] N m beside its weight, though "
+                "its force fits: tare it, or check sensor_xyz, payload_com and mass_center_height"
+            )
+        self.finding = Finding(text, {})
+
+    def _surely_free(self, read, off):
+        if all(row[3] for row in self._kept):
+            return True
+        part = slice(0, 3) if off[0] else slice(3, 6)
+        noise = self._noise[part][0] ** 2
+        same = float(np.var(read[:, part], axis=0).sum()) / noise
+        # The same force, of a constant direction in the hole.
+        R_PS = self._reduction.matrix[:3, :3]
+        hole = np.array([row[2] @ R_PS @ x[part] for row, x in zip(self._kept, read)])
+        other = float(np.var(hole, axis=0).sum()) / noise
+        return same < 3.0 * _SAME and 0.5 * len(read) * (other - same) > _LIKELIER

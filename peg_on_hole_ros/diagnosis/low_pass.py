@@ -1,0 +1,109 @@
+"""Whether a driver's low-pass makes the noise of neighbouring wrenches alike."""
+
+from math import log, pi, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.options import WrenchInput
+from peg_on_hole_ros.records import WrenchSample
+
+# Wrenches that are looked at together; the quietest of all such stretches counts.
+_STRETCH, _ENOUGH = 500, 3
+# Apart are neighbours, and wrenches so many behind one another.
+_APART = 8
+# How many times the noise of those apart is that of neighbours, where they are alike.
+_ALIKE = 2.0
+# Share of the stated noise below which there is none to compare.
+_NOISY = 0.005
+
+
+class LowPass:
+    """
+    Compares the noise of neighbours with that of wrenches apart, in forces and in torques.
+
+    Of white noise both are one; a motion makes those apart differ, so the quietest stretch counts.
+
+    Parameters
+    ----------
+    wrench : WrenchInput
+
+    Attributes
+    ----------
+    finding : Finding or None
+
+    """
+
+    def __init__(self, wrench: WrenchInput):
+        stated = [wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3
+        self._least = np.square(_NOISY * np.array(stated))
+        self.finding: Finding | None = None
+        self._ratio, self._stretches, self._told = float("inf"), 0, False
+        self._rows: list[tuple] = []
+        self._t_ns: list[int] = []
+
+    def take(self, sample: WrenchSample) -> None:
+        """Take a wrench, one after another."""
+        self._take([sample.t_ns], [(*sample.force, *sample.torque)])
+
+    def take_all(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+        """Take wrenches one after another: stamps [ns] and rows of force and torque."""
+        while len(t_ns):
+            room = _STRETCH - len(self._rows)
+            self._take(t_ns[:room].tolist(), wrenches[:room].tolist())
+            t_ns, wrenches = t_ns[room:], wrenches[room:]
+
+    def _take(self, t_ns, rows):
+        self._rows += rows
+        self._t_ns += t_ns
+        if len(self._rows) == _STRETCH:
+            self._judge(np.array(self._rows), np.array(self._t_ns))
+            self._rows.clear()
+            self._t_ns.clear()
+
+    def _judge(self, rows, t_ns):
+        steps = np.diff(t_ns)
+        period = float(np.median(steps)) * 1e-9
+        # Values that repeat, or are rounded, are another matter; so is a gap.
+        still = (np.diff(rows, axis=0) == 0.0).all(axis=1).mean()
+        if period <= 0.0 or steps.max() > 2.0 * np.median(steps) or still > 0.02:
+            return
+        near, apart = (_curved(rows, lag) for lag in (1, _APART))
+        if not (near > self._least).all():
+            return
+        # A motion is in some of the six.
+        ratio = apart / near
+        self._ratio = min(self._ratio, float(np.median(ratio[:3])), float(np.median(ratio[3:])))
+        self._stretches += 1
+        if self._stretches < _ENOUGH:
+            return
+        if self._ratio < _ALIKE:
+            self.finding = None
+        elif self.finding is None:
+            self.finding = Finding(self._said(period), {})
+
+    def _said(self, period):
+        pole = _pole(self._ratio)
+        cutoff = -log(pole) / (2.0 * pi * period)
+        wider = sqrt((1.0 + pole) / (1.0 - pole))
+        return (
+            f"low-pass: the noise of neighbouring wrenches is alike, as behind a filter of about "
+            f"{cutoff:.2g} Hz: turn the driver's filter off, or state force_stddev and "
+            f"torque_stddev {wider:.2g} times as large"
+        )
+
+
+def _curved(rows, lag):
+    """Return the variance of second differences over a lag, of white noise that of the noise."""
+    second = rows[2 * lag :] - 2.0 * rows[lag:-lag] + rows[: -2 * lag]
+    return np.mean(np.square(second), axis=0) / 6.0
+
+
+def _pole(ratio):
+    """Return the pole of a first-order filter that has such a ratio, by halving."""
+    low, high = 0.0, 1.0 - 1e-6
+    for _ in range(50):
+        pole = 0.5 * (low + high)
+        near, apart = (3.0 - 4.0 * pole**lag + pole ** (2 * lag) for lag in (1, _APART))
+        low, high = (pole, high) if apart / near < ratio else (low, pole)
+    return pole

@@ -1,0 +1,50 @@
+"""A motion that the robot's program has announced, and that therefore is no alarm."""
+
+from peg_on_hole_ros.records import Outputs
+
+# What can be announced, and the mode in which it has come about.
+MODES = {"lift_off": "open", "insertion": "two_point"}
+NOTHING = "nothing"
+# An alarm of the motion may rise so long behind it, and is held for as long [ns].
+_BEHIND_NS = 500_000_000
+
+
+class Expected:
+    """
+    Takes `contact_loss` off while an announced motion is under way, and for a while behind it.
+
+    Attributes
+    ----------
+    what : str
+        A key of MODES; empty: nothing is expected.
+
+    """
+
+    def __init__(self):
+        self.what = ""
+        self._since_ns: int | None = None
+
+    def announce(self, what: str) -> None:
+        """Expect a motion from now on, or NOTHING."""
+        self.what = what if what in MODES else ""
+        self._since_ns = None
+
+    def judged(self, outputs: Outputs) -> Outputs:
+        """Return outputs in which what is expected is no alarm; notice whether it has come."""
+        if not self.what:
+            return outputs
+        if outputs.contact_mode != MODES[self.what]:
+            self._since_ns = None
+        elif self._since_ns is None or outputs.t_ns < self._since_ns:
+            self._since_ns = outputs.t_ns
+        alarms = tuple(map(self._without, outputs.alarms))
+        raised = alarms != outputs.alarms
+        over = self._since_ns is not None and outputs.t_ns - self._since_ns >= _BEHIND_NS
+        if over and not raised:
+            self.announce(NOTHING)
+        return outputs._replace(alarms=alarms)
+
+    def _without(self, alarm):
+        if alarm.name != "contact_loss" or not alarm.level:
+            return alarm
+        return alarm._replace(level=0, message=f"expected ({self.what}): {alarm.message}")

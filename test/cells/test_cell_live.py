@@ -1,0 +1,67 @@
+"""A robot cell's bag played into the running node over DDS, description and all."""
+
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
+
+from dds_peer import Peer, node_process, stop
+from peg_on_hole_ros.edges.bags.reader import Bag
+from peg_on_hole_ros.edges.bags.truth import read_truth
+from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.edges.messages.output import STRING
+from peg_on_hole_ros.edges.messages.ros_messages import message_class
+from simulated import ROOT
+
+pytest.importorskip("pinocchio")
+pytestmark = pytest.mark.xdist_group("dds")
+
+# In the air, touch-down on one side at 1.7 s, three contacts from 1.9 s on.
+SECONDS = 2.4
+BEHIND = 100  # wrenches on their way; half of the node's queue
+
+
+def test_the_node_follows_a_cell_from_the_air_to_three_contacts():
+    bag = Bag(ROOT / "bags" / "cell_franka_like.mcap")
+    config = ROOT / "config" / "cell_franka_like.yaml"
+    truth, peer, sent = read_truth(bag), Peer(), 0
+    topics = {
+        "/robot_description": (STRING, 1),
+        "/joint_states": (JOINTS_TYPE, 1000),
+        "/wrench": (WRENCH_TYPE, 1000),
+    }
+    first = bag.topics["/wrench"].first_ns
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    description = peer.node.create_publisher(message_class(STRING), "/robot_description", latched)
+    send = {
+        "/robot_description": description,
+        "/joint_states": peer.joints,
+        "/wrench": peer.wrench,
+    }
+    try:
+        with node_process("--params-file", str(config)) as process:
+            peer.wait_for_matching()
+            peer.spin_until(lambda: description.get_subscription_count() == 1, "who listens")
+            for item, payload in bag.with_payloads(topics):
+                if item.log_ns - first > SECONDS * 1e9:
+                    break
+                send[item.topic].publish(payload)
+                if item.topic == "/robot_description":
+                    waited = "the robot's description has come"
+                    peer.spin_until(lambda: peer.received["/diagnostics"], waited)
+                if item.topic == "/wrench":
+                    sent += 1
+                    # The first may come before the description has been read.
+                    got = peer.received["state"]
+                    peer.spin_until(lambda: len(got) >= sent - BEHIND, "estimates")  # noqa: B023
+            text = stop(process)
+    finally:
+        peer.close()
+    assert "sensor: at 'ft_sensor'" in text and "rror" not in text
+    modes = [
+        deserialize_message(m, message_class(STRING)).data for m in peer.received["contact_mode"]
+    ]
+    assert modes[-1] == "three_point" and "open" in modes
+    last = deserialize_message(peer.received["state"][-1], message_class(JOINTS_TYPE))
+    t_ns = last.header.stamp.sec * 10**9 + last.header.stamp.nanosec
+    # Gears that give 0.7 mrad, where no encoder sees it.
+    assert last.position[0] == pytest.approx(truth.at(t_ns)[0], abs=1.5e-3)

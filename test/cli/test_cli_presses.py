@@ -1,0 +1,86 @@
+"""`peg-on-hole calibrate --presses`: sensor_rpy and acts_on from three presses of a hand."""
+
+import re
+
+import numpy as np
+import pytest
+import yaml
+from scipy.spatial.transform import Rotation
+
+from cli_helpers import fails
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.edges.bags.writer import BagWriter
+from small_bags import MS, WRENCH, wrench
+
+UP, X, Y = np.eye(3)[[2, 0, 1]]
+
+
+def presses(path, rpy, acts_on, pushes=(UP, X, Y), strength=25.0, seed=1):
+    """
+    Write what a sensor reads of a hanging peg that a hand pushes, 1 s each.
+
+    By Newton: what holds the peg carries its weight, and the opposite of the hand.
+    """
+    random, t_ns = np.random.default_rng(seed), 10**9
+    to_sensor = Rotation.from_euler("xyz", rpy).inv()
+    weight, zero = np.array([0.0, 0.0, -12.0]), np.array([3.0, -2.0, 5.0])
+    with BagWriter(path) as bag:
+        for push in pushes:
+            for i in range(2500):
+                hand = strength * np.sin(np.pi * min(max((i - 700) / 1000, 0.0), 1.0)) * push
+                held = to_sensor.apply(-(weight + hand))
+                read = (held if acts_on == "peg" else -held) + zero + random.normal(0, 0.5, 3)
+                bag.write("/wrench", WRENCH, wrench(t_ns, read, [0.0] * 3), t_ns)
+                t_ns += MS
+    return path
+
+
+def found(bag, tmp_path):
+    out = tmp_path / "found.yaml"
+    assert main(["calibrate", str(bag), "--presses", "--out", str(out)]) == 0
+    return yaml.safe_load(out.read_text())["peg_on_hole"]["ros__parameters"]["wrench"]
+
+
+def apart(found, rpy):
+    """Degrees between two orientations."""
+    turn = Rotation.from_euler("xyz", found).inv() * Rotation.from_euler("xyz", rpy)
+    return np.degrees(turn.magnitude())
+
+
+@pytest.mark.parametrize("acts_on", ["peg", "robot"])
+@pytest.mark.parametrize(
+    "rpy", [(0.0, 0.0, 0.0), (np.pi, 0.0, 0.0), (np.pi, 0.0, -np.pi / 2), (0.0, np.pi / 2, 0.0)]
+)
+def test_a_hand_that_misses_finds_the_quarter_turn(tmp_path, capsys, rpy, acts_on):
+    # Up to 14 degrees off, each press another way.
+    pushes = [UP + 0.2 * X, X + 0.2 * Y - 0.1 * UP, Y - 0.25 * X]
+    pushes = [push / np.linalg.norm(push) for push in pushes]
+    wrench_found = found(presses(tmp_path / "a.mcap", rpy, acts_on, pushes), tmp_path)
+    assert wrench_found["acts_on"] == acts_on
+    assert apart(wrench_found["sensor_rpy"], rpy) < 0.01
+    forces = re.search("three presses of (.*) N: up, x, y", capsys.readouterr().out)[1].split(", ")
+    # The mean of what is above 0.7 of a half wave of 25 N.
+    assert [float(force) for force in forces] == pytest.approx([22.4] * 3, abs=1.0)
+
+
+def test_a_sensor_at_an_angle_of_its_own_stays_there(tmp_path):
+    rpy = (np.pi, 0.0, np.radians(35.0))
+    wrench_found = found(presses(tmp_path / "a.mcap", rpy, "robot"), tmp_path)
+    assert wrench_found["acts_on"] == "robot"
+    assert apart(wrench_found["sensor_rpy"], rpy) < 1.0
+
+
+@pytest.mark.parametrize("pushes", [(UP, X), (UP, X, Y, X)])
+def test_another_number_of_presses_says_what_to_do(tmp_path, capsys, pushes):
+    bag = presses(tmp_path / "a.mcap", (0.0, 0.0, 0.0), "peg", pushes)
+    message = (
+        f"{len(pushes)} presses of 5 N and 0.3 s, not 3: with the peg still, push it up at its "
+        "lower end, then along its x, then along its y, with a pause between"
+    )
+    fails(capsys, 2, message, "calibrate", bag, "--presses", "--out", tmp_path / "o.yaml")
+
+
+def test_presses_along_one_line_are_refused(tmp_path, capsys):
+    bag = presses(tmp_path / "a.mcap", (0.0, 0.0, 0.0), "peg", (UP, X, (X + 0.2 * Y) / 1.02))
+    assert main(["calibrate", str(bag), "--presses", "--out", str(tmp_path / "o.yaml")]) == 2
+    assert "degrees off three right angles" in capsys.readouterr().err
