@@ -53,6 +53,8 @@ class State(NamedTuple):
         Wrenches in a row that were far from what the contacts carry; the first is a spike.
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
+    contacts : ndarray, shape (1,)
+        How many contacts the last wrench was weighed with: 3, 2 (K and B in the hole), or 0.
     mean : ndarray, shape (n + 3,)
         Mean over all components.
     covariance : ndarray, shape (n + 3, n + 3)
@@ -82,6 +84,7 @@ class State(NamedTuple):
     start_rates2: np.ndarray
     spiked: np.ndarray
     friction_force2: np.ndarray
+    contacts: np.ndarray
     mean: np.ndarray
     covariance: np.ndarray
     nis: np.ndarray
@@ -111,8 +114,8 @@ class Scratch(NamedTuple):
     root : ndarray, shape (6, 6)
     gain : ndarray, shape (n + 3, 6)
     white, scales, left : ndarray
-    columns : ndarray, shape (6, 9)
-        Slopes by tilt, slide and slip of the wrench, and by the wrench itself.
+    columns : ndarray, shape (6, 11)
+        Slopes of the wrench, see `contact.applied_forces`.
     share : ndarray, shape (levels, levels)
     work : ndarray
         Of the mechanics.
@@ -186,6 +189,7 @@ def new_state(n: int, frictions: int, levels: int) -> tuple[np.ndarray, State]:
         "start_rates2": (1,),
         "spiked": (1,),
         "friction_force2": (3,),
+        "contacts": (1,),
         "mean": (w,),
         "covariance": (w, w),
         "nis": (2,),
@@ -220,7 +224,7 @@ def new_scratch(n: int, frictions: int, levels: int) -> Scratch:
         np.zeros(6),
         np.zeros(3),
         np.zeros(3),
-        np.zeros((6, 9)),
+        np.zeros((6, 11)),
         np.zeros((levels, levels)),
         workspace(),
         np.zeros(w),
