@@ -12,7 +12,7 @@ from peg_on_hole_ros.monitoring.row import SIZE
 from peg_on_hole_ros.options import MonitorOptions
 
 UNJUDGED = "modes, forecast, risk and alarms are off (monitor.modes)"
-_SETS = {3: ContactSet.THREE, 0: ContactSet.NONE, -1: ContactSet.UNKNOWN}
+_SETS = {3: ContactSet.THREE, 2: ContactSet.TWO, 0: ContactSet.NONE, -1: ContactSet.UNKNOWN}
 
 
 class Judge:
