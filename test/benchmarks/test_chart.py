@@ -114,11 +114,10 @@ def test_the_limit_takes_the_estimator_s_own_steps(motion):
         return made[-1]
 
     runs.run(configuration, list(measure(motion, 1)), clock, make)
-    alone = limit.Alone(made[0])
     for _ in range(2):
-        alone.run()
-        assert np.array_equal(alone.state.mean, made[0].state.mean)
-        assert np.array_equal(alone.state.covariance, made[0].state.covariance)
+        peg, _ = limit.taken_anew(made[0], clock)
+        assert np.array_equal(peg.state.mean, made[0].state.mean)
+        assert np.array_equal(peg.state.covariance, made[0].state.covariance)
     assert limit.arithmetic(configuration, list(measure(motion, 1)), clock) == 1.0
 
 
