@@ -45,15 +45,103 @@ def scene_at(p, x, at, load):
 
 
 @compiled
-def wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, columns, j):
-    """Put the six equations' right side for a wrench in (h, e, z) into a column."""
+def applied_forces(p, x, at, u, bias_map, s, c, columns):
+    """
+    Return the applied wrench, weight included, about the mass centre in (h, e, z), six values.
+
+    Parameters
+    ----------
+    p, x, at, u, bias_map
+        As for `straighten`.
+    s, c : float
+        Sine and cosine of the tilt at which the contacts are taken.
+    columns : ndarray, shape (6, 11)
+        Filled with how that wrench moves with gamma, psi, phi, with u (6), and with a tilt of the
+        hole (2).
+
+    """
+    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
+    if at[BIAS] >= 0:
+        b = x[at[BIAS] : at[BIAS] + 6]
+        u0 -= _row(bias_map, 0, b)
+        u1 -= _row(bias_map, 1, b)
+        u2 -= _row(bias_map, 2, b)
+        u3 -= _row(bias_map, 3, b)
+        u4 -= _row(bias_map, 4, b)
+        u5 -= _row(bias_map, 5, b)
+    if at[TILT] >= 0:
+        t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
+        g_x, g_y, g_z = g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y
+    sp, cp, sps, cps = sin(x[2]), cos(x[2]), sin(x[1]), cos(x[1])
+    r00, r01, r02 = c * cp, -c * sp, -s
+    r10, r11 = sp, cp
+    r20, r21, r22 = s * cp, -s * sp, c
+    F_h, F_e, F_z = r00 * u0 + r01 * u1 + r02 * u2, r10 * u0 + r11 * u1, r20 * u0 + r21 * u1
+    F_z += r22 * u2
+    M_h, M_e, M_z = r00 * u3 + r01 * u4 + r02 * u5, r10 * u3 + r11 * u4, r20 * u3 + r21 * u4
+    M_z += r22 * u5
+    g_h, g_e = p.m * (cps * g_x + sps * g_y), p.m * (cps * g_y - sps * g_x)
+    # The wrench turns with gamma about -e, with phi about the peg's axis; gravity with psi.
+    _put(columns, 0, -F_z, 0.0, F_h, -M_z, 0.0, M_h)
+    _put(columns, 1, g_e, -g_h, 0.0, 0.0, 0.0, 0.0)
+    _put(columns, 2, -c * F_e, c * F_h + s * F_z, -s * F_e, -c * M_e, c * M_h + s * M_z, -s * M_e)
+    for j in range(2):
+        _put(columns, 3 + 3 * j, r00, r10, r20, r00, r10, r20)
+        _put(columns, 4 + 3 * j, r01, r11, r21, r01, r11, r21)
+        _put(columns, 5 + 3 * j, r02, 0.0, r22, r02, 0.0, r22)
+        for i in range(3):
+            for k in range(3 + 3 * j, 6 + 3 * j):
+                columns[3 * (1 - j) + i, k] = 0.0
+    # Gravity leans by -g_z t_y, g_z t_x in the hole's axes.
+    l_y, l_x = p.m * p.g_z, -p.m * p.g_z
+    _put(columns, 9, sps * l_y, cps * l_y, -p.m * p.g_y, 0.0, 0.0, 0.0)
+    _put(columns, 10, cps * l_x, -sps * l_x, p.m * p.g_x, 0.0, 0.0, 0.0)
+    return F_h + g_h, F_e + g_e, F_z + p.m * g_z, M_h, M_e, M_z
+
+
+@compiled
+def _put(columns, j, F_h, F_e, F_z, M_h, M_e, M_z):
+    columns[0, j], columns[1, j], columns[2, j] = F_h, F_e, F_z
+    columns[3, j], columns[4, j], columns[5, j] = M_h, M_e, M_z
+
+
+@compiled
+def applied_slopes(columns, at, bias_map, E):
+    """Take the slopes of an applied wrench, which stands on the right, into those of the residual."""
+    for i in range(6):
+        for j in range(3):
+            E[i, j] -= columns[i, j]
+        if at[BIAS] >= 0:
+            for j in range(6):
+                t = 0.0
+                for k in range(6):
+                    t += columns[i, 3 + k] * bias_map[k, j]
+                E[i, at[BIAS] + j] = t
+        if at[TILT] >= 0:
+            E[i, at[TILT]], E[i, at[TILT] + 1] = -columns[i, 9], -columns[i, 10]
+
+
+@compiled
+def clearance_slopes(p, x, at, load, i, by_diameter, E):
+    """Fill in a row's slopes by clearance and compliance, from that by the peg's diameter."""
+    if at[CLEARANCE] >= 0:
+        # To the diameter, of which the clearance is what is left.
+        grown = (p.D - p.d) + (x[at[COMPLIANCE]] * load if at[COMPLIANCE] >= 0 else 0.0)
+        E[i, at[CLEARANCE]] -= by_diameter * grown
+    if at[COMPLIANCE] >= 0:
+        E[i, at[COMPLIANCE]] += by_diameter * load
+
+
+@compiled
+def _reduce(geo, columns):
+    """Turn wrenches into the right side of the six equations, column by column."""
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
-    columns[0, j] = F_h * dh_c + F_z * dz_c - M_e
-    columns[1, j] = F_e * h_c + M_z
-    columns[2, j] = c * M_z - s * M_h
-    columns[3, j] = F_h
-    columns[4, j] = F_e
-    columns[5, j] = F_z
+    for j in range(columns.shape[1]):
+        F_h, F_e, F_z = columns[0, j], columns[1, j], columns[2, j]
+        M_h, M_e, M_z = columns[3, j], columns[4, j], columns[5, j]
+        _put(columns, j, F_h * dh_c + F_z * dz_c - M_e, F_e * h_c + M_z, c * M_z - s * M_h,
+             F_h, F_e, F_z)  # fmt: skip
 
 
 @compiled
@@ -98,29 +186,7 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     turned = direction_moments(p, geo, x, P, share, scratch.scales, scratch.left)
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
-    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
-    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
-    if at[BIAS] >= 0:
-        b = x[at[BIAS] : at[BIAS] + 6]
-        u0 -= _row(bias_map, 0, b)
-        u1 -= _row(bias_map, 1, b)
-        u2 -= _row(bias_map, 2, b)
-        u3 -= _row(bias_map, 3, b)
-        u4 -= _row(bias_map, 4, b)
-        u5 -= _row(bias_map, 5, b)
-    if at[TILT] >= 0:
-        t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
-        g_x, g_y, g_z = g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y
-    sp, cp, sps, cps = sin(x[2]), cos(x[2]), sin(x[1]), cos(x[1])
-    r00, r01, r02 = c * cp, -c * sp, -s
-    r10, r11 = sp, cp
-    r20, r21, r22 = s * cp, -s * sp, c
-    F_h, F_e, F_z = r00 * u0 + r01 * u1 + r02 * u2, r10 * u0 + r11 * u1, r20 * u0 + r21 * u1
-    F_z += r22 * u2
-    M_h, M_e, M_z = r00 * u3 + r01 * u4 + r02 * u5, r10 * u3 + r11 * u4, r20 * u3 + r21 * u4
-    M_z += r22 * u5
-    g_h, g_e = p.m * (cps * g_x + sps * g_y), p.m * (cps * g_y - sps * g_x)
-    wrench = (F_h + g_h, F_e + g_e, F_z + p.m * g_z, M_h, M_e, M_z)
+    wrench = applied_forces(p, x, at, u, bias_map, s, c, columns)
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
     scales = (scratch.scales[0], scratch.scales[1], scratch.scales[2])
     for i in range(6):
@@ -157,46 +223,12 @@ def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, frictio
         for j in range(3):
             residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
             residual[i] += E[i, n + j] * x[n + j]
-    # The wrench turns with gamma about -e, with phi about the peg's axis; gravity with psi.
-    wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, columns, 0)
-    wrench_column(geo, g_e, -g_h, 0.0, 0.0, 0.0, 0.0, columns, 1)
-    wrench_column(
-        geo, -c * F_e, c * F_h + s * F_z, -s * F_e, -c * M_e, c * M_h + s * M_z, -s * M_e,
-        columns, 2,
-    )  # fmt: skip
-    wrench_column(geo, r00, r10, r20, 0.0, 0.0, 0.0, columns, 3)
-    wrench_column(geo, r01, r11, r21, 0.0, 0.0, 0.0, columns, 4)
-    wrench_column(geo, r02, 0.0, r22, 0.0, 0.0, 0.0, columns, 5)
-    wrench_column(geo, 0.0, 0.0, 0.0, r00, r10, r20, columns, 6)
-    wrench_column(geo, 0.0, 0.0, 0.0, r01, r11, r21, columns, 7)
-    wrench_column(geo, 0.0, 0.0, 0.0, r02, 0.0, r22, columns, 8)
     for i in range(6):
-        E[i, 0] = work[24 + 6 * i] - columns[i, 0]
-        E[i, 1] = -columns[i, 1]
-        E[i, 2] = -columns[i, 2]
-        if at[CLEARANCE] >= 0:
-            # To the diameter, of which the clearance is what is left.
-            grown = (p.D - p.d) + (x[at[COMPLIANCE]] * load if at[COMPLIANCE] >= 0 else 0.0)
-            E[i, at[CLEARANCE]] = -work[24 + 6 * i + 5] * grown
-        if at[COMPLIANCE] >= 0:
-            E[i, at[COMPLIANCE]] = work[24 + 6 * i + 5] * load
-        if at[BIAS] >= 0:
-            for j in range(6):
-                t = 0.0
-                for k in range(6):
-                    t += columns[i, 3 + k] * bias_map[k, j]
-                E[i, at[BIAS] + j] = t
-    if at[TILT] >= 0:
-        # Gravity leans by -g_z t_y, g_z t_x in the hole's axes.
-        for j in range(2):
-            l_x, l_y = (0.0, p.m * p.g_z) if j == 0 else (-p.m * p.g_z, 0.0)
-            l_z = -p.m * p.g_y if j == 0 else p.m * p.g_x
-            wrench_column(
-                geo, cps * l_x + sps * l_y, cps * l_y - sps * l_x, l_z, 0.0, 0.0, 0.0, columns, 1
-            )
-            for i in range(6):
-                E[i, at[TILT] + j] = -columns[i, 1]
-    _noise(columns, noise, scratch.root, scratch.R)
+        E[i, 0], E[i, 1], E[i, 2] = work[24 + 6 * i], 0.0, 0.0
+        clearance_slopes(p, x, at, load, i, work[24 + 6 * i + 5], E)
+    _reduce(geo, columns)
+    applied_slopes(columns, at, bias_map, E)
+    see_noise(columns, noise, scratch.root, scratch.R)
     add_unknown_direction(p, geo, scratch.left, friction_force2, scratch.unknown)
     return turned
 
@@ -210,8 +242,8 @@ def _row(matrix, i, b):
 
 
 @compiled
-def _noise(columns, noise, product, R):
-    """Fill R with the wrench's noise as the six equations see it."""
+def see_noise(columns, noise, product, R):
+    """Fill R with the wrench's noise as the equations see it."""
     for i in range(6):
         for j in range(6):
             t = 0.0
@@ -234,7 +266,7 @@ def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
     f = x[FRICTION]
     f_K = f + x[at[FRICTION_K]]
     slopes = work[24:60]
-    total = scratch.columns.reshape(54)
+    total = scratch.gain.reshape(scratch.gain.size)
     # K alone with its friction, then what does not depend on K, then both others.
     y = (a[0], a[1], a[2], x[n], 0.0, 0.0)
     derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)

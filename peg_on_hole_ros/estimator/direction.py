@@ -67,33 +67,56 @@ def direction_moments(p, geo, x, P, share, scales, left):
 
     """
     turned = 0.0
+    for i in range(3):
+        other, left[i], s2 = slip_moments(slip_jacobian(p, geo, i), x, P, share)
+        scales[i] = sqrt(s2 + _LEAST_SCALE2)
+        turned += other / 3.0
+    return turned
+
+
+@compiled
+def slip_moments(rows, x, P, share):
+    """
+    Return the moments of the direction of one slip, see `direction_moments`.
+
+    Parameters
+    ----------
+    rows : tuple of 3 tuples of 3 float
+        Its components by the rates [m/rad].
+    x, P, share
+        As for `direction_moments`.
+
+    Returns
+    -------
+    turned, left, scale2 : float
+        Square of the sine by which it may point elsewhere; share of friction that no slope
+        explains; square of the scale [m^2/s^2].
+
+    """
     w0, w1, w2 = x[RATE], x[RATE + 1], x[RATE + 2]
     q00, q01, q02 = P[RATE, RATE], P[RATE, RATE + 1], P[RATE, RATE + 2]
     q11, q12, q22 = P[RATE + 1, RATE + 1], P[RATE + 1, RATE + 2], P[RATE + 2, RATE + 2]
-    for i in range(3):
-        speed2, total, d0, d1, d2 = 0.0, 0.0, 0.0, 0.0, 0.0
-        for a, b, c in slip_jacobian(p, geo, i):
-            v = a * w0 + b * w1 + c * w2
-            speed2 += v * v
-            d0 += v * a
-            d1 += v * b
-            d2 += v * c
-            total += a * a * q00 + b * b * q11 + c * c * q22
-            total += 2.0 * (a * b * q01 + a * c * q02 + b * c * q12)
-        along = d0 * d0 * q00 + d1 * d1 * q11 + d2 * d2 * q22
-        along += 2.0 * (d0 * d1 * q01 + d0 * d2 * q02 + d1 * d2 * q12)
-        total = max(total, _LEAST_VARIANCE)
-        along = min(max(along / max(speed2, 1e-30), 0.0), total)
-        across = total - along
-        mean = 0.5 * total
-        ratio = speed2 / mean
-        blend = (across * ratio + 2.0 * mean) / (ratio + 2.0)
-        s2 = share * (1.0 + 1.55 / (1.0 + 0.27 * ratio)) * blend
-        w = 1.0 / (speed2 + s2)
-        scales[i] = sqrt(s2 + _LEAST_SCALE2)
-        left[i] = max(1.0 - speed2 * w - w * across - s2 * s2 * w * w * w * along, 0.0)
-        turned += across / (speed2 + across) / 3.0
-    return turned
+    speed2, total, d0, d1, d2 = 0.0, 0.0, 0.0, 0.0, 0.0
+    for a, b, c in rows:
+        v = a * w0 + b * w1 + c * w2
+        speed2 += v * v
+        d0 += v * a
+        d1 += v * b
+        d2 += v * c
+        total += a * a * q00 + b * b * q11 + c * c * q22
+        total += 2.0 * (a * b * q01 + a * c * q02 + b * c * q12)
+    along = d0 * d0 * q00 + d1 * d1 * q11 + d2 * d2 * q22
+    along += 2.0 * (d0 * d1 * q01 + d0 * d2 * q02 + d1 * d2 * q12)
+    total = max(total, _LEAST_VARIANCE)
+    along = min(max(along / max(speed2, 1e-30), 0.0), total)
+    across = total - along
+    mean = 0.5 * total
+    ratio = speed2 / mean
+    blend = (across * ratio + 2.0 * mean) / (ratio + 2.0)
+    s2 = share * (1.0 + 1.55 / (1.0 + 0.27 * ratio)) * blend
+    w = 1.0 / (speed2 + s2)
+    left = max(1.0 - speed2 * w - w * across - s2 * s2 * w * w * w * along, 0.0)
+    return across / (speed2 + across), left, s2
 
 
 @compiled

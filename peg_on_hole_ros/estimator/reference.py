@@ -78,14 +78,25 @@ class Component(KalmanFilter):
             self.P[values] = self.P[:, values] = 0.0
             self.P[values, values] = stddev**2 * np.eye(3)
 
-    def weigh(self, u, load, friction_force2, late, passes, wider=1.0) -> tuple[float, ...]:
-        """Correct by the six equations; return log likelihood, the direction's doubt, and NIS."""
+    def halve(self, reaction: float):
+        """Let the last two reactions be halves of one."""
+        halves = slice(self.cell.n + 1, None)
+        self.x[halves] = self.x[halves].mean()
+        self.P[halves, halves] = reaction**2 / 4
+
+    def weigh(
+        self, u, load, friction_force2, contacts, dt, passes, wider=1.0
+    ) -> tuple[float, ...]:
+        """Correct by the contacts' equations; return log likelihood, doubt of direction, NIS."""
+        late = max(self.cell.settings.direction_time / max(dt, 1e-4), 1.0)
+        look = self.cell, u, load, friction_force2
         x, P = self.x.copy(), self.P.copy()
         for _ in range(passes):
             point = self.x
-            measured, unknown, turned = model.contact(
-                self.cell, point, P, u, load, friction_force2
-            )
+            if contacts == 3:
+                measured, unknown, turned = model.contact(look[0], point, P, *look[1:])
+            else:
+                measured, unknown, turned = model.two_points(look[0], point, P, *look[1:], dt)
             doubt = self.cell.settings.friction_doubt * turned
             least = (doubt * max(point[FRICTION], self.cell.scene.friction)) ** 2
             self.x, self.P = x.copy(), P.copy()
@@ -238,24 +249,23 @@ class ReferenceEstimator:
         self._follow_load(u, dt)
         begins, self.in_contact = not self.in_contact, True
         drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
-        if contacts != 3 or self.since_start < o.settling or drifts:
+        if contacts not in (2, 3) or self.since_start < o.settling or drifts:
             self._in_air(u, dt, hangs=contacts == 0)
             return
         if begins:
             self.friction_force2 = np.full(3, (self.mean[FRICTION] * self.load) ** 2)
-        late = max(o.direction_time / max(dt, 1e-4), 1.0)
         before = {
             component: (component.x.copy(), component.P.copy())
             for _, levels in self._living()
             for component in levels
         }
-        found, doubt, nis = self._by_equations(u, late, o.passes if begins else 1)
+        found, doubt, nis = self._by_equations(u, contacts, dt, o.passes if begins else 1)
         misfit = nis > o.wrench_gate and not begins
         self.spiked = self.spiked + 1 if misfit else 0
         if self.spiked == 1:
             for component, (x, P) in before.items():
                 component.x, component.P = x, P
-            found, doubt, _ = self._by_equations(u, late, 1, nis / 6)
+            found, doubt, _ = self._by_equations(u, contacts, dt, 1, nis / 6)
         if self.alive.sum() > 1:
             doubt = (self.weight * doubt).sum(axis=1)[self.alive]
             self.told = np.max(1 / (1 + o.doubt * doubt / self.weight.sum(axis=1)[self.alive]))
@@ -264,14 +274,17 @@ class ReferenceEstimator:
         x, P = self.mean, self.covariance
         self.friction_force2 = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
 
-    def _by_equations(self, u, late, passes, wider=1.0):
+    def _by_equations(self, u, contacts, dt, passes, wider=1.0):
         """Correct every component; return log likelihoods, doubts, and the mean of their NIS."""
         found, doubt, nis = (np.zeros(self.weight.shape) for _ in range(3))
         for g, levels in self._living():
             for j, component in enumerate(levels):
-                component.forget(self.cell.settings.reaction_prior * self.load, component.level)
+                prior = self.cell.settings.reaction_prior * self.load
+                component.forget(prior, component.level)
+                if contacts == 2:
+                    component.halve(prior)
                 found[g, j], doubt[g, j], nis[g, j] = component.weigh(
-                    u, self.load, self.friction_force2, late, passes, wider
+                    u, self.load, self.friction_force2, contacts, dt, passes, wider
                 )
         return found, doubt, (self.weight * nis).sum()
 

@@ -7,12 +7,17 @@ from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.estimator import state
 from peg_on_hole_ros.estimator.contact import LEAST_CLEARANCE, MOST_LOG, NEAREST, STEEPEST
-from peg_on_hole_ros.estimator.direction import direction_moments
+from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import SceneScalars
-from peg_on_hole_ros.mechanics.reference import peg_axes, six_equations
+from peg_on_hole_ros.mechanics.reference import (
+    peg_axes,
+    precession_axes,
+    six_equations,
+    wrench_axes,
+)
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
@@ -166,6 +171,77 @@ def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndar
         reach = np.vstack([J.T, np.eye(3)])
         unknown += amount * reach @ (np.eye(3) - np.outer(normal, normal)) @ reach.T
     return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown, turned
+
+
+def two_points(cell: Cell, x, P, u, load, friction_force2, dt) -> tuple[Linear, np.ndarray, float]:
+    """
+    Return the balance of a peg on K and B in the hole; else as `contact`, for a time since then.
+
+    Written with vectors in (h, e, z) about the mass centre; the slip's way and what accelerations
+    take are those at the mean.
+    """
+    o = cell.settings
+
+    def geometry(x):
+        scene = open_scene(cell, x, -load)
+        d, D = scene.peg_diameter, scene.hole_diameter
+        least = (D - d) / (2 * scene.mass_center_height)
+        gamma = _within(x[0], np.real(least), np.real(scene.gamma0))
+        s, c = np.sin(gamma), np.cos(gamma)
+        length = (D - d * c) / s
+        way = (d - D * c) / s**2
+        zeta, eta = np.array([-s, 0, c]), np.array([c, 0, s])
+        # From the centre of the lower end: B on the edge, K up the side.
+        centre = scene.mass_center_height * zeta
+        arms = -d / 2 * eta + length * zeta - centre, d / 2 * eta - centre
+        along = np.array([0, D / 2, 0]), np.array([0, d / 2, 0])
+        slips = (
+            np.column_stack([-way * zeta, -along[0], -along[1]]),
+            np.column_stack([[0, 0, D - c * way], *along]),
+        )
+        return scene, gamma, arms, (eta, np.array([-1.0, 0, 0])), slips
+
+    scene, gamma, arms, faces, slips = geometry(x)
+    zeta = np.array([-np.sin(gamma), 0, np.cos(gamma)])
+    moments = [slip_moments.py_func(J, x, P, o.direction_share) for J in slips]
+    m, Ie, Iz = scene.peg_mass, scene.transverse_inertia, scene.axial_inertia
+    up, across = np.array([0, 0, 1.0]), np.array([0, -1.0, 0])
+    tensor = Ie * np.eye(3) + (Iz - Ie) * np.outer(zeta, zeta)
+    h_c = scene.hole_diameter / 2 - arms[1][0]
+    inertia = np.zeros((6, 3))
+    inertia[0, 0], inertia[1, 1] = m * arms[1][2], m * h_c
+    inertia[3:] = tensor @ np.column_stack([across, up, zeta])
+
+    def balance(x, u=u):
+        scene, gamma, arms, faces, _ = geometry(x)
+        to_hez = wrench_axes(gamma, x[2])
+        wrench = u - cell.bias_map @ cell.value(x, state.BIAS)
+        weight = scene.peg_mass * precession_axes(x[1]).T @ scene.gravity
+        left = o.inertia * inertia @ x[ACCELERATION : ACCELERATION + 3]
+        left = left - np.concatenate([to_hez @ wrench[:3] + weight, to_hez @ wrench[3:]])
+        loads = x[cell.n], x[cell.n + 1] + x[cell.n + 2]
+        frictions = scene.friction[0, 0], scene.friction[1, 0]
+        for N, f, r, normal, J, (_, _, scale2) in zip(
+            loads, frictions, arms, faces, slips, moments
+        ):
+            v = J @ x[RATE : RATE + 3]
+            force = N * (normal - f * v / np.sqrt(v @ v + scale2))
+            left = left - np.concatenate([force, np.cross(r, force)])
+        return left
+
+    W = slopes(lambda u: balance(x, u), u)
+    R = W @ cell.wrench_noise @ W.T
+    R[2, 2] += max(o.free_time / max(dt, 1e-4), 1.0) * (m * o.free_acceleration) ** 2
+    crossing = (arms[0] + arms[1]) / 2
+    lateral = np.append([0, 1.0, 0], np.cross(crossing, [0, 1.0, 0]))
+    R += load**2 * np.outer(lateral, lateral)
+    unknown = np.zeros((6, 6))
+    squares = friction_force2[0], 2 * (friction_force2[1] + friction_force2[2])
+    for square, r, normal, (_, left, _) in zip(squares, arms, faces, moments):
+        reach = np.vstack([np.eye(3), -np.cross(np.eye(3), r).T])
+        unknown += 0.5 * left * square * reach @ (np.eye(3) - np.outer(normal, normal)) @ reach.T
+    turned = (moments[0][0] + moments[1][0]) / 2
+    return Linear(-balance(x), slopes(balance, x.astype(complex)), R), unknown, turned
 
 
 def _scalars(scene: OpenScene) -> SceneScalars:

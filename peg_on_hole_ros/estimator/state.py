@@ -55,6 +55,8 @@ class State(NamedTuple):
         Wrenches in a row that were far from what the contacts carry; the first is a spike.
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
+    contacts : ndarray, shape (1,)
+        How many contacts the last wrench was weighed with: 3, 2 (K and B in the hole), or 0.
     mean : ndarray, shape (n + 3,)
         Mean over all components.
     covariance : ndarray, shape (n + 3, n + 3)
@@ -84,6 +86,7 @@ class State(NamedTuple):
     start_rates2: np.ndarray
     spiked: np.ndarray
     friction_force2: np.ndarray
+    contacts: np.ndarray
     mean: np.ndarray
     covariance: np.ndarray
     nis: np.ndarray
@@ -132,6 +135,7 @@ STATE = np.dtype(
         ("start_rates2", float, (1,)),
         ("spiked", float, (1,)),
         ("friction_force2", float, (3,)),
+        ("contacts", float, (1,)),
         ("mean", float, (_W,)),
         ("covariance", float, (_W, _W)),
         ("nis", float, (2,)),
@@ -158,7 +162,7 @@ SCRATCH = np.dtype(
         ("white", float, (6,)),
         ("scales", float, (3,)),
         ("left", float, (3,)),
-        ("columns", float, (6, 9)),
+        ("columns", float, (6, 11)),
         ("share", float, (MOST_LEVELS, MOST_LEVELS)),
         ("work", float, workspace().shape),
         ("step", float, (_W,)),

@@ -22,6 +22,7 @@ from peg_on_hole_ros.estimator.state import (
     RATE,
     TILT,
 )
+from peg_on_hole_ros.estimator.two_points import straighten_two_points
 from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -227,7 +228,8 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     noise, bias_map : ndarray, shape (6, 6)
         See `straighten`.
     contacts : int
-        How many carry: 3, or 0 for a peg that hangs free; below zero: not told.
+        How many carry: 3, 2 for K and B in the hole, or 0 for a peg that hangs free; below zero:
+        not told.
 
     """
     dt = s.step[0]
@@ -235,8 +237,9 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     follow_load(s, o, p, u, dt)
     s.nis[1] = np.nan
     prior = (o.reaction_prior * s.load[0]) ** 2
-    if contacts != 3 or s.since[0] < o.settling or _drifts(s, o):
-        s.since[1] = -1.0
+    s.contacts[0] = contacts
+    if contacts < 2 or s.since[0] < o.settling or _drifts(s, o):
+        s.since[1], s.contacts[0] = -1.0, 0.0
         for j in range(s.components):
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
@@ -252,11 +255,10 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     if begins:
         for i in range(3):
             s.friction_force2[i] = (s.mean[FRICTION] * s.load[0]) ** 2
-    late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
     several = s.alive.sum() > 1.5
     _forget_reactions(s, scratch, o, n, prior)
     nis = _correct_all(
-        s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, o.passes if begins else 1, 1.0
+        s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, o.passes if begins else 1, 1.0
     )  # fmt: skip
     misfit = nis > o.wrench_gate and not begins
     s.spiked[0] = s.spiked[0] + 1.0 if misfit else 0.0
@@ -264,7 +266,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
         for j in range(s.components):
             copy(s.x[j], s.P[j], scratch.x[j], scratch.P[j], n + 3)
         _correct_all(
-            s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, 1, nis / _EQUATIONS
+            s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, 1, nis / _EQUATIONS
         )  # fmt: skip
     s.nis[1] = nis
     if several:
@@ -293,14 +295,24 @@ def _forget_reactions(s, scratch, o, n, prior):
         if s.alive[j // levels] == 0.0:
             continue
         _forget(s.P[j], n, n, prior)
+        if s.contacts[0] == 2.0:
+            _halve(s.x[j], s.P[j], n, prior)
         if np.isinf(o.time[j % levels]):
             _forget(s.P[j], ACCELERATION, n, o.level[j % levels] ** 2)
         copy(scratch.x[j], scratch.P[j], s.x[j], s.P[j], n + 3)
 
 
 @compiled
+def _halve(x, P, n, prior):
+    """Let N_B1 and N_B2 be halves of one reaction."""
+    x[n + 1] = x[n + 2] = 0.5 * (x[n + 1] + x[n + 2])
+    for i in range(n + 1, n + 3):
+        P[i, n + 1] = P[i, n + 2] = 0.25 * prior
+
+
+@compiled
 def _correct_all(
-    s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, wider
+    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
 ):  # fmt: skip
     """Correct every component, with noise of a wider variance; return the mean of their NIS."""
     levels, nis, several = o.levels, 0.0, s.alive.sum() > 1.5
@@ -309,8 +321,7 @@ def _correct_all(
         if s.alive[j // levels] == 0.0:
             continue
         value = _by_equations(
-            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes,
-            wider,
+            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
         )  # fmt: skip
         nis += s.weight[j] * value
         if several:
@@ -354,10 +365,11 @@ def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
 
 @compiled
 def _by_equations(
-    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, late, passes, wider
+    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
+    late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
     before, P_before = scratch.before, scratch.P_before
     if passes > 1:
         copy(before, P_before, x, P, w)
@@ -367,10 +379,17 @@ def _by_equations(
             for a in range(w):
                 for b in range(w):
                     P[a, b] = P_before[a, b]
-        turned = straighten(
-            p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
-            s.friction_force2, scratch,
-        )  # fmt: skip
+        if s.contacts[0] == 2.0:
+            moved = max(o.free_time / max(dt, _LEAST_STEP), 1.0) * (p.m * o.free_acceleration) ** 2
+            turned = straighten_two_points(
+                p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
+                moved, s.friction_force2, scratch,
+            )  # fmt: skip
+        else:
+            turned = straighten(
+                p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
+                s.friction_force2, scratch,
+            )  # fmt: skip
         least = (o.friction_doubt * turned * max(x[FRICTION], p.f)) ** 2
         E, residual, R = scratch.E, scratch.residual, scratch.R
         for a in range(6):
