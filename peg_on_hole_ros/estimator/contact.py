@@ -108,7 +108,7 @@ def _put(columns, j, F_h, F_e, F_z, M_h, M_e, M_z):
 
 @compiled
 def applied_slopes(columns, at, bias_map, E):
-    """Take the slopes of an applied wrench, which stands on the right, into those of the residual."""
+    """Take the slopes of an applied wrench, which stands on the right, into the residual's."""
     for i in range(6):
         for j in range(3):
             E[i, j] -= columns[i, j]

@@ -5,7 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.forces import contact_forces, tilt_on_contacts
+from peg_on_hole_ros.estimator.forces import (
+    contact_forces,
+    tilt_on_contacts,
+    two_point_forces,
+)
 from peg_on_hole_ros.estimator.pose import fill_pose
 from peg_on_hole_ros.estimator.pushing import fill_pushing
 from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, P, X
@@ -48,7 +52,7 @@ _FORCE, _POINT, _POSITION, _ROTATION, _POSE = 54, 63, 72, 75, 84
 SIZE = 120
 
 
-def description(memory, peg_height: float, on_contacts: bool, wide: float) -> Description:
+def description(memory, peg_height: float, on_contacts: int, wide: float) -> Description:
     """
     Return the description of an estimate by its record.
 
@@ -58,9 +62,9 @@ def description(memory, peg_height: float, on_contacts: bool, wide: float) -> De
         From `fill_record`.
     peg_height : float
         H [m].
-    on_contacts : bool
-        Whether the peg rests on three contacts with the reactions that were found; otherwise they
-        are zero and the peg's place is free.
+    on_contacts : int
+        On how many contacts the peg rests with the reactions that were found: 3, or 2 in the hole,
+        where B1 and B2 are halves of B; 0: they are zero. The peg's place is free but on three.
     wide : float
         Standard deviation of the reactions then [N].
 
@@ -120,10 +124,14 @@ def describe(m, peg_height, on_contacts, wide, out):
         # Rounding can leave a variance a little below zero where the equations are near singular.
         stddev = sqrt(max(m[REACTIONS + 21 + 7 * i], 0.0))
         out[_NORMAL + i] = 0.0
-        out[_STDDEV + i] = stddev if on_contacts else wide
+        out[_STDDEV + i] = stddev if on_contacts > 0 else wide
         out[_SLIP + i] = m[SPEEDS + 2 * i]
         out[_SLIP_STDDEV + i] = sqrt(max(m[SPEEDS + 2 * i + 1], 0.0))
-    if on_contacts:
+    if on_contacts > 0:
         fill_pushing(m, out, _NORMAL)
-    contact_forces(p, m, tilt, out, _NORMAL, _FORCE, _POINT)
-    fill_pose(p, m, peg_height, not on_contacts, out, _POSITION, _ROTATION, _POSE)
+    if on_contacts == 2:
+        two_point_forces(p, m, out, _NORMAL, _FORCE, _POINT)
+    else:
+        contact_forces(p, m, tilt, out, _NORMAL, _FORCE, _POINT)
+    # Two contacts that give leave the depth open.
+    fill_pose(p, m, peg_height, on_contacts != 3, out, _POSITION, _ROTATION, _POSE)

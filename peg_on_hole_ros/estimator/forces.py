@@ -3,6 +3,11 @@
 from math import cos, sin, sqrt
 
 from peg_on_hole_ros.estimator.record import SCALES, WORK, U, X
+from peg_on_hole_ros.estimator.two_points import (
+    two_point_arms,
+    two_point_slip,
+    two_point_tilt,
+)
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, equations, scene_of
 
 
@@ -54,6 +59,33 @@ def contact_forces(p, m, gamma, out, normal, force, point):
         r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
         at = point + 3 * i
         out[at], out[at + 1], out[at + 2] = c * r_h - s * r_e, s * r_h + c * r_e, 0.0
+
+
+@compiled
+def two_point_forces(p, m, out, normal, force, point):
+    """Fill in force and place of K and of B, half of it in each row of B1 and B2, hole axes."""
+    gamma = two_point_tilt(p, m[X])
+    s, c = sin(m[X + 1]), cos(m[X + 1])
+    sg, cg = sin(gamma), cos(gamma)
+    K, B = two_point_arms(p, gamma)
+    for i in range(3):
+        rows = two_point_slip(p, gamma, min(i, 1))
+        v = (0.0, 0.0, 0.0)
+        for j in range(3):
+            rate = m[X + 3 + j]
+            v = (v[0] + rows[0][j] * rate, v[1] + rows[1][j] * rate, v[2] + rows[2][j] * rate)
+        scale = m[SCALES + i]
+        f = p.f / sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + scale * scale)
+        n_h, n_z = (cg, sg) if i == 0 else (-1.0, 0.0)
+        f_h, f_e, f_z = n_h - f * v[0], -f * v[1], n_z - f * v[2]
+        N, at = out[normal + i], force + 3 * i
+        out[at], out[at + 1], out[at + 2] = (
+            N * (c * f_h - s * f_e),
+            N * (s * f_h + c * f_e),
+            N * f_z,
+        )
+        side, at = (-0.5 if i == 0 else 0.5) * p.D, point + 3 * i
+        out[at], out[at + 1], out[at + 2] = c * side, s * side, 0.0 if i == 0 else B[1] - K[1]
 
 
 @compiled

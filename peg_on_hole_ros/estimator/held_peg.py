@@ -39,6 +39,7 @@ class ContactSet(Enum):
     """Which contacts a wrench is weighed with."""
 
     THREE = "three contacts: K, B1, B2"
+    TWO = "two contacts in the hole: K, B"
     NONE = "none: the peg hangs free"
     UNKNOWN = "not told: the wrench says nothing of the motion"
 
@@ -270,7 +271,7 @@ class HeldPeg:
         """Return the sizes of the force [N] and the couple [N m] that the rim carries."""
         return rim_load(self.record)
 
-    def describe(self, on_contacts: bool, wide: float) -> Description:
+    def describe(self, on_contacts: int, wide: float) -> Description:
         """Return the estimate with the last reactions if on_contacts, and else without any."""
         return description(self.record, self.scene.peg_height, on_contacts, wide)
 
@@ -324,7 +325,7 @@ class HeldPeg:
 
 
 CORRECTIONS = (Correction.USED, Correction.GATED, Correction.RESET, Correction.RESET)
-SETS = {ContactSet.THREE: 3, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
+SETS = {ContactSet.THREE: 3, ContactSet.TWO: 2, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
 
 
 def _open_quantities(scene, options, offsets):

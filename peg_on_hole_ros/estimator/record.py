@@ -5,8 +5,13 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.contact import NEAREST, scene_at
-from peg_on_hole_ros.estimator.direction import direction_moments, slip_jacobian
+from peg_on_hole_ros.estimator.direction import (
+    direction_moments,
+    slip_jacobian,
+    slip_moments,
+)
 from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, CLEARANCE, FRICTION, RATE
+from peg_on_hole_ros.estimator.two_points import two_point_slip, two_point_tilt
 from peg_on_hole_ros.mechanics.kernel import (
     SceneScalars,
     closed_forms,
@@ -28,6 +33,7 @@ _SIZES = {
     "LASTING": 12,  # what friction and peg diameter make of Y, a standard deviation, (2, 6)
     "SCALES": 3,  # velocity scales of friction's mean direction [m/s]
     "SPEEDS": 6,  # slip speed and its variance at K, B1, B2
+    "CONTACTS": 1,  # how many the last wrench was weighed with: 3, 2 (K and B in the hole), or 0
     "BIAS_LOAD": 1,  # variance of a carried load by what is not known of the bias [N^2]
     "DETERMINANT": 1,  # of the six equations, over its frictionless value
     "WORK": len(workspace()),
@@ -38,10 +44,10 @@ SIZE = _ENDS["WORK"]
 SCENE, NOISE, X, U, P, Y, REACTIONS = (
     _AT[name] for name in ("SCENE", "NOISE", "X", "U", "P", "Y", "REACTIONS")
 )
-SPREAD, LASTING, SCALES, SPEEDS, BIAS_LOAD, DETERMINANT, WORK = (
-    _AT[name]
-    for name in ("SPREAD", "LASTING", "SCALES", "SPEEDS", "BIAS_LOAD", "DETERMINANT", "WORK")
+SPREAD, LASTING, SCALES, SPEEDS, CONTACTS = (
+    _AT[name] for name in ("SPREAD", "LASTING", "SCALES", "SPEEDS", "CONTACTS")
 )
+BIAS_LOAD, DETERMINANT, WORK = (_AT[name] for name in ("BIAS_LOAD", "DETERMINANT", "WORK"))
 # The rates' covariance: entry (i, j) at RATES + 6 i + j.
 RATES = P + 21
 
@@ -109,13 +115,20 @@ def fill_record(record, s, at, n, p, u, bias_map, share, left):
     geo = closed_forms(q.d, q.D, q.H_c, q.gamma0, tilt)
     scales = m[SCALES : SCALES + 3]
     direction_moments(q, geo, x, C, share, scales, left)
+    m[CONTACTS] = s.contacts[0]
     for i in range(3):
-        _slip(m, q, geo, x, C, i)
+        if m[CONTACTS] == 2.0:
+            rows = two_point_slip(q, two_point_tilt(q, x[0]), min(i, 1))
+            m[SCALES + i] = sqrt(slip_moments(rows, x, C, share)[2])
+        else:
+            rows = slip_jacobian(q, geo, i)
+        _slip(m, rows, x, C, i)
     friction = SceneScalars(
         q.d, q.D, q.H_c, q.gamma0, q.m, q.Ie, q.Iz, x[FRICTION], q.g_x, q.g_y, q.g_z
     )
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
-    m[DETERMINANT] = determinant_at(friction, scales, tilt, rates, m[WORK:])
+    if m[CONTACTS] != 2.0:
+        m[DETERMINANT] = determinant_at(friction, scales, tilt, rates, m[WORK:])
 
 
 @compiled
@@ -129,10 +142,10 @@ def _take_bias_off(m, x, C, first, bias_map, over_radius):
 
 
 @compiled
-def _slip(m, p, geo, x, C, i):
-    """Fill in speed and variance of the peg's material point at one contact."""
+def _slip(m, rows, x, C, i):
+    """Fill in speed and variance of the peg's material point at one contact, by its Jacobian."""
     speed2, d0, d1, d2 = 0.0, 0.0, 0.0, 0.0
-    for a, b, c in slip_jacobian(p, geo, i):
+    for a, b, c in rows:
         v = a * x[RATE] + b * x[RATE + 1] + c * x[RATE + 2]
         speed2 += v * v
         d0 += v * a

@@ -1,4 +1,4 @@
-"""A peg in the hole on two points, K on the rim and B on the wall, as a measurement of the wrench."""
+"""A peg on two points in the hole, K and B, as a measurement of the wrench."""
 
 from math import cos, fabs, sin
 
@@ -32,7 +32,7 @@ def length_slope(p, gamma):
 
 @compiled
 def two_point_tilt(p, gamma):
-    """Return the tilt, kept where two points touch: l no longer than the peg, no more than gamma0."""
+    """Return the tilt, kept where two points touch: below gamma0, l no longer than the peg."""
     return min(max(fabs(gamma), 0.5 * (p.D - p.d) / p.H_c), p.gamma0)
 
 

@@ -88,12 +88,12 @@ def update(P, w, learnt, least_friction, residual, E, R, k, root, gain, white, s
             P[i, j] = v
             P[j, i] = v
     if learnt[FRICTION] > 0.0:
-        _keep_doubt(P, k, least_friction, gain, step)
+        _keep_doubt(P, w, learnt, k, least_friction, gain, step)
     return -0.5 * nis - log_root, nis
 
 
 @compiled
-def _keep_doubt(P, k, least, gain, step):
+def _keep_doubt(P, w, learnt, k, least, gain, step):
     """Take back the part of friction's gain that has made it surer than is allowed."""
     told = 0.0
     for a in range(k):
@@ -106,6 +106,12 @@ def _keep_doubt(P, k, least, gain, step):
         share = 1.0 - sqrt(max(1.0 - (before - least) / told, 0.0))
     step[FRICTION] *= share
     P[FRICTION, FRICTION] = before - (2.0 * share - share * share) * told
+    for i in range(w):
+        # With what is learnt, the full gain of that makes it depend on friction no less.
+        if learnt[i] == 0.0:
+            for a in range(k):
+                P[FRICTION, i] += (1.0 - share) * gain[FRICTION, a] * gain[i, a]
+            P[i, FRICTION] = P[FRICTION, i]
 
 
 @compiled

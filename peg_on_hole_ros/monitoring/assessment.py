@@ -6,11 +6,11 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import describe
-from peg_on_hole_ros.estimator.record import DETERMINANT
+from peg_on_hole_ros.estimator.record import CONTACTS, DETERMINANT
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitoring import evidence
 from peg_on_hole_ros.monitoring.alarms import clear_alarms, follow_alarms
-from peg_on_hole_ros.monitoring.declared import IN_AIR, NO_STAMP, THREE_POINT
+from peg_on_hole_ros.monitoring.declared import IN_AIR, NO_STAMP, THREE_POINT, TWO_POINT
 from peg_on_hole_ros.monitoring.evidence import Shown
 from peg_on_hole_ros.monitoring.jamming import Risk
 from peg_on_hole_ros.monitoring.judgement import (
@@ -30,6 +30,7 @@ from peg_on_hole_ros.monitoring.transition import lower_flag, raise_flag
 
 # Where the reactions stand in a description.
 _NORMAL = slice(42, 45)
+BELOW = SHOWN + Shown._fields.index("below")
 _SHOWN, _RISKS, _KNOWN = evidence.WIDTH, len(Risk._fields), len(Known._fields)
 
 
@@ -84,14 +85,17 @@ def take_orientation(memory, t_ns, q, R, foreseen):
 @compiled
 def contacts_of(memory):
     """
-    Return how many contacts the next wrench is weighed with: 3, 0, or below zero: not told.
+    Return how many contacts the next wrench is weighed with: 3, 2, 0, or below zero: not told.
 
-    Three beside the mode too: where an uncertain clearance alone leaves it open whether the peg is
-    already in the hole, only the equations of three contacts can tell, by learning it.
+    B1 and B2 become one at gamma0, and no mode has to be declared for it. Three beside the mode
+    too: where an uncertain clearance alone leaves it open whether the peg is already in the hole,
+    only the equations of three contacts can tell, by learning it.
     """
     d = memory.declared[0]
-    if d.mode == THREE_POINT or d.on_trial:
+    if d.on_trial:
         return 3
+    if d.mode == THREE_POINT or d.mode == TWO_POINT:
+        return 2 if memory.numbers[BELOW] > 0.5 else 3
     return 0 if d.mode == IN_AIR else -1
 
 
@@ -144,8 +148,11 @@ def assess(f, memory, o, force_stddev, peg_height, t_ns, nis, blind, row):
         and shown.three_point + shown.two_point >= o.mode_probability_on
     )
     three_point = d.mode == THREE_POINT and shown.usable > 0.0
+    on_contacts = 3 if three_point else 0
+    if f[CONTACTS] == 2.0 and (d.mode == THREE_POINT or d.mode == TWO_POINT):
+        on_contacts = 2
     row[MONITOR:MODE] = nan
-    fill_known(row, shown.below, known, three_point)
+    fill_known(row, shown.below, known, on_contacts > 0)
     _fill_modes(row, d, t, shown)
     if d.mode != IN_AIR and not blind:
         _fill_risk(row, risk)
@@ -158,19 +165,19 @@ def assess(f, memory, o, force_stddev, peg_height, t_ns, nis, blind, row):
             row[AT.time_to_transition_stddev] = shown.time_stddev
     elif d.mode != IN_AIR:
         wide = shown.wedged
-    describe(f, peg_height, three_point, wide, row[:DESCRIBED])
+    describe(f, peg_height, on_contacts, wide, row[:DESCRIBED])
     if not blind:
         follow_alarms(memory, o, t, risk, shown, row[_NORMAL])
     fill_declared(row, memory)
 
 
 @compiled
-def fill_known(row, below, known, three_point):
+def fill_known(row, below, known, on_contacts):
     """Fill in what is known of transition, scene and reactions."""
     row[AT.transition_probability] = below
     row[AT.friction], row[AT.friction_stddev] = known.friction, known.friction_stddev
     row[AT.clearance], row[AT.clearance_stddev] = known.clearance, known.clearance_stddev
-    row[AT.reactions_determined] = known.reactions if three_point else 0.0
+    row[AT.reactions_determined] = known.reactions if on_contacts else 0.0
 
 
 @compiled

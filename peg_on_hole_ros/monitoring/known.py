@@ -3,7 +3,7 @@
 from math import fabs, sqrt
 from typing import NamedTuple
 
-from peg_on_hole_ros.estimator.record import LASTING, REACTIONS, SCENE, SPREAD, Y
+from peg_on_hole_ros.estimator.record import CONTACTS, LASTING, REACTIONS, SCENE, SPREAD, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # Reactions are known where no spread is more than a third of their mean, and what friction makes
@@ -54,9 +54,12 @@ def fill_known(f, determinant, band, out):
     out[0], out[1] = f[SCENE + 7], sqrt(max(f[SPREAD], 0.0))
     out[2], out[3] = f[SCENE + 1] - f[SCENE], sqrt(max(f[SPREAD + 3], 0.0))
     total = f[Y + 3] + f[Y + 4] + f[Y + 5]
-    clear = determinant > band
+    # Beside the singular set little is known; two points in the hole have none.
+    two = f[CONTACTS] == 2.0
+    clear = determinant > band or two
     for i in range(3):
-        # Beside the singular set little is known.
-        clear = clear and sqrt(max(f[REACTIONS + 21 + 7 * i], 0.0)) <= total / _SHARE
-        clear = clear and fabs(f[LASTING + 3 + i]) <= total / _BY_FRICTION
+        # There B1 and B2 are halves.
+        share = 2.0 if two and i > 0 else 1.0
+        clear = clear and share * sqrt(max(f[REACTIONS + 21 + 7 * i], 0.0)) <= total / _SHARE
+        clear = clear and share * fabs(f[LASTING + 3 + i]) <= total / _BY_FRICTION
     out[4] = 1.0 if clear else 0.0

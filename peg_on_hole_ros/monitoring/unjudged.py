@@ -62,5 +62,5 @@ def look(f, memory, o, force_stddev, peg_height, t_ns, blind, row):
     three_point = usable and below < 0.5 and not blind
     row[MONITOR:MODE] = nan
     fill_known(row, below, known, three_point)
-    describe(f, peg_height, three_point, wedged, row[:DESCRIBED])
+    describe(f, peg_height, 3 if three_point else 0, wedged, row[:DESCRIBED])
     fill_declared(row, memory)

@@ -1,19 +1,17 @@
 """Stuck in the hole: pushed and not moving along it, whatever friction is stated."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
+from insertions import inserted
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitoring.down_the_hole import SIZE, follow_depth, stands
 from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.simulation.measure import START_NS, measure
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
 from two_points import length_inside, samples, tilt_at
 
 WARN, ERROR = 1, 2
@@ -108,39 +106,6 @@ def test_rest_and_motion_are_told_by_the_tilt():
         rests, stops = stands(m, 0, p, 0.2, 5e-4)
         assert rests < 0.1 if moves else rests > 0.9
         assert 0.0 <= stops <= 1.0 - rests
-
-
-@cache
-def inserted(kind):
-    """A peg is set down, goes in on two points, and is jammed by a side load or goes on."""
-    scene = Scene(hole_diameter=0.03, peg_diameter=0.0299, peg_height=0.055, friction=0.25)
-    told = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 0.065)))
-    gamma0, D = scene.gamma0, scene.hole_diameter
-    insert = {"kind": "insert", "rates": [0.0, 0.0, 0.0]}
-    at = lambda share: [1e-4 / (share * D), 0.0, 0.0]  # noqa: E731
-    phases = {
-        "close": {"kind": "insert", "duration": 0.1, "rates": [-0.2, 0.0, 1.5]},
-        "through": {**insert, "duration": 0.2, "angles": at(0.2), "depth": 0.2 * D},
-        "go_in": {**insert, "duration": 0.4, "angles": at(0.45), "depth": 0.45 * D},
-    }
-    if kind == "goes_on":
-        phases["go_in"] |= {"depth_rate": 0.03}
-        phases["down"] = {**insert, "duration": 0.4, "angles": at(0.9), "depth": 0.85 * D}
-    else:
-        phases["aside"] = {**insert, "duration": 0.15, "angles": at(0.45), "place": [-0.002, 0.0]}
-        phases["push"] = {**phases["aside"], "depth": 0.45 * D + 0.0015}
-        phases["pushing"] = {**phases["push"], "duration": 0.3}
-    tree = {
-        "lead_in": 0.05,
-        "holder": {"stiffness": 1e4, "rotational_stiffness": 80.0},
-        "start": {
-            "angles": [gamma0 + 0.03, 0.0, 0.0],
-            "rates": [-0.2, 0.0, 1.5],
-            "offset": [0.0, 0.0, -0.001],
-        },
-        "phases": phases,
-    }
-    return integrate(plan_from_tree(told, tree))
 
 
 @pytest.mark.parametrize("stated", [0.5, 1.0, 1.5])
