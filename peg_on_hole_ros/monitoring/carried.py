@@ -13,9 +13,10 @@ from peg_on_hole_ros.monitoring.trend import is_number
 # in the air needs a couple for it, some 0.1 N m at 200 rad/s^2: it is known from the rates.
 # Its force for being moved is not, for nothing measures where the peg is.
 #
-# Axes: those of the peg without phi (eta, e, zeta). Memory: share of one wrench's variance that
-# is left in the means (0: none yet), mean force (3), mean couple less gyroscopic (3), mean rate
-# of change of the angular momentum (3), and what that was last (3).
+# Axes: those of the hole. Of a peg that hangs nearly upright psi and phi are noise, and so are any
+# axes that turn with one of them. Memory: share of one wrench's variance that is left in the means
+# (0: none yet), mean force (3), mean couple (3), mean rate of change of the angular momentum (3),
+# and what that was last (3).
 _SHARE, _FORCE, _COUPLE, _RATE, _MOMENTUM = 0, 1, 4, 7, 10
 SIZE = 13
 # Squares of noise alone stay below so many times their mean.
@@ -57,19 +58,19 @@ def carried_load(f, means, dt, time):
 
     """
     p = scene_of(f)
-    s, c = sin(f[X]), cos(f[X])
-    spsi, cpsi, sphi, cphi = sin(f[X + 1]), cos(f[X + 1]), sin(f[X + 2]), cos(f[X + 2])
-    g_h, g_e = cpsi * p.g_x + spsi * p.g_y, cpsi * p.g_y - spsi * p.g_x
-    # The frame turns by w; the peg by phi' more about zeta.
-    w_x, w_y, w_z = f[X + 4] * s, -f[X + 3], f[X + 4] * c
-    L_x, L_y, L_z = p.Ie * w_x, p.Ie * w_y, p.Iz * (w_z + f[X + 5])
+    r = _peg_axes(f)
+    s, c, spsi, cpsi = sin(f[X]), cos(f[X]), sin(f[X + 1]), cos(f[X + 1])
+    w_x, w_y = f[X + 3] * spsi - f[X + 5] * s * cpsi, -f[X + 3] * cpsi - f[X + 5] * s * spsi
+    w_z = f[X + 4] + f[X + 5] * c
+    along = (p.Iz - p.Ie) * (f[X + 5] + f[X + 4] * c)
+    L_x, L_y, L_z = p.Ie * w_x + along * r[2], p.Ie * w_y + along * r[5], p.Ie * w_z + along * r[8]
     new = (
-        cphi * f[U] - sphi * f[U + 1] + p.m * (c * g_h + s * p.g_z),
-        sphi * f[U] + cphi * f[U + 1] + p.m * g_e,
-        f[U + 2] + p.m * (c * p.g_z - s * g_h),
-        cphi * f[U + 3] - sphi * f[U + 4] - (w_y * L_z - w_z * L_y),
-        sphi * f[U + 3] + cphi * f[U + 4] - (w_z * L_x - w_x * L_z),
-        f[U + 5] - (w_x * L_y - w_y * L_x),
+        r[0] * f[U] + r[1] * f[U + 1] + r[2] * f[U + 2] + p.m * p.g_x,
+        r[3] * f[U] + r[4] * f[U + 1] + r[5] * f[U + 2] + p.m * p.g_y,
+        r[6] * f[U] + r[7] * f[U + 1] + r[8] * f[U + 2] + p.m * p.g_z,
+        r[0] * f[U + 3] + r[1] * f[U + 4] + r[2] * f[U + 5],
+        r[3] * f[U + 3] + r[4] * f[U + 4] + r[5] * f[U + 5],
+        r[6] * f[U + 3] + r[7] * f[U + 4] + r[8] * f[U + 5],
         L_x,
         L_y,
         L_z,
@@ -99,15 +100,27 @@ def carried_load(f, means, dt, time):
         means[_COUPLE + i] += share * (new[3 + i] - means[_COUPLE + i])
         couple = means[_COUPLE + i] - means[_RATE + i]
         squares += means[_FORCE + i] ** 2 + (over_radius * couple) ** 2
-    pull = _pull(f, means)
+    pull = _pull(means)
     squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
     return sqrt(squares), means[_SHARE] * noise + _turned(f, time)
 
 
 @compiled
-def _pull(f, means):
+def _peg_axes(f):
+    """Return the peg's axes in those of the hole, by rows."""
+    s, c, sps, cps = sin(f[X]), cos(f[X]), sin(f[X + 1]), cos(f[X + 1])
+    sp, cp = sin(f[X + 2]), cos(f[X + 2])
+    return (
+        cps * c * cp - sps * sp, -cps * c * sp - sps * cp, -cps * s,
+        sps * c * cp + cps * sp, -sps * c * sp + cps * cp, -sps * s,
+        s * cp, -s * sp, c,
+    )  # fmt: skip
+
+
+@compiled
+def _pull(means):
     """Return the force out of the hole [N]: contacts push, but where a squeeze lets them pull."""
-    return max(sin(f[X]) * means[_FORCE] + cos(f[X]) * means[_FORCE + 2], 0.0)
+    return max(means[_FORCE + 2], 0.0)
 
 
 @compiled
@@ -137,16 +150,16 @@ def stands_out(f, means, floor, time, root):
 
     """
     over_radius = 2.0 / scene_of(f).d
-    c, s, sphi, cphi = cos(f[X]), sin(f[X]), sin(f[X + 2]), cos(f[X + 2])
-    pull = _pull(f, means) * (1.0 - 1.0 / LIFT)
-    h, e = means[_FORCE] - pull * s, means[_FORCE + 1]
+    r = _peg_axes(f)
+    pull = _pull(means) * (1.0 - 1.0 / LIFT)
     # In the peg's axes, in which the noise stands.
-    root[36], root[37] = cphi * h + sphi * e, cphi * e - sphi * h
-    root[38] = means[_FORCE + 2] - pull * c
-    h, e = means[_COUPLE] - means[_RATE], means[_COUPLE + 1] - means[_RATE + 1]
-    root[39] = over_radius * (cphi * h + sphi * e)
-    root[40] = over_radius * (cphi * e - sphi * h)
-    root[41] = over_radius * (means[_COUPLE + 2] - means[_RATE + 2])
+    for i in range(3):
+        force = couple = 0.0
+        for k in range(3):
+            lifted = pull if k == 2 else 0.0
+            force += r[3 * k + i] * (means[_FORCE + k] - lifted)
+            couple += r[3 * k + i] * (means[_COUPLE + k] - means[_RATE + k])
+        root[36 + i], root[39 + i] = force, over_radius * couple
     # Of six squares as of one.
     room, turned = 6.0 * ROOM * means[_SHARE], ROOM * _turned(f, time)
     least = floor + ROOM * f[BIAS_LOAD]

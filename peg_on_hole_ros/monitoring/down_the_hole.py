@@ -136,3 +136,24 @@ def stands(m, at, p, horizon, slow):
     moves = below((speed - slow) / sqrt(variance))
     stops = below((slow - speed) / sqrt(variance + SPEED * SPEED * horizon / CHANGES))
     return m[at + RESTS], (1.0 - m[at + RESTS]) * moves * stops
+
+
+@compiled
+def along_share(m, at, p, around):
+    """
+    Return which share of the friction is along the hole, if the peg slides.
+
+    Parameters
+    ----------
+    m, at, p
+        As for `follow_depth`.
+    around : float
+        Speed of the peg's surface about its axis [m/s].
+
+    """
+    if m[at + _VARIANCE] == 0.0:
+        return 1.0
+    b = at + SLIDES
+    slope = depth_slope(p, max(fabs(m[b]), sqrt(m[b + 2])))
+    speed2 = slope * slope * (m[b + 1] * m[b + 1] + m[b + 4])
+    return sqrt(speed2 / (speed2 + around * around))

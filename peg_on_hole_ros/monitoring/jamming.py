@@ -1,6 +1,6 @@
 """The risk that the peg jams within a short time, by its causes: wedging, stall, load."""
 
-from math import cos, fabs, sin, sqrt
+from math import cos, exp, fabs, log, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +14,8 @@ from peg_on_hole_ros.mechanics.kernel import (
 )
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitoring import down_the_hole, load_ahead, stall_ahead
-from peg_on_hole_ros.monitoring.contacts import below
-from peg_on_hole_ros.monitoring.down_the_hole import follow_depth, stands, unsettle
+from peg_on_hole_ros.monitoring.contacts import MOST, below
+from peg_on_hole_ros.monitoring.down_the_hole import along_share, follow_depth, stands, unsettle
 from peg_on_hole_ros.monitoring.load_ahead import follow_load, over_limit
 from peg_on_hole_ros.monitoring.stall_ahead import follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitoring.trend import (
@@ -47,6 +47,7 @@ _LOADED = 0.015
 _HELD = 0.01
 # Above gamma0 by this share: the closed forms end at gamma0.
 _EDGE = 1e-4
+_ROOT_TWO_PI = sqrt(2.0 * pi)
 
 # Memory: quick and slow mean of the push, its mean while closing, for how long the peg has closed;
 # the sum of the reactions (0: not seen), for how long they were seen without a break; means, as of
@@ -56,7 +57,9 @@ PUSH, PUSH_SLOW, USUAL, MOVED, TOTAL, UNBROKEN = 0, 1, 2, 3, 4, 5
 AGAINST, AGAINST_SLOW, AGAINST_USUAL, STALL = 6, 7, 8, 9
 LOADS = STALL + stall_ahead.SIZE
 DEPTH = LOADS + load_ahead.SIZE
-SIZE = DEPTH + down_the_hole.SIZE
+# By how many deviations the load is surely beyond Whitney's diagram, a mean as of the push.
+BEYOND = DEPTH + down_the_hole.SIZE
+SIZE = BEYOND + 1
 _forget_stall, _forget_loads = stall_ahead.forget, load_ahead.forget
 _forget_depth = down_the_hole.forget
 
@@ -193,7 +196,7 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
         )
     over = loaded = stall = pushed = 0.0
     if contact < 0.5:
-        j[MOVED] = j[TOTAL] = j[UNBROKEN] = 0.0
+        j[MOVED] = j[TOTAL] = j[UNBROKEN] = j[BEYOND] = 0.0
         _forget_stall(j, STALL)
         _forget_loads(j, LOADS)
         _forget_depth(j, DEPTH)
@@ -215,9 +218,21 @@ def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
     load = above * over
     insertion = margin = 0.0
     if under > 0.5:
-        insertion, margin, kept, locks, held, pressed = _two_point(p, f, options[4])
+        around = 0.5 * p.d * (f[X + 4] + f[X + 5])
+        f_z = p.f * along_share(j, DEPTH, p, around)
+        insertion, margin, beyond, surely, width, locks, held, pressed = _two_point(
+            p, f, f_z, options[4]
+        )
+        kept = below(beyond)
         unsettle(j, DEPTH, (1.0 - held) * min(dt / _HELD, 1.0))
         rests, stops = stands(j, DEPTH, p, horizon, options[2])
+        j[BEYOND] += min(dt / _QUICK, 1.0) * (surely - j[BEYOND])
+        # A peg that slides is at the diagram's edge; one that rests is anywhere beyond it, up to
+        # twice the push, or inside where it can wedge.
+        for_rest = 0.5 * max(j[BEYOND], 0.0) ** 2 - (1.0 - locks) * log(width)
+        # Inside says nothing, for friction may be stated too low.
+        for_rest = exp(min(max(for_rest, 0.0), MOST))
+        rests *= for_rest / (1.0 + rests * (for_rest - 1.0))
         stuck = contact * under * held * pressed * (rests + stops * kept)
         wedging = stuck * locks * (1.0 - kept)
         # Of a peg that is not wedged, so that the risk is that it is stuck.
@@ -322,13 +337,14 @@ def _load(f, j, options, dt, time, usable):
 
 
 @compiled
-def _two_point(p, f, threshold):
+def _two_point(p, f, f_z, threshold):
     """
-    Return l/d, Whitney's margin, and four probabilities.
+    Return l/d, Whitney's margin, by how many deviations it is used up, and more of the load.
 
-    They are that the margin is used up, that the peg can wedge, that rim and wall are pressed on,
-    and that the peg is pushed into the hole. The plane is that of the tilt, the tilt small; what
-    turns the peg about its axis is left out. An estimate a little below zero leans to the other
+    That is by how many it is used up with a friction that is one deviation less, how many of them
+    twice the push is wide, and the probabilities that the peg can wedge, that rim and wall are
+    pressed on, and that it is pushed into the hole. Of the friction, f_z is along the hole. The
+    plane is that of the tilt, the tilt small. An estimate a little below zero leans to the other
     side.
     """
     s, c = sin(f[X]), cos(f[X])
@@ -337,13 +353,15 @@ def _two_point(p, f, threshold):
     length = ((p.D - p.d) + 2.0 * p.d * sin(0.5 * f[X]) ** 2) / max(side * s, 1e-6)
     F_x, F_z = side * wrench[0], -wrench[2]
     M = -side * (wrench[4] + p.H_c * (c * wrench[0] + s * wrench[2]))
-    margin = jamming_margin(0.5 * p.d, length, max(p.f, 1e-3), F_x, F_z, M)
-    more = max(p.f, 1e-3) + sqrt(max(f[SPREAD], 1e-6))
+    f_z = max(f_z, 1e-3)
+    margin = jamming_margin(0.5 * p.d, length, f_z, F_x, F_z, M)
+    more = f_z + sqrt(max(f[SPREAD], 1e-6))
     by_friction = jamming_margin(0.5 * p.d, length, more, F_x, F_z, M) - margin
     noise = sqrt(f[NOISE] + f[NOISE + 28] / (p.d * p.d / 4.0))
     lever = 1.0 + 2.0 * p.f * p.d / length
     uncertain = noise * lever + 0.05 * fabs(F_z)
-    kept = below(-margin / sqrt(uncertain * uncertain + by_friction * by_friction))
+    uncertain = sqrt(uncertain * uncertain + by_friction * by_friction)
+    beyond, surely = -margin / uncertain, (by_friction - margin) / uncertain
     pressed = below((F_z - threshold) / noise)
     # Moments about the edge leave K alone, if the peg slides in; B carries it and the side load.
     arm = length + p.f * p.d
@@ -354,7 +372,8 @@ def _two_point(p, f, threshold):
     # Where either friction cone holds the other contact, any load may be locked in.
     locks = below((p.f - length / p.d) / sqrt(max(f[SPREAD], 1e-6)))
     held = max(loaded, locks)
+    width = max(2.0 * F_z / (uncertain * _ROOT_TWO_PI), 1.0)
     # K lies on the peg's side.
     deepest = 2.0 * p.H_c * side * f[X] - (p.D - p.d)
     held *= below(deepest / (2.0 * p.H_c * sqrt(max(f[P], 1e-18))))
-    return length / p.d, margin, kept, locks, held, pressed
+    return length / p.d, margin, beyond, surely, width, locks, held, pressed
