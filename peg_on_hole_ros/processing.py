@@ -30,7 +30,8 @@ from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
-_NO_WRENCH, _NO_ROW = np.zeros(6), np.zeros(SIZE)
+_NO_WRENCH = np.zeros(0, np.int64), np.zeros((0, 6)), np.zeros(0, np.int64)
+_NO_ROW = np.zeros((0, SIZE))
 _CONTACTS = {number: contacts for contacts, number in SETS.items()}
 
 
@@ -203,51 +204,49 @@ class Processor:
     def process(self, unit: Unit) -> np.ndarray | None:
         """Take the next unit; return the row at the stamp of its wrench, None while lost."""
         t_ns, force, torque = unit.wrench
-        row, wrench = np.empty(SIZE), np.array([*force, *torque], float)
-        there = self._take(t_ns, wrench, unit.joints, -1.0, row)
+        wrench, ends = np.array([[*force, *torque]], float), np.array([len(unit.joints)])
+        stamps, orientations = _as_arrays(unit.joints)
+        run = Run(np.array([t_ns]), wrench, ends, stamps, orientations, None, 0)
+        rows = self.process_all(run) if self.in_one_piece else self._step(run)
         for measurement in unit.after:
             self.correct(measurement)
-        return row if there else None
+        return rows.values[0] if len(rows.t_ns) else None
 
     def process_all(self, run: Run) -> Rows:
         """Take a run of wrenches, where `in_one_piece`; return the rows that they give."""
         rows, ends = np.empty((len(run.t_ns), SIZE)), run.ends.copy()
-        told = engine.process_all(
+        told = engine.process(
             self.engine, self.rules, run.t_ns, run.wrenches, ends, run.stamps, run.orientations,
-            rows,
+            0.0, rows,
         )  # fmt: skip
         return Rows(run.t_ns[ends >= 0], rows[:told])
 
     def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
         """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
-        self._take(measurement.t_ns, _NO_WRENCH, [measurement], lateness, _NO_ROW)
-
-    def _take(self, t_ns, wrench, measurements, lateness, row):
-        stamps = np.array([each.t_ns for each in measurements], np.int64)
-        orientations = np.array([each.row for each in measurements]).reshape(-1, ORIENTATION)
-        take = engine.process if self.in_one_piece else self._step
-        arguments = t_ns, wrench, stamps, orientations, float(lateness), row
-        return take(self.engine, self.rules, *arguments)
+        stamps, orientations = _as_arrays([measurement])
+        if not self.in_one_piece:
+            return self._correct(self.engine, stamps.item(), orientations[0], lateness)
+        engine.process(
+            self.engine, self.rules, *_NO_WRENCH, stamps, orientations, float(lateness), _NO_ROW
+        )
+        return None
 
     # What follows calls the steps of `engine.process` one by one, with a filter that has its own.
 
-    def _step(self, e, rules, t_ns, wrench, stamps, orientations, lateness, row):
-        alone = lateness >= 0.0
-        silent = not alone and engine.begin_unit(e, rules, t_ns)
-        for stamp, orientation in zip(stamps.tolist(), orientations):
-            if not alone:
-                self._advance(e, rules, stamp)
-            self._correct(e, rules, stamp, orientation, max(lateness, 0.0))
-        if alone:
-            return False
+    def _step(self, run):
+        e, rules, t_ns, row = self.engine, self.rules, int(run.t_ns[0]), np.empty((1, SIZE))
+        silent = engine.begin_unit(e, rules, t_ns)
+        for stamp, orientation in zip(run.stamps.tolist(), run.orientations):
+            self._advance(e, rules, stamp)
+            self._correct(e, stamp, orientation, 0.0)
         self._advance(e, rules, t_ns)
         if not engine.told(e, rules):
-            return False
-        contacts = engine.reduce(e, t_ns, wrench, silent)
+            return Rows(run.t_ns[:0], row[:0])
+        contacts = engine.reduce(e, t_ns, run.wrenches[0], silent)
         self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
         self.filter.mark(t_ns)
-        engine.judge(e, rules, t_ns, contacts, row)
-        return True
+        engine.judge(e, rules, t_ns, contacts, row[0])
+        return Rows(run.t_ns, row)
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost
@@ -258,7 +257,8 @@ class Processor:
         if self._lost and not was_lost:
             self.filter.let_go()
 
-    def _correct(self, e, rules, stamp, orientation, lateness):
+    def _correct(self, e, stamp, orientation, lateness):
+        rules = self.rules
         kind = engine.measure(e, rules, stamp, orientation, lateness)
         if kind == engine.BEGINS:
             self.filter.start(e["q"].copy(), e["R"].copy())
@@ -274,3 +274,9 @@ class Processor:
     def restore(self, kept: tuple) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
         restore(self._memory, kept)
+
+
+def _as_arrays(measurements):
+    """Return stamps [ns] and rows of orientations."""
+    stamps = np.array([each.t_ns for each in measurements], np.int64)
+    return stamps, np.array([each.row for each in measurements]).reshape(-1, ORIENTATION)

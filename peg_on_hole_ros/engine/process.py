@@ -53,55 +53,9 @@ def begin(e):
 
 
 @compiled
-def process(e, rules, t_ns, wrench, stamps, orientations, lateness, row):
+def process(e, rules, t_ns, wrenches, ends, stamps, orientations, lateness, rows):
     """
-    Take a wrench and the orientations since the wrench before, or orientations alone.
-
-    Parameters
-    ----------
-    e : record of ENGINE
-        Changed.
-    rules : record of RULES
-    t_ns : int
-        Stamp of the wrench [ns].
-    wrench : ndarray, shape (6,)
-        As received [N], [N m].
-    stamps : ndarray of int64, shape (k,)
-        Of the orientations, in order, none above that of the wrench [ns].
-    orientations : ndarray, shape (k, ORIENTATION)
-    lateness : float
-        Below zero: there is a wrench. Else there is none, and the orientations were measured so
-        long before the stamp that the estimate has come to [s].
-    row : ndarray
-        Filled in, see `monitoring.row`.
-
-    Returns
-    -------
-    bool
-        Whether there is anything to be told: False without a wrench, or while the motion is lost.
-
-    """
-    alone = lateness >= 0.0
-    silent = False if alone else begin_unit(e, rules, t_ns)
-    for i in range(len(stamps)):
-        if not alone:
-            advance(e, rules, stamps[i])
-        correct(e, rules, stamps[i], orientations[i], max(lateness, 0.0))
-    if alone:
-        return False
-    advance(e, rules, t_ns)
-    if not told(e, rules):
-        return False
-    contacts = reduce(e, t_ns, wrench, silent)
-    held.weigh(e.held, e.u, contacts)
-    judge(e, rules, t_ns, contacts, row)
-    return True
-
-
-@compiled
-def process_all(e, rules, t_ns, wrenches, ends, stamps, orientations, rows):
-    """
-    Take wrenches one after the other, each with the orientations before it; see `process`.
+    Take wrenches one after the other, each with the orientations since the one before.
 
     Parameters
     ----------
@@ -109,36 +63,56 @@ def process_all(e, rules, t_ns, wrenches, ends, stamps, orientations, rows):
         Changed.
     rules : record of RULES
     t_ns : ndarray of int64, shape (n,)
-        Stamps of the wrenches, in order [ns].
+        Stamps of the wrenches, in order; without any, orientations are taken alone [ns].
     wrenches : ndarray, shape (n, 6)
         As received [N], [N m].
     ends : ndarray of int64, shape (n,)
-        How many of the orientations have been taken after each wrench.
+        How many of the orientations come before each wrench; -1 is left where there is no row.
     stamps : ndarray of int64, shape (k,)
         Of the orientations, in order [ns].
     orientations : ndarray, shape (k, ORIENTATION)
+    lateness : float
+        How long before the stamp that the estimate has come to those alone were measured [s].
     rows : ndarray, shape (n, SIZE)
-        Filled in as far as is returned.
+        See `monitoring.row`; filled in as far as is returned.
 
     Returns
     -------
     int
-        How many rows there are: one for each wrench with anything to be told. The places of the
-        wrenches without any are left in `ends`, as -1.
+        How many rows there are: none for a wrench while the motion is lost.
 
     """
-    told, first = 0, 0
+    if not len(t_ns):
+        for k in range(len(stamps)):
+            correct(e, rules, stamps[k], orientations[k], lateness)
+    count, first = 0, 0
     for i in range(len(t_ns)):
         last = ends[i]
-        if process(
-            e, rules, t_ns[i], wrenches[i], stamps[first:last], orientations[first:last], -1.0,
-            rows[told],
+        if _take_wrench(
+            e, rules, t_ns[i], wrenches[i], stamps[first:last], orientations[first:last],
+            rows[count],
         ):  # fmt: skip
-            told += 1
+            count += 1
         else:
             ends[i] = -1
         first = last
-    return told
+    return count
+
+
+@compiled
+def _take_wrench(e, rules, t_ns, wrench, stamps, orientations, row):
+    """Take one wrench; return whether there is anything to be told of it."""
+    silent = begin_unit(e, rules, t_ns)
+    for k in range(len(stamps)):
+        advance(e, rules, stamps[k])
+        correct(e, rules, stamps[k], orientations[k], 0.0)
+    advance(e, rules, t_ns)
+    if not told(e, rules):
+        return False
+    contacts = reduce(e, t_ns, wrench, silent)
+    held.weigh(e.held, e.u, contacts)
+    judge(e, rules, t_ns, contacts, row)
+    return True
 
 
 @compiled

@@ -53,7 +53,7 @@ class Run(NamedTuple):
     Attributes
     ----------
     t_ns, wrenches, ends, stamps, orientations : ndarray
-        See `engine.process.process_all`.
+        See `engine.process.process`.
     before : object or None
         As of a `Unit`, of the first wrench.
     begin_ns : int

@@ -44,7 +44,7 @@ def test_the_balance_is_that_of_the_differential_equations(share, rates):
     crossing = [0.0, 0.0, centre[2] + centre[0] / np.tan(q[0])]
     along_e = np.array([0.0, truth.lateral_force, 0.0])
     expected = np.append(along_e, np.cross(crossing - centre, along_e))
-    found = compiled.scratch.residual
+    found = compiled.scratch["residual"]
     rows = [0, 1, 3, 4, 5]
     np.testing.assert_allclose(found[rows], expected[rows], atol=1e-6)
 
