@@ -13,6 +13,7 @@ from peg_on_hole_ros.edges import replay
 from peg_on_hole_ros.edges.messages import decode, stream
 from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.edges.messages.stream import message_stream
+from peg_on_hole_ros.engine.state import COUNTS
 from peg_on_hole_ros.estimation import measurement, orientation
 from peg_on_hole_ros.estimator.offsets import NAMES as OFFSETS
 from peg_on_hole_ros.parameter_table import PARAMETERS
@@ -32,7 +33,7 @@ def counts():
     """Names of counts as the sources have them."""
     for module in (pipeline, processing):
         yield from literals(module, r'counts\["(\w+)"\]')
-    yield from literals(processing, r'"(joints_gated)" if')
+    yield from COUNTS
     for module in (measurement, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"
