@@ -388,8 +388,7 @@ class Pipeline:
             self._measured = joints[-1]
         if self._due(sample.t_ns):
             self._diagnose(sample)
-        silent = (sample.t_ns - now_ns) * 1e-9 > self.configuration.filter.max_gap
-        leaps = silent and self._history.window_ns > 0
+        leaps = 0 < self._history.window_ns < sample.t_ns - now_ns
         wanted = leaps or self._history.wants_snapshot
         unit = Unit(sample, joints, self.processor.snapshot() if wanted else None, now_ns)
         self._leap = _Leap(unit, last_ns) if leaps else None
@@ -454,7 +453,7 @@ class Pipeline:
                 self._newest_ns,
                 len(self._waiting),
                 MAX_WAITING,
-                round(self.configuration.filter.max_gap * 1e9),
+                self._in_order_ns,
             )
             given += self._take_in_order(arrivals, end, end + count)
             end += count
@@ -465,6 +464,12 @@ class Pipeline:
         if not given:
             return end, None
         return end, Rows(*map(np.concatenate, zip(*given)))
+
+    @property
+    def _in_order_ns(self):
+        """A wrench that comes so long behind the one before may have a wrong stamp [ns]."""
+        gap_ns = round(self.configuration.filter.max_gap * 1e9)
+        return min(gap_ns, self._history.window_ns or gap_ns)
 
     @property
     def _settled(self):
@@ -560,7 +565,7 @@ class Pipeline:
             return
         diagnosis, known = self._diagnosis, self._diagnosis.finding
         diagnosis.take(sample, self._measured)
-        if not diagnosis.unsure:
+        if not diagnosis.unsure and not self.processor.wrench_stands_still:
             free = self._told is not None and self._told[1][MODE] == IN_AIR
             self._air.take(sample, self._measured.q, free)
         others = self._air.finding, self._low_pass.finding

@@ -15,7 +15,8 @@ from peg_on_hole_ros.engine.state import (
     restore,
     snapshot,
 )
-from peg_on_hole_ros.estimation.freshness import causes
+from peg_on_hole_ros.estimation import wrench_noise
+from peg_on_hole_ros.estimation.freshness import WRENCH_STILL, causes
 from peg_on_hole_ros.estimation.history import Run, Unit
 from peg_on_hole_ros.estimation.measurement import WrenchReduction
 from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
@@ -68,6 +69,7 @@ class Processor:
         self._memory = np.zeros(1, ENGINE)
         self.engine = self._memory[0]
         self.engine["reduction"] = self.reduction.steps
+        self.engine["variance"] = self.reduction.noise
         self.engine["covariance"], self.engine["tared"] = self.reduction.covariance, np.nan
         self.engine["memory"]["numbers"] = self._new_judgement()
         self.filter.move_to(self._memory["held"])
@@ -171,6 +173,8 @@ class Processor:
             "nis_mean": told["mean"].item() if told["count"] else 0.0,
             "frictions": float(self.filter.frictions),
             "joints_noise": sqrt(self.filter.orientation_noise),
+            "wrench_noise": sqrt(wrench_noise.factor(self.engine["wrench_noise"])),
+            "misfit": float(told["too_large"]),
             **{name: value for name, value in found.items() if value == value},
         }
 
@@ -189,7 +193,14 @@ class Processor:
     @property
     def causes(self) -> list[str]:
         """What is wrong with the values that come, a line each."""
-        return [*causes(self.engine["fresh"]), *filter(None, [self.noisier])]
+        e = self.engine
+        noise = wrench_noise.causes(e["wrench_noise"], e["variance"])
+        return [*causes(e["fresh"]), *noise, *filter(None, [self.noisier])]
+
+    @property
+    def wrench_stands_still(self) -> bool:
+        """Whether the wrench repeats one value while the peg turns."""
+        return self.engine["fresh"]["turning"].item(WRENCH_STILL) == 1.0
 
     @property
     def misfit(self) -> float:

@@ -31,6 +31,8 @@ def rehearsal(configuration: Configuration, orientation) -> MessageStream:
 class _OrderOnly:
     """Stands where the processor does, and keeps of it how far the stamps have come."""
 
+    wrench_stands_still = False
+
     def __init__(self, configuration):
         delay_ns = max(round(configuration.joints.delay * 1e9), 0)
         lost = max(LOST, configuration.filter.max_joint_gap)

@@ -4,11 +4,11 @@ from math import isfinite, nan, pi, sqrt
 
 from peg_on_hole_ros.engine.state import AT as COUNT
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
-from peg_on_hole_ros.estimation.freshness import STILL, is_news
+from peg_on_hole_ros.estimation.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
 from peg_on_hole_ros.estimation.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.estimation.measurement import reduce_wrench
 from peg_on_hole_ros.estimation.repeats import held as messages_of
-from peg_on_hole_ros.estimation.repeats import notice
+from peg_on_hole_ros.estimation.wrench_noise import factor, follow_wrench, forget_noise
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
 from peg_on_hole_ros.estimator.record import SCENE, SPREAD
@@ -22,6 +22,9 @@ from peg_on_hole_ros.monitoring.row import AT
 
 # Orientations whose variance is found so many times the stated one are noisier than is stated.
 NOISY = 2.25
+# Where more than such a share of the last wrenches, or of half as many orientations, fits no
+# motion, it is not the odd spike, nor the one restart.
+UNEXPLAINED, REFUSED, OF_THE_LAST = 0.25, 0.14, 64
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
 RESTS_NS = 100_000_000
 # What an orientation is: a correction, a start where the motion was lost, or a repeated value.
@@ -34,6 +37,8 @@ def restart(e, rules):
     d = e.motion[0]
     d.t_ns = d.oriented_ns = NO_STAMP
     d.slid_ns = 0
+    d.spikes = d.refusals = 0.0
+    forget_noise(e.wrench_noise)
     d.in_contact = d.touching = d.blind = d.lost = 0
     held.let_go(e.held)
     e.held.state.noise[:] = 1.0
@@ -221,6 +226,8 @@ def note(e, rules, orientation, result, nis):
         e.counts[COUNT.innovations_too_large] += add_innovation(
             e.innovations, nis, s.innovation, known, d.in_contact == 1, d.touching == 1
         )
+    refused = 0.0 if result == USED else 1.0
+    d.refusals += (refused - d.refusals) / (OF_THE_LAST // 2)
     if result == GATED:
         e.counts[COUNT.joints_gated] += 1
         return
@@ -275,8 +282,11 @@ def told(e, rules):
 @compiled
 def reduce(e, t_ns, wrench, silent):
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
-    notice(e.fresh.wrench, t_ns * 1e-9, wrench)
-    times = messages_of(e.fresh.wrench)
+    if is_new_wrench(e.fresh, t_ns, wrench):
+        follow_wrench(e.wrench_noise, wrench, e.variance)
+    noisier = factor(e.wrench_noise)
+    e.counts[COUNT.wrench_noisy] += noisier > 1.0
+    times = noisier * messages_of(e.fresh.wrench)
     for i in range(6):
         e.wrench[i] = wrench[i]
         for j in range(6):
@@ -284,16 +294,22 @@ def reduce(e, t_ns, wrench, silent):
             e.held.noise[i, j] = times * e.covariance[i, j]
     reduce_wrench(e.reduction, e.wrench, e.held.state.mean, held.gravity(e.held), e.u)
     # What has touched before a silence need not touch after it.
-    return -1 if silent or e.motion[0].blind else contacts_of(e.memory)
+    still = e.fresh.turning[WRENCH_STILL] == 1.0
+    return -1 if silent or still or e.motion[0].blind else contacts_of(e.memory)
 
 
 @compiled
 def judge(e, rules, t_ns, contacts, row):
     """Fill in what is told after a wrench that was weighed with so many contacts."""
     d, memory = e.motion[0], e.memory
-    e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
+    spike = 1.0 if e.held.state.spiked[0] == 1.0 else 0.0
+    e.counts[COUNT.wrench_spike] += spike == 1.0
+    d.spikes += (spike - d.spikes) / OF_THE_LAST
+    odd = d.spikes > UNEXPLAINED or d.refusals > REFUSED
+    e.counts[COUNT.wrench_unexplained] += odd
     d.in_contact = 1 if contacts == 3 else 0
-    f, blind = e.held.record, d.blind == 1
+    f = e.held.record
+    blind = d.blind == 1 or e.fresh.turning[WRENCH_STILL] == 1.0 or odd
     o, stddev, height = rules.thresholds, rules.force_stddev, rules.peg_height
     if rules.judged:
         misfits = e.innovations.told[0].misfit
@@ -307,6 +323,9 @@ def judge(e, rules, t_ns, contacts, row):
     doubtful = rules.judged and memory.declared[0].mode == UNKNOWN
     slides = contacts == 3 and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
+    if e.innovations.told[0].large:
+        # What the motion contradicts is not known, however small its spread.
+        row[AT.reactions_determined] = 0.0
     _tell_settings(e, rules, row)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from peg_on_hole_ros.estimation.freshness import FRESHNESS
 from peg_on_hole_ros.estimation.innovations import INNOVATIONS
 from peg_on_hole_ros.estimation.measurement import REDUCTION
+from peg_on_hole_ros.estimation.wrench_noise import WIDTH as WRENCH_NOISE
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATES, HELD
 from peg_on_hole_ros.monitoring.declared import THRESHOLDS
@@ -21,6 +22,8 @@ FIELDS = (
     ("touching", "i8", "", "whether innovations say something of the settings"),
     ("blind", "i8", "", "whether no orientation has come for long"),
     ("lost", "i8", "", "whether nothing is known of the motion"),
+    ("spikes", "f8", "", "share of the last wrenches that were spikes"),
+    ("refusals", "f8", "", "share of the last orientations that were refused"),
     ("noise", "f8", "", "how much noisier than stated orientations were when they last were"),
 )
 # What is counted; each has a place in an array of whole numbers.
@@ -36,6 +39,8 @@ COUNTS = (
     "gap",
     "wrench_used",
     "wrench_spike",
+    "wrench_noisy",
+    "wrench_unexplained",
     "wrench_dropped_without_orientation",
 )
 
@@ -54,6 +59,8 @@ class Counted(NamedTuple):
     gap: int
     wrench_used: int
     wrench_spike: int
+    wrench_noisy: int
+    wrench_unexplained: int
     wrench_dropped_without_orientation: int
 
 
@@ -86,6 +93,7 @@ ENGINE = np.dtype(
     [
         ("reduction", REDUCTION),  # from a wrench as received to one on the peg
         ("covariance", float, (6, 6)),  # of that, where each wrench is news
+        ("variance", float, (6,)),  # of a wrench as received [N^2], [N^2 m^2]
         ("tared", float, (6,)),  # taken by a tare, as the sensor reports it [N], [N m]; NaN before
         ("q", float, (3,)),  # scratch: an orientation
         ("R", float, (3, 3)),
@@ -96,6 +104,7 @@ ENGINE = np.dtype(
         ("motion", [field[:2] for field in FIELDS], (1,)),
         ("counts", np.int64, (len(COUNTS),)),
         ("fresh", FRESHNESS),
+        ("wrench_noise", float, (WRENCH_NOISE,)),
         ("held", HELD),  # the estimate
     ]
 )

@@ -1,6 +1,6 @@
 """What the innovations tell of settings and of the contact mode: too large, or leaning one way."""
 
-from math import nan
+from math import nan, sqrt
 
 import numpy as np
 
@@ -13,9 +13,10 @@ MEAN_OF = 20
 MOST_AGAINST_MODE = 30.0
 EXPECTED = 3.0
 # Enough to tell 3.3 from the median of a chi-squared variable of 3 degrees of freedom, 2.37, by
-# five standard deviations of a median (0.19).
+# five standard deviations of a median (0.19). Of fewer it has to be farther above, by the root.
 WINDOW = 200
 TOO_LARGE = 3.3
+MEDIAN, ENOUGH = 2.366, 60
 # A chi-squared variable of 3 degrees of freedom is above it once in 7e5 windows. Over 11 s of a
 # working cycle the largest was 17, in a friction that is not as learnt after each turn.
 DRIFTS = 30.0
@@ -28,6 +29,8 @@ FIELDS = (
     ("misfit", "f8", "that mean with MOST_AGAINST_MODE of each at most"),
     ("median", "f8", "of the window; NaN until it is full"),
     ("drift", "f8", "square of the sum over the window of what is whitened, over WINDOW"),
+    ("large", "i8", "whether the median is above TOO_LARGE, of fewer by a wider margin"),
+    ("too_large", "i8", "whether that, or the drift is above DRIFTS"),
     ("s0", "f8", "that sum"),
     ("s1", "f8", ""),
     ("s2", "f8", ""),
@@ -58,6 +61,7 @@ def forget_innovations(innovations):
     t.mean = t.misfit = EXPECTED
     t.median = t.drift = nan
     t.s0 = t.s1 = t.s2 = 0.0
+    t.large = t.too_large = 0
 
 
 @compiled
@@ -102,7 +106,7 @@ def add_innovation(innovations, nis, white, used, in_contact, touching):
     if not touching:
         return False
     watch(innovations, nis, white, used)
-    return t.median > TOO_LARGE or t.drift > DRIFTS
+    return t.too_large == 1
 
 
 @compiled
@@ -128,6 +132,37 @@ def watch(innovations, nis, white, used):
     row[0], row[1], row[2], row[3] = nis, w0, w1, w2
     t.watched += 1
     t.s0, t.s1, t.s2 = s0 - old[0] + w0, s1 - old[1] + w1, s2 - old[2] + w2
-    if count == WINDOW - 1:
-        t.median = 0.5 * (ordered[WINDOW // 2 - 1] + ordered[WINDOW // 2])
-        t.drift = (t.s0 * t.s0 + t.s1 * t.s1 + t.s2 * t.s2) / WINDOW
+    n = count + 1
+    if n < ENOUGH:
+        return
+    median = 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])
+    drift = (t.s0 * t.s0 + t.s1 * t.s1 + t.s2 * t.s2) / n
+    above = (TOO_LARGE - MEDIAN) * sqrt(WINDOW / n)
+    large = median > MEDIAN + above
+    # Of a few, friction that is still learnt pushes all one way.
+    leans = n == WINDOW and drift > DRIFTS
+    t.large = 1 if large else 0
+    t.too_large = 1 if large or leans else 0
+    if n == WINDOW:
+        t.median, t.drift = median, drift
+    if large and n > ENOUGH and not leans:
+        latest = np.empty((ENOUGH, 4))
+        for i in range(ENOUGH):
+            latest[i] = window[(t.watched - ENOUGH + i) % WINDOW]
+        # The last are about as they should be, as of noise that was found: what is over is over.
+        if np.sort(latest[:, 0])[ENOUGH // 2] < MEDIAN + 0.5 * above:
+            _keep(innovations, latest)
+
+
+@compiled
+def _keep(innovations, latest):
+    """Forget all but the latest ENOUGH."""
+    t, window = innovations.told[0], innovations.window
+    t.watched = ENOUGH
+    t.median = t.drift = nan
+    t.large = t.too_large = 0
+    t.s0 = t.s1 = t.s2 = 0.0
+    for i in range(ENOUGH):
+        window[i] = latest[i]
+        t.s0, t.s1, t.s2 = t.s0 + latest[i, 1], t.s1 + latest[i, 2], t.s2 + latest[i, 3]
+    innovations.ordered[:ENOUGH] = np.sort(latest[:, 0])

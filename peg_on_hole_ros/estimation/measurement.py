@@ -151,7 +151,8 @@ class WrenchReduction:
 
     def in_sensor(self, q, gravity_H) -> np.ndarray:
         """Return gravity of the hole's axes in those of the sensor, shape (3,) [m/s^2]."""
-        return self._R_SP @ (peg_axes(q).T @ (self._gravity_H if gravity_H is None else gravity_H))
+        gravity_H = self._gravity_H if gravity_H is None else gravity_H
+        return self.steps["peg_in_sensor"] @ peg_axes(q).T @ gravity_H
 
     def on_peg(self, force, torque, q, gravity_H=None) -> np.ndarray:
         """

@@ -64,7 +64,7 @@ def test_nothing_is_said_of_a_bag_that_is_right(path):
     assert line.causes == []
     doubts = (
         "setting_contradicted", "setting_adopted", "contact_doubted", "innovations_too_large",
-        "joints_noisy", "wrench_spike",
+        "joints_noisy", "wrench_noisy", "wrench_spike",
     )  # fmt: skip
     assert not [name for name in doubts if line.counts[name]]
 

@@ -9,15 +9,17 @@ from scipy.stats import chi2
 
 from benchmarks.grid.cells import SMALLEST, truth_of
 from benchmarks.grid.wrong_settings import tilted
-from peg_on_hole_ros.edges.live.diagnostics import WARN, Diagnostics
+from peg_on_hole_ros.edges.live.diagnostics import ERROR, OK, Diagnostics
 from peg_on_hole_ros.estimation.innovations import (
     DRIFTS,
+    ENOUGH,
+    INNOVATIONS,
     MEAN_OF,
+    MEDIAN,
     TOO_LARGE,
     WINDOW,
     add_innovation,
     forget_innovations,
-    new_innovations,
 )
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -31,12 +33,19 @@ MS = 1_000_000
 
 def watched(values, white):
     """Yield what is told after each innovation of a peg that touches."""
-    innovations = new_innovations()
+    innovations = np.zeros(1, INNOVATIONS)[0]
+    forget_innovations(innovations)
+    told = innovations["told"][0]
     for value, row in zip(values, white):
         large = add_innovation(innovations, value, row, True, True, True)
-        yield innovations.told[0], large
+        yield told, large
     forget_innovations(innovations)
-    assert np.isnan(innovations.told["median"][0]) and np.isnan(innovations.told["drift"][0])
+    assert np.isnan(told["median"]) and np.isnan(told["drift"])
+
+
+def larges(values):
+    """Return after each innovation whether they are too large."""
+    return [large for _, large in watched(values, np.zeros((len(values), 3)))]
 
 
 def test_the_median_is_that_of_the_window():
@@ -68,11 +77,29 @@ def test_a_friction_that_is_as_stated_alarms_nobody(friction):
     assert pipeline.counts["innovations_too_large"] == 0
 
 
-def test_noise_alone_is_not_too_large():
+@pytest.mark.parametrize("count", [ENOUGH, WINDOW])
+def test_noise_alone_is_not_too_large(count):
     # Half of a window above the limit, by chance: once in 1e6 windows.
-    share = chi2(3).sf(TOO_LARGE)
-    assert (0.5 - share) / np.sqrt(share * (1 - share) / WINDOW) > 4
+    share = chi2(3).sf(MEDIAN + (TOO_LARGE - MEDIAN) * np.sqrt(WINDOW / count))
+    assert (0.5 - share) / np.sqrt(share * (1 - share) / count) > 4
     assert chi2(3).sf(DRIFTS) < 2e-6
+
+
+@pytest.mark.parametrize(("times", "most"), [(4.0, ENOUGH), (2.0, 1.2 * ENOUGH)])
+def test_what_is_far_too_large_is_so_before_the_window_is_full(times, most):
+    draws = (np.random.default_rng(seed).chisquare(3, WINDOW) for seed in range(20))
+    first = [larges(times * values).index(True) + 1 for values in draws]
+    assert min(first) == ENOUGH and np.median(first) <= most
+
+
+def test_what_was_too_large_and_is_over_is_forgotten_before_the_window_is():
+    draw = np.random.default_rng(2)
+    before, over, again = (draw.chisquare(3, n) for n in (WINDOW, WINDOW, ENOUGH))
+    told = larges(np.concatenate([9.0 * before, over, 9.0 * again]))
+    assert told[WINDOW - 1] and told[WINDOW + ENOUGH // 4]
+    assert not any(told[WINDOW + ENOUGH : 2 * WINDOW])
+    # Another such fault is told as the first was.
+    assert told[-1]
 
 
 def test_an_innovation_is_whitened_by_its_covariance():
@@ -130,7 +157,7 @@ def test_what_is_wrong_is_seen_within_half_a_second(kind, wrong, friction_stddev
     status = next(item for item in report["status"] if item["name"].endswith("filter"))
     if wrong == "nothing":
         assert first_ns is None and pipeline.health["nis_median"] == pytest.approx(2.37, abs=0.5)
-        assert status["level"] != WARN
+        assert status["level"] == OK
     else:
         assert first_ns <= within * 1e9, first_ns
-        assert status["level"] == WARN and "sensor_xyz" in status["message"]
+        assert status["level"] == ERROR and "sensor_xyz" in status["message"]

@@ -62,7 +62,7 @@ def test_two_stamps_in_a_row_that_go_on_are_a_clock(kind):
     assert line.counts["clock_jumped_back"] == 1
 
 
-@pytest.mark.parametrize("ahead_ms", [900, 10_000])
+@pytest.mark.parametrize("ahead_ms", [80, 900, 10_000])
 def test_a_wrench_far_ahead_is_undone_by_the_next(ahead_ms):
     samples = ordered()
     i = of_kind(samples, WrenchSample, AT)
@@ -70,11 +70,12 @@ def test_a_wrench_far_ahead_is_undone_by_the_next(ahead_ms):
     first, second = pipeline(), pipeline()
     expected = play(first, samples)
     found = play(second, [*samples[: i + 1], wrong, *samples[i + 1 :]])
-    ahead = [k for k, o in enumerate(found) if o.t_ns == wrong.t_ns]
-    # Ten seconds without an orientation give none.
+    # The first of its stamp; ten seconds without an orientation give none.
+    ahead = [k for k, o in enumerate(found) if o.t_ns == wrong.t_ns][:1]
     assert len(ahead) == (ahead_ms < 5000)
     for k in ahead:
-        assert not found.pop(k).monitor["reactions_determined"]
+        told = found.pop(k)
+        assert ahead_ms < 100 or not told.monitor["reactions_determined"]
     assert [o.t_ns for o in found] == [o.t_ns for o in expected]
     for a, b in zip(found, expected):
         np.testing.assert_array_equal(a.state, b.state)

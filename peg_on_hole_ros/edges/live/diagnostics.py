@@ -10,6 +10,8 @@ from peg_on_hole_ros.edges.messages.plain import header
 
 OK, WARN, ERROR = 0, 1, 2
 NAME = "peg_on_hole"
+# Counts what fits no motion at all.
+UNEXPLAINED = "wrench_unexplained"
 
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
@@ -179,10 +181,11 @@ class Diagnostics:
             return _status("filter", ERROR, text, health)
         if idle:
             return _status("filter", ERROR, idle, health)
+        # What the motion contradicts is wrong, whatever else is told, until another motion fits.
+        if not new.keys().isdisjoint((MISFIT_COUNT, UNEXPLAINED)) or health.get("misfit"):
+            return _status("filter", ERROR, "; ".join(causes or [MISFIT]), health)
         if causes:
             return _status("filter", WARN, "; ".join(causes), health)
-        if MISFIT_COUNT in new:
-            return _status("filter", WARN, MISFIT, health)
         running = f"running; {model}" if model else "running"
         return _status("filter", OK, running if self._outputs else "no estimate", health)
 

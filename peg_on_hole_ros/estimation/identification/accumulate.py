@@ -75,7 +75,7 @@ def accumulate(
         Filled with innovations; without rows: not.
 
     """
-    n, levels = OPEN, len(o.level)
+    n, levels = OPEN, o.levels
     none, no_map = np.zeros(0), np.zeros((6, 6))
     weight = np.zeros(levels)
     now = events.t[0]

@@ -16,14 +16,9 @@ from peg_on_hole_ros.estimation.identification.accumulate import (
 from peg_on_hole_ros.estimation.identification.quantities import DELAY, TILT, configured
 from peg_on_hole_ros.estimation.identification.recording import Recording, turned
 from peg_on_hole_ros.estimation.measurement import WrenchReduction, tilt_axes
+from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import (
-    FRICTION,
-    OPEN,
-    new_scratch,
-    new_state,
-    places,
-)
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN, SCRATCH, STATE, begin_state, places
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.options import Configuration
@@ -175,7 +170,6 @@ class Likelihood:
         configuration = configured(self._start, x)
         scene, options = configuration.scene, configuration.filter
         constants = default_settings(frictions=1, reaction_prior=FREE_REACTION)
-        levels = len(constants.level)
         events = self.events(x, configuration)
         n = len(events.t)
         chosen = np.full(n, -1, np.int64) if chosen is None else chosen.copy()
@@ -184,12 +178,13 @@ class Likelihood:
         found, nis = np.zeros(n), np.full(n, np.nan)
         learnt, walk = np.ones(OPEN + 3), np.zeros(OPEN)
         learnt[FRICTION] = 0.0
-        _, state = new_state(OPEN, 1, levels)
+        state, scratch, settings = (np.zeros(1, kind)[0] for kind in (STATE, SCRATCH, SETTINGS))
+        begin_state(state, OPEN, 1, len(constants.level))
+        fill_settings(settings, constants)
         noise = WrenchReduction(configuration.wrench, scene).covariance
         accumulate(
-            state, new_scratch(OPEN, 1, levels), constants, scene_scalars(scene), places(())[0],
-            learnt, walk, options.initial_rate_stddev, noise, events, found, nis, chosen, residual,
-            covariance,
+            state, scratch, settings, scene_scalars(scene), places(())[0], learnt, walk,
+            options.initial_rate_stddev, noise, events, found, nis, chosen, residual, covariance,
         )  # fmt: skip
         if not np.isfinite(found).all():
             return None

@@ -1,0 +1,86 @@
+"""The noise of the wrench as it shows it itself, where it is more than is stated."""
+
+from math import exp, log, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+# What white noise makes of a third difference, squared; a motion leaves next to nothing.
+_THIRD = 20.0
+# As for orientations: of so many wrenches a tenth of noise is seen, a jump or a spike is none,
+# what chance makes of noise as stated is none either, and a sensor 20 times noisier is broken.
+COUNT, STEP, MARGIN, MOST = 100.0, 10.0, 0.3, 400.0
+# It is told after so many wrenches, and up to there: another unit, or rounding, is named as such.
+TOLD, BROKEN = 200.0, 0.75 * MOST
+# Variances so many times the stated ones are told, and are used.
+NOISY = 2.25
+# In the memory: by how much the variance of force and of torque is more than stated, how many
+# values have come, the most that was found of both, and the last three values.
+FORCE, TORQUE, SEEN, MOST_FORCE, MOST_TORQUE, VALUES = range(6)
+WIDTH = VALUES + 18
+
+
+@compiled
+def forget_noise(memory):
+    """Take noise as stated, until it shows more; what was found most stays."""
+    most_force, most_torque = memory[MOST_FORCE], memory[MOST_TORQUE]
+    memory[:] = 0.0
+    memory[FORCE] = memory[TORQUE] = 1.0
+    memory[MOST_FORCE], memory[MOST_TORQUE] = most_force, most_torque
+
+
+@compiled
+def follow_wrench(memory, values, variance):
+    """
+    Take a wrench with values that have not come before.
+
+    Parameters
+    ----------
+    memory : ndarray
+        Of WIDTH places, see `forget_noise`; changed.
+    values : ndarray or tuple
+        Force and torque as received [N], [N m].
+    variance : ndarray, shape (6,)
+        As stated [N^2], [N^2 m^2].
+
+    """
+    m = memory
+    for part in range(2):
+        rough = 0.0
+        for i in range(3 * part, 3 * part + 3):
+            a, b, c = m[VALUES + i], m[VALUES + 6 + i], m[VALUES + 12 + i]
+            third = values[i] - 3.0 * c + 3.0 * b - a
+            rough += third * third / (3.0 * _THIRD * variance[i])
+            m[VALUES + i], m[VALUES + 6 + i], m[VALUES + 12 + i] = b, c, values[i]
+        if m[SEEN] >= 3.0:
+            found = m[FORCE + part]
+            more = min(rough / found, STEP) - 1.0 - MARGIN / found
+            m[FORCE + part] = exp(min(max(log(found) + more / COUNT, 0.0), log(MOST)))
+    m[SEEN] += 1.0
+    if m[SEEN] >= TOLD:
+        for part in range(2):
+            if m[FORCE + part] < BROKEN:
+                m[MOST_FORCE + part] = max(m[MOST_FORCE + part], m[FORCE + part])
+
+
+@compiled
+def factor(memory):
+    """Return by how much the variance is more than stated; 1 where it may be as stated."""
+    most = max(memory[FORCE], memory[TORQUE])
+    return most if most > NOISY else 1.0
+
+
+def causes(memory: np.ndarray, variance: np.ndarray) -> list[str]:
+    """Return what there is to say, a line for force and torque, by their stated variances."""
+    told = []
+    for part, (name, unit) in enumerate((("force", "N"), ("torque", "N m"))):
+        most = memory.item(MOST_FORCE + part)
+        if most > NOISY:
+            times, stated = sqrt(most), sqrt(variance.item(3 * part))
+            told.append(
+                f"wrench.{name}_stddev: the noise of the {name} is {times:.1f} times the "
+                f"stated one, {times * stated:.2g} {unit} for {stated:.2g} {unit}: used as "
+                "found"
+            )
+    return told
