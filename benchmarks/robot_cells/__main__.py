@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.robot_cells import sensing
 from benchmarks.robot_cells.arms import ARMS, urdf
 from benchmarks.robot_cells.rows import GAMMA0, Rows
+from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
 from peg_on_hole_ros.edges.messages.plain import header, xyz
@@ -59,10 +60,11 @@ def write(path: Path, rows, name: str) -> None:
     # Over the time of a message, as its wrench is.
     loads = np.stack([rows.normal[sent.rows - k] for k in range(driver.every)]).mean(axis=0)
     told = None
-    with BagWriter(path, latched=["/robot_description"]) as bag:
+    configuration, _ = load(f"config/cell_{name}.yaml")
+    with BagWriter(path, configuration, latched=["/robot_description"]) as bag:
         if describes:
             bag.write("/robot_description", STRING, {"data": urdf(arm)}, START_NS)
-        for k, wrench, joints, load in zip(sent.rows, sent.wrench, sent.joints, loads):
+        for k, wrench, joints, carried in zip(sent.rows, sent.wrench, sent.joints, loads):
             t_ns = START_NS + round(rows.t[k] * 1e9)
             state = joint_state(t_ns, arm.joints, joints.round(9), frame="base_link")
             bag.write("/joint_states", JOINT_STATE, state, t_ns)
@@ -73,7 +75,7 @@ def write(path: Path, rows, name: str) -> None:
             truth = joint_state(t_ns, ANGLES, rows.q[k].round(9), rows.rates[k].round(6))
             bag.write("/truth/state", JOINT_STATE, truth, t_ns)
             if mode[k] in ("three_point", "open"):
-                normal = load.round(4) if mode[k] == "three_point" else np.zeros(3)
+                normal = carried.round(4) if mode[k] == "three_point" else np.zeros(3)
                 closed = np.full(3, float(mode[k] == "three_point"))
                 contacts = joint_state(t_ns, CONTACTS, closed, (), normal)
                 bag.write("/truth/contacts", JOINT_STATE, contacts, t_ns)

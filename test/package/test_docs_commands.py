@@ -25,6 +25,10 @@ SCRIPT = re.compile(r"python (?:-m )?(benchmarks[./][\w./]+)((?: \[?-[^`\n]*)?)"
 # What runs for as long as one looks, for minutes, or on a cluster: the tests that run it.
 ELSEWHERE = {
     "peg-on-hole watch": "report/test_live_page.py",
+    "peg-on-hole node": "node/test_node.py",
+    "peg-on-hole calibrate presses": "cli/test_cli_presses.py",
+    "peg-on-hole calibrate poses": "cli/test_cli_payload.py",
+    "peg-on-hole replay bags/cell_ur_like.mcap": "package/test_guide.py",
     "peg-on-hole chart --out chart": "benchmarks/test_chart.py",
     "peg-on-hole stability --out stability": "benchmarks/test_stability.py",
     "peg-on-hole replay /data/recordings --dask": "many/test_many_bags.py",
