@@ -638,7 +638,7 @@ class Pipeline:
         return True
 
     def _take_late_wrench(self, sample: WrenchSample, now_ns: int):
-        if self._history.has_wrench(sample.t_ns):
+        if self._history.has_wrench(sample.t_ns, now_ns):
             self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
         elif self._history.put_wrench(sample, now_ns):
             self._arrival_counts["wrench_late"] += 1

@@ -82,7 +82,7 @@ def long_run(configuration, bag: Path, steps: int) -> Found:
         kalman.predict(each.dt)
         if each.q is not None:
             # A refused orientation would begin the filter anew.
-            kalman.held.begin[REFUSED] = 0.0
+            kalman.held["begin"][REFUSED] = 0.0
             kalman.correct(each.q, each.R)
         kalman.weigh(each.u, ContactSet.THREE)
         if count % CHECK_EVERY == 0:

@@ -22,9 +22,6 @@ from peg_on_hole_ros.monitoring.row import AT
 
 # Orientations whose variance is found so many times the stated one are noisier than is stated.
 NOISY = 2.25
-# Where more than such a share of the last wrenches, or of half as many orientations, fits no
-# motion, it is not the odd spike, nor the one restart.
-UNEXPLAINED, REFUSED, OF_THE_LAST = 0.25, 0.14, 64
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
 RESTS_NS = 100_000_000
 # What an orientation is: a correction, a start where the motion was lost, or a repeated value.
@@ -37,7 +34,6 @@ def restart(e, rules):
     d = e.motion[0]
     d.t_ns = d.oriented_ns = NO_STAMP
     d.slid_ns = 0
-    d.spikes = d.refusals = 0.0
     forget_noise(e.wrench_noise)
     d.in_contact = d.touching = d.blind = d.lost = 0
     held.let_go(e.held)
@@ -226,8 +222,6 @@ def note(e, rules, orientation, result, nis):
         e.counts[COUNT.innovations_too_large] += add_innovation(
             e.innovations, nis, s.innovation, known, d.in_contact == 1, d.touching == 1
         )
-    refused = 0.0 if result == USED else 1.0
-    d.refusals += (refused - d.refusals) / (OF_THE_LAST // 2)
     if result == GATED:
         e.counts[COUNT.joints_gated] += 1
         return
@@ -302,14 +296,10 @@ def reduce(e, t_ns, wrench, silent):
 def judge(e, rules, t_ns, contacts, row):
     """Fill in what is told after a wrench that was weighed with so many contacts."""
     d, memory = e.motion[0], e.memory
-    spike = 1.0 if e.held.state.spiked[0] == 1.0 else 0.0
-    e.counts[COUNT.wrench_spike] += spike == 1.0
-    d.spikes += (spike - d.spikes) / OF_THE_LAST
-    odd = d.spikes > UNEXPLAINED or d.refusals > REFUSED
-    e.counts[COUNT.wrench_unexplained] += odd
+    e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
     d.in_contact = 1 if contacts == 3 else 0
     f = e.held.record
-    blind = d.blind == 1 or e.fresh.turning[WRENCH_STILL] == 1.0 or odd
+    blind = d.blind == 1 or e.fresh.turning[WRENCH_STILL] == 1.0
     o, stddev, height = rules.thresholds, rules.force_stddev, rules.peg_height
     if rules.judged:
         misfits = e.innovations.told[0].misfit

@@ -22,8 +22,6 @@ FIELDS = (
     ("touching", "i8", "", "whether innovations say something of the settings"),
     ("blind", "i8", "", "whether no orientation has come for long"),
     ("lost", "i8", "", "whether nothing is known of the motion"),
-    ("spikes", "f8", "", "share of the last wrenches that were spikes"),
-    ("refusals", "f8", "", "share of the last orientations that were refused"),
     ("noise", "f8", "", "how much noisier than stated orientations were when they last were"),
 )
 # What is counted; each has a place in an array of whole numbers.
@@ -40,7 +38,6 @@ COUNTS = (
     "wrench_used",
     "wrench_spike",
     "wrench_noisy",
-    "wrench_unexplained",
     "wrench_dropped_without_orientation",
 )
 
@@ -60,7 +57,6 @@ class Counted(NamedTuple):
     wrench_used: int
     wrench_spike: int
     wrench_noisy: int
-    wrench_unexplained: int
     wrench_dropped_without_orientation: int
 
 

@@ -224,8 +224,10 @@ class History:
         self.joints += 1
         return True
 
-    def has_wrench(self, t_ns: int) -> bool:
-        """Return whether a wrench of this stamp [ns] is kept."""
+    def has_wrench(self, t_ns: int, now_ns: int) -> bool:
+        """Return whether a wrench of this stamp [ns] has come within the window."""
+        if now_ns - t_ns > self.window_ns:
+            return False
         self._spread()
         return any(unit.wrench.t_ns == t_ns for unit in self._units)
 

@@ -54,7 +54,6 @@ HELD = np.dtype(
         ("learnt", float, (MOST_WIDTH,)),  # which of them are learnt
         ("bias_map", float, (6, 6)),  # from a bias to what it adds to a wrench on the peg
         ("friction_open", np.int64),  # whether friction has a spread
-        ("stated", float, (2,)),  # friction and its deviation
         ("noise", float, (6, 6)),  # covariance of a wrench on the peg
         ("u", float, (6,)),  # the last wrench on the peg [N], [N m]
         ("record", float, (SIZE,)),  # all that it has said, see `record`
@@ -151,13 +150,6 @@ def let_go(h):
 
 
 @compiled
-def let_go_refused(h):
-    """Let go of a motion that orientations refuse; a friction learnt on the way is not known."""
-    let_go(h)
-    h.begin[BEGIN_FRICTION], h.begin[BEGIN_STDDEV] = h.stated[0], h.stated[1]
-
-
-@compiled
 def move_on(h, dt):
     """Predict by dt [s]."""
     predict(h.state, h.scratch, h.constants, h.walk, h.n, dt)
@@ -204,7 +196,7 @@ def correct(h, gates, q, R):
         orient(h, q, R)
     elif result != GATED:
         if result == RESET:
-            let_go_refused(h)
+            let_go(h)
         start(h, gates, q, R)
     return result, nis
 

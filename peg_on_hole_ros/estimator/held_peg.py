@@ -101,7 +101,7 @@ class HeldPeg:
         held["learnt"][OPEN : self._n] = learnt
         part(held["record"], "NOISE", (6, 6))[:] = wrench_noise
         # What was learnt outlives a motion: friction and what is open begin from it.
-        held["stated"] = held["begin"][:REFUSED] = scene.friction, scene.friction_stddev
+        held["begin"][:REFUSED] = scene.friction, scene.friction_stddev
         held["open_stddev"][: len(stddev)] = stddev
         begin_state(held["state"], self._n, frictions, len(self.constants.level))
         self._live_in(memory)
@@ -180,7 +180,7 @@ class HeldPeg:
             held.orient(self.held, q, R)
         elif result != GATED:
             if result == RESET:
-                held.let_go_refused(self.held)
+                self.let_go()
             self.start(q, R)
         return CORRECTIONS[result], nis
 

@@ -237,6 +237,9 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
     follow_load(s, o, p, u, dt)
     s.nis[1] = np.nan
     prior = (o.reaction_prior * s.load[0]) ** 2
+    if contacts == 2 and np.isinf(o.time[0]):
+        # A motion that the wrench drives is that of three contacts.
+        contacts = -1
     s.contacts[0] = contacts
     if contacts < 2 or s.since[0] < o.settling or _drifts(s, o):
         s.since[1], s.contacts[0] = -1.0, 0.0

@@ -117,7 +117,7 @@ def test_table_and_summary(ran):
     assert {len(row) for row in rows} == {len(rows[0])}
     assert len(rows) == 1 + sum(len(cell.get("classes", {"": {}})) for cell in cells)
     text = summary(cells)
-    assert "- align 0.1 mm f 0.5 1 rad/s: contact K opened" in text
+    assert "Motions that end early, or lose three-point contact: 1." in text
     assert "| with reactions in 93 %, outside | 2 of 2 |" in text
     assert text.startswith(
         f"2 cells, of each so many noise seeds and starts that are off: {SEEDS}"

@@ -10,8 +10,6 @@ from peg_on_hole_ros.edges.messages.plain import header
 
 OK, WARN, ERROR = 0, 1, 2
 NAME = "peg_on_hole"
-# Counts what fits no motion at all.
-UNEXPLAINED = "wrench_unexplained"
 
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
@@ -182,7 +180,7 @@ class Diagnostics:
         if idle:
             return _status("filter", ERROR, idle, health)
         # What the motion contradicts is wrong, whatever else is told, until another motion fits.
-        if not new.keys().isdisjoint((MISFIT_COUNT, UNEXPLAINED)) or health.get("misfit"):
+        if MISFIT_COUNT in new or health.get("misfit"):
             return _status("filter", ERROR, "; ".join(causes or [MISFIT]), health)
         if causes:
             return _status("filter", WARN, "; ".join(causes), health)
