@@ -105,7 +105,7 @@ def test_files_as_people_write_them(tmp_path_factory, capsys):
 
     @settings(max_examples=MORE)
     @given(stated())
-    @example("wrench: {acts_on: robot}")
+    @example("peg_on_hole:\n  ros__parameters:\n    wrench: {acts_on: robot}\n")
     def each(content):
         codes.add(holds(write(tmp_path_factory, content), capsys))
 
