@@ -125,8 +125,10 @@ class FreeAir:
         part = slice(0, 3) if off[0] else slice(3, 6)
         noise = self._noise[part][0] ** 2
         same = float(np.var(read[:, part], axis=0).sum()) / noise
+        if same >= 3.0 * _SAME:
+            return False
         # The same force, of a constant direction in the hole.
-        R_PS = self._reduction.matrix[:3, :3]
-        hole = np.array([row[2] @ R_PS @ x[part] for row, x in zip(self._kept, read)])
+        R_HS = np.array([row[2] for row in self._kept]) @ self._reduction.matrix[:3, :3]
+        hole = (R_HS @ read[:, part, None])[:, :, 0]
         other = float(np.var(hole, axis=0).sum()) / noise
-        return same < 3.0 * _SAME and 0.5 * len(read) * (other - same) > _LIKELIER
+        return 0.5 * len(read) * (other - same) > _LIKELIER
