@@ -51,3 +51,23 @@ def config(tmp_path, text, name="c.yaml"):
     path = tmp_path / name
     path.write_text("peg_on_hole:\n  ros__parameters:\n    " + text + "\n", encoding="utf-8")
     return path
+
+
+def reader(folder):
+    """Return what runs a line of a page, in a folder that has the checkout's files."""
+    for name in ("bags", "config"):
+        (folder / name).symlink_to(ROOT / name)
+    program = folder / "peg-on-hole"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m peg_on_hole_ros.cli.main "$@"\n')
+    program.chmod(0o755)
+    path = f"{folder}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": path}
+
+    def run(line):
+        done = subprocess.run(
+            ["/bin/sh", "-c", line], cwd=folder, env=environment, capture_output=True, text=True
+        )
+        assert done.returncode == 0, f"{line}\n{done.stderr}"
+        return done.stdout
+
+    return run

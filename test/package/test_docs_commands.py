@@ -1,15 +1,13 @@
 """Every command in README and docs: what can be run is run, page by page, as a reader would."""
 
-import os
 import re
 import runpy
 import shlex
-import subprocess
 import sys
 
 import pytest
 
-from cli_helpers import ROOT
+from cli_helpers import ROOT, reader
 from peg_on_hole_ros.cli.main import parser
 
 # The tutorial begins: what later pages repeat of it has been run.
@@ -104,20 +102,8 @@ def test_each_script_has_its_options(module, options, monkeypatch, capsys):
 def told(tmp_path_factory):
     """Run all commands in one folder, in the order in which they are read."""
     folder = tmp_path_factory.mktemp("reader")
-    for name in ("bags", "config"):
-        (folder / name).symlink_to(ROOT / name)
-    program = folder / "peg-on-hole"
-    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m peg_on_hole_ros.cli.main "$@"\n')
-    program.chmod(0o755)
-    path = f"{folder}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": path}
-    found = {}
-    for line in RUN:
-        done = subprocess.run(
-            ["/bin/sh", "-c", line], cwd=folder, env=environment, capture_output=True, text=True
-        )
-        assert done.returncode == 0, f"{line}\n{done.stderr}"
-        found[line] = done.stdout
+    run = reader(folder)
+    found = {line: run(line) for line in RUN}
     return folder, found
 
 

@@ -1,32 +1,15 @@
 """The guide from a robot to the first estimate, as it is read."""
 
-import os
 import re
-import subprocess
-import sys
 
 import pytest
 
-from cli_helpers import ROOT
+from cli_helpers import ROOT, reader
 
 
 def test_the_guide_gives_a_first_estimate_without_a_robot(tmp_path):
     pytest.importorskip("pinocchio")
-    for folder in ("bags", "config"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
-    program = tmp_path / "peg-on-hole"
-    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m peg_on_hole_ros.cli.main "$@"\n')
-    program.chmod(0o755)
-    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": path}
-
-    def run(line):
-        done = subprocess.run(
-            ["/bin/sh", "-c", line], cwd=tmp_path, env=environment, capture_output=True, text=True
-        )
-        assert done.returncode == 0, f"{line}\n{done.stderr}"
-        return done.stdout
-
+    run = reader(tmp_path)
     text = (ROOT / "docs" / "guide.md").read_text(encoding="utf-8").replace("\\\n", " ")
     (copied,) = re.findall(r"^    (cp .*)$", text, re.M)
     run(copied)
