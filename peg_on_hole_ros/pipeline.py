@@ -439,11 +439,11 @@ class Pipeline:
             What they give.
 
         """
-        now_ns = self.processor.t_ns
         end, given = begin, []
         # What is looked at after each wrench is taken wrench by wrench.
         watched = self._expected.what or self._free.asked
-        easy = now_ns is not None and self.processor.in_one_piece and not watched
+        started = self.processor.t_ns is not None
+        easy = started and self.processor.in_one_piece and not watched
         while easy and end < len(arrivals.t_ns) and self._settled:
             places = slice(end, end + self._together)
             count = count_in_order(
@@ -502,10 +502,8 @@ class Pipeline:
             self._far_behind.pop("wrench", None)
             self._leap = None
             self._last_wrench_ns = int(wrench_ns[-1])
-            last = zip(wrench_ns[-TARE_SAMPLES:].tolist(), wrenches[-TARE_SAMPLES:].tolist())
-            self._recent.extend(
-                WrenchSample(stamp, tuple(wrench[:3]), tuple(wrench[3:])) for stamp, wrench in last
-            )
+            last = slice(-TARE_SAMPLES, None)
+            self._recent.extend(map(WrenchSample.of_row, wrench_ns[last], wrenches[last]))
             given = self._process_runs(wrench_ns, wrenches, ends, stamps, orientations)
         taken = int(ends[-1]) if len(at) else 0
         self._waiting = deque(map(AngleMeasurement.of_row, stamps[taken:], orientations[taken:]))
@@ -515,18 +513,15 @@ class Pipeline:
         """Process wrenches up to each that the diagnosis wants; return the rows of each run."""
         given, first, taken = [], 0, 0
         while first < len(t_ns):
-            if ends[first] > taken:
-                newest = int(ends[first]) - 1
-                self._measured = AngleMeasurement.of_row(stamps[newest], orientations[newest])
-            stamp, wrench = int(t_ns[first]), wrenches[first].tolist()
-            self._low_pass.take_all(t_ns[first : first + 1], wrenches[first : first + 1])
-            if self._due(stamp):
-                self._diagnose(WrenchSample(stamp, tuple(wrench[:3]), tuple(wrench[3:])))
-            due = int(np.searchsorted(t_ns, self._diagnosis.due_ns))
-            last = max(first + 1, due) if self._measured is not None else len(t_ns)
+            self._note_newest(stamps, orientations, ends[first])
+            sample = WrenchSample.of_row(t_ns[first], wrenches[first])
+            self._low_pass.take(sample)
+            if self._due(sample.t_ns):
+                self._diagnose(sample)
+            last = max(first + 1, int(np.searchsorted(t_ns, self._diagnosis.due_ns)))
             self._low_pass.take_all(t_ns[first + 1 : last], wrenches[first + 1 : last])
             before = self.processor.snapshot() if self._history.window_ns else None
-            own = slice(taken, int(ends[last - 1] if last <= len(ends) else ends[-1]))
+            own = slice(taken, int(ends[last - 1]))
             run = Run(
                 t_ns[first:last],
                 wrenches[first:last],
@@ -543,11 +538,15 @@ class Pipeline:
                 given.append(rows)
             if not len(rows.t_ns) or rows.t_ns[-1] != run.t_ns[-1]:
                 self._told = None
-            if ends[last - 1] > taken:
-                newest = int(ends[last - 1]) - 1
-                self._measured = AngleMeasurement.of_row(stamps[newest], orientations[newest])
-            first, taken = last, int(ends[last - 1])
+            first, taken = last, own.stop
+        self._note_newest(stamps, orientations, ends[-1])
         return given
+
+    def _note_newest(self, stamps, orientations, count):
+        """Take note of the newest of so many orientations that have been taken."""
+        if count:
+            newest = stamps[count - 1], orientations[count - 1]
+            self._measured = AngleMeasurement.of_row(*newest)
 
     def _due(self, t_ns):
         """Return whether the diagnosis wants the wrench of a stamp [ns]."""

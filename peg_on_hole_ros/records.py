@@ -42,6 +42,12 @@ class WrenchSample(NamedTuple):
     force: tuple[float, float, float]
     torque: tuple[float, float, float]
 
+    @classmethod
+    def of_row(cls, t_ns: int, row: np.ndarray) -> "WrenchSample":
+        """Return the wrench of a stamp whose force and torque a row has, shape (6,)."""
+        force_x, force_y, force_z, *torque = row.tolist()
+        return cls(int(t_ns), (force_x, force_y, force_z), tuple(torque))
+
 
 class JointSample(NamedTuple):
     """

@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimation.freshness import STILL, WRENCH_STILL, is_new_wre
 from peg_on_hole_ros.estimation.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.estimation.measurement import reduce_wrench
 from peg_on_hole_ros.estimation.repeats import held as messages_of
-from peg_on_hole_ros.estimation.wrench_noise import factor, follow_wrench, forget_noise
+from peg_on_hole_ros.estimation.wrench_noise import NOISY, factor, follow_wrench, forget_noise
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
 from peg_on_hole_ros.estimator.record import SCENE, SPREAD
@@ -20,8 +20,6 @@ from peg_on_hole_ros.monitoring.declared import NO_STAMP, UNKNOWN
 from peg_on_hole_ros.monitoring.place import misfit
 from peg_on_hole_ros.monitoring.row import AT
 
-# Orientations whose variance is found so many times the stated one are noisier than is stated.
-NOISY = 2.25
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
 RESTS_NS = 100_000_000
 # What an orientation is: a correction, a start where the motion was lost, or a repeated value.
@@ -277,7 +275,7 @@ def told(e, rules):
 def reduce(e, t_ns, wrench, silent):
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
-        follow_wrench(e.wrench_noise, wrench, e.variance)
+        follow_wrench(e.wrench_noise, wrench, e.variance, e.held.constants)
     noisier = factor(e.wrench_noise)
     e.counts[COUNT.wrench_noisy] += noisier > 1.0
     times = noisier * messages_of(e.fresh.wrench)

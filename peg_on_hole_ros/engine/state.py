@@ -1,6 +1,6 @@
 """The engine's state and rules: typed records with named fields, and tables of them."""
 
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 
@@ -40,27 +40,8 @@ COUNTS = (
     "wrench_noisy",
     "wrench_dropped_without_orientation",
 )
-
-
-class Counted(NamedTuple):
-    """The places of COUNTS."""
-
-    joints_used: int
-    joints_gated: int
-    joints_noisy: int
-    joints_dropped_repeated_value: int
-    joints_gap: int
-    filter_restarted: int
-    innovations_too_large: int
-    motion_lost: int
-    gap: int
-    wrench_used: int
-    wrench_spike: int
-    wrench_noisy: int
-    wrench_dropped_without_orientation: int
-
-
-AT = Counted(*range(len(COUNTS)))
+# Their places.
+AT = namedtuple("AT", COUNTS)(*range(len(COUNTS)))
 
 # An orientation as a row: gamma, psi, phi [rad], their covariance; place of the peg's origin [m],
 # NaN where it is not measured, and its covariance.

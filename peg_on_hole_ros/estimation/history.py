@@ -72,14 +72,11 @@ class Run(NamedTuple):
     def units(self) -> Iterator[Unit]:
         """Yield the same as units."""
         first, begin_ns, before = 0, self.begin_ns, self.before
-        for t_ns, wrench, last in zip(
-            self.t_ns.tolist(), self.wrenches.tolist(), self.ends.tolist()
-        ):
+        for t_ns, wrench, last in zip(self.t_ns.tolist(), self.wrenches, self.ends.tolist()):
             joints = map(
                 AngleMeasurement.of_row, self.stamps[first:last], self.orientations[first:last]
             )
-            sample = WrenchSample(t_ns, tuple(wrench[:3]), tuple(wrench[3:]))
-            yield Unit(sample, list(joints), before, begin_ns)
+            yield Unit(WrenchSample.of_row(t_ns, wrench), list(joints), before, begin_ns)
             first, begin_ns, before = last, t_ns, None
 
 

@@ -1,18 +1,17 @@
 """The noise of the wrench as it shows it itself, where it is more than is stated."""
 
-from math import exp, log, sqrt
+from math import sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.noise import grow
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # What white noise makes of a third difference, squared; a motion leaves next to nothing.
 _THIRD = 20.0
-# As for orientations: of so many wrenches a tenth of noise is seen, a jump or a spike is none,
-# what chance makes of noise as stated is none either, and a sensor 20 times noisier is broken.
-COUNT, STEP, MARGIN, MOST = 100.0, 10.0, 0.3, 400.0
-# It is told after so many wrenches, and up to there: another unit, or rounding, is named as such.
-TOLD, BROKEN = 200.0, 0.75 * MOST
+# It is told after so many wrenches, and up to such a share of the most that is followed: another
+# unit, or rounding, is named as such.
+TOLD, BROKEN = 200.0, 0.75
 # Variances so many times the stated ones are told, and are used.
 NOISY = 2.25
 # In the memory: by how much the variance of force and of torque is more than stated, how many
@@ -31,9 +30,9 @@ def forget_noise(memory):
 
 
 @compiled
-def follow_wrench(memory, values, variance):
+def follow_wrench(memory, values, variance, o):
     """
-    Take a wrench with values that have not come before.
+    Take a wrench with values that have not come before; the law is that of orientations.
 
     Parameters
     ----------
@@ -43,6 +42,7 @@ def follow_wrench(memory, values, variance):
         Force and torque as received [N], [N m].
     variance : ndarray, shape (6,)
         As stated [N^2], [N^2 m^2].
+    o : record of SETTINGS
 
     """
     m = memory
@@ -54,13 +54,11 @@ def follow_wrench(memory, values, variance):
             rough += third * third / (3.0 * _THIRD * variance[i])
             m[VALUES + i], m[VALUES + 6 + i], m[VALUES + 12 + i] = b, c, values[i]
         if m[SEEN] >= 3.0:
-            found = m[FORCE + part]
-            more = min(rough / found, STEP) - 1.0 - MARGIN / found
-            m[FORCE + part] = exp(min(max(log(found) + more / COUNT, 0.0), log(MOST)))
+            grow(m, FORCE + part, rough / m[FORCE + part], o)
     m[SEEN] += 1.0
     if m[SEEN] >= TOLD:
         for part in range(2):
-            if m[FORCE + part] < BROKEN:
+            if m[FORCE + part] < BROKEN * o.noise_most:
                 m[MOST_FORCE + part] = max(m[MOST_FORCE + part], m[FORCE + part])
 
 

@@ -34,8 +34,8 @@ def follow_noise(s, o, q, R):
     for i in range(3):
         change += (s.innovation[i] - s.innovation_before[i]) ** 2
         s.innovation_before[i] = s.innovation[i]
-    _grow(s.noise, 1, change / _CHANGE, o)
-    _grow(s.noise, 2, _roughness(s.orientations, q, R) / (_THIRD * s.noise[2]), o)
+    grow(s.noise, 1, change / _CHANGE, o)
+    grow(s.noise, 2, _roughness(s.orientations, q, R) / (_THIRD * s.noise[2]), o)
     s.noise[0] = min(s.noise[1], s.noise[2])
     for i in range(3):
         s.orientations[0, i], s.orientations[1, i] = s.orientations[1, i], s.orientations[2, i]
@@ -43,8 +43,8 @@ def follow_noise(s, o, q, R):
 
 
 @compiled
-def _grow(noise, i, seen, o):
-    """Follow one of the two by what was seen over what was expected; NaN: none came before."""
+def grow(noise, i, seen, o):
+    """Follow one variance by what was seen over what was expected; NaN: none came before."""
     if not seen >= 0.0:
         return
     surplus = min(seen, o.noise_step) - 1.0 - o.noise_margin / noise[i]
