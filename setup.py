@@ -47,7 +47,7 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={"": ["*.xml"], f"{NAME}.edges.report": ["page/*"]},
+    package_data={"": ["*.xml"], f"{NAME}.report": ["page/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
@@ -89,7 +89,7 @@ setup(
     entry_points={
         "console_scripts": [
             "peg-on-hole = peg_on_hole_ros.cli.main:main",
-            "peg_on_hole = peg_on_hole_ros.edges.node:main",
+            "peg_on_hole = peg_on_hole_ros.ros.node:main",
         ],
     },
 )

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.measurements.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.records import JointSample
 
 

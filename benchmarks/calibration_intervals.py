@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimation.identification.calibration import calibrate
-from peg_on_hole_ros.estimation.identification.quantities import (
+from peg_on_hole_ros.identification.calibration import calibrate
+from peg_on_hole_ros.identification.quantities import (
     BIAS,
     CLEARANCE,
     DELAY,
@@ -26,13 +27,12 @@ from peg_on_hole_ros.estimation.identification.quantities import (
     coordinates,
     natural,
 )
-from peg_on_hole_ros.estimation.identification.recording import recording
-from peg_on_hole_ros.estimation.measurement import PegJoints
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.identification.recording import recording
+from peg_on_hole_ros.measurements.measurement import PegJoints
 from peg_on_hole_ros.records import WrenchSample
-from peg_on_hole_ros.simulation.measure import measure
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 
 # Rates at the ends of the legs [rad/s], and how long each lasts [s].
 MOTIONS = {

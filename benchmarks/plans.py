@@ -20,14 +20,14 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.scenes.setting import Draw
+from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration, WrenchInput
-from peg_on_hole_ros.simulation.command import evaluate
-from peg_on_hole_ros.simulation.contact_run import contact_samples, run_contact
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.run import NEAR_TRANSITION, Run
+from peg_on_hole_ros.sim.command import evaluate
+from peg_on_hole_ros.sim.contact_run import contact_samples, run_contact
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.run import NEAR_TRANSITION, Run
 
 # Before the recording [s], in which the simulated peg comes to lie on its contacts.
 LEAD_IN = 0.15

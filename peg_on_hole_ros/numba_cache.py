@@ -10,9 +10,9 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them.
 COMPILED = (
-    "mechanics", "estimator", "estimation", "monitoring", "engine", "diagnosis", "simulation",
-    "study",
-    "edges/bags/walk.py", "edges/messages/plain.py",
+    "mechanics", "measurements", "estimator", "identification", "monitor", "diagnosis", "engine",
+    "sim", "study",
+    "bags/record_steps.py", "messages/plain.py",
 )  # fmt: skip
 
 

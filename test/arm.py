@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from peg_on_hole_ros.options import JointInput
+from peg_on_hole_ros.config.options import JointInput
 
 URDF = Path(__file__).parent / "data" / "arm.urdf"
 JOINTS = tuple(f"arm_{i}" for i in range(1, 8))

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.estimator import mixture, step
 from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
 from peg_on_hole_ros.estimator.noise import follow_noise
@@ -23,9 +22,10 @@ from peg_on_hole_ros.estimator.state import (
     named,
     places,
 )
+from peg_on_hole_ros.measurements.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.sim.measure import measure
 
 RATE_STDDEV = 1.0
 ONE_LEVEL = {"level": (30.0,), "time": (0.05,), "up": (0.0,), "frictions": 1}

@@ -12,7 +12,7 @@ import tempfile
 import pytest
 from hypothesis import settings
 
-from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
+from peg_on_hole_ros.ros.local_dds import environment, free_domain
 
 os.environ.update(environment(free_domain()))
 os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="peg_on_hole_log_"))

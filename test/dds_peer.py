@@ -14,9 +14,9 @@ from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS, LATCHED, TOPICS
-from peg_on_hole_ros.edges.messages.ros_messages import message_class
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS
+from peg_on_hole_ros.messages.ros_messages import message_class
 
 SERVICES = {
     "reset": Trigger,
@@ -33,7 +33,7 @@ PATIENCE = (
 )
 
 
-NODE = ("-m", "peg_on_hole_ros.edges.node")
+NODE = ("-m", "peg_on_hole_ros.ros.node")
 
 
 @contextmanager

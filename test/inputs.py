@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from peg_on_hole_ros.edges.messages.plain import header
+from peg_on_hole_ros.messages.plain import header
 
 
 def wrench(t_ns, force=(0.0, 0.0, -4.0), torque=(0.0, 0.3, 0.0)) -> dict:

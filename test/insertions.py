@@ -2,10 +2,10 @@
 
 from functools import cache
 
+from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration, WrenchInput
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 
 
 @cache

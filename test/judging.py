@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from peg_on_hole_ros.monitoring.alarm_text import alarms_of
-from peg_on_hole_ros.monitoring.alarms import clear_alarms, follow_alarms, follow_level
-from peg_on_hole_ros.monitoring.declared import MODES, thresholds
-from peg_on_hole_ros.monitoring.judgement import MEMORY
-from peg_on_hole_ros.monitoring.mode import declare_mode, forget_mode
-from peg_on_hole_ros.monitoring.transition import lower_flag, raise_flag
+from peg_on_hole_ros.monitor.alarm_text import alarms_of
+from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms, follow_level
+from peg_on_hole_ros.monitor.judgement import MEMORY
+from peg_on_hole_ros.monitor.memory import MODES, thresholds
+from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
+from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
 
 
 def floats(values):

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
 
 SCENE = "closing_with_slip"

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.measurements.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.records import JointSample
-from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
-from peg_on_hole_ros.simulation.truth import Truth
+from peg_on_hole_ros.sim.measure import measure, sensor_wrench
+from peg_on_hole_ros.sim.truth import Truth
 
 
 class Recording(NamedTuple):

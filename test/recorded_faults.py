@@ -4,12 +4,12 @@ from functools import cache
 
 import numpy as np
 
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.decode import joint_sample, wrench_sample
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.records import WrenchSample
 from simulated import ROOT, SAMPLES
 

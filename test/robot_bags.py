@@ -3,13 +3,13 @@
 import numpy as np
 
 from arm import BENT, JOINTS, OPTIONS, Arm, peg_rotation
-from peg_on_hole_ros.configuration import from_parameters, to_parameters
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, joint_state
-from peg_on_hole_ros.edges.messages.output import WRENCH as WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.plain import header
-from peg_on_hole_ros.edges.replay import stored_configuration
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import BagWriter
+from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
+from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, joint_state
+from peg_on_hole_ros.messages.output import WRENCH as WRENCH_TYPE
+from peg_on_hole_ros.messages.plain import header
+from peg_on_hole_ros.replay.run import stored_configuration
 
 TRUTH_STATE, TRUTH_MODE = "/truth/state", "/truth/contact_mode"
 FIELDS = ("source", "names", "position_stddev", "urdf", "tip_frame")

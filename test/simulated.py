@@ -4,10 +4,10 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from peg_on_hole_ros.edges.simulation_file import read_plan
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.cli.simulation_file import read_plan
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ("closing_without_slip", "closing_with_slip", "working_cycle")

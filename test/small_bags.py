@@ -1,6 +1,6 @@
 """Small real bags for tests."""
 
-from peg_on_hole_ros.edges.bags.writer import BagWriter
+from peg_on_hole_ros.bags.writer import BagWriter
 
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 JOINTS = "sensor_msgs/msg/JointState"

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import FilterOptions
 
 LONG_SINCE = 1.0
 

@@ -4,7 +4,7 @@ import re
 
 from mkdocs.structure.files import File
 
-from peg_on_hole_ros.parameter_table import PARAMETERS
+from peg_on_hole_ros.config.parameter_table import PARAMETERS
 
 # A link that leaves the docs: the site has no page for it, a checkout has the file.
 _OUTSIDE = re.compile(r"\[([^\]]+)\]\(((?:\.\./)+)([^)#\s]+)(#[^)]*)?\)")

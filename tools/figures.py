@@ -13,8 +13,8 @@ from statistics import median
 from peg_on_hole_ros.cli.chart import scores_of
 from peg_on_hole_ros.cli.pictures import save
 from peg_on_hole_ros.cli.stability import found_in
-from peg_on_hole_ros.edges.plots import chart as chart_plot
-from peg_on_hole_ros.edges.plots import stability as stability_plot
+from peg_on_hole_ros.plots import chart as chart_plot
+from peg_on_hole_ros.plots import stability as stability_plot
 from peg_on_hole_ros.study import chart, stability
 
 BEGIN, END = "<!-- table -->\n\n", "\n\n<!-- end of table -->"

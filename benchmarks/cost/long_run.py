@@ -18,13 +18,13 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.bag_steps import bag_steps
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.estimator.held import REFUSED
 from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.state import FRICTION
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = "closing_with_slip"

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from peg_on_hole_ros.mechanics import kernel, reference
-from peg_on_hole_ros.mechanics.many import solve_many
+from peg_on_hole_ros.mechanics.over_arrays import solve_many
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE = Scene()

@@ -26,12 +26,11 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.bag_steps import bag_samples
-from peg_on_hole_ros import pipeline
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.engine import process
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.parameters_file import read_parameters
+from peg_on_hole_ros.engine import pipeline, process
+from peg_on_hole_ros.engine.pipeline import Pipeline
 
 ROOT = Path(__file__).parents[2]
 ALL, NONE_LATE, NO_MODES, NEITHER = (

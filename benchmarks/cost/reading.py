@@ -22,12 +22,12 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from peg_on_hole_ros.edges.bags.batch import stretches
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.messages.plain import header, xyz
+from peg_on_hole_ros.bags.batch import stretches
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.definitions import definition
+from peg_on_hole_ros.messages.plain import header, xyz
 
 TYPES = {"/wrench": WRENCH_TYPE, "/joint_states": JOINTS_TYPE}
 PERIOD_NS = 1_000_000

@@ -17,12 +17,12 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, BagWriter
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.plain import header, xyz
-from peg_on_hole_ros.edges.replay import sources_of, stored_configuration
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.replay.run import sources_of, stored_configuration
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "bags" / "working_cycle.mcap"
@@ -37,10 +37,10 @@ _PROGRAM = """
 import resource, time
 import peg_on_hole_ros
 from peg_on_hole_ros.cli.replay import replay
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
-from peg_on_hole_ros.edges.warm_up import warm
-from peg_on_hole_ros.options import NodeOptions
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.replay.run import check_bag, stored_configuration
+from peg_on_hole_ros.messages.warm_up import warm
+from peg_on_hole_ros.config.options import NodeOptions
 configuration = stored_configuration(Bag({path!r}))
 warm(configuration)
 begun = time.process_time()

@@ -28,13 +28,13 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks.grid.score import bound_along
-from peg_on_hole_ros.estimation.bound import Meaning
-from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
-from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import CONTACTS, WrenchSample
-from peg_on_hole_ros.simulation.measure import START_NS, measure
+from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.study.bound import Meaning
 
 TRACES = Path(__file__).parent / "data" / "mujoco_traces.npz"
 UNITS = {"q": 1e-8, "wrench": np.repeat([1e-3, 1e-5], 3), "normal": 1e-3, "friction": 1e-4}

@@ -16,8 +16,8 @@ import numpy as np
 from benchmarks.scenes.draw import Case, plan_of
 from benchmarks.scenes.labels import STILL, labels_of
 from benchmarks.scenes.play import truth_of
-from peg_on_hole_ros.simulation.parted import parted_state, pushes, run_parted
-from peg_on_hole_ros.simulation.run import Run
+from peg_on_hole_ros.sim.parted import parted_state, pushes, run_parted
+from peg_on_hole_ros.sim.run import Run
 
 BEFORE, SPAN = 0.02, 0.06
 AT_REST = 2  # samples

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 
 CLEARANCES = (2e-5, 1e-4, 5e-4, 2e-3)  # [m]
 FRICTIONS = (0.05, 0.2, 0.5)

@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.edges.simulation_file import read_plan
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.cli.simulation_file import read_plan
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import ANGLES, CONTACTS
-from peg_on_hole_ros.simulation.measure import START_NS, measure
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.sim.truth import integrate
 
 ROOT = Path(__file__).parents[2]
 SCENES = ("closing_without_slip", "closing_with_slip", "working_cycle")

@@ -27,9 +27,9 @@ from benchmarks.grid.cells import (
 )
 from benchmarks.grid.score import INTERVAL, drawn
 from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
-from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.sim.truth import integrate
 
 # None that the grid has.
 FIRST_SEED = 60000

@@ -22,10 +22,10 @@ from benchmarks.grid.cells import Motion, truth_of, with_noise
 from benchmarks.grid.score import INTERVAL, SETTLE_NS
 from benchmarks.grid.wrong_settings import tilted
 from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
-from peg_on_hole_ros.estimation.measurement import tilt_axes
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import BIAS, FRICTION, TILT
-from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.measurements.measurement import tilt_axes
+from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 
 # None that a setting of the filter was chosen on.
 FIRST_SEED = 5300

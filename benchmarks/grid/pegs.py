@@ -3,10 +3,10 @@
 from functools import cache
 from typing import NamedTuple
 
+from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 
 
 class Peg(NamedTuple):

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
 

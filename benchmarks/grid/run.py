@@ -39,7 +39,7 @@ from benchmarks.resumable import (
     work_through,
 )
 from benchmarks.resumable import kept as kept_tree
-from peg_on_hole_ros.simulation.measure import sensor_wrench
+from peg_on_hole_ros.sim.measure import sensor_wrench
 
 HERE = Path(__file__).parent
 OWN = [HERE / name for name in ("cells.py", "score.py", "player.py", "consistency.py")]

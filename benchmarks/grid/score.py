@@ -9,13 +9,13 @@ import numpy as np
 from benchmarks.grid.cells import with_noise
 from benchmarks.grid.consistency import near_reversal
 from benchmarks.grid.player import play
-from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.estimation.bound import Meaning, Sensors, posterior_bound
-from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.config.configuration import to_parameters
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import ANGLES, CONTACTS, JointSample
-from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.study.bound import Meaning, Sensors, posterior_bound
 from peg_on_hole_ros.study.scenes import holder_of
 
 STATES, REACTIONS = slice(0, 6), slice(6, 9)

@@ -26,10 +26,10 @@ from benchmarks.grid.cells import Motion, truth_of, with_noise
 from benchmarks.grid.pegs import closing
 from benchmarks.grid.score import INTERVAL, REACTIONS, SETTLE_NS, bound_of, run_seeds
 from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
-from peg_on_hole_ros.estimation.measurement import tilt_axes
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.measurements.measurement import tilt_axes
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from peg_on_hole_ros.simulation.measure import START_NS, measure, measured_angles, sensor_wrench
+from peg_on_hole_ros.sim.measure import START_NS, measure, measured_angles, sensor_wrench
 
 FIRST_SEED = 700
 SOURCES = ("wrong_settings.py", "cells.py", "score.py", "pegs.py")

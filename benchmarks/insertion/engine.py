@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.insertion.programs import PROGRAMS, plan_of
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.truth import integrate
 
 TRACES = Path(__file__).parent / "data" / "mujoco_insertions.npz"
 # The engine's peg taps on its contacts at the begin, until this [s].

@@ -7,7 +7,7 @@ Simulate insertions in MuJoCo: another engine's contacts in the hole, under the 
 made the traces that `insertion_engine.py` and the tests read (MuJoCo 4.0.0); each takes some
 minutes on a core. Contacts are those of `mujoco_peg.py`: the rim is 1440 boxes, here as deep as
 the hole; they give some 2 MN/m each, friction creeps where it sticks. The peg, the holder and
-its program are `peg_on_hole_ros.simulation`'s, so that motions can be compared; the engine knows
+its program are `peg_on_hole_ros.sim`'s, so that motions can be compared; the engine knows
 nothing of the contacts there. Rows are 2 ms apart: pose at their end, and means of the holder's
 wrench and of the normal forces on rim and edge over them.
 """
@@ -20,11 +20,11 @@ import numpy as np
 
 from benchmarks.engines import mujoco_peg as engine
 from benchmarks.insertion.programs import PROGRAMS, SCENE, plan_of
-from peg_on_hole_ros.simulation.dynamics import scene_numbers
-from peg_on_hole_ros.simulation.holder import holder_numbers
-from peg_on_hole_ros.simulation.hole_forces import commanded, pull
-from peg_on_hole_ros.simulation.insertion_program import begin_of, place_program
-from peg_on_hole_ros.simulation.plan import holder_program
+from peg_on_hole_ros.sim.dynamics import scene_numbers
+from peg_on_hole_ros.sim.holder import holder_numbers
+from peg_on_hole_ros.sim.hole_forces import commanded, pull
+from peg_on_hole_ros.sim.insertion_program import begin_of, place_program
+from peg_on_hole_ros.sim.plan import holder_program
 
 WALL = 0.03  # half of the hole's depth [m]
 WINDOW = 100

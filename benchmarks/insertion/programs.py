@@ -1,8 +1,8 @@
 """The insertions that are compared with another engine: peg, holder and its program."""
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.simulation.plan import plan_from_tree
+from peg_on_hole_ros.sim.plan import plan_from_tree
 
 SCENE = Scene(hole_diameter=0.050, peg_diameter=0.0496)
 HOLDER = {"stiffness": 1e4, "rotational_stiffness": 100.0, "force_limit": 1e3}

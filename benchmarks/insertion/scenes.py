@@ -18,9 +18,9 @@ from typing import NamedTuple
 from benchmarks.insertion.families import FAMILY, LEAD_IN
 from benchmarks.insertion.labels import labels_of
 from benchmarks.scenes.setting import Draw
-from peg_on_hole_ros.options import Configuration, JointInput, WrenchInput
-from peg_on_hole_ros.simulation.plan import Plan, plan_from_tree
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.sim.plan import Plan, plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 
 FAMILIES = tuple(FAMILY)
 SEEDS = {"scoring": 8_200, "tuning": 4_700}

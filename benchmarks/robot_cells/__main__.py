@@ -18,10 +18,10 @@ import numpy as np
 from benchmarks.robot_cells import sensing
 from benchmarks.robot_cells.arms import ARMS, urdf
 from benchmarks.robot_cells.rows import GAMMA0, Rows
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.settings import load
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
-from peg_on_hole_ros.edges.messages.plain import header, xyz
+from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, WRENCH, joint_state
+from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 START_NS = 1_767_225_600_000_000_000

@@ -18,11 +18,11 @@ import numpy as np
 from benchmarks.robot_cells import __main__ as bags
 from benchmarks.robot_cells import sensing
 from benchmarks.robot_cells.rows import Rows
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.score import Score
+from peg_on_hole_ros.bags.truth import read_truth
 from peg_on_hole_ros.cli.settings import load
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.score import Score
-from peg_on_hole_ros.edges.bags.truth import read_truth
-from peg_on_hole_ros.edges.replay import replay_bag
+from peg_on_hole_ros.replay.run import replay_bag
 
 SENSORS = (
     (1, 0.2, 0.005), (1, 1.5, 0.05), (2, 0.2, 0.005), (2, 1.5, 0.05), (2, 5.0, 0.15),

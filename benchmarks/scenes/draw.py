@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from benchmarks.scenes.families import FAMILY, LEAD_IN
 from benchmarks.scenes.setting import Draw
-from peg_on_hole_ros.options import Configuration, JointInput, MonitorOptions, WrenchInput
-from peg_on_hole_ros.simulation.plan import Plan, plan_from_tree
+from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
+from peg_on_hole_ros.sim.plan import Plan, plan_from_tree
 
 FAMILIES = tuple(FAMILY)
 # First of the two numbers that a draw is seeded with: no scene is of both sets.

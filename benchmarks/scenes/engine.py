@@ -10,8 +10,8 @@ from benchmarks.scenes.labels import Labels
 from benchmarks.scenes.play import play
 from benchmarks.scenes.score import score_run
 from benchmarks.scenes.setting import D, Draw
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import Configuration
 
 # Made by `mujoco_closings.py`.
 TRACES = Path(__file__).parents[1] / "engines" / "data" / "mujoco_closings.npz"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.scenes.setting import setting_of
-from peg_on_hole_ros.simulation.dynamics import contacts, scene_numbers
+from peg_on_hole_ros.sim.dynamics import contacts, scene_numbers
 
 LEAD_IN = 0.05
 # A contact that is loaded by less of what the others carry soon opens.

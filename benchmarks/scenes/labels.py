@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.simulation.command import evaluate
-from peg_on_hole_ros.simulation.plan import holder_program
+from peg_on_hole_ros.sim.command import evaluate
+from peg_on_hole_ros.sim.plan import holder_program
 
 # The fastest contact is slower [m/s], and slower than this share of what it was: at rest. A tenth
 # of what the slowest scene commands.

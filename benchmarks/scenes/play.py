@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.resumable import sources_key
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.simulation.measure import START_NS, measure
-from peg_on_hole_ros.simulation.truth import Truth, integrate
+from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.sim.truth import Truth, integrate
 
 ALARMS = ("jamming", "contact_loss", "overload")
 MODES = ("three_point", "two_point", "open", "unknown")

@@ -1,23 +1,23 @@
 """`peg-on-hole calibrate`: friction, biases, noise, delay, tilt and clearance from a bag."""
 
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.cli import calibration_text
+from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
 from peg_on_hole_ros.cli.payload import found_payload
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.presses import found_axes
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import Reading, open_recording
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.configuration import from_parameters, to_parameters
-from peg_on_hole_ros.edges import calibration_text
-from peg_on_hole_ros.edges.advice import apart
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.config_file import read_parameters, write_parameters
-from peg_on_hole_ros.edges.messages.decode import Malformed
-from peg_on_hole_ros.edges.messages.stream import orientation_of
-from peg_on_hole_ros.edges.replay import check_bag
+from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.parameters_file import read_parameters, write_parameters
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.estimation.identification.calibration import FEWEST_INNOVATIONS, calibrate
-from peg_on_hole_ros.estimation.identification.recording import Recording, recording
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.identification.calibration import FEWEST_INNOVATIONS, calibrate
+from peg_on_hole_ros.identification.recording import Recording, recording
+from peg_on_hole_ros.messages.decode import Malformed
+from peg_on_hole_ros.messages.stream import orientation_of
+from peg_on_hole_ros.replay.advice import apart
+from peg_on_hole_ros.replay.run import check_bag
 
 # For what is smoothed over some tens of them; how many slide steadily is told later.
 _FEWEST = 50

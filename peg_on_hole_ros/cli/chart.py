@@ -4,12 +4,12 @@ from argparse import Namespace
 from dataclasses import asdict
 from time import thread_time
 
+from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.edges.partial_table import PartialTable
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.study import chart, scenes
 
@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> int:
         raise
     rows.finish()
     found, limits = chart.limits(chart.overall(scores_of(rows.rows)))
-    from peg_on_hole_ros.edges.plots.chart import figure
+    from peg_on_hole_ros.plots.chart import figure
 
     written = [
         rows.path,

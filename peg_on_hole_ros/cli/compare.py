@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from peg_on_hole_ros.bags.estimates import QUANTITIES, Output, same_message
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.cli.bag_and_configuration import open_bag
 from peg_on_hole_ros.cli.places import check_places, write_text
-from peg_on_hole_ros.cli.recording import open_bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
-from peg_on_hole_ros.edges.bags.estimates import QUANTITIES, Output, same_message
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.edges.replay import stored_configuration
-from peg_on_hole_ros.edges.report.comparison_page import Overlay, comparison_page
-from peg_on_hole_ros.edges.report.page import library
-from peg_on_hole_ros.edges.settled import settled
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.run import stored_configuration
+from peg_on_hole_ros.report.comparison_page import Overlay, comparison_page
+from peg_on_hole_ros.report.page import library
 
 _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
 

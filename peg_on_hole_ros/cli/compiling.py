@@ -14,7 +14,7 @@ def compiling_shown() -> Iterator[None]:
     if "numba" not in sys.modules or not sys.stderr.isatty():
         yield
         return
-    from peg_on_hole_ros.edges.compiling import COMPILING, watched
+    from peg_on_hole_ros.startup.compiling import COMPILING, watched
 
     with Progress("compiling") as progress:
 

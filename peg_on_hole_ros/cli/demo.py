@@ -14,22 +14,22 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from peg_on_hole_ros.bags.bag_files import bag_files
+from peg_on_hole_ros.bags.estimates import estimates
+from peg_on_hole_ros.bags.reader import Bag, absolute
+from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_table
+from peg_on_hole_ros.bags.writer import configuration_metadata
+from peg_on_hole_ros.cli.bag_and_configuration import open_bag, truth_in
 from peg_on_hole_ros.cli.places import check_places, out_folder
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import open_bag, truth_in
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.edges.bags.estimates import estimates
-from peg_on_hole_ros.edges.bags.files import bag_files
-from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.bags.score import Score, flag_lines, score_lines, score_table
-from peg_on_hole_ros.edges.bags.writer import configuration_metadata
-from peg_on_hole_ros.edges.config_file import write_parameters
-from peg_on_hole_ros.edges.live.local_dds import environment, free_domain
-from peg_on_hole_ros.edges.plots.series import Series
-from peg_on_hole_ros.edges.replay import check_bag, stored_configuration
+from peg_on_hole_ros.config.configuration import to_parameters
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.parameters_file import write_parameters
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.plots.series import Series
+from peg_on_hole_ros.replay.run import check_bag, stored_configuration
+from peg_on_hole_ros.ros.local_dds import environment, free_domain
 
 BAG = "bags/working_cycle.mcap"
 ANGLES_AND_REACTIONS = [0, 1, 2, 6, 7, 8]
@@ -95,13 +95,13 @@ def _with_urdf(configuration, path):
 def _play(bag, rate, out, recorded, configuration):
     # Before rclpy is loaded: it reads these when it starts.
     os.environ.update(environment(free_domain()))
-    from peg_on_hole_ros.edges.live.player import Player
+    from peg_on_hole_ros.ros.player import Player
 
     with tempfile.TemporaryDirectory() as folder, (out / "node.log").open("w") as log:
         configuration = _with_urdf(configuration, Path(folder) / "robot.urdf")
         parameters = Path(folder) / "parameters.yaml"
         parameters.write_text(write_parameters(to_parameters(configuration)), encoding="utf-8")
-        command = [sys.executable, "-m", "peg_on_hole_ros.edges.node"]
+        command = [sys.executable, "-m", "peg_on_hole_ros.ros.node"]
         command += ["--ros-args", "--params-file", str(parameters)]
         node = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT)
         topics = configuration.topics
@@ -134,7 +134,7 @@ def _stop(node):
 
 
 def _compare(bag, recorded, picture, configuration, wrenches):
-    from peg_on_hole_ros.edges.plots.replay import figure, png  # matplotlib loads slowly
+    from peg_on_hole_ros.plots.replay import figure, png  # matplotlib loads slowly
 
     series, count = Series(), 0
     truth = truth_in(bag)

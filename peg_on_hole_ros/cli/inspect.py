@@ -2,22 +2,27 @@
 
 from collections.abc import Callable
 
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.cli.bag_and_configuration import (
+    Reading,
+    configuration_in,
+    open_bag,
+    print_line,
+)
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import Reading, configuration_in, open_bag, print_line
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
-from peg_on_hole_ros.edges.advice import Seen, apart, remedy, shifted
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.stream import orientation_of
-from peg_on_hole_ros.edges.oddities import two_robots
-from peg_on_hole_ros.edges.replay import BadFile, check_bag, sources_of
-from peg_on_hole_ros.edges.settled import settled
-from peg_on_hole_ros.edges.would_use import WouldUse
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.estimation.measurement import NamedPositions
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.shown import printable
+from peg_on_hole_ros.measurements.measurement import NamedPositions
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.stream import orientation_of
+from peg_on_hole_ros.replay.advice import Seen, apart, remedy, shifted
+from peg_on_hole_ros.replay.bag_settings import settled
+from peg_on_hole_ros.replay.run import BadFile, check_bag, sources_of
+from peg_on_hole_ros.replay.topic_findings import two_robots
+from peg_on_hole_ros.replay.would_use import WouldUse
+from peg_on_hole_ros.safe_text import printable
 
 
 def run(arguments) -> int:
@@ -36,7 +41,7 @@ def run(arguments) -> int:
     told = None
     if arguments.observability and result["replay"]["possible"]:
         # It compiles the filter; the rest of the command does without.
-        from peg_on_hole_ros.edges import observability_text
+        from peg_on_hole_ros.cli import observability_text
 
         with Progress("filtering") as progress:
             told = observability_text.observe(bag, configuration, progress)

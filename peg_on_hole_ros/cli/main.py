@@ -17,8 +17,8 @@ from contextlib import contextmanager, nullcontext
 from peg_on_hole_ros import __version__
 from peg_on_hole_ros.cli.compiling import compiling_shown
 from peg_on_hole_ros.cli.streams import readers_may_go
-from peg_on_hole_ros.edges.one_line import PROGRAM, exit_code
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.startup.one_line import PROGRAM, exit_code
 
 # Values that may begin with a minus sign, which argparse would take for an option.
 _SIGNED = ("--state", "--wrench")

@@ -1,7 +1,7 @@
 """`peg-on-hole node`: the ROS 2 node."""
 
 from peg_on_hole_ros.cli.settings import check_path
-from peg_on_hole_ros.edges.config_file import read_parameters
+from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
@@ -15,7 +15,7 @@ def run(arguments) -> int:
         read_parameters(arguments.config)
         file = ["--ros-args", "--params-file", arguments.config, "--"]
     try:
-        from peg_on_hole_ros.edges import node
+        from peg_on_hole_ros.ros import node
     except ModuleNotFoundError as error:
         if not error.name or error.name.startswith("peg_on_hole_ros"):
             raise

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.estimation.identification.payload import Payload, find_payload
-from peg_on_hole_ros.estimation.identification.recording import Recording
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.identification.payload import Payload, find_payload
+from peg_on_hole_ros.identification.recording import Recording
 
 # Of a normal distribution, 95 % on both sides.
 INTERVAL = 1.96

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from peg_on_hole_ros.edges.bags.writer import part_of
+from peg_on_hole_ros.bags.writer import part_of
 from peg_on_hole_ros.errors import PegOnHoleError
 
 # What `chart` and `stability` write into their folder.

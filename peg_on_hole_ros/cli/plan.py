@@ -26,7 +26,7 @@ def run(arguments: Namespace) -> int:
     data = as_data(plan, cell, others)
     print(to_json(data) if arguments.json else in_words(plan, cell, limits, others))
     if folder:
-        from peg_on_hole_ros.edges.plots.plan import figure
+        from peg_on_hole_ros.plots.plan import figure
 
         write_text(folder / "plan.json", to_json(data) + "\n")
         profiles = [profile(scene, cell, limits, m) for m in (plan.plain, plan.motion)]

@@ -1,10 +1,10 @@
 """`peg-on-hole calibrate --presses`: sensor_rpy and acts_on from three presses of a hand."""
 
+from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.messages.decode import WRENCH_TYPE, Malformed
-from peg_on_hole_ros.estimation.identification.presses import find_axes
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.identification.presses import find_axes
+from peg_on_hole_ros.messages.decode import WRENCH_TYPE, Malformed
 
 
 def found_axes(bag: Bag, configuration: Configuration) -> tuple[dict, str]:

@@ -3,7 +3,7 @@
 import sys
 import time
 
-from peg_on_hole_ros.shown import printable
+from peg_on_hole_ros.safe_text import printable
 
 _PERIOD = 0.2  # [s] between two updates
 

@@ -5,30 +5,30 @@ from contextlib import ExitStack
 from os.path import lexists
 from pathlib import Path
 
-from peg_on_hole_ros.cli.places import write_text
-from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.cli.recording import Reading, open_recording, truth_in
-from peg_on_hole_ros.cli.table import finite, table, to_json
-from peg_on_hole_ros.edges.advice import lines as doubts_of
-from peg_on_hole_ros.edges.bags.files import bag_files
-from peg_on_hole_ros.edges.bags.reader import Bag, absolute
-from peg_on_hole_ros.edges.bags.score import (
+from peg_on_hole_ros.bags.bag_files import bag_files
+from peg_on_hole_ros.bags.reader import Bag, absolute
+from peg_on_hole_ros.bags.score import (
     Score,
     flag_lines,
     score_lines,
     score_table,
     undetermined_content,
 )
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.cycles import json_line
-from peg_on_hole_ros.edges.messages.output import LATCHED, PREFIX
-from peg_on_hole_ros.edges.oddities import two_robots
-from peg_on_hole_ros.edges.replay import check_bag, replay_bag
-from peg_on_hole_ros.edges.summary import VERSION, Summary
+from peg_on_hole_ros.bags.writer import BagWriter
+from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording, truth_in
+from peg_on_hole_ros.cli.places import write_text
+from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.table import finite, table, to_json
+from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
-from peg_on_hole_ros.monitoring.unjudged import LINE as UNJUDGED
-from peg_on_hole_ros.options import Configuration, NodeOptions
-from peg_on_hole_ros.shown import printable
+from peg_on_hole_ros.messages.cycles import json_line
+from peg_on_hole_ros.messages.output import LATCHED, PREFIX
+from peg_on_hole_ros.monitor.pose_only import LINE as UNJUDGED
+from peg_on_hole_ros.replay.advice import lines as doubts_of
+from peg_on_hole_ros.replay.run import check_bag, replay_bag
+from peg_on_hole_ros.replay.summary import VERSION, Summary
+from peg_on_hole_ros.replay.topic_findings import two_robots
+from peg_on_hole_ros.safe_text import printable
 
 ALARM_HEAD = ("time [s]", "alarm", "level", "message")
 CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N]", "alarms")
@@ -37,7 +37,7 @@ CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N
 def run(arguments) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
     if many(arguments):
-        from peg_on_hole_ros.cli.many import run as many_bags
+        from peg_on_hole_ros.cli.many_bags import run as many_bags
 
         return many_bags.run(arguments)
     if arguments.report is True:
@@ -101,10 +101,10 @@ def replay(
     tracks = inputs = None
     if report_path:
         # These take a while to import, and few replays need them.
-        from peg_on_hole_ros.edges.report.inputs import Inputs
-        from peg_on_hole_ros.edges.report.page import library
-        from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
-        from peg_on_hole_ros.edges.report.tracks import Tracks
+        from peg_on_hole_ros.report.inputs import Inputs
+        from peg_on_hole_ros.report.page import library
+        from peg_on_hole_ros.report.replay_page import Replay, replay_page
+        from peg_on_hole_ros.report.tracks import Tracks
 
         library()  # Missing, it is told before the work.
         tracks = Tracks()

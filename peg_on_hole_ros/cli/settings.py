@@ -2,11 +2,16 @@
 
 import sys
 
-from peg_on_hole_ros.configuration import from_parameters, half_stated, node_options, superseded
-from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.edges.urdf_source import beside
+from peg_on_hole_ros.config.configuration import (
+    from_parameters,
+    half_stated,
+    node_options,
+    superseded,
+)
+from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.options import Configuration, NodeOptions
+from peg_on_hole_ros.robot.urdf_source import beside
 
 
 def load(path: str | None) -> tuple[Configuration, NodeOptions]:

@@ -2,11 +2,11 @@
 
 from argparse import Namespace
 
+from peg_on_hole_ros.bags.simulated_bag import write_bag
 from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
-from peg_on_hole_ros.edges.bags.simulated import write_bag
-from peg_on_hole_ros.edges.simulation_file import read_plan
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.cli.simulation_file import read_plan
+from peg_on_hole_ros.sim.truth import integrate
 
 
 def run(arguments: Namespace) -> int:

@@ -3,12 +3,12 @@
 from argparse import Namespace
 from dataclasses import asdict
 
+from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.places import out_folder
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
-from peg_on_hole_ros.edges.partial_table import PartialTable
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.study import stability as study
 
@@ -32,7 +32,7 @@ def run(arguments: Namespace) -> int:
         rows.close()
         raise
     rows.finish()
-    from peg_on_hole_ros.edges.plots.stability import figure
+    from peg_on_hole_ros.plots.stability import figure
 
     written = [
         rows.path,

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from peg_on_hole_ros.shown import printable
+from peg_on_hole_ros.safe_text import printable
 
 
 class _Stream:

@@ -3,9 +3,9 @@
 import asyncio
 import re
 
-from peg_on_hole_ros.edges.report.live_page import drawn, live_page
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.report.live_page import drawn, live_page
 
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
@@ -49,7 +49,7 @@ def run(arguments) -> int:
 
 def _needed():
     try:
-        from peg_on_hole_ros.edges.watch import server, subscriptions
+        from peg_on_hole_ros.watch import server, subscriptions
     except ModuleNotFoundError as error:
         name = error.name or ""
         if not name or name.startswith("peg_on_hole_ros"):

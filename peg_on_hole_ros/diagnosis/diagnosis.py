@@ -4,14 +4,14 @@ from math import sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.balance import FRICTIONS, LIKELY_FRICTIONS, UNEXPLAINED
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
-from peg_on_hole_ros.estimation.measurement import WrenchReduction, rotation_from_rpy
+from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_from_rpy
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
-from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Between two wrenches that are looked at, and between the first so many: before a contact is told.

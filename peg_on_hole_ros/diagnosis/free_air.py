@@ -5,10 +5,10 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.records import WrenchSample
 
 # Wrenches that are looked at together, and the time that they span at least [ns].

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
-from peg_on_hole_ros.estimation.turns import quarter_turns, rpy_of
-from peg_on_hole_ros.options import WrenchInput
+from peg_on_hole_ros.config.options import WrenchInput
+from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
 
 # What a wrong setting costs before anything is measured, and each beside it [nats].
 ONE_WRONG, MORE_WRONG = 3.0, 6.0

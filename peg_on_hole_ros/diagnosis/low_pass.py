@@ -4,8 +4,8 @@ from math import log, pi, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.options import WrenchInput
 from peg_on_hole_ros.records import WrenchSample
 
 # Wrenches that are looked at together; the quietest of all such stretches counts.

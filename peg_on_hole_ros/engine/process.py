@@ -4,21 +4,21 @@ from math import isfinite, nan, pi, sqrt
 
 from peg_on_hole_ros.engine.state import AT as COUNT
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
-from peg_on_hole_ros.estimation.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
-from peg_on_hole_ros.estimation.innovations import add_innovation, forget_innovations
-from peg_on_hole_ros.estimation.measurement import reduce_wrench
-from peg_on_hole_ros.estimation.repeats import held as messages_of
-from peg_on_hole_ros.estimation.wrench_noise import NOISY, factor, follow_wrench, forget_noise
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
 from peg_on_hole_ros.estimator.record import SCENE, SPREAD
 from peg_on_hole_ros.estimator.state import BIAS, TILT
+from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
+from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
+from peg_on_hole_ros.measurements.measurement import reduce_wrench
+from peg_on_hole_ros.measurements.repeats import held as messages_of
+from peg_on_hole_ros.measurements.wrench_noise import NOISY, factor, follow_wrench, forget_noise
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitoring import assessment, unjudged
-from peg_on_hole_ros.monitoring.assessment import contacts_of
-from peg_on_hole_ros.monitoring.declared import NO_STAMP, UNKNOWN
-from peg_on_hole_ros.monitoring.place import misfit
-from peg_on_hole_ros.monitoring.row import AT
+from peg_on_hole_ros.monitor import assessment, pose_only
+from peg_on_hole_ros.monitor.assessment import contacts_of
+from peg_on_hole_ros.monitor.memory import NO_STAMP, UNKNOWN
+from peg_on_hole_ros.monitor.output_row import AT
+from peg_on_hole_ros.monitor.place_check import misfit
 
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
 RESTS_NS = 100_000_000
@@ -40,7 +40,7 @@ def restart(e, rules):
     if rules.judged:
         assessment.restart(e.memory)
     else:
-        unjudged.restart_unjudged(e.memory)
+        pose_only.restart_unjudged(e.memory)
 
 
 @compiled
@@ -243,7 +243,7 @@ def restart_mode(e, rules):
     if rules.judged:
         assessment.restart_mode(e.memory)
     else:
-        unjudged.take_as_closed(e.memory)
+        pose_only.take_as_closed(e.memory)
 
 
 @compiled
@@ -303,7 +303,7 @@ def judge(e, rules, t_ns, contacts, row):
         misfits = e.innovations.told[0].misfit
         assessment.assess(f, memory, o, stddev, height, t_ns, misfits, blind, row)
     else:
-        unjudged.look(f, memory, o, stddev, height, t_ns, blind, row)
+        pose_only.look(f, memory, o, stddev, height, t_ns, blind, row)
     # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
     # wrong makes the mode doubtful as well, and is not to hide behind that.
     if contacts != 3 or row[AT.reactions_determined] > 0.0:

@@ -4,14 +4,14 @@ from collections import namedtuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.freshness import FRESHNESS
-from peg_on_hole_ros.estimation.innovations import INNOVATIONS
-from peg_on_hole_ros.estimation.measurement import REDUCTION
-from peg_on_hole_ros.estimation.wrench_noise import WIDTH as WRENCH_NOISE
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATES, HELD
-from peg_on_hole_ros.monitoring.declared import THRESHOLDS
-from peg_on_hole_ros.monitoring.judgement import MEMORY
+from peg_on_hole_ros.measurements.freshness import FRESHNESS
+from peg_on_hole_ros.measurements.innovations import INNOVATIONS
+from peg_on_hole_ros.measurements.measurement import REDUCTION
+from peg_on_hole_ros.measurements.wrench_noise import WIDTH as WRENCH_NOISE
+from peg_on_hole_ros.monitor.judgement import MEMORY
+from peg_on_hole_ros.monitor.memory import THRESHOLDS
 
 # Name, type, unit and meaning of what the engine knows of time and motion.
 FIELDS = (

@@ -5,6 +5,7 @@ from math import sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
@@ -24,7 +25,6 @@ from peg_on_hole_ros.estimator.state import (
 )
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.options import FilterOptions
 
 
 class Correction(Enum):

@@ -10,9 +10,9 @@ import numpy as np
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS, make_filter
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.study.balance import make_balance, make_small_angle
-from peg_on_hole_ros.study.fewer import make_one, make_two
+from peg_on_hole_ros.study.fewer_freedoms import make_one, make_two
 from peg_on_hole_ros.study.limit import arithmetic
 from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import Errors, errors, run, thinned, told_of_contact

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held_peg import SETS, ContactSet, HeldPeg
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.options import Configuration
 from peg_on_hole_ros.study.runs import run
 
 _START, _LET_GO, _PREDICT, _CORRECT, _WEIGH = range(5)

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.simulation.measure import START_NS
+from peg_on_hole_ros.sim.measure import START_NS
 from peg_on_hole_ros.study.smoothed import Smoothed
 
 # The estimate begins with one orientation and no rates [ns].

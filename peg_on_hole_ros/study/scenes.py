@@ -5,7 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimation.bound import (
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import Truth, integrate
+from peg_on_hole_ros.study.bound import (
     Bound,
     Meaning,
     Sensors,
@@ -13,11 +18,6 @@ from peg_on_hole_ros.estimation.bound import (
     posterior_bound,
     smoothness,
 )
-from peg_on_hole_ros.estimation.measurement import WrenchReduction
-from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import Truth, integrate
 
 LEAD_IN = 0.05
 # Accelerations of the calmest holder, as of the default's lowest level [rad/s^2], [s].

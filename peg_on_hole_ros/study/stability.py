@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.simulation.measure import measure, sensor_wrench
-from peg_on_hole_ros.simulation.plan import plan_from_tree
-from peg_on_hole_ros.simulation.truth import Truth, integrate
+from peg_on_hole_ros.sim.measure import measure, sensor_wrench
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import Truth, integrate
 from peg_on_hole_ros.study.balance import make_balance
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED, by_method, make_dde_driven
 from peg_on_hole_ros.study.particles import make_particles

@@ -9,20 +9,20 @@ import pytest
 
 from peg_on_hole_ros.cli import chart as command
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.partial_table import PartialTable
-from peg_on_hole_ros.estimation.bound import Meaning
+from peg_on_hole_ros.cli.partial_table import PartialTable
+from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.kernel import closed_forms
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.simulation.measure import START_NS, measure
+from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study import chart, limit, runs, scenes
+from peg_on_hole_ros.study.bound import Meaning
 from peg_on_hole_ros.study.unbalance import small_forms
 
 pytest.importorskip("matplotlib.figure")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
-from peg_on_hole_ros.edges.plots.chart import figure  # noqa: E402
-from peg_on_hole_ros.edges.plots.labels import place_labels  # noqa: E402
+from peg_on_hole_ros.plots.chart import figure  # noqa: E402
+from peg_on_hole_ros.plots.labels import place_labels  # noqa: E402
 
 
 @pytest.fixture(scope="module")

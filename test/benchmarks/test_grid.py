@@ -31,9 +31,9 @@ from benchmarks.grid.score import (
     score_cell,
 )
 from benchmarks.grid.summary import flat_rows, gate, gate_table, kinds, summary
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.simulation.measure import measure
+from peg_on_hole_ros.sim.measure import measure
 from simulated import ROOT
 
 SEEDS = 4

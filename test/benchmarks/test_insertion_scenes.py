@@ -7,7 +7,7 @@ from benchmarks.insertion import engine as insertion_engine
 from benchmarks.insertion import programs as insertion_programs
 from benchmarks.insertion.labels import PUSHED, labels_of
 from benchmarks.insertion.scenes import FAMILIES, Case, cases, plan_of
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.truth import integrate
 
 pytestmark = pytest.mark.xdist_group("simulation")
 

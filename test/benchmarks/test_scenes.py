@@ -16,7 +16,7 @@ from benchmarks.scenes.play import ALARMS, Record
 from benchmarks.scenes.score import judge_alarm, score_run
 from benchmarks.scenes.summary import summary
 from benchmarks.scenes.table import by_family, pooled, tables, wilson
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.sim.truth import integrate
 from simulated import contact_plan, truth
 
 pytestmark = pytest.mark.xdist_group("simulation")

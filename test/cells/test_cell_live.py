@@ -5,11 +5,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
 from dds_peer import Peer, node_process, stop
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.truth import read_truth
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import STRING
-from peg_on_hole_ros.edges.messages.ros_messages import message_class
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.truth import read_truth
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.messages.ros_messages import message_class
 from simulated import ROOT
 
 pytest.importorskip("pinocchio")

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import pytest
 
+from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.reader import Bag
 from simulated import ROOT
 
 pytest.importorskip("pinocchio")

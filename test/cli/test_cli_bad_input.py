@@ -10,9 +10,9 @@ import pytest
 
 from cli_helpers import COMMANDS, ROOT, SCHEMA, command, config, fails
 from json_schema import check
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import BagWriter
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 

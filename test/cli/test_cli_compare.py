@@ -8,10 +8,10 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from estimates import estimate
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.output import TOPICS, UNSTAMPED, OutputStream
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.messages.output import TOPICS, UNSTAMPED, OutputStream
 from small_bags import MS
 
 COUNT = 5

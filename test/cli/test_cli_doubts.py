@@ -8,12 +8,12 @@ from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 
 from cli_helpers import config, fails
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.simulated_bag import write_bag as write_simulated
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.simulated import write_bag as write_simulated
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.simulation.truth import integrate
+from peg_on_hole_ros.messages.definitions import definition
+from peg_on_hole_ros.sim.truth import integrate
 from simulated import contact_plan
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 

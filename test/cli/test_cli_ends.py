@@ -11,9 +11,9 @@ import pytest
 
 import peg_on_hole_ros.cli.solve as solve_command
 from cli_helpers import ROOT, fails, largest_file
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
@@ -144,9 +144,9 @@ def test_a_disk_that_fails_gives_what_lies_before(tmp_path, monkeypatch):
     path = write_bag(tmp_path / "a.mcap", count=400, chunk_bytes=4000)
     whole = Bag(path)
     half = path.stat().st_size // 2
-    for module in ("scan", "content"):
+    for module in ("scan", "block_messages"):
         monkeypatch.setattr(
-            f"peg_on_hole_ros.edges.bags.{module}.open_file",
+            f"peg_on_hole_ros.bags.{module}.open_file",
             lambda path: Broken(path.open("rb"), half),
         )
     bag = Bag(path)

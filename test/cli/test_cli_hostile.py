@@ -10,13 +10,13 @@ import pytest
 from mcap.writer import Writer
 
 from cli_helpers import command, config, fails
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, BagWriter
-from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.messages.output import STRING
-from peg_on_hole_ros.edges.one_line import INTERNAL, TRACEBACK, exit_code
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.definitions import definition
+from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.startup.one_line import INTERNAL, TRACEBACK, exit_code
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 # What a terminal obeys, but for the ends of lines.

@@ -8,9 +8,9 @@ from mcap.writer import Writer
 
 from arm import OPTIONS
 from cli_helpers import config, fails
+from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA, BagWriter
+from peg_on_hole_ros.config.configuration import from_parameters
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 

@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from cli_helpers import config, fails
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.writer import BagWriter
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 

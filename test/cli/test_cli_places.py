@@ -6,13 +6,13 @@ import pytest
 
 import peg_on_hole_ros.cli.replay as replay_command
 from cli_helpers import config, fails, largest_file
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli import demo
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.places import write_text
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.one_line import INTERNAL
+from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.startup.one_line import INTERNAL
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 DESCRIPTION = (

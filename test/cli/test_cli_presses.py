@@ -8,8 +8,8 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from cli_helpers import fails
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.writer import BagWriter
 from small_bags import MS, WRENCH, wrench
 
 UP, X, Y = np.eye(3)[[2, 0, 1]]

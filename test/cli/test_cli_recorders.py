@@ -7,14 +7,14 @@ import pytest
 from mcap.opcode import Opcode
 
 from cli_helpers import ROOT, config, fails
-from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import (
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import (
     CONFIGURATION_METADATA,
     BagWriter,
     configuration_metadata,
 )
+from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.config.configuration import from_parameters
 from recorded import INPUTS, PACK, UNPACKED, Row, definition, described, motion, records, write
 from small_bags import MS
 from small_bags import write_bag as write_small

@@ -7,13 +7,13 @@ import pytest
 
 from cli_helpers import ROOT, SCHEMA, fails
 from json_schema import check
+from peg_on_hole_ros.bags.estimates import estimates
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges.bags.estimates import estimates
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.config_file import write_parameters
-from peg_on_hole_ros.edges.messages.output import STRING, joint_state
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.parameters_file import write_parameters
+from peg_on_hole_ros.messages.output import STRING, joint_state
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 

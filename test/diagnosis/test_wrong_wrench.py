@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.estimation.measurement import rotation_from_rpy
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 
 ADOPTED = "used in place of what is stated (wrench.adopt_found)"

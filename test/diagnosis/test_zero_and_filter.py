@@ -5,9 +5,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.configuration import from_parameters
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.pipeline import Pipeline
 from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
 from recorded_faults import BAGS, samples, spoilt
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, run, samples, stated, with_scene
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
-from peg_on_hole_ros.options import FilterOptions
 from simulated import truth
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from peg_on_hole_ros.estimation.measurement import WrenchReduction
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.options import Configuration
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from peg_on_hole_ros.simulation.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 from peg_on_hole_ros.study import scenes
 from simulated import truth
 

@@ -7,12 +7,12 @@ import pytest
 
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, differences, samples, with_scene
 from insertions import inserted
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.two_point import solve_two_point, two_point_pose
-from peg_on_hole_ros.pipeline import Pipeline
-from peg_on_hole_ros.simulation.measure import START_NS, measure
+from peg_on_hole_ros.sim.measure import START_NS, measure
 
 # The first test of a process may have to compile the step.
 pytestmark = pytest.mark.timeout(600)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.mechanics import many, reference
+from peg_on_hole_ros.mechanics import over_arrays, reference
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE = Scene()
@@ -16,13 +16,13 @@ def test_many_states_are_solved_as_the_numpy_model_solves_them():
     q = np.array([rng.uniform(0.08, 1.2, n), *rng.uniform(-3, 3, (2, n))])
     rates = rng.uniform(-2, 2, (3, n))
     wrench = rng.uniform(-5, 5, (6, n)) * np.array([1, 1, 1, 0.05, 0.05, 0.05])[:, None]
-    found = many.solve_many(SCENE, q, rates, wrench, 1e-4)
+    found = over_arrays.solve_many(SCENE, q, rates, wrench, 1e-4)
     A, r = reference.six_equations(SCENE, q, rates, wrench, 1e-4)
     y = np.linalg.solve(np.moveaxis(A, -1, 0), r.T[..., None])[..., 0].T
     size = np.max(np.abs(y), axis=1)[:, None]
     np.testing.assert_allclose(np.vstack([found.acceleration, found.normal]) / size, y / size,
                                rtol=1e-9, atol=1e-11)  # fmt: skip
-    one = many.solve_many(SCENE, q[:, :3], rates[:, :3], np.zeros(6), 1e-4)
+    one = over_arrays.solve_many(SCENE, q[:, :3], rates[:, :3], np.zeros(6), 1e-4)
     cubic = reference.friction_cubic(SCENE, q[:, 0], rates[:, 0], 1e-4)
     assert one.determinant[0] == pytest.approx(np.polyval(cubic[::-1], SCENE.friction), rel=1e-9)
 
@@ -45,10 +45,10 @@ def test_bad_states_are_refused(change, message):
     if message is None:
         # A peg at rest is solved with a velocity scale, where friction is zero at rest.
         assert np.all(
-            np.isfinite(many.solve_many(SCENE, **given, slip_velocity_scale=1e-5).normal)
+            np.isfinite(over_arrays.solve_many(SCENE, **given, slip_velocity_scale=1e-5).normal)
         )
         with pytest.raises(PegOnHoleError, match="needs slip_velocity_scale above 0 m/s"):
-            many.solve_many(SCENE, **given)
+            over_arrays.solve_many(SCENE, **given)
         return
     with pytest.raises(PegOnHoleError, match=message):
-        many.solve_many(SCENE, **given)
+        over_arrays.solve_many(SCENE, **given)

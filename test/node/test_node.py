@@ -19,13 +19,13 @@ from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, Peer, node_process, stop
 from inputs import closing, joints, wrench
-from peg_on_hole_ros.edges.live.process import init
-from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
-from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.node import PegOnHoleNode
-from peg_on_hole_ros.parameter_table import PARAMETERS
+from peg_on_hole_ros.config.parameter_table import PARAMETERS
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.output import DIAGNOSTICS
+from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.ros.node import PegOnHoleNode
+from peg_on_hole_ros.ros.process import init
 
 pytestmark = pytest.mark.xdist_group("dds")
 
@@ -207,9 +207,9 @@ def test_nothing_is_compiled_once_the_node_is_warm():
 import gc
 from numba.core.dispatcher import Dispatcher
 from inputs import closing
-from peg_on_hole_ros.edges.messages.stream import message_stream
-from peg_on_hole_ros.edges.warm_up import warm
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.messages.warm_up import warm
+from peg_on_hole_ros.config.options import Configuration
 
 def overloads():
     found = (item for item in gc.get_objects() if isinstance(item, Dispatcher))

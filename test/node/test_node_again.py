@@ -12,10 +12,10 @@ from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, node_process
 from inputs import closing, joints, wrench
-from peg_on_hole_ros.edges.live.process import init
-from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.node import PegOnHoleNode
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.ros.node import PegOnHoleNode
+from peg_on_hole_ros.ros.process import init
 
 pytestmark = pytest.mark.xdist_group("dds")
 

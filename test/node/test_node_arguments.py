@@ -68,7 +68,7 @@ def test_arguments_that_ros_would_pass_over_are_refused(arguments, found):
 
 def test_ros2_run_refuses_them_too():
     done = subprocess.run(
-        [sys.executable, "-m", "peg_on_hole_ros.edges.node", "--config", "x.yaml"],
+        [sys.executable, "-m", "peg_on_hole_ros.ros.node", "--config", "x.yaml"],
         capture_output=True,
         text=True,
         cwd=ROOT,

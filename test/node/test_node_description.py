@@ -11,16 +11,16 @@ from scipy.spatial.transform import Rotation
 
 from arm import BENT, JOINTS, OPTIONS, URDF, Arm
 from dds_peer import Peer, node_process, stop
-from peg_on_hole_ros.configuration import to_parameters
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import URDF_METADATA
-from peg_on_hole_ros.edges.config_file import write_parameters
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS, STRING, joint_state
-from peg_on_hole_ros.edges.messages.plain import header
-from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.replay import replay_bag, stored_configuration
-from peg_on_hole_ros.options import Configuration, WrenchInput
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import URDF_METADATA
+from peg_on_hole_ros.config.configuration import to_parameters
+from peg_on_hole_ros.config.options import Configuration, WrenchInput
+from peg_on_hole_ros.config.parameters_file import write_parameters
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.output import DIAGNOSTICS, STRING, joint_state
+from peg_on_hole_ros.messages.plain import header
+from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.replay.run import replay_bag, stored_configuration
 
 pytest.importorskip("pinocchio")
 pytestmark = pytest.mark.xdist_group("dds")

@@ -7,14 +7,14 @@ from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
 from inputs import joints, wrench
-from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.live.process import init
-from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
-from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.node import PegOnHoleNode
+from peg_on_hole_ros.bags.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.output import DIAGNOSTICS
+from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.ros.node import PegOnHoleNode
+from peg_on_hole_ros.ros.process import init
 
 pytestmark = pytest.mark.xdist_group("dds")
 
@@ -23,8 +23,8 @@ BAD_NS = range(5_100 * MS, 5_103 * MS)
 # The node with a pipeline that three wrenches and a tare make fail.
 PROGRAM = f"""
 import sys
-from peg_on_hole_ros.edges.node import main
-from peg_on_hole_ros.pipeline import Pipeline
+from peg_on_hole_ros.ros.node import main
+from peg_on_hole_ros.engine.pipeline import Pipeline
 
 def on_wrench(self, sample, whole=Pipeline.on_wrench):
     if {BAD_NS.start} <= sample.t_ns < {BAD_NS.stop}:

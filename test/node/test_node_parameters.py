@@ -7,11 +7,11 @@ import rclpy
 from rclpy.node import Node
 
 from dds_peer import PATIENCE, node_process
-from peg_on_hole_ros.edges.config_file import read_parameters
-from peg_on_hole_ros.edges.live import process
-from peg_on_hole_ros.edges.live.parameters import check_files
-from peg_on_hole_ros.edges.node import PegOnHoleNode
+from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.ros import process
+from peg_on_hole_ros.ros.node import PegOnHoleNode
+from peg_on_hole_ros.ros.parameters import check_files
 
 pytestmark = pytest.mark.xdist_group("dds")
 

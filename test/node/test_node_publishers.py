@@ -6,13 +6,13 @@ from rclpy.serialization import deserialize_message
 
 from dds_peer import Peer, node_process, stop
 from inputs import joints, wrench
-from peg_on_hole_ros.edges.live.diagnostics import Diagnostics
-from peg_on_hole_ros.edges.live.process import init
-from peg_on_hole_ros.edges.messages.cdr import Encoder
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.output import DIAGNOSTICS
-from peg_on_hole_ros.edges.messages.ros_messages import message_class
-from peg_on_hole_ros.edges.node import PegOnHoleNode
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.output import DIAGNOSTICS
+from peg_on_hole_ros.messages.ros_messages import message_class
+from peg_on_hole_ros.ros.diagnostics import Diagnostics
+from peg_on_hole_ros.ros.node import PegOnHoleNode
+from peg_on_hole_ros.ros.process import init
 
 pytestmark = pytest.mark.xdist_group("dds")
 

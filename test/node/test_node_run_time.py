@@ -11,12 +11,12 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
-from peg_on_hole_ros.edges.bags.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.edges.bags.reader import Bag
-from peg_on_hole_ros.edges.bags.writer import CONFIGURATION_METADATA
-from peg_on_hole_ros.edges.messages.ros_messages import message_class
-from peg_on_hole_ros.edges.replay import replay_bag, stored_configuration
-from peg_on_hole_ros.parameter_table import PARAMETERS
+from peg_on_hole_ros.bags.arrival_record import EVENT_TOPIC
+from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA
+from peg_on_hole_ros.config.parameter_table import PARAMETERS
+from peg_on_hole_ros.messages.ros_messages import message_class
+from peg_on_hole_ros.replay.run import replay_bag, stored_configuration
 from simulated import ROOT
 
 MISSED = 100  # wrenches without an estimate, or on their way; half of the node's queue

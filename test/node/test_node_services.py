@@ -10,8 +10,8 @@ from std_srvs.srv import Trigger
 
 from dds_peer import Peer, node_process, stop
 from inputs import joints, wrench
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.ros_messages import to_ros
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.ros_messages import to_ros
 
 pytestmark = pytest.mark.xdist_group("dds")
 

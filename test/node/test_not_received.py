@@ -7,11 +7,11 @@ import rclpy
 
 from dds_peer import PATIENCE
 from inputs import joints, wrench
-from peg_on_hole_ros.edges.live import process
-from peg_on_hole_ros.edges.live.numbered import Numbered
-from peg_on_hole_ros.edges.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.edges.messages.ros_messages import message_class, to_ros
-from peg_on_hole_ros.edges.node import PegOnHoleNode
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.ros import process
+from peg_on_hole_ros.ros.lost_messages import Numbered
+from peg_on_hole_ros.ros.node import PegOnHoleNode
 
 MS = 1_000_000
 MESSAGES = {"wrench": (WRENCH_TYPE, wrench), "joints": (JOINTS_TYPE, joints)}

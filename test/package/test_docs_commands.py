@@ -29,9 +29,9 @@ ELSEWHERE = {
     "peg-on-hole replay bags/cell_ur_like.mcap": "package/test_guide.py",
     "peg-on-hole chart --out chart": "benchmarks/test_chart.py",
     "peg-on-hole stability --out stability": "benchmarks/test_stability.py",
-    "peg-on-hole replay /data/recordings --dask": "many/test_many_bags.py",
-    "peg-on-hole simulate --config config/working_cycle.yaml": "simulation/test_simulated_bag.py",
-    "make run": "edges/test_demo.py",
+    "peg-on-hole replay /data/recordings --dask": "many_bags/test_many_bags.py",
+    "peg-on-hole simulate --config config/working_cycle.yaml": "sim/test_simulated_bag.py",
+    "make run": "cli/test_demo.py",
 }
 
 

@@ -7,16 +7,16 @@ from collections import Counter
 import pytest
 
 from inputs import closing
-from peg_on_hole_ros import pipeline, processing
-from peg_on_hole_ros.configuration import from_parameters
-from peg_on_hole_ros.edges import replay
-from peg_on_hole_ros.edges.messages import decode, stream
-from peg_on_hole_ros.edges.messages.output import LATCHED, TOPICS
-from peg_on_hole_ros.edges.messages.stream import message_stream
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.parameter_table import PARAMETERS
+from peg_on_hole_ros.engine import pipeline, processing
 from peg_on_hole_ros.engine.state import COUNTS
-from peg_on_hole_ros.estimation import measurement, orientation
 from peg_on_hole_ros.estimator.offsets import NAMES as OFFSETS
-from peg_on_hole_ros.parameter_table import PARAMETERS
+from peg_on_hole_ros.measurements import measurement, orientation
+from peg_on_hole_ros.messages import decode, stream
+from peg_on_hole_ros.messages.output import LATCHED, TOPICS
+from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.replay import run as replay
 from simulated import ROOT
 
 PAGES = "integration", "topics", "alarms", "counts"

@@ -11,11 +11,11 @@ import pytest
 import yaml
 
 from inputs import closing
-from peg_on_hole_ros.edges.messages.definitions import definition
-from peg_on_hole_ros.edges.messages.output import JOINT_STATE, TOPICS
-from peg_on_hole_ros.edges.messages.plain import HOLE_FRAME
-from peg_on_hole_ros.edges.messages.stream import message_stream
-from peg_on_hole_ros.options import Configuration, Topics
+from peg_on_hole_ros.config.options import Configuration, Topics
+from peg_on_hole_ros.messages.definitions import definition
+from peg_on_hole_ros.messages.output import JOINT_STATE, TOPICS
+from peg_on_hole_ros.messages.plain import HOLE_FRAME
+from peg_on_hole_ros.messages.stream import message_stream
 from simulated import ROOT
 
 PREFIX = "/peg_on_hole/"

@@ -38,8 +38,8 @@ def test_installs_what_ros_looks_for(install_space):
     assert (share / "peg_on_hole_ros/launch/peg_on_hole.launch.py").is_file()
     for name in ("peg_on_hole", "peg-on-hole"):
         assert os.access(prefix / "lib/peg_on_hole_ros" / name, os.X_OK)
-    assert list(prefix.rglob("edges/live/fastdds_local.xml"))
-    page = {path.name for path in prefix.rglob("edges/report/page/*")}
+    assert list(prefix.rglob("ros/fastdds_local.xml"))
+    page = {path.name for path in prefix.rglob("report/page/*")}
     assert {"style.css", "plots.js", "drawing.js", "page.js"} <= page
 
 

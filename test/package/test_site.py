@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from peg_on_hole_ros.parameter_table import PARAMETERS
+from peg_on_hole_ros.config.parameter_table import PARAMETERS
 from simulated import ROOT
 
 pytest.importorskip("mkdocstrings")

@@ -10,10 +10,10 @@ import pytest
 
 from cli_helpers import config, fails
 from estimates import SCENE, estimate
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.output import OutputStream
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.messages.output import OutputStream
 from small_bags import MS, write_bag
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.writer import BagWriter
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 pytestmark = pytest.mark.xdist_group("browser")

@@ -22,9 +22,9 @@ from rclpy.serialization import deserialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
-from peg_on_hole_ros.edges.bags.reader import Bag  # noqa: E402
-from peg_on_hole_ros.edges.live.player import Player  # noqa: E402
-from peg_on_hole_ros.edges.messages.output import PREFIX  # noqa: E402
+from peg_on_hole_ros.bags.reader import Bag  # noqa: E402
+from peg_on_hole_ros.messages.output import PREFIX  # noqa: E402
+from peg_on_hole_ros.ros.player import Player  # noqa: E402
 from pictures import differing, parts  # noqa: E402
 
 pytestmark = [pytest.mark.xdist_group("dds"), pytest.mark.timeout(600)]

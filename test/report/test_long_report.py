@@ -5,10 +5,10 @@ import pytest
 from test_report_page import replay_of
 
 from estimates import SCENE, estimate
-from peg_on_hole_ros.edges.messages.output import OutputStream
-from peg_on_hole_ros.edges.report.replay_page import replay_page
-from peg_on_hole_ros.edges.report.tracks import Tracks
+from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
+from peg_on_hole_ros.report.replay_page import replay_page
+from peg_on_hole_ros.report.tracks import Tracks
 from small_bags import MS
 
 COUNT = 600_000

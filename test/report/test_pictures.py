@@ -7,10 +7,10 @@ from test_report_page import replay_of
 
 from estimates import SCENE, estimate
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.messages.output import OutputStream
-from peg_on_hole_ros.edges.report.replay_page import replay_page
-from peg_on_hole_ros.edges.report.tracks import Tracks
+from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
+from peg_on_hole_ros.report.replay_page import replay_page
+from peg_on_hole_ros.report.tracks import Tracks
 from pictures import allowed, apart, differing, parts
 from small_bags import MS
 

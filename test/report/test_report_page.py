@@ -13,14 +13,14 @@ import pytest
 
 from cli_helpers import config, fails
 from estimates import SCENE, estimate
+from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.edges.bags.writer import BagWriter
-from peg_on_hole_ros.edges.messages.output import OutputStream
-from peg_on_hole_ros.edges.report.inputs import Inputs
-from peg_on_hole_ros.edges.report.page import library
-from peg_on_hole_ros.edges.report.replay_page import Replay, replay_page
-from peg_on_hole_ros.edges.report.tracks import Tracks
-from peg_on_hole_ros.options import Configuration
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.messages.output import OutputStream
+from peg_on_hole_ros.report.inputs import Inputs
+from peg_on_hole_ros.report.page import library
+from peg_on_hole_ros.report.replay_page import Replay, replay_page
+from peg_on_hole_ros.report.tracks import Tracks
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
 
 MODES = {"three_point": 1.0}
@@ -184,7 +184,7 @@ def test_gaps_and_misfits_of_the_input_are_drawn(tmp_path):
 
 def test_without_plotly_it_is_refused_before_the_work(tmp_path, capsys, monkeypatch):
     bag = write_bag(tmp_path / "a.mcap")
-    monkeypatch.setattr("peg_on_hole_ros.edges.report.page.find_spec", lambda name: None)
+    monkeypatch.setattr("peg_on_hole_ros.report.page.find_spec", lambda name: None)
     message = "--report needs plotly: pip install plotly"
     fails(capsys, 2, message, "replay", bag, "--report", tmp_path / "r.html")
     assert not (tmp_path / "r.html").exists()

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from peg_on_hole_ros.edges.report.thinning import Rows, most_loaded, peaks, thinned
+from peg_on_hole_ros.report.thinning import Rows, most_loaded, peaks, thinned
 
 # Such as an array of float32 holds exactly.
 NUMBERS = st.one_of(st.integers(-1000, 1000).map(float), st.just(float("nan")))

@@ -2,9 +2,9 @@
 
 import pytest
 
-from peg_on_hole_ros.edges.passed_time import Run
-from peg_on_hole_ros.edges.report.tracks import Peak
-from peg_on_hole_ros.edges.report.words import (
+from peg_on_hole_ros.messages.passed_time import Run
+from peg_on_hole_ros.report.tracks import Peak
+from peg_on_hole_ros.report.words import (
     alarm_lines,
     doubt_lines,
     dropped_line,

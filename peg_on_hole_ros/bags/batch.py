@@ -1,0 +1,183 @@
+"""Wrenches and joint states of a recording as arrays, in the order in which they are taken."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.bags.columns import NO_LAYOUT, Layout
+from peg_on_hole_ros.messages.decode import (
+    JOINTS_TYPE,
+    WRENCH_TYPE,
+    checked_joints,
+    checked_wrench,
+    joint_sample,
+    stamp_of,
+    wrench_sample,
+)
+from peg_on_hole_ros.records import JointSample, WrenchSample
+
+
+class Item(NamedTuple):
+    """
+    One message.
+
+    Attributes
+    ----------
+    topic : str
+    log_ns : int
+        When it was recorded; where that is wrong, when it must have been [ns].
+    sample : WrenchSample, JointSample, Malformed or object
+        Of other types the message, fields as attributes.
+
+    """
+
+    topic: str
+    log_ns: int
+    sample: Any
+
+
+class Batch(NamedTuple):
+    """
+    Messages that follow one another.
+
+    Attributes
+    ----------
+    types : dict of str to str
+        Type of each topic that is read, in order.
+    layouts : list of Layout
+        Those met so far, the same list for all batches of a reading.
+    topic : ndarray of int, shape (n,)
+        Place in `types`.
+    log_ns : ndarray of int64, shape (n,)
+        When each was recorded; where that is wrong, when it must have been [ns].
+    t_ns : ndarray of int64, shape (n,)
+        Stamp; of what has no layout 0 [ns].
+    layout : ndarray of int, shape (n,)
+        Place in `layouts`; NO_LAYOUT: the message is in `others`.
+    values : ndarray, shape (n, m)
+        Force [N] and torque [N m], or positions [rad or m], as many as the layout has; behind
+        them as many efforts, where these are read.
+    others : dict of int to object
+        By place: decoded messages of other types, or that no layout fits.
+
+    """
+
+    types: dict[str, str]
+    layouts: list[Layout]
+    topic: np.ndarray
+    log_ns: np.ndarray
+    t_ns: np.ndarray
+    layout: np.ndarray
+    values: np.ndarray
+    others: dict[int, Any]
+
+    def __len__(self) -> int:
+        """Return the number of messages."""
+        return len(self.topic)
+
+    def items(self, needed: tuple[str, ...] = ()) -> Iterator[Item]:
+        """
+        Yield each message as a sample, or as what is wrong with it.
+
+        Parameters
+        ----------
+        needed : tuple of str
+            Joints whose positions have to be finite; empty: all.
+
+        """
+        for i in range(len(self)):
+            yield self.item(i, needed)
+
+    def item(self, i: int, needed: tuple[str, ...] = ()) -> Item:
+        """Return one message as `items` does, by its place."""
+        name, ros_type = self._types[self.topic[i]]
+        log_ns, layout = int(self.log_ns[i]), int(self.layout[i])
+        if layout == NO_LAYOUT:
+            return Item(name, log_ns, _sample(ros_type, self.others[i], needed))
+        t_ns, values = int(self.t_ns[i]), self.values[i].tolist()
+        if ros_type == WRENCH_TYPE:
+            sample = WrenchSample(t_ns, tuple(values[:3]), tuple(values[3:6]))
+            return Item(name, log_ns, checked_wrench(sample))
+        names, width = self.layouts[layout].names, self.layouts[layout].width
+        sample = JointSample(t_ns, names, tuple(values[:width]))
+        return Item(name, log_ns, checked_joints(sample, needed))
+
+    @property
+    def _types(self):
+        return list(self.types.items())
+
+
+def _sample(ros_type, message, needed):
+    if ros_type == WRENCH_TYPE:
+        return wrench_sample(message)
+    if ros_type == JOINTS_TYPE:
+        return joint_sample(message, needed)
+    return message
+
+
+class Stretch(NamedTuple):
+    """
+    Messages of one topic and one layout within a batch, or one that fits none.
+
+    Attributes
+    ----------
+    frame_id : str
+    names : tuple of str
+        Of joints.
+    t_ns : ndarray of int64, shape (n,)
+        [ns]
+    values : ndarray, shape (n, m)
+        Of a wrench six, force [N] first, else positions [rad or m].
+
+    """
+
+    frame_id: str
+    names: tuple[str, ...]
+    t_ns: np.ndarray
+    values: np.ndarray
+
+
+def stretches(batch: Batch, topic: str) -> Iterator[tuple[np.ndarray, Stretch]]:
+    """
+    Yield places and content of a topic's messages with readable fields, by layout.
+
+    Places of a layout are in order; those of a message that fits none come by themselves.
+    """
+    number = list(batch.types).index(topic)
+    places = np.flatnonzero(batch.topic == number)
+    for layout in np.unique(batch.layout[places]).tolist():
+        at = places[batch.layout[places] == layout]
+        if layout == NO_LAYOUT:
+            for i in at.tolist():
+                found = _odd(batch.others[i], batch.types[topic])
+                if found is not None:
+                    yield np.array([i]), found
+            continue
+        known = batch.layouts[layout]
+        yield (
+            at,
+            Stretch(known.frame_id, known.names, batch.t_ns[at], batch.values[at, : known.width]),
+        )
+
+
+def _odd(message, ros_type):
+    """Return what a message that fits no layout holds, or None where its fields are another's."""
+    t_ns = stamp_of(message)
+    if t_ns is None:
+        return None
+    try:
+        frame = str(message.header.frame_id)
+        if ros_type == WRENCH_TYPE:
+            force, torque = message.wrench.force, message.wrench.torque
+            numbers = force.x, force.y, force.z, torque.x, torque.y, torque.z
+            names = ()
+        else:
+            names = tuple(map(str, message.name))
+            numbers = tuple(message.position)
+            if len(names) != len(numbers):
+                return None
+        values = np.array([numbers], float).reshape(1, -1)
+    except (AttributeError, TypeError, ValueError):
+        return None
+    return Stretch(frame, names, np.array([t_ns]), values)

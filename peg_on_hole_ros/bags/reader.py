@@ -1,0 +1,303 @@
+"""Read bags in order of log time, in bounded memory: as arrays, or message by message."""
+
+import struct
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.bags.bag_files import bag_files, in_sqlite, listed
+from peg_on_hole_ros.bags.batch import Batch, Item
+from peg_on_hole_ros.bags.block_arrays import part_of
+from peg_on_hole_ros.bags.block_messages import Contents
+from peg_on_hole_ros.bags.columns import NO_LAYOUT, Layouts
+from peg_on_hole_ros.bags.decoding import decoders_of
+from peg_on_hole_ros.bags.first_pass import Found, TopicInfo
+from peg_on_hole_ros.bags.one_recording import check_one_recording
+from peg_on_hole_ros.bags.scan import scan_file
+from peg_on_hole_ros.bags.time_order import in_order
+from peg_on_hole_ros.bags.unpacking import MOST_CHUNK
+from peg_on_hole_ros.errors import BagError
+
+# Of the messages, and of their definitions.
+_ENCODINGS = ("cdr, ros2msg", "cdr, ros2idl", "cdr, ")
+_NAMELESS = "cdr, no schema"
+_ROS1 = "ros1"
+# A payload that does not fit its definition.
+_UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError, RecursionError)
+
+
+class BagMessage(NamedTuple):
+    """
+    One message of a bag.
+
+    Attributes
+    ----------
+    topic : str
+    log_ns : int
+        When it was recorded; where that is wrong, when it must have been [ns].
+    message : object
+        Fields as attributes, named as in ROS.
+
+    """
+
+    topic: str
+    log_ns: int
+    message: Any
+
+
+def absolute(topic: str) -> str:
+    """Return the name that a bag has for a topic; one without a slash lies in the root."""
+    return topic if topic.startswith("/") else f"/{topic}"
+
+
+class Bag:
+    """
+    A bag whose records have been read through once.
+
+    Parameters
+    ----------
+    path : str or Path
+        An `.mcap` or `.db3` file, packed as a whole or not, or a folder of them.
+    progress : callable, optional
+        Called with the share of each file that was read.
+    most_chunk : int
+        Bytes that a chunk may take unpacked.
+
+    Attributes
+    ----------
+    path : Path
+        As it was given.
+    topics : dict of str to TopicInfo
+    metadata : dict of str to dict of str to str
+        MCAP metadata by name.
+    damage : str
+        Why reading ended early; empty for a whole bag.
+    unnamed : tuple of Path
+        Files of the folder that its metadata.yaml does not name, and that were not read.
+    undecodable : Counter
+        By topic: payloads that were skipped since they do not fit their definition.
+
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        progress: Callable[[float], None] | None = None,
+        most_chunk: int = MOST_CHUNK,
+    ):
+        self.path = Path(path)
+        self.topics: dict[str, TopicInfo] = {}
+        self.undecodable: Counter[str] = Counter()
+        self.damage = ""
+        self.metadata: dict[str, dict[str, str]] = {}
+        self._scans: list[Found] = []
+        self._most = most_chunk
+        files = bag_files(path)
+        self.unnamed, self._stands_for = files.unnamed, files.stands_for
+        for index, file in enumerate(files.files):
+            scan = _scanner(file)(file, index, self.topics, progress, most_chunk)
+            self._scans.append(scan)
+            self.metadata |= scan.metadata
+            if scan.damage:
+                self.damage = f"{file} is {scan.damage}" + _behind(files.files[index + 1 :])
+                break
+        check_one_recording(files, self._scans)
+        self._blocks = [block for scan in self._scans for block in scan.blocks]
+
+    @property
+    def count(self) -> int:
+        """Number of all messages that can be read."""
+        return sum(info.count for info in self.topics.values())
+
+    def require(self, types: dict[str, str], remedy: str = "") -> None:
+        """
+        Raise BagError unless each topic is there, with messages, of its type.
+
+        A topic whose type the bag does not name is taken for what it has to be.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topic to ROS type, as in `geometry_msgs/msg/WrenchStamped`.
+        remedy : str
+            What to do where a topic is missing.
+
+        """
+        remedy = f"; {remedy}" if remedy else ""
+        cut = f"; {self.damage}" if self.damage else ""
+        if not self.count:
+            raise BagError(f"{self.path} holds no messages{cut}")
+        for topic, ros_type in types.items():
+            info = self.topics.get(topic)
+            if info is None or not info.count:
+                raise BagError(
+                    f"{self.path} has no messages on {topic} ({ros_type}); it has: "
+                    f"{self.listing()}{remedy}{cut}"
+                )
+            for encoding in info.encodings:
+                self._check_encoding(topic, encoding)
+            if info.types not in ([ros_type], [""]):
+                found = " and ".join(name or "no type" for name in info.types)
+                raise BagError(
+                    f"{self.path}: {topic} is {found}, not {ros_type}; it has: {self.listing()}"
+                    f"{remedy}"
+                )
+
+    def _check_encoding(self, topic, encoding):
+        if encoding.startswith(_ROS1):
+            raise BagError(
+                f"{self.path}: {topic} is encoded as {encoding}, so this is a recording of ROS 1; "
+                f"convert the bag it was made of: rosbags-convert --src RECORDING.bag --dst FOLDER"
+            )
+        if encoding not in (*_ENCODINGS, _NAMELESS):
+            raise BagError(
+                f"{self.path}: {topic} is encoded as {encoding}; only messages of ROS 2 "
+                "(cdr, with ros2msg or ros2idl) can be read"
+            )
+
+    def listing(self) -> str:
+        """Return topics with type and count, for an error message."""
+        rows = (
+            f"{info.name} ({' and '.join(name or 'no type' for name in info.types)}, {info.count})"
+            for info in sorted(self.topics.values(), key=lambda info: info.name)
+            if info.count
+        )
+        return ", ".join(rows) or "nothing"
+
+    def remarks(self, types: dict[str, str]) -> list[str]:
+        """
+        Return a line for each thing that was not as it should be and could be read all the same.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topics that are of interest, with their types.
+
+        """
+        told = [
+            f"files: {read.name} is read for the {named} of metadata.yaml"
+            for named, read in self._stands_for.items()
+        ]
+        infos = [self.topics[topic] for topic in types if topic in self.topics]
+        wrong = sum(info.wrong_log_times for info in infos)
+        if wrong:
+            topics = ", ".join(
+                f"{info.name} {info.wrong_log_times}" for info in infos if info.wrong_log_times
+            )
+            told.append(
+                f"log time: {wrong} messages ({topics}) have a log time that cannot be, far from "
+                "their stamp and from the messages about them; they are placed by their stamp"
+            )
+        for info in infos:
+            if info.lacking:
+                told.append(
+                    f"definition: that of {' and '.join(info.types)} on {info.name} is incomplete "
+                    f"(it lacks {info.lacking}): read by the type's name"
+                )
+            if info.types == [""]:
+                told.append(
+                    f"definition: {info.name} has no type in the bag; read as {types[info.name]}"
+                )
+        return told
+
+    def messages(self, topics: Iterable[str]) -> Iterator[BagMessage]:
+        """Yield decoded messages in order of log time, those of one time in the file's order."""
+        for message, _ in self.with_payloads(topics):
+            yield message
+
+    def with_payloads(self, topics: Iterable[str]) -> Iterator[tuple[BagMessage, bytes]]:
+        """Yield what `messages` does, each with the bytes in which it was recorded."""
+        names = list(topics)
+        decoders = self._decoders(dict.fromkeys(names))
+        for part in self._parts(decoders, None):
+            columns = part.log_ns, part.topic, part.file, part.channel
+            rows = zip(*(column.tolist() for column in columns), part.payload)
+            for log_ns, topic, file, channel, payload in rows:
+                message = self._decoded(decoders[file][channel], payload)
+                if message is not None:
+                    yield BagMessage(names[topic], log_ns, message), payload
+
+    def batches(self, types: dict[str, str], efforts: bool = False) -> Iterator[Batch]:
+        """
+        Yield all messages of some topics in order of log time, as arrays.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topics with their types; wrenches and joint states become numbers.
+        efforts : bool
+            Whether efforts of joint states are read too, behind the positions.
+
+        """
+        decoders, layouts = self._decoders(types), Layouts(efforts)
+        for part in self._parts(decoders, layouts):
+            others, kept = {}, np.ones(len(part.log_ns), bool)
+            for i in np.flatnonzero(part.layout == NO_LAYOUT).tolist():
+                decoder = decoders[int(part.file[i])][int(part.channel[i])]
+                message = self._decoded(decoder, part.payload[i])
+                kept[i] = message is not None
+                if kept[i]:
+                    others[i] = message
+            if not kept.all():
+                now = np.cumsum(kept) - 1
+                others = {int(now[i]): message for i, message in others.items()}
+                part = part.of(kept)
+            numbers = part.topic, part.log_ns, part.t_ns, part.layout, part.values
+            yield Batch(types, layouts.all, *numbers, others)
+
+    def items(self, types: dict[str, str], joints: tuple[str, ...] = ()) -> Iterator[Item]:
+        """
+        Yield the messages of `batches` one by one, as samples.
+
+        Parameters
+        ----------
+        types : dict of str to str
+            Topics with their types.
+        joints : tuple of str
+            Those whose positions have to be finite; empty: all.
+
+        """
+        for batch in self.batches(types):
+            yield from batch.items(joints)
+
+    def _decoded(self, decoder, payload):
+        try:
+            return decoder.decode(payload)
+        except _UNDECODABLE:
+            self.undecodable[decoder.topic] += 1
+            return None
+
+    def _parts(self, decoders, layouts):
+        """Yield messages of the channels that have a decoder, in their order."""
+        with Contents([scan.path for scan in self._scans], self._most) as contents:
+
+            def load(block):
+                rows = block.in_place(contents.rows(block))
+                return part_of(block.file, rows, decoders[block.file], layouts, self._most)
+
+            yield from in_order(self._blocks, load)
+
+    def _decoders(self, types):
+        return [decoders_of(scan, types) for scan in self._scans]
+
+
+def _scanner(file):
+    if in_sqlite(file):
+        # It takes a while to import, and few need it.
+        try:
+            from peg_on_hole_ros.bags.sqlite import scan_sqlite
+        except ModuleNotFoundError as error:
+            raise BagError(
+                f"{file} is a bag in SQLite, which needs {error.name}: pip install rosbags"
+            ) from None
+        return scan_sqlite
+    return scan_file
+
+
+def _behind(unread):
+    """Return which parts are not read, as one before them is damaged, to be added to that."""
+    names = listed([file.name for file in unread])
+    return f"; the parts behind it are not read: {names}" if unread else ""

@@ -1,0 +1,168 @@
+"""Recordings in SQLite, through rosbags, as stretches of messages in order of their log times."""
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from mcap.records import Channel, Schema
+from rosbags.interfaces import MessageDefinitionFormat
+from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.errors import ReaderError
+
+from peg_on_hole_ros.bags.first_pass import Block, Found, TopicInfo
+from peg_on_hole_ros.bags.message_places import LATEST, Rows
+from peg_on_hole_ros.bags.unpacking import MOST_CHUNK, ZstdFile
+from peg_on_hole_ros.errors import BagError
+
+# Of messages of a stretch; those of one log time stay together [bytes].
+_STRETCH = 1 << 20
+_ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
+
+
+class SqliteFile:
+    """
+    An open file.
+
+    Parameters
+    ----------
+    path : Path
+        `.db3`, or `.db3.zstd`, which is unpacked into a temporary folder first.
+
+    Raises
+    ------
+    BagError
+        It cannot be read.
+
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self._folder = None
+        with self._errors():
+            if path.suffix in (".zstd", ".zst"):
+                path = self._unpacked(path)
+            self._reader = Reader(path)
+            self._reader.open()
+        self._channels = {each.id: each for each in self._reader.connections}
+
+    def _unpacked(self, path):
+        self._folder = tempfile.TemporaryDirectory(prefix="peg_on_hole_")
+        target = Path(self._folder.name) / path.stem
+        with ZstdFile(path) as packed, target.open("wb") as out:
+            while piece := packed.read(_STRETCH):
+                out.write(piece)
+        return target
+
+    @contextmanager
+    def _errors(self):
+        """Name the file where SQLite refuses it, in whatever way."""
+        try:
+            yield
+        except (BagError, KeyboardInterrupt, GeneratorExit):
+            raise
+        except OSError as error:
+            raise BagError(f"cannot read {self.path}: {error.strerror or error}") from None
+        except ReaderError as error:
+            raise BagError(f"{self.path} is no bag in SQLite: {error}") from None
+        except Exception as error:
+            raise BagError(f"cannot read {self.path}: {error}") from None
+
+    def declare(self, found: Found) -> None:
+        """Tell of topics, types and definitions."""
+        for each in self._channels.values():
+            encoding = _ENCODINGS.get(each.msgdef.format, "")
+            data = each.msgdef.data.encode() if encoding else b""
+            found.schemas[each.id] = Schema(
+                id=each.id, name=each.msgtype, encoding=encoding, data=data
+            )
+            kind = each.ext.serialization_format
+            found.add_channel(
+                Channel(
+                    id=each.id,
+                    topic=each.topic,
+                    message_encoding=kind,
+                    metadata={},
+                    schema_id=each.id,
+                )
+            )
+
+    def stretches(self) -> Iterator[tuple[int, int, Rows]]:
+        """Yield first and last log time [ns] and messages of each stretch, by log time."""
+        collected = _Collected()
+        with self._errors():
+            for channel, log_ns, data in self._reader.messages():
+                if collected.size >= _STRETCH and log_ns != collected.times[-1]:
+                    yield collected.times[0], collected.times[-1], collected.rows()
+                    collected = _Collected()
+                collected.add(channel.id, log_ns, data)
+        if collected.times:
+            yield collected.times[0], collected.times[-1], collected.rows()
+
+    def rows(self, first_ns: int, last_ns: int) -> Rows:
+        """Return the messages of a stretch."""
+        collected = _Collected()
+        with self._errors():
+            for channel, log_ns, data in self._reader.messages((), first_ns, last_ns + 1):
+                collected.add(channel.id, log_ns, data)
+        return collected.rows()
+
+    @property
+    def count(self) -> int:
+        """Number of all messages."""
+        return self._reader.message_count
+
+    def close(self) -> None:
+        """Close the file."""
+        self._reader.close()
+        if self._folder:
+            self._folder.cleanup()
+
+
+class _Collected:
+    """Messages one by one, to be arrays."""
+
+    def __init__(self):
+        self.times: list[int] = []
+        self.size = 0
+        self._parts: list[bytes] = []
+        self._channels: list[int] = []
+
+    def add(self, channel, log_ns, data):
+        self.times.append(log_ns)
+        self._channels.append(channel)
+        self._parts.append(data)
+        self.size += len(data)
+
+    def rows(self):
+        length = np.array([len(part) for part in self._parts], np.int64)
+        end = np.cumsum(length)
+        log_ns = np.clip(np.array(self.times, np.int64), 0, LATEST)
+        channel = np.array(self._channels, np.int64)
+        return Rows(b"".join(self._parts), channel, log_ns, end - length, end)
+
+
+def scan_sqlite(
+    path: Path,
+    index: int,
+    topics: dict[str, TopicInfo],
+    progress: Callable[[float], None] | None = None,
+    most: int = MOST_CHUNK,
+) -> Found:
+    """Read a whole file once, as `scan_file` does one of MCAP."""
+    found = Found(path, topics)
+    file = SqliteFile(path)
+    try:
+        file.declare(found)
+        count = 0
+        for first, last, rows in file.stretches():
+            found.add(rows, Block(index, first, last, False), most)
+            count += len(rows.log_ns)
+            if progress:
+                progress(count / file.count)
+    except (BagError, ValueError) as error:
+        found.damage = f"damaged: {error}"
+    finally:
+        file.close()
+    return found

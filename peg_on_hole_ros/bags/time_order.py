@@ -1,0 +1,99 @@
+"""Messages of several blocks in one order by time, in the memory of those that overlap."""
+
+from collections.abc import Callable, Iterable, Iterator
+from heapq import heappop, heappush
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.bags.first_pass import Block
+
+
+class Part(NamedTuple):
+    """
+    Messages, as arrays of one length.
+
+    Attributes
+    ----------
+    log_ns : ndarray of int64
+        When each was recorded; where that is wrong, when it must have been [ns].
+    topic, file, channel, layout : ndarray of int
+        Place of the topic among those that are read, of the file in the bag, number of the
+        channel, place of the layout or -1.
+    t_ns : ndarray of int64
+        Stamp, where there is a layout [ns].
+    values : ndarray, shape (n, m)
+    payload : ndarray of object
+        Bytes of what has no layout, else None.
+
+    """
+
+    log_ns: np.ndarray
+    topic: np.ndarray
+    file: np.ndarray
+    channel: np.ndarray
+    layout: np.ndarray
+    t_ns: np.ndarray
+    values: np.ndarray
+    payload: np.ndarray
+
+    def of(self, places: np.ndarray | slice) -> "Part":
+        """Return some of them."""
+        return Part(*(each[places] for each in self))
+
+
+def in_order(blocks: Iterable[Block], load: Callable[[Block], Part]) -> Iterator[Part]:
+    """
+    Yield the messages of blocks by time, those of one time in the order of the blocks.
+
+    A message waits until no block still to come can precede it.
+
+    Parameters
+    ----------
+    blocks : iterable of Block
+        In the order of the file.
+    load : callable
+        Returns the messages of a block, in its own order.
+
+    """
+    # By the least time of what is left of a part; no two have one ordinal.
+    waiting: list[tuple[int, int, Part]] = []
+    for ordinal, block in sorted(enumerate(blocks), key=lambda each: each[1].first_ns):
+        early = []
+        while waiting and waiting[0][0] < block.first_ns:
+            _, number, part = heappop(waiting)
+            count = int(np.searchsorted(part.log_ns, block.first_ns))
+            early.append((number, part.of(slice(count))))
+            _push(waiting, number, part.of(slice(count, None)))
+        if early:
+            yield _merged(early)
+        _push(waiting, ordinal, _sorted(load(block)))
+    if waiting:
+        yield _merged([(number, part) for _, number, part in waiting])
+
+
+def _push(waiting, ordinal, part):
+    if len(part.log_ns):
+        heappush(waiting, (int(part.log_ns[0]), ordinal, part))
+
+
+def _merged(numbered):
+    parts = [part for _, part in sorted(numbered, key=lambda each: each[0])]
+    return parts[0] if len(parts) == 1 else _sorted(joined(*parts))
+
+
+def _sorted(part):
+    if (part.log_ns[1:] >= part.log_ns[:-1]).all():
+        return part
+    return part.of(np.argsort(part.log_ns, kind="stable"))
+
+
+def joined(*parts: Part) -> Part:
+    """Return all messages of parts, one after the other."""
+    width = max(part.values.shape[1] for part in parts)
+    wide = []
+    for part in parts:
+        missing = width - part.values.shape[1]
+        values = np.pad(part.values, ((0, 0), (0, missing))) if missing else part.values
+        wide.append(part._replace(values=values))
+    return Part(*(np.concatenate(each) for each in zip(*wide)))

@@ -1,0 +1,511 @@
+"""The table of all parameters: name, type, default, unit, range and effect of each."""
+
+from dataclasses import dataclass
+
+from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.mechanics.planning.cell import AIMS
+from peg_on_hole_ros.mechanics.scene import RANGES
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """
+    One parameter as node and command line know it.
+
+    Attributes
+    ----------
+    name : str
+        Dotted, as in ROS 2.
+    type : str
+        ROS 2 type: `bool`, `integer`, `double`, `string`, `double[]` or `string[]`.
+    default : bool, int, float, str or tuple
+    unit : str
+        SI; empty for a bare number or a text.
+    low, high : float or None
+        Inclusive range of a number, or of each number of an array.
+    choices : tuple of str
+        Allowed texts; empty: any.
+    effect : str
+        One line: what it does, and what goes wrong with a bad value.
+    topic : bool
+        Whether the text has to be the name of a topic.
+    live : bool
+        Whether a node that is configured takes a new value; else it has to be configured anew.
+
+    """
+
+    name: str
+    type: str
+    default: object
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+    effect: str
+    topic: bool = False
+
+    @property
+    def live(self) -> bool:
+        """See above."""
+        return self.name in LIVE or self.name.startswith("monitor.") and self.name not in _BUILT
+
+
+# The monitor is built with it or without.
+_BUILT = ("monitor.modes",)
+LIVE = (
+    "wrench.tare_in_contact",
+    "joints.position_stddev",
+    "filter.gate_threshold",
+    "filter.gate_reset_count",
+    "markers_rate",
+)
+_TYPES = {bool: "bool", int: "integer", float: "double", str: "string"}
+
+
+def _row(name, effect, unit="", low=None, high=None, choices=(), topic=False):
+    # The default is read from the record that the value ends in, so the two cannot differ.
+    owner = NodeOptions()
+    for part in name.split(".")[:-1]:
+        owner = getattr(Configuration(), part)
+    default = type(owner).__dataclass_fields__[name.rsplit(".", 1)[-1]].default
+    array = isinstance(default, tuple)
+    kind = _TYPES[type(default[0])] + "[]" if array else _TYPES[type(default)]
+    return Parameter(name, kind, default, unit, low, high, choices, effect, topic)
+
+
+def _scene(name, effect):
+    low, high, unit = RANGES[name]
+    return _row(f"scene.{name}", effect, unit, low, high)
+
+
+def _wrench(name, *rest, **more):
+    return _row(f"wrench.{name}", *rest, **more)
+
+
+def _joints(name, *rest, **more):
+    return _row(f"joints.{name}", *rest, **more)
+
+
+def _filter(name, *rest, **more):
+    return _row(f"filter.{name}", *rest, **more)
+
+
+def _monitor(name, *rest):
+    return _row(f"monitor.{name}", *rest)
+
+
+def _plan(name, *rest, **more):
+    return _row(f"plan.{name}", *rest, **more)
+
+
+PARAMETERS: tuple[Parameter, ...] = (
+    _scene("hole_diameter", "D; D - d sets every lever: measure it"),
+    _scene("peg_diameter", "d, below D; 2 um wrong already biases N_K"),
+    _scene("peg_height", "H, sets mass centre and inertia unless given"),
+    _scene("peg_mass", "m, with all that is rigid with the peg below the sensor"),
+    _scene("friction", "Coulomb coefficient f at all contacts"),
+    _scene("mass_center_height", "mass centre above the lower end face; 0: half the height"),
+    _scene("transverse_inertia", "Ie about the mass centre; 0: solid cylinder"),
+    _scene("axial_inertia", "Iz about the peg's axis; 0: solid cylinder"),
+    _scene("gravity", "in hole axes; a hole need not be vertical"),
+    _scene(
+        "clearance_stddev",
+        "of D - d; 0: known. Else it is learnt, and part of flag, forecast and bounds",
+    ),
+    _scene("friction_stddev", "of the friction coefficient; 0: known, and not estimated"),
+    _scene(
+        "clearance_drift",
+        "by which the effective clearance walks, as no rim is an ideal circle; 0: it is",
+    ),
+    _scene("friction_k_stddev", "by which friction at K may differ from f; 0: one friction"),
+    _scene(
+        "compliance_stddev",
+        "how much of the clearance a newton of load may take; 0: rigid contacts",
+    ),
+    _wrench(
+        "acts_on",
+        "whose wrench the sensor reports; the wrong one flips every sign",
+        choices=("peg", "robot"),
+    ),
+    _wrench(
+        "axes",
+        "axes in which the numbers are: the sensor's, or the robot's base, as some drivers send "
+        "them whatever frame_id says; for joints.source peg the base is that of the angles",
+        choices=("sensor", "base"),
+    ),
+    _wrench(
+        "gravity",
+        "whether a hanging peg's weight is measured, or taken off already by a controller that "
+        "knows the payload, all that hangs below the sensor",
+        choices=("measured", "compensated"),
+    ),
+    _wrench(
+        "adopt_found",
+        "whether what the wrench contradicts gives way to what fits it, which is told (acts_on, "
+        "axes, gravity, sensor_rpy, noise where numbers are rounded); false: told alone, and no "
+        "contact is",
+    ),
+    _wrench(
+        "sensor_pose",
+        "where the sensor sits: at the link of the URDF that the wrench's frame_id names, where "
+        "there is one, and what else is stated is an error; or as stated, whatever frame_id is",
+        choices=("frame_id", "stated"),
+    ),
+    _wrench("sensor_xyz", "sensor origin in the peg frame; sets the levers", "m", -10.0, 10.0),
+    _wrench("sensor_rpy", "sensor axes in the peg frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
+    _wrench(
+        "force_stddev",
+        "noise of each force component; bounds of the reactions scale with it",
+        "N",
+        1e-6,
+        1e3,
+    ),
+    _wrench("torque_stddev", "noise of each torque component", "N m", 1e-7, 1e3),
+    _wrench(
+        "bias_force",
+        "what the unloaded sensor reads, sensor axes; a tare takes its place",
+        "N",
+        -1e4,
+        1e4,
+    ),
+    _wrench("bias_torque", "what the unloaded sensor reads, sensor axes", "N m", -1e4, 1e4),
+    _wrench(
+        "bias_force_stddev",
+        "of each component of bias_force; 0: known, and six states less",
+        "N",
+        0.0,
+        1e4,
+    ),
+    _wrench(
+        "bias_torque_stddev",
+        "of each component of bias_torque; 0: known; stated alone it leaves the forces' zero "
+        "known",
+        "N m",
+        0.0,
+        1e4,
+    ),
+    _wrench(
+        "bias_force_drift",
+        "random walk of the force's zero, followed in free air; per root of a second",
+        "N",
+        0.0,
+        1e3,
+    ),
+    _wrench(
+        "bias_torque_drift",
+        "random walk of the torque's zero, followed in free air; per root of a second",
+        "N m",
+        0.0,
+        1e3,
+    ),
+    _wrench(
+        "tare_in_contact",
+        "whether a tare is taken though the peg touches or moves: its load then counts as zero",
+    ),
+    _wrench(
+        "tare_automatically",
+        "whether a tare is taken each time the peg has surely hung free and still for a second",
+    ),
+    _wrench("payload_mass", "between sensor and peg, its weight is taken off", "kg", 0.0, 1e3),
+    _wrench("payload_com", "its mass centre in the sensor frame", "m", -10.0, 10.0),
+    _joints(
+        "source",
+        "the peg's own angles, or a robot's joints with a URDF",
+        choices=("peg", "robot"),
+    ),
+    _joints(
+        "names",
+        "joints to read: in the order gamma, psi, phi, or all of the robot that move the tip, "
+        "in any order",
+    ),
+    _joints(
+        "position_stddev",
+        "noise of the orientation about each axis, or of each joint of the robot; too small: "
+        "measurements are gated",
+        "rad",
+        1e-9,
+        1.0,
+    ),
+    _joints(
+        "delay",
+        "how much later joint states are stamped than a wrench of the same moment",
+        "s",
+        -0.5,
+        0.5,
+    ),
+    _joints(
+        "delay_stddev",
+        "how well the delay is known; what the peg turns in that time widens each orientation",
+        "s",
+        0.0,
+        0.1,
+    ),
+    _joints(
+        "urdf",
+        "file of the robot's description, without xacro, or topic: it comes by "
+        "topics.robot_description; needed for source robot",
+    ),
+    _joints("tip_frame", "link of the URDF that carries the peg; needed for source robot"),
+    _joints(
+        "peg_xyz", "peg frame in the tip frame; the angles need its axes only", "m", -10.0, 10.0
+    ),
+    _joints("peg_rpy", "peg axes in the tip frame (roll, pitch, yaw)", "rad", -6.3, 6.3),
+    _joints(
+        "hole_xyz",
+        "hole frame in the URDF's root link; the angles need its axes only",
+        "m",
+        -100.0,
+        100.0,
+    ),
+    _joints(
+        "hole_rpy",
+        "hole axes in the root link, or in those of the peg's own angles (roll, pitch, yaw); an "
+        "error here is one of gamma",
+        "rad",
+        -6.3,
+        6.3,
+    ),
+    _joints(
+        "hole_xyz_stddev",
+        "how well hole_xyz is known, with the robot's calibration, each coordinate; above 0 where "
+        "the peg is counts in three_point_validity; 0: not known, and not used",
+        "m",
+        0.0,
+        0.1,
+    ),
+    _joints(
+        "hole_tilt_stddev",
+        "how well hole_rpy has the direction of the hole's axis, about x and about y; 0: known, "
+        "and two states less",
+        "rad",
+        0.0,
+        0.2,
+    ),
+    _filter(
+        "method",
+        "the estimator: a mixture of frictions and of levels of acceleration; one level and one "
+        "friction; the wide-prior limit, driven by the dynamic equations; no inertia",
+        choices=("mixture", "one_level", "dde_driven", "quasi_static"),
+    ),
+    _filter(
+        "max_gap",
+        "a silence of the wrench above this is bridged at constant rates, without contact; joint "
+        "states within still correct",
+        "s",
+        1e-3,
+        100.0,
+    ),
+    _filter(
+        "max_joint_gap",
+        "no orientation for longer, beside joints.delay: the contact mode is unknown until one "
+        "comes",
+        "s",
+        1e-3,
+        100.0,
+    ),
+    _filter("initial_rate_stddev", "of the rates at the start", "rad/s", 1e-6, 1e3),
+    _filter(
+        "late_window",
+        "a message at most this late is put in its place and all since processed again; 0: none",
+        "s",
+        0.0,
+        1.0,
+    ),
+    _filter(
+        "late_tolerance",
+        "for late_window 0: joint states this late correct the present, later ones are dropped",
+        "s",
+        0.0,
+        1.0,
+    ),
+    _filter(
+        "friction",
+        "what an uncertain friction (scene.friction_stddev) is: learnt, or only a wider bound",
+        choices=("estimated", "considered"),
+    ),
+    _filter(
+        "clearance",
+        "what an uncertain clearance (scene.clearance_stddev) is: learnt, or only a wider bound",
+        choices=("estimated", "considered"),
+    ),
+    _filter(
+        "wrench_bias",
+        "what an uncertain bias (wrench.bias_force_stddev, bias_torque_stddev) is: learnt, or "
+        "only a wider bound",
+        choices=("estimated", "considered"),
+    ),
+    _filter(
+        "hole_tilt",
+        "what an uncertain direction of the hole (joints.hole_tilt_stddev) is: learnt, or only a "
+        "wider bound",
+        choices=("estimated", "considered"),
+    ),
+    _filter(
+        "friction_noise",
+        "random walk of an estimated friction coefficient; per root of a second",
+        "",
+        0.0,
+        1.0,
+    ),
+    _filter(
+        "gate_threshold",
+        "NIS (3 angles) above which an angle measurement is not used, only counted",
+        "",
+        1.0,
+        1e9,
+    ),
+    _filter(
+        "gate_reset_count",
+        "gated in a row after which the next one restarts the filter",
+        "",
+        1,
+        1_000_000,
+    ),
+    _monitor(
+        "modes",
+        "contact modes, forecast, jamming risk and alarms; false: less work, and the peg is taken "
+        "as on three contacts above gamma0, which nothing checks",
+    ),
+    _monitor(
+        "contact_force_threshold",
+        "load of the rim, by all contacts together, above which something touches; in the hole, "
+        "push above which a peg at rest may jam",
+        "N",
+        0.0,
+        1e6,
+    ),
+    _monitor(
+        "free_acceleration",
+        "of a peg that is carried through the air; force for it does not count as contact",
+        "m/s^2",
+        0.0,
+        1e3,
+    ),
+    _monitor("mode_dwell", "time a new contact mode must last to be published", "s", 0.0, 10.0),
+    _monitor("mode_probability_on", "a mode is published from this probability on", "", 0.5, 1.0),
+    _monitor("mode_probability_off", "below it a published mode becomes unknown", "", 0.0, 0.5),
+    _monitor(
+        "mode_change_rate",
+        "how often contacts change; higher: modes follow sooner, and more false ones",
+        "1/s",
+        1e-6,
+        1e3,
+    ),
+    _monitor(
+        "evidence_time",
+        "in which noise and errors of the model repeat themselves; too short: overconfident modes",
+        "s",
+        1e-5,
+        1.0,
+    ),
+    _monitor("rest_speed", "of contacts, below which the peg is stuck", "m/s", 1e-6, 1.0),
+    _monitor("transition_probability_on", "above it the transition is set", "", 0.5, 1.0),
+    _monitor("transition_probability_off", "below it the transition is cleared", "", 0.0, 1.0),
+    _monitor("transition_hold", "time above gamma0 that clears the transition", "s", 0.0, 60.0),
+    _monitor(
+        "forecast_acceleration_stddev",
+        "of a steady motion's tilt; the forecast adds what that has lately been",
+        "rad/s^2",
+        1e-4,
+        1e3,
+    ),
+    _monitor("forecast_acceleration_time", "how long an acceleration lasts", "s", 1e-3, 100.0),
+    _monitor(
+        "jamming_horizon", "how far the risk looks ahead; longer: more false ones", "s", 0.0, 10.0
+    ),
+    _monitor("load_horizon", "the same for overload; shorter than a press lasts", "s", 0.0, 10.0),
+    _monitor("jamming_warn", "risk that gives jamming or overload, level WARN", "", 0.0, 1.0),
+    _monitor("jamming_error", "risk that gives jamming or overload, level ERROR", "", 0.0, 1.0),
+    _monitor(
+        "alarm_hysteresis",
+        "how far a probability has to fall below an alarm's threshold to clear it",
+        "",
+        0.0,
+        0.49,
+    ),
+    _monitor("alarm_dwell", "time a threshold must be passed to raise an alarm", "s", 0.0, 10.0),
+    _monitor("alarm_hold", "time without cause to clear an alarm by one level", "s", 0.0, 60.0),
+    _monitor(
+        "max_normal",
+        "limits of the reactions at K, B1, B2; overload is the risk that one is passed",
+        "N",
+        1e-3,
+        1e9,
+    ),
+    _monitor(
+        "singular_band",
+        "normalised determinant below which the reactions are declared undetermined",
+        "",
+        0.0,
+        1.0,
+    ),
+    _plan("aim", "what a planned motion has least of, within its limits", choices=AIMS),
+    _plan("start_tilt", "at which the peg has been set on the rim; above gamma0", "rad", 0.0, 1.5),
+    _plan(
+        "press",
+        "push along h, e, z beside the weight, which the holder carries; loads grow with it",
+        "N",
+        -1e4,
+        1e4,
+    ),
+    _plan("grip_height", "of the gripped point above the peg's lower end face", "m", 0.0, 10.0),
+    _plan("stiffness", "of the holder's grip; softer: it gives way to the rim", "N/m", 1e2, 1e7),
+    _plan("rotational_stiffness", "of the holder", "N m/rad", 1e-1, 1e6),
+    _plan(
+        "damping_ratio", "of the peg on the free holder; less: it chatters sooner", "", 0.01, 5.0
+    ),
+    _plan("force_limit", "of the holder, with the peg's weight", "N", 1e-3, 1e5),
+    _plan("torque_limit", "of the holder, about the mass centre", "N m", 1e-4, 1e4),
+    _plan("min_closing_rate", "slowest closing that is looked at", "rad/s", 1e-4, 100.0),
+    _plan(
+        "max_closing_rate", "fastest closing; plain closing is judged at it", "rad/s", 1e-4, 100.0
+    ),
+    _plan("max_slip_rate", "of phi; 0: the peg is not turned about its axis", "rad/s", 0.0, 100.0),
+    _plan("max_slide_rate", "of psi, beside the fastest slip; 0: none", "rad/s", 0.0, 100.0),
+    _plan("max_acceleration", "of each angle; sets the ramps", "rad/s^2", 1e-2, 1e4),
+    _plan("tilt_margin", "by which turning begins earlier than it must", "rad", 0.0, 0.5),
+    _plan("wedge_probability", "allowed, by the spread of friction and clearance", "", 0.0, 1.0),
+    _plan("overload_probability", "allowed for passing any other limit", "", 0.0, 1.0),
+    _row("topics.wrench", "geometry_msgs/WrenchStamped to read", topic=True),
+    _row("topics.joint_states", "sensor_msgs/JointState to read", topic=True),
+    _row(
+        "topics.robot_description",
+        "std_msgs/String with the robot's description, transient local, for joints.urdf: topic",
+        topic=True,
+    ),
+    _row("autostart", "node: configure and activate itself at start"),
+    _row("record_arrivals", "node: MCAP file for messages in their order of arrival; empty: none"),
+    _row(
+        "qos_depth",
+        "node: queue of each input and of each output; short queues lose messages",
+        "",
+        1,
+        100_000,
+    ),
+    _row("markers_rate", "most marker messages per second of stamp time", "Hz", 0.0, 1000.0),
+)
+
+_BY_MODEL = "the estimator weighs the wrench itself, so that no step needs it"
+_BY_SPREAD = "the spread of the slip says how well friction's direction is known"
+_BY_LEVELS = "levels of acceleration follow how a held peg moves"
+# Parameters that are gone, each with what took its place.
+SUPERSEDED = {
+    "filter.slip_velocity_scale": _BY_SPREAD,
+    "filter.slip_widening": _BY_SPREAD,
+    "filter.slow_slip": _BY_SPREAD,
+    "filter.wrench_jump": _BY_MODEL,
+    "filter.slow_rate_noise": _BY_LEVELS,
+    "filter.integrator": _BY_MODEL,
+    "filter.model": "filter.method names the reduced estimators",
+    "filter.reaction_tolerance": "filter.method names the reduced estimators",
+    "filter.max_step": _BY_MODEL,
+    "filter.step_tolerance": _BY_MODEL,
+    "filter.max_evaluations": _BY_MODEL,
+    "filter.free_rate_noise": _BY_LEVELS,
+    "filter.contact_rate_noise": _BY_LEVELS,
+    "filter.friction_rivals": "several frictions are always followed until one is told",
+    "filter.acceleration_stddev": _BY_LEVELS,
+    "filter.inflation_threshold": "the widest level of acceleration takes up surprises",
+}
+# Values of `filter.method` that are gone.
+OLD_METHODS = ("extended", "iterated", "unscented", "square_root")

@@ -1,1 +1,0 @@
-"""Where the pure parts meet the world: ROS, bags, files, plots."""

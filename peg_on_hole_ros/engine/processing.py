@@ -1,0 +1,293 @@
+"""What one wrench and its orientations make of the estimate, and what is told of it."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from math import sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine import process as engine
+from peg_on_hole_ros.engine.history import Run, Unit
+from peg_on_hole_ros.engine.state import (
+    COUNTS,
+    ENGINE,
+    ORIENTATION,
+    RULES,
+    restore,
+    snapshot,
+)
+from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
+from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.measurements import wrench_noise
+from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.monitor import judgement
+from peg_on_hole_ros.monitor.evidence import force_noise
+from peg_on_hole_ros.monitor.memory import NO_STAMP, thresholds
+from peg_on_hole_ros.monitor.output_row import SIZE
+from peg_on_hole_ros.monitor.pose_only import LINE
+from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
+
+# Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
+LOST = 5.0
+_NO_WRENCH = np.zeros(0, np.int64), np.zeros((0, 6)), np.zeros(0, np.int64)
+_NO_ROW = np.zeros((0, SIZE))
+_CONTACTS = {number: contacts for contacts, number in SETS.items()}
+
+
+class Processor:
+    """
+    The filter, and what watches over it, from one unit to the next in order of their stamps.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    make : callable
+        From scene, filter options, the wrench's covariance and what is not known of bias and tilt
+        to the filter, as `make_filter`. One that is derived from `HeldPeg` is called step by step.
+
+    Attributes
+    ----------
+    filter : HeldPeg
+    reduction : WrenchReduction
+    engine : record of ENGINE
+    in_one_piece : bool
+        Whether `process_all` may be called.
+
+    """
+
+    def __init__(self, configuration: Configuration, make: Callable[..., HeldPeg] = make_filter):
+        self.configuration = configuration
+        scene, kalman, joints = configuration.scene, configuration.filter, configuration.joints
+        self.reduction = WrenchReduction(configuration.wrench, scene, joints.hole_rpy)
+        self._offsets = self.reduction.offsets(configuration)
+        self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
+        # A filter that has steps of its own is called step by step.
+        self.in_one_piece = type(self.filter) is HeldPeg
+        self._force_stddev = force_noise(scene, self.reduction.covariance)
+        self._memory = np.zeros(1, ENGINE)
+        self.engine = self._memory[0]
+        self.engine["reduction"] = self.reduction.steps
+        self.engine["variance"] = self.reduction.noise
+        self.engine["covariance"], self.engine["tared"] = self.reduction.covariance, np.nan
+        self.engine["memory"]["numbers"] = self._new_judgement()
+        self.filter.move_to(self._memory["held"])
+        self.rules = self._new_rules()
+        self.restart()
+
+    def _new_judgement(self):
+        configuration = self.configuration
+        return judgement.new_judgement(
+            configuration.monitor, configuration.scene, self._force_stddev
+        )
+
+    def _new_rules(self):
+        configuration, kalman = self.configuration, self.configuration.filter
+        delay_ns = max(round(configuration.joints.delay * 1e9), 0)
+        rules = np.zeros(1, RULES)[0]
+        rules["gates"] = self.filter.gates
+        rules["thresholds"] = thresholds(configuration.monitor)
+        rules["judged"] = configuration.monitor.modes
+        # Bias and tilt: most cells know them.
+        rules["white"] = not self._offsets.variance.any()
+        rules["max_gap"], rules["max_joint_gap"] = kalman.max_gap, kalman.max_joint_gap
+        rules["delay_ns"] = delay_ns
+        rules["lost_ns"] = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
+        rules["force_stddev"] = self._force_stddev
+        rules["peg_height"] = configuration.scene.peg_height
+        return rules
+
+    @property
+    def t_ns(self) -> int | None:
+        """Stamp that the estimate has come to [ns]; None: not started."""
+        t_ns = self.engine["motion"]["t_ns"].item()
+        return None if t_ns == NO_STAMP else t_ns
+
+    @property
+    def _lost(self):
+        return self.engine["motion"]["lost"].item() == 1
+
+    @property
+    def counts(self) -> Counter[str]:
+        """What happened, by name; `restore` takes it back."""
+        return Counter(dict(zip(COUNTS, self.engine["counts"].tolist())))
+
+    def restart(self) -> None:
+        """Let go of the motion; what was learnt stays, and what was counted."""
+        self.filter.let_go()
+        engine.restart(self.engine, self.rules)
+
+    def forget(self) -> None:
+        """Forget what was learnt, after `restart`; the tare stays."""
+        self.filter.forget()
+        self.engine["memory"]["numbers"] = self._new_judgement()
+
+    def retune(self, configuration: Configuration) -> None:
+        """Take other gates and thresholds from here on; estimate, mode, flag and alarms stay."""
+        self.configuration = configuration
+        self.filter.options = configuration.filter
+        self.rules = self._new_rules()
+        numbers = self.engine["memory"]["numbers"]
+        judgement.retune(numbers, configuration.monitor, configuration.scene, self._force_stddev)
+
+    def start(self, measurement: AngleMeasurement) -> None:
+        """Start from an orientation."""
+        self.engine["motion"]["t_ns"] = measurement.t_ns
+        self.filter.start(measurement.q, measurement.covariance)
+        engine.begin(self.engine)
+
+    @property
+    def oriented(self) -> bool:
+        """Whether there is an estimate: it has been started, and the motion is not lost."""
+        return self.t_ns is not None and not self._lost
+
+    def tare(self, samples: Sequence[WrenchSample]) -> np.ndarray:
+        """Take the mean of wrenches as that of a free-hanging peg; return what is taken off."""
+        force = np.mean([sample.force for sample in samples], axis=0)
+        torque = np.mean([sample.torque for sample in samples], axis=0)
+        self.reduction.take_tare(force, torque, self.filter.x[:3], self.filter.gravity)
+        self.filter.tared(self.reduction.noise / len(samples))
+        taken = self.reduction.taken_off
+        self.engine["tared"], self.engine["reduction"] = taken, self.reduction.steps
+        return taken
+
+    @property
+    def gravity_in_sensor(self) -> np.ndarray:
+        """Gravity in sensor axes at the present estimate, shape (3,) [m/s^2]."""
+        return self.reduction.in_sensor(self.filter.x[:3], self.filter.gravity)
+
+    @property
+    def bias(self) -> np.ndarray:
+        """What the unloaded sensor reads, as far as it is known, shape (6,) [N], [N m]."""
+        return self.reduction.taken_off + self.filter.bias
+
+    @property
+    def health(self) -> dict[str, float]:
+        """State of the filter after the last wrench, for diagnostics."""
+        told = self.engine["innovations"]["told"][0]
+        found = {"nis_median": told["median"].item()}
+        if self.rules["white"]:
+            found["nis_drift"] = told["drift"].item()
+        return {
+            "nis_mean": told["mean"].item() if told["count"] else 0.0,
+            "frictions": float(self.filter.frictions),
+            "joints_noise": sqrt(self.filter.orientation_noise),
+            "wrench_noise": sqrt(wrench_noise.factor(self.engine["wrench_noise"])),
+            "misfit": float(told["too_large"]),
+            **{name: value for name, value in found.items() if value == value},
+        }
+
+    @property
+    def noisier(self) -> str:
+        """What there is to say of orientations that are noisier than stated; empty: nothing."""
+        stated = self.configuration.joints.position_stddev
+        if not self.counts["joints_noisy"]:
+            return ""
+        noise = self.engine["motion"]["noise"].item()
+        return (
+            f"joints.position_stddev: the noise of joint states is {noise:.1f} times the "
+            f"stated one, {noise * stated:.2g} rad for {stated:g} rad: used as found"
+        )
+
+    @property
+    def causes(self) -> list[str]:
+        """What is wrong with the values that come, a line each."""
+        e = self.engine
+        noise = wrench_noise.causes(e["wrench_noise"], e["variance"])
+        return [*causes(e["fresh"]), *noise, *filter(None, [self.noisier])]
+
+    @property
+    def wrench_stands_still(self) -> bool:
+        """Whether the wrench repeats one value while the peg turns."""
+        return self.engine["fresh"]["turning"].item(WRENCH_STILL) == 1.0
+
+    @property
+    def misfit(self) -> float:
+        """How badly the contacts fit, see `Innovations`."""
+        return self.engine["innovations"]["told"]["misfit"].item()
+
+    @property
+    def model(self) -> str:
+        """What is left out of the model, as one line; empty: nothing."""
+        return "" if self.rules["judged"] else LINE
+
+    def process(self, unit: Unit) -> np.ndarray | None:
+        """Take the next unit; return the row at the stamp of its wrench, None while lost."""
+        t_ns, force, torque = unit.wrench
+        wrench, ends = np.array([[*force, *torque]], float), np.array([len(unit.joints)])
+        stamps, orientations = _as_arrays(unit.joints)
+        run = Run(np.array([t_ns]), wrench, ends, stamps, orientations, None, 0)
+        rows = self.process_all(run) if self.in_one_piece else self._step(run)
+        for measurement in unit.after:
+            self.correct(measurement)
+        return rows.values[0] if len(rows.t_ns) else None
+
+    def process_all(self, run: Run) -> Rows:
+        """Take a run of wrenches, where `in_one_piece`; return the rows that they give."""
+        rows, ends = np.empty((len(run.t_ns), SIZE)), run.ends.copy()
+        told = engine.process(
+            self.engine, self.rules, run.t_ns, run.wrenches, ends, run.stamps, run.orientations,
+            0.0, rows,
+        )  # fmt: skip
+        return Rows(run.t_ns[ends >= 0], rows[:told])
+
+    def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
+        """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
+        stamps, orientations = _as_arrays([measurement])
+        if not self.in_one_piece:
+            return self._correct(self.engine, stamps.item(), orientations[0], lateness)
+        engine.process(
+            self.engine, self.rules, *_NO_WRENCH, stamps, orientations, float(lateness), _NO_ROW
+        )
+        return None
+
+    # What follows calls the steps of `engine.process` one by one, with a filter that has its own.
+
+    def _step(self, run):
+        e, rules, t_ns, row = self.engine, self.rules, int(run.t_ns[0]), np.empty((1, SIZE))
+        silent = engine.begin_unit(e, rules, t_ns)
+        for stamp, orientation in zip(run.stamps.tolist(), run.orientations):
+            self._advance(e, rules, stamp)
+            self._correct(e, stamp, orientation, 0.0)
+        self._advance(e, rules, t_ns)
+        if not engine.told(e, rules):
+            return Rows(run.t_ns[:0], row[:0])
+        contacts = engine.reduce(e, t_ns, run.wrenches[0], silent)
+        self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
+        self.filter.mark(t_ns)
+        engine.judge(e, rules, t_ns, contacts, row[0])
+        return Rows(run.t_ns, row)
+
+    def _advance(self, e, rules, t_ns):
+        was_lost = self._lost
+        dt = engine.approach(e, rules, t_ns)
+        if dt > 0.0:
+            self.filter.predict(dt)
+            engine.check_upright(e, rules)
+        if self._lost and not was_lost:
+            self.filter.let_go()
+
+    def _correct(self, e, stamp, orientation, lateness):
+        rules = self.rules
+        kind = engine.measure(e, rules, stamp, orientation, lateness)
+        if kind == engine.BEGINS:
+            self.filter.start(e["q"].copy(), e["R"].copy())
+            engine.begin(e)
+        elif kind == engine.NEWS:
+            result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
+            engine.note(e, rules, orientation, CORRECTIONS.index(result), nis)
+
+    def snapshot(self) -> tuple:
+        """Return everything that what follows depends on, for `restore`."""
+        return snapshot(self._memory)
+
+    def restore(self, kept: tuple) -> None:
+        """Go back to a snapshot; what follows is then bit for bit what followed it."""
+        restore(self._memory, kept)
+
+
+def _as_arrays(measurements):
+    """Return stamps [ns] and rows of orientations."""
+    stamps = np.array([each.t_ns for each in measurements], np.int64)
+    return stamps, np.array([each.row for each in measurements]).reshape(-1, ORIENTATION)

@@ -1,1 +1,0 @@
-"""Extended Kalman filter on the peg's three angles and their rates."""

@@ -1,0 +1,84 @@
+"""First guess of the parameters: the estimator with friction, clearance and bias open."""
+
+from dataclasses import replace
+from math import inf, log
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.identification.accumulate import BEGIN, WRENCH
+from peg_on_hole_ros.identification.likelihood import Likelihood
+from peg_on_hole_ros.identification.quantities import (
+    BIAS,
+    CLEARANCE,
+    FRICTION,
+    configured,
+)
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+
+# How far off friction may be, and the clearance as a share of itself.
+FRICTION_STDDEV, CLEARANCE_STDDEV = 0.2, 0.2
+# Each pass begins where the one before has ended: slopes taken far off lead only so near.
+PASSES = 2
+
+
+def guess(likelihood: Likelihood, start: Configuration, x, bias: float) -> np.ndarray:
+    """
+    Return coordinates nearer to what a recording shows, shape (14,); tilt and delay stay.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+        Of the parts to run over.
+    start : Configuration
+    x : ndarray, shape (14,)
+        Where to begin.
+    bias : float
+        How far off that of the force may be [N]; that of the couple by as much at the rim.
+
+    """
+    x = x.copy()
+    for _ in range(PASSES):
+        configuration = configured(start, x)
+        peg = _open(configuration, bias)
+        events, now = likelihood.events(x, configuration), 0.0
+        for t, kind, value, R, _ in zip(*events):
+            if kind == BEGIN:
+                peg.let_go()
+                peg.start(value[:3], R)
+                now = t
+                continue
+            if t > now:
+                peg.predict(t - now)
+                now = t
+            if kind == WRENCH:
+                peg.weigh(value, ContactSet.THREE)
+            else:
+                peg.correct(value[:3], R)
+        x[FRICTION] = max(peg.friction[0], 0.0)
+        x[CLEARANCE] = log(peg.clearance[0])
+        x[BIAS] += peg.bias
+    return x
+
+
+def _open(configuration: Configuration, bias: float) -> HeldPeg:
+    scene, wrench = configuration.scene, configuration.wrench
+    clearance = scene.hole_diameter - scene.peg_diameter
+    scene = replace(
+        scene, friction_stddev=FRICTION_STDDEV, clearance_stddev=CLEARANCE_STDDEV * clearance
+    )
+    wrench = replace(
+        wrench,
+        bias_force_stddev=bias,
+        bias_torque_stddev=bias * scene.hole_diameter,
+    )
+    joints = replace(configuration.joints, hole_tilt_stddev=0.0, delay_stddev=0.0)
+    options = replace(
+        configuration.filter, friction="estimated", clearance="estimated",
+        wrench_bias="estimated", gate_threshold=inf,
+    )  # fmt: skip
+    configuration = replace(configuration, scene=scene, wrench=wrench, joints=joints)
+    configuration = replace(configuration, filter=options)
+    reduction = WrenchReduction(wrench, scene)
+    return HeldPeg(scene, options, reduction.covariance, reduction.offsets(configuration))

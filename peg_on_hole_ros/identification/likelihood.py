@@ -1,0 +1,213 @@
+"""Likelihood of a recording under given parameters: that of the estimator that runs over it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline, make_lsq_spline
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN, SCRATCH, STATE, begin_state, places
+from peg_on_hole_ros.identification.accumulate import (
+    BEGIN,
+    ORIENTATION,
+    UNCOUNTED,
+    WRENCH,
+    Events,
+    accumulate,
+)
+from peg_on_hole_ros.identification.quantities import DELAY, TILT, configured
+from peg_on_hole_ros.identification.recording import Recording, turned
+from peg_on_hole_ros.measurements.measurement import WrenchReduction, tilt_axes
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.reference import peg_axes
+
+# Orientations at the begin of a part that tell where it starts, and nothing else.
+START = 8
+# Wrenches count from so long after it [s]: the estimator's own settling, and what a delay may be.
+SETTLE = 0.045
+# Between the knots of a smooth motion [s]: with half as much noise looks like motion.
+KNOTS = 0.06
+# A reaction may be anything: with a prior that is near, the smaller reactions would be likelier.
+FREE_REACTION = 100.0
+
+
+class Innovations(NamedTuple):
+    """
+    Innovations of one component of the mixture at each event; rows beyond three are zero.
+
+    Attributes
+    ----------
+    chosen : ndarray of int, shape (n,)
+        Which component: the heaviest, unless it is given.
+    residual : ndarray, shape (n, 6)
+    covariance : ndarray, shape (n, 6, 6)
+
+    """
+
+    chosen: np.ndarray
+    residual: np.ndarray
+    covariance: np.ndarray
+
+
+class Run(NamedTuple):
+    """
+    What a run says of its parameters.
+
+    Attributes
+    ----------
+    log_likelihood : ndarray, shape (n,)
+        Of each event, up to a constant.
+    nis : ndarray, shape (m,)
+        Normalised innovations squared of all that counts, 3 degrees of freedom.
+    innovations : Innovations or None
+
+    """
+
+    log_likelihood: np.ndarray
+    nis: np.ndarray
+    innovations: Innovations | None
+
+    @property
+    def total(self) -> float:
+        """Log likelihood of the recording."""
+        return float(self.log_likelihood.sum())
+
+
+def rows_of(record: Recording, parts, delay: float) -> tuple[np.ndarray, ...]:
+    """
+    Return which joint states and wrenches are events, and which joint states begin a part.
+
+    They stay the same whatever delay is tried: other measurements have another likelihood.
+    """
+    joints, wrenches, uncounted = [], [], []
+    for part in parts:
+        t = record.joint_t[part] - delay
+        first, last = np.searchsorted(record.wrench_t, (t[0] + SETTLE, t[-1]))
+        joints.append(np.arange(part.start, part.stop))
+        wrenches.append(np.arange(first, last))
+        uncounted.append(np.arange(part.stop - part.start) < START)
+    return tuple(map(np.concatenate, (joints, wrenches, uncounted)))
+
+
+class Likelihood:
+    """
+    The likelihood of parts of a recording.
+
+    Parameters
+    ----------
+    record : Recording
+        Read under the configuration of the start.
+    parts : list of slice
+        Of its joint states: where three contacts slide.
+    start : Configuration
+
+    """
+
+    def __init__(self, record: Recording, parts, start: Configuration):
+        self._start = start
+        joints, wrenches, uncounted = rows_of(record, parts, start.joints.delay)
+        self._smooth = [_spline(record.joint_t[part], record.q[part]) for part in parts]
+        self._record = record._replace(
+            joint_t=record.joint_t[joints],
+            q=record.q[joints],
+            covariance=record.covariance[joints],
+            wrench_t=record.wrench_t[wrenches],
+            wrench=record.wrench[wrenches],
+        )
+        kind = np.where(uncounted, UNCOUNTED, ORIENTATION)
+        kind[np.cumsum([0, *(part.stop - part.start for part in parts)])[:-1]] = BEGIN
+        self._kind = np.concatenate([kind, np.full(len(wrenches), WRENCH)])
+        self.counted = int((~uncounted).sum())
+
+    def events(self, x, configuration: Configuration) -> Events:
+        """
+        Return what the sensors say under coordinates x that give a configuration.
+
+        A delay moves the angles along their smooth motion; stamp and noise stay with each. Moved
+        stamps would pair other samples of noise, which is worth more than a millisecond.
+        """
+        record, start = self._record, self._start
+        ahead = x[DELAY] - start.joints.delay
+        if ahead:
+            moved = [smooth(t + ahead) - smooth(t) for t, smooth in self._smooth]
+            record = record._replace(q=record.q + np.concatenate(moved))
+        if any(x[TILT]):
+            record = turned(record, tilt_axes(x[TILT]).T)
+        t = record.joint_t - start.joints.delay
+        wide = configuration.joints.position_stddev / start.joints.position_stddev
+        on_peg = _on_peg(record, t, configuration)
+        n, m = len(t), len(on_peg)
+        value, covariance = np.zeros((n + m, 6)), np.zeros((n + m, 3, 3))
+        value[:n, :3], value[n:] = record.q, on_peg
+        covariance[:n] = record.covariance * wide**2
+        volume = np.zeros(n + m)
+        volume[:n] = np.log(np.sin(np.abs(record.q[:, 0])))
+        times = np.concatenate([t, record.wrench_t])
+        # Of one stamp the orientation comes first, as in the pipeline; rounding must not tell.
+        order = np.argsort(np.round(times * 1e7), kind="stable")
+        return Events(*(rows[order] for rows in (times, self._kind, value, covariance, volume)))
+
+    def run(self, x, chosen=None, detailed: bool = False) -> Run | None:
+        """
+        Run the estimator under coordinates x, with all of QUANTITIES known.
+
+        Parameters
+        ----------
+        x : ndarray, shape (14,)
+        chosen : ndarray of int, shape (n,), optional
+            The component whose innovations are given.
+        detailed : bool
+            Whether innovations are given.
+
+        Returns
+        -------
+        Run or None
+            None where the likelihood is not finite.
+
+        """
+        configuration = configured(self._start, x)
+        scene, options = configuration.scene, configuration.filter
+        constants = default_settings(frictions=1, reaction_prior=FREE_REACTION)
+        events = self.events(x, configuration)
+        n = len(events.t)
+        chosen = np.full(n, -1, np.int64) if chosen is None else chosen.copy()
+        size = n if detailed else 0
+        residual, covariance = np.zeros((size, 6)), np.zeros((size, 6, 6))
+        found, nis = np.zeros(n), np.full(n, np.nan)
+        learnt, walk = np.ones(OPEN + 3), np.zeros(OPEN)
+        learnt[FRICTION] = 0.0
+        state, scratch, settings = (np.zeros(1, kind)[0] for kind in (STATE, SCRATCH, SETTINGS))
+        begin_state(state, OPEN, 1, len(constants.level))
+        fill_settings(settings, constants)
+        noise = WrenchReduction(configuration.wrench, scene).covariance
+        accumulate(
+            state, scratch, settings, scene_scalars(scene), places(())[0], learnt, walk,
+            options.initial_rate_stddev, noise, events, found, nis, chosen, residual, covariance,
+        )  # fmt: skip
+        if not np.isfinite(found).all():
+            return None
+        details = Innovations(chosen, residual, covariance) if detailed else None
+        return Run(found, nis[np.isfinite(nis)], details)
+
+
+def _spline(t, q) -> tuple[np.ndarray, BSpline]:
+    """Return the stamps of a part [s], and a smooth motion through its angles."""
+    inner = np.linspace(t[0], t[-1], max(round((t[-1] - t[0]) / KNOTS), 1) + 1)[1:-1]
+    return t, make_lsq_spline(t, q, np.r_[[t[0]] * 4, inner, [t[-1]] * 4], k=3)
+
+
+def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
+    """Return the wrenches on the peg about its mass centre, peg axes, shape (n, 6)."""
+    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    on_peg = (reduction.sign * record.wrench - reduction.tare) @ reduction.matrix.T
+    if configuration.wrench.payload_mass:
+        q = np.array([np.interp(record.wrench_t, t, angle) for angle in record.q.T])
+        gravity_P = np.einsum("ijk,i->kj", peg_axes(q), configuration.scene.gravity)
+        nothing, upright = np.zeros(3), np.zeros(3)
+        still = reduction.on_peg(nothing, nothing, upright, np.zeros(3))
+        on_peg += gravity_P @ [
+            reduction.on_peg(nothing, nothing, upright, axis) - still for axis in np.eye(3)
+        ]
+    return on_peg

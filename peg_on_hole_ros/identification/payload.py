@@ -1,0 +1,197 @@
+"""What hangs below the sensor, and the sensor's zero, from poses at which a free peg is still."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.identification.recording import Recording, motion
+from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
+from peg_on_hole_ros.mechanics.reference import peg_axes
+
+# A pose lasts at least so long, at less than this rate.
+SHORTEST = 0.2  # [s]
+STILL = 0.01  # [rad/s]
+# A spread of gravity's direction that is smaller tells nothing in practice [-].
+SPREAD = 0.05
+# To so much a mass centre has to be known [m].
+CENTER = 0.005
+
+
+class Payload(NamedTuple):
+    """
+    What still poses tell.
+
+    Attributes
+    ----------
+    poses : int
+    mass, mass_stddev : float
+        Payload's, without the peg [kg].
+    com, com_stddev : ndarray, shape (3,)
+        Its mass centre in the sensor frame [m]; NaN where its mass is nothing.
+    bias, bias_stddev : ndarray, shape (6,)
+        What the unloaded sensor reads, as received [N], [N m].
+    left : float
+        Root mean square of what is left of the forces [N].
+    missing : tuple of str
+        Poses that would tell what these do not, a sentence each.
+
+    """
+
+    poses: int
+    mass: float
+    mass_stddev: float
+    com: np.ndarray
+    com_stddev: np.ndarray
+    bias: np.ndarray
+    bias_stddev: np.ndarray
+    left: float
+    missing: tuple[str, ...]
+
+
+def find_payload(record: Recording, configuration: Configuration) -> Payload:
+    """
+    Return payload and zero by least squares; what hangs is free at every still pose.
+
+    Parameters
+    ----------
+    record : Recording
+    configuration : Configuration
+        With the peg's own mass and mass centre, the sensor's axes and noise.
+
+    Raises
+    ------
+    PegOnHoleError
+        There is no still pose, or all have one direction of gravity.
+
+    """
+    g_S, wrench, count = _poses(record, configuration)
+    if not len(g_S):
+        raise PegOnHoleError(
+            f"no pose of {SHORTEST:g} s below {STILL:g} rad/s: let the peg hang free and still at "
+            "three tilts or more, half a second each"
+        )
+    return payload_of(g_S, wrench, count, configuration)
+
+
+def payload_of(g_S, wrench, count, configuration: Configuration) -> Payload:
+    """
+    Return the same from still poses.
+
+    Parameters
+    ----------
+    g_S : ndarray, shape (n, 3)
+        Gravity in sensor axes [m/s^2].
+    wrench : ndarray, shape (n, 6)
+        Means as received [N], [N m].
+    count : ndarray of int, shape (n,)
+        Of how many wrenches each is the mean.
+    configuration : Configuration
+
+    Raises
+    ------
+    PegOnHoleError
+        All have one direction of gravity.
+
+    """
+    options, scene = configuration.wrench, configuration.scene
+    spread, axes = _spread(g_S)
+    if spread[0] < SPREAD:
+        raise PegOnHoleError(
+            f"{len(g_S)} still poses, all with one direction of gravity in the sensor's axes: "
+            "nothing tells weight from zero; tilt the peg by 20 degrees and more between them"
+        )
+    A, y, weight = _equations(g_S, wrench, count, options)
+    # Nothing beyond what a robot carries: it keeps what is not told finite.
+    prior = np.array([10.0, 2.0, 2.0, 2.0, *[100.0] * 3, *[10.0] * 3])
+    root = A * weight[:, None]
+    information = root.T @ root + np.diag(prior**-2.0)
+    theta = np.linalg.solve(information, root.T @ (y * weight))
+    left = y - A @ theta
+    free = max(len(y) - len(theta), 1)
+    wider = max(float(np.sum((left * weight) ** 2)) / free, 1.0)
+    covariance = np.linalg.inv(information) * wider
+    # What two directions of gravity do not tell: a moment of mass along their difference.
+    along = axes[0]
+    unknown = np.sqrt(along @ covariance[1:4, 1:4] @ along) / max(theta[0], 1e-3)
+    missing = ()
+    if unknown > CENTER:
+        axis = "xyz"[int(np.argmax(np.abs(along)))]
+        missing = (
+            f"gravity turned about one axis only: the mass centre along {axis} of the sensor is "
+            f"known to {unknown:.2g} m; tilt the peg about another axis too, by 20 degrees",
+        )
+    force = left.reshape(-1, 6)[:, :3]
+    payload = _without_peg(theta, covariance, scene, options)
+    zero = _bias(theta, covariance, options)
+    return Payload(len(g_S), *payload, *zero, float(np.sqrt(np.mean(force**2))), missing)
+
+
+def _poses(record, configuration):
+    """Return gravity in sensor axes, mean wrench and how many wrenches, of each still pose."""
+    moved = motion(record)
+    gamma = moved.q[:, 0]
+    slow = np.abs(moved.rates[:, 0]) < STILL
+    # psi and phi turn about axes that are gamma apart; each alone is noise near the upright.
+    slow &= np.abs(np.sin(gamma) * moved.rates[:, 1]) < STILL
+    slow &= np.abs(moved.rates[:, 2] + np.cos(gamma) * moved.rates[:, 1]) < STILL
+    slow &= moved.valid
+    edges = np.flatnonzero(np.diff(np.r_[False, slow, False].astype(int)))
+    R_SP = rotation_from_rpy(configuration.wrench.sensor_rpy).T
+    found = [], [], []
+    t = record.joint_t - configuration.joints.delay
+    for begin, end in zip(edges[::2], edges[1::2]):
+        if t[end - 1] - t[begin] < SHORTEST:
+            continue
+        at = (record.wrench_t >= t[begin]) & (record.wrench_t <= t[end - 1])
+        if not at.any():
+            continue
+        R_HP = peg_axes(moved.q[begin:end].mean(axis=0))
+        found[0].append(R_SP @ R_HP.T @ np.array(configuration.scene.gravity))
+        found[1].append(record.wrench[at].mean(axis=0))
+        found[2].append(int(at.sum()))
+    return tuple(np.array(each) for each in found)
+
+
+def _spread(g_S):
+    """Return how far gravity's direction spreads, largest first, and along which axes."""
+    direction = g_S / np.linalg.norm(g_S, axis=1)[:, None]
+    _, sizes, axes = np.linalg.svd(direction - direction.mean(axis=0), full_matrices=True)
+    sizes = np.r_[sizes, np.zeros(3)][:3] / np.sqrt(len(g_S))
+    return sizes, axes
+
+
+def _equations(g_S, wrench, count, options):
+    """Return matrix, right side and weights of the least squares, six rows a pose."""
+    sign = -1.0 if options.acts_on == "robot" else 1.0
+    A = np.zeros((len(g_S), 6, 10))
+    x, y, z = g_S.T
+    A[:, :3, 0] = -g_S
+    # Gravity crosses the moment of mass.
+    A[:, 3, 2], A[:, 3, 3] = -z, y
+    A[:, 4, 1], A[:, 4, 3] = z, -x
+    A[:, 5, 1], A[:, 5, 2] = -y, x
+    A[:, range(6), range(4, 10)] = 1.0
+    noise = np.array([options.force_stddev] * 3 + [options.torque_stddev] * 3)
+    weight = np.sqrt(count)[:, None] / noise
+    return A.reshape(-1, 10), (sign * wrench).ravel(), weight.ravel()
+
+
+def _without_peg(theta, covariance, scene, options):
+    """Return mass and mass centre of what hangs beside the peg, each with its spread."""
+    R_SP = rotation_from_rpy(options.sensor_rpy).T
+    peg = R_SP @ (np.array([0.0, 0.0, scene.mass_center_height]) - np.array(options.sensor_xyz))
+    mass = float(theta[0]) - scene.peg_mass
+    stddev = np.sqrt(np.diagonal(covariance))
+    if mass < 4.0 * stddev[0]:
+        return mass, stddev[0], np.full(3, np.nan), np.full(3, np.nan)
+    com = (theta[1:4] - scene.peg_mass * peg) / mass
+    slope = np.hstack([-com[:, None], np.eye(3)]) / mass
+    spread = np.sqrt(np.diagonal(slope @ covariance[:4, :4] @ slope.T))
+    return mass, stddev[0], com, spread
+
+
+def _bias(theta, covariance, options):
+    sign = -1.0 if options.acts_on == "robot" else 1.0
+    return sign * theta[4:], np.sqrt(np.diagonal(covariance))[4:]

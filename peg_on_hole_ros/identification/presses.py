@@ -1,0 +1,122 @@
+"""How a sensor lies on the peg, and whose wrench it reports, from three presses of a hand."""
+
+from collections.abc import Sequence
+from math import degrees
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
+from peg_on_hole_ros.records import WrenchSample
+
+# A press is at least so strong, and so long [N], [s]; the force between two falls below half.
+LEAST, SHORTEST = 5.0, 0.3
+# Pushes on the peg, peg axes: up at its lower end, then along x, then along y.
+PUSHES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).T
+# From a quarter or half turn a sensor that is mounted with care is off by less than a hand is.
+SNAP = 20.0
+# By so much a hand may miss its directions [degrees].
+MISSES = 30.0
+_AVERAGED = 0.05
+
+
+class Presses(NamedTuple):
+    """
+    What three presses tell.
+
+    Attributes
+    ----------
+    acts_on : str
+    rpy : tuple of 3 float
+        Sensor axes in the peg frame [rad], a quarter turn where one is near.
+    found : tuple of 3 float
+        The same as the hand had it.
+    turned : float
+        Between the two, 0 where they are one [degrees].
+    missed : float
+        By how much the presses were off their directions, root mean square [degrees].
+    forces : ndarray, shape (3,)
+        Of the presses [N].
+
+    """
+
+    acts_on: str
+    rpy: tuple[float, float, float]
+    found: tuple[float, float, float]
+    turned: float
+    missed: float
+    forces: np.ndarray
+
+
+def find_axes(samples: Sequence[WrenchSample]) -> Presses:
+    """
+    Return axes and sign of a sensor: a proper turn has the pushes in one order only.
+
+    Parameters
+    ----------
+    samples : sequence of WrenchSample
+        Of a peg that hangs still and is pushed by hand along PUSHES, one after another.
+
+    Raises
+    ------
+    PegOnHoleError
+        There are not three presses, or they are not at right angles.
+
+    """
+    pressed = _pressed(samples)
+    if len(pressed) != 3:
+        raise PegOnHoleError(
+            f"{len(pressed)} presses of {LEAST:g} N and {SHORTEST:g} s, not 3: with the peg "
+            "still, push it up at its lower end, then along its x, then along its y, with a pause "
+            "between"
+        )
+    forces = np.linalg.norm(pressed, axis=1)
+    U = (pressed / forces[:, None]).T
+    # What the sensor's robot side exerts on the peg is the opposite of what the hand does.
+    sign = float(np.sign(np.linalg.det(U @ PUSHES.T)))
+    left, _, right = np.linalg.svd(PUSHES @ (sign * U).T)
+    R_PS = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    off = np.clip(np.sum(PUSHES * (R_PS @ (sign * U)), axis=0), -1.0, 1.0)
+    missed = degrees(float(np.sqrt(np.mean(np.arccos(off) ** 2))))
+    if missed > MISSES:
+        raise PegOnHoleError(
+            f"the presses are {missed:.0f} degrees off three right angles: push up at the lower "
+            "end first, then along x, then along y of the peg frame"
+        )
+    near = min(quarter_turns(), key=lambda turn: -np.trace(R_PS.T @ turn))
+    turned = degrees(float(np.arccos(np.clip(0.5 * (np.trace(R_PS.T @ near) - 1.0), -1.0, 1.0))))
+    snaps = turned <= SNAP
+    return Presses(
+        "robot" if sign > 0.0 else "peg",
+        rpy_of(near if snaps else R_PS),
+        rpy_of(R_PS),
+        turned if snaps else 0.0,
+        missed,
+        forces,
+    )
+
+
+def _pressed(samples):
+    """Return the mean change of force of each press, sensor axes, shape (n, 3)."""
+    t = np.array([sample.t_ns for sample in samples]) * 1e-9
+    force = np.array([sample.force for sample in samples], float).reshape(-1, 3)
+    if len(t) < 2:
+        return np.empty((0, 3))
+    # Most of the time nobody presses.
+    change = force - np.median(force, axis=0)
+    width = max(1, round(_AVERAGED * (len(t) - 1) / max(t[-1] - t[0], 1e-9)))
+    box = np.ones(width) / width
+    change = np.stack([np.convolve(column, box, "same") for column in change.T], axis=1)
+    size, found, begun = np.linalg.norm(change, axis=1), [], None
+    for i, value in enumerate([*size, 0.0]):
+        if begun is None and value > LEAST:
+            begun = i
+        elif begun is not None and value < 0.5 * LEAST:
+            if t[i - 1] - t[begun] >= SHORTEST:
+                # Where the hand is firm its direction is.
+                part = slice(begun, i)
+                firm = size[part] > 0.7 * size[part].max()
+                found.append(change[part][firm].mean(axis=0))
+            begun = None
+    return np.array(found).reshape(-1, 3)

@@ -1,0 +1,1 @@
+"""What sensors say, as measurements: axes, noise, repeats, innovations."""

@@ -1,0 +1,230 @@
+"""A record of each try to insert a peg, from the messages that the node publishes."""
+
+import json
+from math import isfinite, nan
+
+import numpy as np
+
+from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.messages.determined import determined_reactions
+from peg_on_hole_ros.messages.output import Message
+from peg_on_hole_ros.messages.passed_time import PassedTime
+from peg_on_hole_ros.records import CONTACTS
+
+# Contact that is lost for less than this belongs to one try [ns].
+PAUSE_NS = 200_000_000
+# Without a wrench for longer a peg may have gone, and another come [ns].
+SILENCE_NS = 1_000_000_000
+LEVELS = ("OK", "WARN", "ERROR")
+# An alarm that flickers would fill the record; further ones are only counted.
+MOST_ALARMS = 100
+
+
+def json_line(record: dict) -> str:
+    """Return a record as one line of JSON; a number that is not finite raises ValueError."""
+    return json.dumps(record, allow_nan=False)
+
+
+class Cycles:
+    """
+    Makes a record of each try, ready for JSON, the same for node and replay; keeps none.
+
+    A try begins where contact came. It ends where contact has gone for a while, where stamps
+    fall, or where the wrench fell silent for longer than anybody can say what the peg did; the
+    next one then begins with a contact mode that is declared anew. One stamp alone is no silence:
+    what comes after it is waited for. What a record holds: docs/command_line.md.
+    """
+
+    def __init__(self):
+        self._levels: dict[str, int] = {}
+        self._flag = False
+        self._mode = ""
+        self._open_ns: int | None = None
+        self._passed = PassedTime()
+        self._seen_ns: int | None = None
+        # The first stamp after a silence, and its messages.
+        self._held: tuple[int, list[Message]] | None = None
+        self._begin()
+
+    def _begin(self):
+        self._start_ns: int | None = None
+        self._latency = 0.0
+        self._transition_ns: int | None = None
+        self._last_ns = 0
+        self._peak = [0.0, 0.0, 0.0]
+        self._sum = [0.0, 0.0, 0.0]
+        self._count = 0
+        self._alarms: list[dict] = []
+        self._alarm_count = 0
+
+    def add(self, t_ns: int, messages: list[Message]) -> list[dict]:
+        """Take the messages of one stamp [ns]; return the records of tries that end with them."""
+        ended = []
+        if self._held is not None:
+            (held_ns, held), self._held = self._held, None
+            if self._seen_ns < t_ns < held_ns:
+                # It was a wrong stamp, and no silence: what it changed was so at once.
+                held_ns = self._seen_ns
+            else:
+                ended += self._fall_silent()
+            ended += self._take(held_ns, held)
+        silent = self._seen_ns is not None and t_ns - self._seen_ns > SILENCE_NS
+        if silent and self._start_ns is not None:
+            self._held = t_ns, messages
+            return ended
+        return ended + self._take(t_ns, messages)
+
+    def take(self, columns: OutputColumns) -> list[tuple[int, list[dict]]]:
+        """Take many stamps, as `add` would each; return what ends with each, by its place."""
+        t_ns, ended, first = columns.t_ns, [], 0
+        said = dict(columns.said)
+        silent = np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1
+        alone = sorted({0, *said, *silent.tolist()})
+        while first < len(t_ns):
+            quiet = 0
+            if first not in said and first and self._held is None:
+                until = next((i for i in alone if i >= first), len(t_ns))
+                quiet = self._take_quiet(columns, first, until)
+            if quiet:
+                first += quiet
+                continue
+            messages = columns.messages(first, said.get(first, ()))
+            records = self.add(int(t_ns[first]), messages)
+            if records:
+                ended.append((first, records))
+            first += 1
+        return ended
+
+    def _take_quiet(self, columns, first, until):
+        """Take stamps as far as nothing begins or ends; return how many these are."""
+        t_ns = columns.t_ns[first:until]
+        started = self._start_ns is not None
+        touching = self._mode in ("three_point", "two_point") or (
+            started and self._mode == "unknown"
+        )
+        if touching and not started:
+            return 0
+        if touching:
+            self._open_ns, self._last_ns = None, int(t_ns[-1]) if len(t_ns) else self._last_ns
+            self._add_all_loads(columns, slice(first, until))
+        elif started:
+            if self._open_ns is None:
+                return 0
+            t_ns = t_ns[: np.searchsorted(t_ns, self._open_ns + PAUSE_NS)]
+        if len(t_ns):
+            self._seen_ns = int(t_ns[-1])
+            self._passed.take_all(t_ns)
+        return len(t_ns)
+
+    def _add_all_loads(self, columns, places):
+        loads = columns.normal[places][columns.determined[places]]
+        if self._mode != "three_point" or not len(loads):
+            return
+        for i, most in enumerate(loads.max(axis=0).tolist()):
+            self._peak[i] = max(self._peak[i], most)
+            # One after the other, as they would come.
+            self._sum[i] = float(np.cumsum(np.append(self._sum[i], loads[:, i]))[-1])
+        self._count += len(loads)
+
+    def _fall_silent(self):
+        """End a try where the wrench fell silent."""
+        record = self._end("unfinished" if self._open_ns is None else "aborted")
+        self._mode, self._open_ns = "", None
+        return [record]
+
+    def _take(self, t_ns, messages):
+        self._seen_ns = t_ns
+        fields = {topic: message for topic, _, message in messages}
+        # No time passes between the stamps before a fall and those after.
+        ended = self._under_way() if self._passed.take(t_ns) else []
+        if "contact_mode" in fields:
+            self._mode = fields["contact_mode"]["data"]
+        risen = fields.get("transition", {"data": self._flag})["data"] and not self._flag
+        if "transition" in fields:
+            self._flag = fields["transition"]["data"]
+        touching = self._mode in ("three_point", "two_point")
+        touching |= self._start_ns is not None and self._mode == "unknown"
+        if touching:
+            if self._start_ns is None:
+                self._start(t_ns, fields.get("monitor"))
+            self._open_ns, self._last_ns = None, t_ns
+            self._add_loads(fields)
+        elif self._start_ns is not None:
+            self._open_ns = t_ns if self._open_ns is None else self._open_ns
+            if t_ns - self._open_ns >= PAUSE_NS:
+                ended.append(self._end("aborted"))
+        if risen and self._start_ns is not None:
+            self._transition_ns = t_ns
+        if "alarms" in fields:
+            self._add_alarms(t_ns, fields["alarms"]["status"])
+        return ended
+
+    def finish(self) -> list[dict]:
+        """End all that is under way; return the records of tries that end so."""
+        ended = []
+        if self._held is not None:
+            (held_ns, held), self._held = self._held, None
+            ended = [*self._fall_silent(), *self._take(held_ns, held)]
+        return ended + self._under_way()
+
+    def _under_way(self):
+        return [] if self._start_ns is None else [self._end("unfinished")]
+
+    def _start(self, t_ns, monitor):
+        self._start_ns = t_ns
+        if monitor:
+            values = dict(zip(monitor["name"], monitor["position"]))
+            age, latency = (values.get(f"contact_{name}", nan) for name in ("age", "latency"))
+            if isfinite(age) and isfinite(latency):
+                self._start_ns, self._latency = t_ns - round(age * 1e9), latency
+
+    def _add_loads(self, fields):
+        loads = determined_reactions(fields)
+        if loads is None or self._mode != "three_point":
+            return
+        for i, normal in enumerate(loads):
+            self._peak[i] = max(self._peak[i], normal)
+            self._sum[i] += normal
+        self._count += 1
+
+    def _add_alarms(self, t_ns, statuses):
+        for status in statuses:
+            before = self._levels.get(status["name"], 0)
+            self._levels[status["name"]] = status["level"]
+            if status["level"] <= before or self._start_ns is None:
+                continue
+            self._alarm_count += 1
+            if len(self._alarms) < MOST_ALARMS:
+                self._alarms.append(
+                    {
+                        "time": (t_ns - self._start_ns) * 1e-9,
+                        "name": status["name"],
+                        "level": LEVELS[status["level"]],
+                        "message": status["message"],
+                    }
+                )
+
+    def _end(self, otherwise):
+        since = self._transition_ns
+        if since is not None and self._flag:
+            outcome = "inserted"
+        elif since is None and self._levels.get("jamming", 0) == 2:
+            outcome = "jammed"
+        else:
+            outcome = otherwise
+        known = self._count > 0
+        peak = self._peak if known else [None] * 3
+        mean = [total / self._count for total in self._sum] if known else peak
+        ended = {
+            "start_time": self._start_ns * 1e-9,
+            "contact_latency": self._latency,
+            "duration": (self._last_ns - self._start_ns) * 1e-9,
+            "outcome": outcome,
+            "transition_time": None if since is None else (since - self._start_ns) * 1e-9,
+            "peak_normal": dict(zip(CONTACTS, peak)),
+            "mean_normal": dict(zip(CONTACTS, mean)),
+            "alarms": self._alarms,
+            "alarm_count": self._alarm_count,
+        }
+        self._begin()
+        return ended

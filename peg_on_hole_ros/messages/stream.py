@@ -1,0 +1,284 @@
+"""From messages in their order of arrival to messages out: what the node runs and a replay too."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+
+from peg_on_hole_ros.config.configuration import (
+    BY_NAME,
+    from_parameters,
+    node_options,
+    to_parameters,
+)
+from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
+from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.measurements.measurement import PegJoints
+from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.messages.cycles import Cycles, json_line
+from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
+from peg_on_hole_ros.messages.output import STRING, Message, OutputStream
+from peg_on_hole_ros.records import Answer, Arrivals, JointSample, WrenchSample
+from peg_on_hole_ros.robot.sensor_frame import mounting
+from peg_on_hole_ros.robot.urdf_source import awaited
+from peg_on_hole_ros.safe_text import shown
+
+# Begins an event that sets parameters; what follows is JSON.
+SET = "set "
+# Begins one that announces a motion.
+EXPECT = "expect "
+
+
+def is_event(name: str) -> bool:
+    """Return whether this version knows an event."""
+    if name.startswith(EXPECT):
+        return name.removeprefix(EXPECT) in (*MODES, NOTHING)
+    return name in ("reset", "tare", "payload") or name.startswith(SET)
+
+
+class MessageStream:
+    """
+    Decoding, pipeline and output stream in a row; the same input gives the same output, bitwise.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    pipeline : Pipeline
+        Made from the same configuration.
+    markers_rate : float
+        Most marker messages per second of stamp time [Hz]; 0: none.
+
+    Attributes
+    ----------
+    pipeline : Pipeline
+    t_ns : int or None
+        Stamp of the latest estimate [ns].
+    frame : str or None
+        frame_id of the wrench, see `take_frame`; None: not known yet.
+    refused : str
+        Why no wrench is used, as its frame_id contradicts what is stated; empty: they are.
+
+    """
+
+    def __init__(self, configuration: Configuration, pipeline, markers_rate: float = 10.0):
+        self.pipeline = pipeline
+        self.t_ns: int | None = None
+        self.frame: str | None = None
+        self.refused = ""
+        self._outputs = OutputStream(configuration.scene, markers_rate)
+        self._cycles = Cycles()
+        self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
+        joints = configuration.joints
+        self._joints_needed = joints.names
+        self._unusable: Counter[str] = Counter()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Every message by fate; those that never reached the pipeline's own counts by reason."""
+        return {**self.pipeline.counts, **self._unusable}
+
+    @property
+    def causes(self) -> list[str]:
+        """Settings that the data have contradicted, a line each."""
+        return self.pipeline.causes
+
+    def on_wrench(self, message) -> list[Message]:
+        """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
+        return self.take_wrench(wrench_sample(message))
+
+    def take_wrench(self, sample: WrenchSample | Malformed) -> list[Message]:
+        """Take a wrench that was read, or what is wrong with it; return what it makes known."""
+        if isinstance(sample, Malformed):
+            self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
+            return []
+        if self.refused:
+            self._unusable["wrench_dropped_sensor_contradicted"] += 1
+            return []
+        outputs = self.pipeline.on_wrench(sample)
+        if outputs is None:
+            return []
+        self.t_ns = outputs.t_ns
+        messages = self._outputs.messages(outputs)
+        ended = self._cycles.add(outputs.t_ns, messages)
+        return messages + _told(ended) if ended else messages
+
+    def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
+        """
+        Take messages from a place on for as long as they come in order; see `Pipeline.take`.
+
+        Returns
+        -------
+        end : int
+            Place of the first that is not taken.
+        columns : OutputColumns or None
+            What they make known.
+
+        """
+        end, rows = self.pipeline.take(arrivals, begin)
+        if rows is None or not len(rows.t_ns):
+            return end, None
+        self.t_ns = int(rows.t_ns[-1])
+        columns = OutputColumns(rows, self._outputs.said_of(rows))
+        ended = dict(self._cycles.take(columns))
+        if ended:
+            said = dict(columns.said)
+            places = sorted({*said, *ended})
+            told = {i: _told(ended.get(i, [])) for i in places}
+            columns.said = [(i, [*said.get(i, ()), *told[i]]) for i in places]
+        return end, columns
+
+    def take_frame(self, frame: str) -> str:
+        """
+        Take the frame_id of the wrench, before the first one; the sensor's pose may follow.
+
+        Returns
+        -------
+        str
+            What there is to say of it; empty: nothing.
+
+        """
+        self.frame = frame
+        try:
+            wrench, line = mounting(self.pipeline.configuration, frame)
+        except PegOnHoleError as error:
+            self.refused = line = str(error)
+            return line
+        if wrench != self.pipeline.configuration.wrench:
+            self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
+        return line
+
+    def describe(self, joints: JointInput) -> None:
+        """
+        Take the joints with the robot's description, for which joint states and wrenches wait.
+
+        Raises
+        ------
+        PegOnHoleError
+            It cannot be used.
+
+        """
+        self.pipeline.describe(joints, orientation_of(joints))
+
+    def finish(self) -> list[Message]:
+        """End a try that is under way; return what that makes known."""
+        return _told(self._cycles.finish())
+
+    def on_joints(self, message) -> None:
+        """Take a sensor_msgs/JointState in any form."""
+        self.take_joints(joint_sample(message, self._joints_needed))
+
+    def take_joints(self, sample: JointSample | Malformed) -> None:
+        """Take a joint state that was read, or what is wrong with it."""
+        if isinstance(sample, Malformed):
+            self._unusable[f"joints_dropped_malformed_{sample.reason}"] += 1
+        else:
+            self.pipeline.on_joints(sample)
+
+    def unreadable(self, source: str) -> None:
+        """Count bytes that are no message, from `wrench` or `joints`."""
+        self._unusable[f"{source}_dropped_malformed_unreadable"] += 1
+
+    def pushed_out(self, source: str) -> None:
+        """Count a message of `wrench` or `joints` for which there was no time."""
+        self._unusable[f"{source}_dropped_overload"] += 1
+
+    def missing(self, source: str, count: int) -> None:
+        """Count messages of `wrench` or `joints` that were sent and never came."""
+        self._unusable[f"{source}_dropped_not_received"] += count
+
+    def undescribed(self, source: str) -> None:
+        """Count a message of `wrench` or `joints` that came before the robot's description."""
+        self._unusable[f"{source}_dropped_without_description"] += 1
+
+    def failed(self, what: str) -> None:
+        """Count an error of the program at `wrench`, `joints`, or a service by its name."""
+        self._unusable[f"{what}_dropped_internal_error"] += 1
+
+    def on_event(self, name: str) -> Answer:
+        """
+        Carry out an event; return whether it was done, and in words what happened.
+
+        Parameters
+        ----------
+        name : str
+            `reset`, `tare`, `payload`, `expect` and a motion, or `set` and a JSON object of
+            parameters by their names.
+
+        Raises
+        ------
+        KeyError
+            Any other name.
+
+        """
+        if name.startswith(SET):
+            return self._set(name.removeprefix(SET))
+        if name.startswith(EXPECT):
+            return self.pipeline.expect(name.removeprefix(EXPECT))
+        return {
+            "reset": self.pipeline.reset,
+            "tare": self.pipeline.tare,
+            "payload": self.pipeline.take_pose,
+        }[name]()
+
+    def _set(self, text):
+        try:
+            changed = json.loads(text)
+            fixed = [name for name in changed if name not in BY_NAME or not BY_NAME[name].live]
+            if fixed:
+                return Answer(False, f"{', '.join(fixed)} cannot be set in a stream that runs")
+            parameters = self._parameters | changed
+            configuration, node = from_parameters(parameters), node_options(parameters)
+            described = replace(
+                configuration.joints, description=self.pipeline.configuration.joints.description
+            )
+            configuration = replace(configuration, joints=described)
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            return Answer(False, f"cannot set {shown(text)}: {error}")
+        self._parameters = parameters
+        self.pipeline.retune(configuration, orientation_of(configuration.joints))
+        self._outputs.set_markers_rate(node.markers_rate)
+        return Answer(True, f"set {', '.join(changed)}")
+
+
+def _told(records):
+    return [("cycle", STRING, {"data": json_line(record)}) for record in records]
+
+
+def message_stream(
+    configuration: Configuration, markers_rate: float = 10.0, make=make_filter
+) -> MessageStream:
+    """
+    Return a new stream, with the robot's kinematics where the configuration names a URDF.
+
+    `make` makes the filter, see `Pipeline`.
+
+    Raises
+    ------
+    PegOnHoleError
+        A URDF that cannot be used.
+
+    """
+    pipeline = Pipeline(configuration, orientation_of(configuration.joints), make)
+    return MessageStream(configuration, pipeline, markers_rate)
+
+
+def orientation_of(joints: JointInput) -> PegJoints | Callable:
+    """
+    Return what makes an AngleMeasurement of a joint state, or the reason why there is none.
+
+    Raises
+    ------
+    PegOnHoleError
+        A URDF that cannot be used.
+
+    """
+    if awaited(joints):
+        return lambda sample: "without_description"
+    if joints.source == "robot":
+        from peg_on_hole_ros.robot.kinematics import orientation_source  # pinocchio is an extra
+
+        return orientation_source(joints)
+    return PegJoints(joints)

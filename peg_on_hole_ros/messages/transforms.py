@@ -1,0 +1,33 @@
+"""The peg in the hole as a transform for /tf, at a rate that displays need."""
+
+from peg_on_hole_ros.messages.plain import HOLE_FRAME
+
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+TOPIC = "/tf"
+PEG_FRAME = "peg"
+# Between two of them [ns].
+PERIOD_NS = 20_000_000
+
+
+class Transforms:
+    """Makes of poses, as `~/pose` has them, transforms hole -> peg; time is that of the stamps."""
+
+    def __init__(self):
+        self._last_ns: int | None = None
+
+    def message(self, pose: dict) -> dict | None:
+        """Return tf2_msgs/TFMessage of a PoseWithCovarianceStamped, or None where none is due."""
+        stamp = pose["header"]["stamp"]
+        t_ns = stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
+        last_ns = self._last_ns
+        # Stamps may jump back: a bag played again, a simulator started again.
+        if last_ns is not None and last_ns <= t_ns < last_ns + PERIOD_NS:
+            return None
+        self._last_ns = t_ns
+        there = pose["pose"]["pose"]
+        transform = {
+            "header": {"stamp": stamp, "frame_id": HOLE_FRAME},
+            "child_frame_id": PEG_FRAME,
+            "transform": {"translation": there["position"], "rotation": there["orientation"]},
+        }
+        return {"transforms": [transform]}

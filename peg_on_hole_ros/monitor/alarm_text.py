@@ -1,0 +1,106 @@
+"""What the alarms say, out of the numbers of a row."""
+
+import numpy as np
+
+from peg_on_hole_ros.monitor.output_row import LEVEL, NOT_JUDGED, NUMBERS
+from peg_on_hole_ros.records import CONTACTS, Alarm
+
+# Places of the causes of jamming, and of a lost contact that is not told apart, or is all of them.
+BY_LOAD, BY_HOLE, BY_STALL, BY_WEDGING_SLIP, BY_WEDGING = range(5)
+ANY, ALL = 3, 4
+# Which names an alarm's numbers have.
+PLAIN, HOLE = 1, 2
+
+# What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
+_NO_JAMMING = "nothing jams the peg ahead"
+# By cause, WARN and ERROR; the first is chosen where the mechanics shows that slip removes it.
+_WEDGING_SLIP = (
+    "the peg nears the tilt at which friction wedges it: turn it about its axis as it closes, "
+    "slip takes the singularity away",
+    "the peg wedges, or is about to: stop pushing, reverse the tilt, and turn it about its axis "
+    "as it closes again, slip takes the singularity away",
+)
+_WEDGING = (
+    "the peg nears the tilt at which friction wedges it, and turning does not help: close with "
+    "less friction, or from another tilt",
+    "the peg wedges, or is about to: stop pushing and reverse the tilt",
+)
+_STALL = (
+    "the push grows and the motion dies: reduce the force on the peg, or turn it about its axis",
+    "the peg stalls against friction: stop pushing, reverse, and try again with less force or "
+    "with slip",
+)
+_LOAD = (
+    "a contact's load nears its limit: reduce the force",
+    "a contact's load passes its limit, or is about to: reduce the force, or reverse",
+)
+_IN_HOLE = (
+    "in the hole the load leaves what slides, by Whitney's diagram: push along the hole, take "
+    "side force and moment away",
+    "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
+)
+# OK, WARN, ERROR; K, B1 or B2 where it is known which, then any of them, then the whole peg.
+_LOST_WHICH = tuple(f"contact {c}" for c in CONTACTS)
+_CONTACT_LOSS = (
+    ("no contact is being lost",) * 5,
+    (
+        *(f"{c} opens: press the peg on, or tilt it less" for c in _LOST_WHICH),
+        "a contact opens: press the peg on, or tilt it less",
+        "the peg leaves the rim: press it on, or let the program go on without contact",
+    ),
+    (
+        *(f"{c} is open: press the peg on, or tilt it less" for c in _LOST_WHICH),
+        "a contact is open, the peg no longer rests on three points: press it on, or begin anew",
+        "the peg has left the rim: begin anew from free air, or press it on",
+    ),
+)
+_OVERLOAD = (
+    ("every contact is within its allowed load",) * 3,
+    tuple(f"contact {c} nears its allowed load: reduce the force" for c in CONTACTS),
+    tuple(
+        f"contact {c} is over its allowed load, or is about to be: reduce the force, or reverse"
+        for c in CONTACTS
+    ),
+)
+_TEXTS = (
+    ((_NO_JAMMING,) * 5, *zip(_LOAD, _IN_HOLE, _STALL, _WEDGING_SLIP, _WEDGING)),
+    _CONTACT_LOSS,
+    _OVERLOAD,
+)
+# Before what an alarm said, while it is held without a value at its threshold.
+WAS = "no longer above its threshold, and held for a while; it was: "
+_DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
+_RISK_NAMES = ("jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk")
+_ABOVE_NAMES = (*_RISK_NAMES, "determinant", "determinant_with_slip")
+_HOLE_NAMES = (*_RISK_NAMES, "insertion_ratio", "whitney_margin")
+_LOSS_NAMES = (
+    *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
+)  # fmt: skip
+_LOAD_NAMES = (
+    "jamming_load", *(f"normal_{c}" for c in CONTACTS), *(f"max_normal_{c}" for c in CONTACTS),
+)  # fmt: skip
+_NAMES = (((), _ABOVE_NAMES, _HOLE_NAMES), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
+ALARM_NAMES = ("jamming", "contact_loss", "overload")
+
+
+def alarms_of(said: np.ndarray) -> tuple[Alarm, ...]:
+    """
+    Return the alarms in words.
+
+    Parameters
+    ----------
+    said : ndarray, shape (3, ALARM_WIDTH)
+        See `row`.
+
+    """
+    if said[0, LEVEL] < 0.0:
+        return ()
+    return tuple(map(_alarm, range(len(ALARM_NAMES)), said.tolist()))
+
+
+def _alarm(i, said):
+    level, which, held, kind = map(int, said[:NUMBERS])
+    text = _DOUBT if held == NOT_JUDGED else _TEXTS[i][level][which]
+    names = _NAMES[i][kind]
+    numbers = tuple(said[NUMBERS : NUMBERS + len(names)])
+    return Alarm(ALARM_NAMES[i], level, WAS + text if held == 1 else text, names, numbers)

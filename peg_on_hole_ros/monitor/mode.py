@@ -1,0 +1,69 @@
+"""The contact mode that is declared, with dwell and hysteresis, and when contact came and went."""
+
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.memory import IN_AIR, UNKNOWN
+
+
+@compiled
+def forget_mode(d):
+    """Forget all evidence."""
+    d.mode = d.candidate = UNKNOWN
+    d.since = d.last_free = d.last_touch = 0.0
+    d.touching = d.onset = -1
+
+
+@compiled
+def declare_mode(d, o, t, shown):
+    """
+    Take the probabilities at a time.
+
+    A mode is declared once it is probable enough for a while, and kept until it no longer is.
+
+    Parameters
+    ----------
+    d : record of FIELDS
+        Changed.
+    o : Thresholds
+    t : float
+        [s].
+    shown : Shown
+
+    """
+    # In the order of MODES.
+    probabilities = (
+        shown.three_point + shown.stuck,
+        shown.two_point,
+        shown.free,
+        shown.opened + shown.other,
+    )
+    best = 0
+    for i in range(1, len(probabilities)):
+        if probabilities[i] > probabilities[best]:
+            best = i
+    if probabilities[best] < o.mode_probability_on:
+        kept = probabilities[d.mode] >= o.mode_probability_off
+        best = d.mode if kept else UNKNOWN
+    if best != d.candidate:
+        d.candidate, d.since = best, t
+    if best != d.mode and t - d.since >= o.mode_dwell:
+        d.mode = best
+    _follow_touch(d, o, t, shown.free)
+
+
+@compiled
+def _follow_touch(d, o, t, free):
+    # Evidence for the other side begins where that for this side was last strong.
+    certain = 1.0 - o.mode_probability_on
+    if free >= 1.0 - certain:
+        d.last_free = t
+    if free <= certain:
+        d.last_touch = t
+    if d.touching < 0:
+        if d.mode != UNKNOWN:
+            d.touching = 1 if free <= 0.5 else 0
+    elif d.touching == 1 and d.mode == IN_AIR:
+        d.touching = d.onset = 0
+        d.turned, d.latency = d.last_touch, t - d.last_touch
+    elif d.touching == 0 and free <= certain and d.mode != IN_AIR:
+        d.touching = d.onset = 1
+        d.turned, d.latency = d.last_free, t - d.last_free

@@ -1,0 +1,148 @@
+"""Whether a peg is where contacts would have it: its measured place against the hole."""
+
+from math import asin, cos, log, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
+from peg_on_hole_ros.monitor.contacts import MOST
+
+# A peg that does not rest on three contacts is anywhere about there [m]: lifted, or laid down.
+ELSEWHERE = 5e-3
+# Above gamma0 by this share: the closed forms end at gamma0.
+_EDGE = 1e-4
+_STEP = 1e-6
+
+
+class Misfit(NamedTuple):
+    """
+    How far a peg is from where it would touch: on three points, or below gamma0 in the hole.
+
+    Attributes
+    ----------
+    offset : float
+        Distance from where contacts would have it [m].
+    deviations : float
+        The same in standard deviations, all three coordinates together.
+    evidence : float
+        Log ratio, p(place | elsewhere) over p(place | contacts), in 0 to MOST: a place that
+        fits is no evidence, for a peg in the air a micrometre above the rim is there too.
+
+    """
+
+    offset: float
+    deviations: float
+    evidence: float
+
+
+@compiled
+def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
+    """
+    Return the peg frame's origin in three-point contact, hole axes, shape (3,) [m].
+
+    Source: docs/notation.md, G1 to G3: O is a1 above the rim, and a2 up the peg's axis.
+    """
+    gamma0 = 2.0 * asin(sqrt((D - d) / (2.0 * D)))
+    gamma = max(gamma, gamma0 * (1.0 + _EDGE))
+    s, c, a1, a2 = closed_forms(d, D, 0.0, gamma0, gamma)[:4]
+    return np.array([a2 * s * cos(psi), a2 * s * sin(psi), a1 - a2 * c])
+
+
+@compiled
+def place_inside(d: float, D: float, gamma: float, place) -> np.ndarray:
+    """
+    Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
+
+    Below gamma0 a peg touches the hole only from within: its lower end is no deeper than two
+    points let it, l sin(gamma) = D - d cos(gamma), and no farther aside than it has room.
+    """
+    aside = sqrt(place[0] * place[0] + place[1] * place[1])
+    room = min(1.0, (D - d) / max(aside, 1e-12))
+    deepest = (D - d * cos(gamma)) / max(sin(gamma), 1e-9)
+    return np.array([room * place[0], room * place[1], min(max(place[2], -deepest), 0.0)])
+
+
+@compiled
+def misfit(q, R, position, position_covariance, d, D, diameter_variance):
+    """
+    Hold a measured place against that of contacts at the measured angles.
+
+    Above gamma0 that is the place of three contacts, below it anywhere in the hole.
+
+    Parameters
+    ----------
+    q : ndarray, shape (3,)
+        gamma, psi, phi [rad].
+    R : ndarray, shape (3, 3)
+        Their covariance [rad^2].
+    position, position_covariance : ndarray, shape (3,), (3, 3)
+        Of the peg's origin in the hole frame [m], [m^2].
+    d, D : float
+        Diameters [m].
+    diameter_variance : float
+        Of d [m^2].
+
+    Returns
+    -------
+    Misfit
+
+    Notes
+    -----
+    The hole's own place is one draw for a whole run, and not one a sample: what speaks against
+    three contacts has to outweigh all that this leaves open, else nothing is said.
+
+    """
+    gamma, psi = q[0], q[1]
+    if cos(gamma) > d / D:
+        return _misfit(position - place_inside(d, D, gamma, position), position_covariance)
+    place = touching_place(d, D, gamma, psi)
+    residual = position - place
+    slopes = np.zeros((3, 2))
+    slopes[:, 0] = (touching_place(d, D, gamma + _STEP, psi) - place) / _STEP
+    slopes[0, 1], slopes[1, 1] = -place[1], place[0]
+    S = position_covariance.copy()
+    for i in range(3):
+        for j in range(3):
+            for k in range(2):
+                for l in range(2):
+                    S[i, j] += slopes[i, k] * R[k, l] * slopes[j, l]
+    if diameter_variance > 0.0:
+        spread = sqrt(diameter_variance)
+        S += _outer(touching_place(d - spread, D, gamma, psi) - place)
+    return _misfit(residual, S)
+
+
+@compiled
+def _misfit(residual, S):
+    """Return the misfit of a residual with a covariance."""
+    wide = S + ELSEWHERE * ELSEWHERE * np.eye(3)
+    squared, determinant = _weighed(S, residual)
+    elsewhere, wide_determinant = _weighed(wide, residual)
+    ratio = squared - elsewhere - log(wide_determinant / determinant)
+    distance = sqrt((residual * residual).sum())
+    return Misfit(distance, sqrt(squared), min(max(0.5 * ratio, 0.0), MOST))
+
+
+@compiled
+def _weighed(S, r):
+    """Return r.T inv(S) r and the determinant of a covariance, shape (3, 3)."""
+    L, white, squared, determinant = np.zeros((3, 3)), np.zeros(3), 0.0, 1.0
+    for i in range(3):
+        for j in range(i + 1):
+            t = S[i, j]
+            for k in range(j):
+                t -= L[i, k] * L[j, k]
+            L[i, j] = sqrt(t) if i == j else t / L[j, j]
+        white[i] = r[i]
+        for k in range(i):
+            white[i] -= L[i, k] * white[k]
+        white[i] /= L[i, i]
+        squared += white[i] * white[i]
+        determinant *= L[i, i] * L[i, i]
+    return squared, determinant
+
+
+@compiled
+def _outer(v):
+    return v.reshape(3, 1) * v.reshape(1, 3)

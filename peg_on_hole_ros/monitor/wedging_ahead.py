@@ -1,0 +1,76 @@
+"""Whether a motion on three contacts leads to where friction makes the equations singular."""
+
+from math import fabs, inf, isfinite, sqrt
+
+from peg_on_hole_ros.estimator.record import RATES, SPREAD, WORK, X
+from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
+from peg_on_hole_ros.monitor.contacts import below
+
+# Slower than any motion a cell makes and faster than rounding: dry friction.
+_COULOMB = (1e-9, 1e-9, 1e-9)
+# Slip at which friction is full [m/s]: near gamma0 K hardly slides, and a slow peg creeps through
+# where a faster one wedges. Real contacts give way by some micrometres before they slide.
+_PRESLIDING = (1e-5, 1e-5, 1e-5)
+# Places on the way at which the determinant is looked at, the last this share above gamma0.
+_POINTS, _END = 6, 3e-3
+# How far the determinant of rigid contact is that of a real one [-].
+_DETERMINANT_STDDEV = 0.03
+# Turning that is tried as a remedy, over the closing rate.
+SLIP = 10.0
+
+
+@compiled
+def wedging_ahead(p, f, rate, turn, turn_variance, rest_rate, horizon):
+    """
+    Return the probability of wedging on the way of a horizon, the determinant, that with slip.
+
+    A peg at rest counts as one that is closed without turning: so a jammed one is pushed.
+    """
+    ratio = p.d / p.D
+    along = f[X + 4] + ratio * f[X + 5]
+    variance = f[RATES + 7] + ratio * (2.0 * f[RATES + 8] + ratio * f[RATES + 14])
+    # psi' and phi' alone are hardly known at a small tilt; they count where their slip is known.
+    dpsi = f[X + 4] if along * along > 9.0 * variance else 0.0
+    # A holder that does not turn the peg does not turn it by the noise of an estimate either, and
+    # so little would take much of the friction away.
+    swing = turn if turn * turn > 9.0 * turn_variance else 0.0
+    gamma = f[X]
+    dgamma = rate
+    end = gamma
+    if fabs(rate) < rest_rate:
+        dgamma = -rest_rate
+    elif rate < 0.0:
+        end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + _END), gamma))
+    uncertain = sqrt(max(f[SPREAD], 0.0))
+    shifted = with_friction(p, p.f + uncertain)
+    rates = (dgamma, dpsi, (swing - dpsi) / ratio)
+    least, where = inf, gamma
+    # Dense towards gamma0, where the determinant bends.
+    first = gamma - p.gamma0
+    step = ((end - p.gamma0) / first) ** (1.0 / (_POINTS - 1))
+    for i in range(_POINTS):
+        at = p.gamma0 + first * step**i
+        d = determinant_at(p, _PRESLIDING, at, rates, f[WORK:])
+        if isfinite(d) and d < least:
+            least, where = d, at
+        if end == gamma:
+            break
+    worst = 0.0
+    if least < inf:
+        spread = _DETERMINANT_STDDEV
+        if uncertain > 0.0:
+            slope = determinant_at(shifted, _PRESLIDING, where, rates, f[WORK:]) - least
+            if isfinite(slope):
+                spread = sqrt(spread * spread + slope * slope)
+        worst = below(-least / spread)
+    now = determinant_at(p, _COULOMB, gamma, rates, f[WORK:])
+    slipping = now
+    if worst > 0.5:
+        turned = (dgamma, dpsi, rates[2] + SLIP * fabs(dgamma))
+        slipping = determinant_at(p, _PRESLIDING, where, turned, f[WORK:])
+    return worst, _finite(now), _finite(slipping)
+
+
+@compiled
+def _finite(x):
+    return x if isfinite(x) else 0.0

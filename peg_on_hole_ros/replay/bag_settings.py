@@ -1,0 +1,68 @@
+"""What a bag itself adds to a configuration: the robot's description, and the sensor's frame."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from peg_on_hole_ros.bags.batch import stretches
+from peg_on_hole_ros.bags.reader import Bag, absolute
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.messages.decode import WRENCH_TYPE
+from peg_on_hole_ros.messages.output import STRING
+from peg_on_hole_ros.robot.sensor_frame import mounting
+from peg_on_hole_ros.robot.urdf_source import awaited
+
+
+class Settled(NamedTuple):
+    """
+    A configuration that is whole.
+
+    Attributes
+    ----------
+    configuration : Configuration
+    line : str
+        What there is to say of the sensor's frame; empty: nothing.
+
+    """
+
+    configuration: Configuration
+    line: str
+
+
+def settled(bag: Bag, configuration: Configuration) -> Settled:
+    """
+    Return a configuration with what the bag tells of the robot; one that is settled stays.
+
+    Raises
+    ------
+    BagError
+        The description is to come by a topic that the bag does not have.
+    PegOnHoleError
+        It cannot be used, or contradicts what is stated of the sensor.
+
+    """
+    joints = configuration.joints
+    if joints.source != "robot":
+        return Settled(configuration, "")
+    if awaited(joints):
+        topic = absolute(configuration.topics.robot_description)
+        bag.require({topic: STRING}, "name the robot's description as a file in joints.urdf")
+        text = next(bag.messages([topic])).message.data
+        configuration = replace(configuration, joints=replace(joints, description=text))
+    frame = _frame(bag, absolute(configuration.topics.wrench))
+    if frame is None:
+        return Settled(configuration, "")
+    wrench, line = mounting(configuration, frame)
+    return Settled(replace(configuration, wrench=wrench), line)
+
+
+def _frame(bag, topic):
+    """Return the frame_id of the first wrench, or None where there is none to be read."""
+    info = bag.topics.get(topic)
+    if info is None or info.types not in ([WRENCH_TYPE], [""]):
+        return None
+    # What cannot be decoded is counted by whoever reads it all.
+    counted = bag.undecodable.copy()
+    first = next(bag.batches({topic: WRENCH_TYPE}), None)
+    bag.undecodable = counted
+    found = [] if first is None else [(at[0], s.frame_id) for at, s in stretches(first, topic)]
+    return min(found)[1] if found else None

@@ -1,0 +1,112 @@
+"""The figures of a replay, taken from the messages that the node would have published."""
+
+from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.messages.determined import determined_reactions
+from peg_on_hole_ros.messages.output import Message
+from peg_on_hole_ros.messages.passed_time import PassedTime
+from peg_on_hole_ros.records import CONTACTS
+
+VERSION = 1
+# An alarm that flickers would fill the summary; further changes are only counted.
+MOST_ALARMS = 1000
+
+
+class Summary:
+    """
+    Collects from output messages what `--summary` tells.
+
+    Time is what has passed: where stamps fall (a simulator that was reset, a bag played again) it
+    goes on from where it was.
+
+    Attributes
+    ----------
+    outputs : int
+
+    """
+
+    def __init__(self):
+        self.outputs = 0
+        self._passed = PassedTime()
+        self._transition: float | None = None
+        self._max_normal: list[float] | None = None
+        self._levels: dict[str, int] = {}
+        self._alarms: list[dict] = []
+        self._alarm_changes = 0
+        self._modes: dict[str, int] = {}
+        self._mode = ""
+
+    def add(self, t_ns: int, messages: list[Message]) -> None:
+        """Take the messages of one stamp [ns]."""
+        self.outputs += 1
+        self._passed.take(t_ns)
+        fields = {topic: message for topic, _, message in messages}
+        normal = determined_reactions(fields)
+        if normal is not None:
+            self._max_normal = list(map(max, self._max_normal or normal, normal))
+        if fields.get("transition", {"data": False})["data"] and self._transition is None:
+            self._transition = self._passed.ns * 1e-9
+        if "contact_mode" in fields:
+            self._mode = fields["contact_mode"]["data"]
+        if "alarms" in fields:
+            self._add_alarms(self._passed.ns * 1e-9, fields["alarms"]["status"])
+        self._count_mode(1)
+
+    def take(self, columns: OutputColumns) -> None:
+        """Take many stamps, as `add` would each."""
+        n, t_ns = len(columns), columns.t_ns
+        self.outputs += n
+        self._passed.take(int(t_ns[0]))
+        run = self._passed.runs[-1]
+        normal = columns.normal[columns.determined]
+        if len(normal):
+            most = normal.max(axis=0).tolist()
+            self._max_normal = list(map(max, self._max_normal or most, most))
+        begun = 0
+        for i, messages in columns.said:
+            fields = {topic: message for topic, _, message in messages}
+            passed = run.passed(int(t_ns[i])) * 1e-9
+            if fields.get("transition", {"data": False})["data"] and self._transition is None:
+                self._transition = passed
+            if "contact_mode" in fields:
+                self._count_mode(i - begun)
+                self._mode, begun = fields["contact_mode"]["data"], i
+            if "alarms" in fields:
+                self._add_alarms(passed, fields["alarms"]["status"])
+        self._count_mode(n - begun)
+        self._passed.take_all(t_ns)
+
+    def _count_mode(self, stamps):
+        if stamps:
+            self._modes[self._mode] = self._modes.get(self._mode, 0) + stamps
+
+    def _add_alarms(self, passed, statuses):
+        for status in statuses:
+            before = self._levels.get(status["name"], 0)
+            self._levels[status["name"]] = status["level"]
+            if status["level"] == before:
+                continue
+            self._alarm_changes += 1
+            if len(self._alarms) < MOST_ALARMS:
+                self._alarms.append(
+                    {
+                        "time": passed,
+                        "name": status["name"],
+                        "level": ("OK", "WARN", "ERROR")[status["level"]],
+                        "message": status["message"],
+                    }
+                )
+
+    def content(self) -> dict:
+        """Return the part of the JSON that the outputs give; times are since the first output."""
+        return {
+            "outputs": self.outputs,
+            "start_time": self._passed.first_ns * 1e-9,
+            "duration": self._passed.ns * 1e-9,
+            "transition_time": self._transition,
+            "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
+            "contact_mode": {
+                mode: count / self.outputs for mode, count in sorted(self._modes.items())
+            },
+            "alarms": self._alarms,
+            "alarm_changes": self._alarm_changes,
+        }

@@ -1,0 +1,152 @@
+"""What is odd in the messages of one topic, whatever the estimate makes of them."""
+
+from collections import Counter
+from collections.abc import Iterable
+from math import sqrt
+from statistics import median
+
+import numpy as np
+
+from peg_on_hole_ros.bags.batch import Stretch
+from peg_on_hole_ros.measurements.repeats import new_repeats, notice_all, said
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+
+# A sensor's noise, and most encoders', changes the last digits within so many messages.
+_ALIKE = 100
+# A joint that turns faster, or by more than a step of the encoder between two messages, is two
+# joints [rad/s], [rad]; once in a while one that counts within a turn begins anew.
+_FASTEST, _STEP = 100.0, 0.01
+_OFTEN = 0.1
+_SHOWN = 4
+# More tell no more of a sensor's noise.
+_MOST_STEPS = 2000
+_OF_WRENCH = {"force": slice(0, 3), "torque": slice(3, 6)}
+
+
+class Oddities:
+    """
+    Looks at wrenches or joint states in the order of a recording.
+
+    Parameters
+    ----------
+    names : sequence of str, optional
+        Joints that are looked at; of a wrench none.
+
+    """
+
+    def __init__(self, names=()):
+        self._names = tuple(names)
+        self._parts = {"position": slice(None)} if names else _OF_WRENCH
+        self._frames: Counter[str] = Counter()
+        self._first: dict[str, np.ndarray] = {}
+        self._changed: set[str] = set()
+        self._last: tuple[int, np.ndarray] | None = None
+        self._count = self._jumps = 0
+        self._steps: dict[str, list[float]] = {"force": [], "torque": []}
+        self._widest = 0.0
+        self._repeats: np.ndarray | None = None
+
+    def add(self, found: Iterable[tuple[np.ndarray, Stretch]]) -> None:
+        """Take what `stretches` yields; joint states without all of the names tell nothing."""
+        places, stamps, values = [], [], []
+        for at, stretch in sorted(found, key=lambda one: one[0][0]):
+            columns = {name: i for i, name in enumerate(stretch.names)}
+            if not columns.keys() >= set(self._names):
+                continue
+            rows = stretch.values
+            rows = rows[:, [columns[name] for name in self._names]] if self._names else rows
+            self._frames[stretch.frame_id] += len(at)
+            places.append(at)
+            stamps.append(stretch.t_ns)
+            values.append(rows)
+        if places:
+            order = np.argsort(np.concatenate(places))
+            self._take(np.concatenate(stamps)[order], np.concatenate(values)[order])
+
+    def _take(self, t_ns, values):
+        self._count += len(t_ns)
+        if self._repeats is None:
+            self._repeats = new_repeats(values.shape[1])
+        notice_all(self._repeats, t_ns * 1e-9, values)
+        for name, part in self._parts.items():
+            first = self._first.setdefault(name, values[0, part])
+            if name not in self._changed and (values[:, part] != first).any():
+                self._changed.add(name)
+        if not self._names:
+            for name, part in _OF_WRENCH.items():
+                steps = np.linalg.norm(np.diff(values[:, part], axis=0), axis=1)
+                self._steps[name] += steps[: _MOST_STEPS - len(self._steps[name])].tolist()
+            return
+        if self._last is not None:
+            t_ns = np.concatenate(([self._last[0]], t_ns))
+            values = np.concatenate(([self._last[1]], values))
+        seconds = np.maximum(np.diff(t_ns) * 1e-9, 0.0)
+        way = np.abs(np.diff(values, axis=0)).max(axis=1, initial=0.0)
+        jumps = way > np.maximum(_STEP, _FASTEST * seconds)
+        self._jumps += int(jumps.sum())
+        self._widest = max(self._widest, float(way[jumps].max(initial=0.0)))
+        self._last = int(t_ns[-1]), values[-1]
+
+    def noise(self, name: str) -> float | None:
+        """Return at least what noise `force` or `torque` has [N], [N m]; None: few messages."""
+        steps = self._steps[name]
+        # Half of the steps of three noisy components are longer than sqrt(2 * 2.37) deviations; a
+        # motion makes them longer still.
+        return median(steps) / sqrt(4.73) if len(steps) >= _ALIKE else None
+
+    def lines(self) -> list[str]:
+        """Return what a user has to look at, a line for each oddity."""
+        repeated = "" if self._repeats is None else said(self._repeats)
+        told = [repeated] if repeated else []
+        if len(self._frames) > 1:
+            frames = ", ".join(f"{name!r} ({n})" for name, n in self._frames.most_common(_SHOWN))
+            told.append(
+                f"messages of {len(self._frames)} frames, {frames}, count as one's: two publish "
+                "on one topic; give each a topic of its own"
+            )
+        if self._jumps > _OFTEN * self._count:
+            told.append(
+                f"positions jump {self._jumps} times in {self._count} messages, by up to "
+                f"{self._widest:.3g} and faster than {_FASTEST:g} a second: two publish joints of "
+                "the same names on one topic, or the stamps are wrong"
+            )
+        for name, value in self._first.items():
+            if self._count >= _ALIKE and name not in self._changed:
+                shown = ", ".join(f"{x:.6g}" for x in value)
+                why = (
+                    "the peg rests throughout, or the driver repeats an old one"
+                    if self._names
+                    else "a sensor's noise changes it, so the driver does not fill it or repeats "
+                    "an old one"
+                )
+                told.append(f"{name} is ({shown}) in all {self._count} messages: {why}")
+        return told
+
+
+def two_robots(types: dict[str, list[str]], wrench: str, joints: str) -> str:
+    """
+    Return what speaks for a wrench and joint states of two robots, or nothing.
+
+    Parameters
+    ----------
+    types : dict of str to list of str
+        Of each topic in a bag.
+    wrench, joints : str
+        Topics that are read.
+
+    """
+    (at_wrench, _, wrench_name), (at_joints, _, joints_name) = (
+        topic.rpartition("/") for topic in (wrench, joints)
+    )
+    others = (
+        (f"{at_joints}/{wrench_name}", WRENCH_TYPE),
+        (f"{at_wrench}/{joints_name}", JOINTS_TYPE),
+    )
+    found = [topic for topic, name in others if types.get(topic) == [name]]
+    if at_wrench == at_joints or not found:
+        return ""
+    return (
+        f"topics: {wrench} and {joints} are read, of two namespaces, though there is "
+        f"{' and '.join(found)}: wrench and joint states have to be of one robot (topics.wrench, "
+        "topics.joint_states)"
+    )

@@ -1,0 +1,158 @@
+"""The report of a comparison: two outputs drawn over each other, and how far they are apart."""
+
+from math import isfinite, nan, pi
+
+import numpy as np
+
+from peg_on_hole_ros.bags.estimates import Estimate
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.report.markup import html, points, section, table
+from peg_on_hole_ros.report.model import model
+from peg_on_hole_ros.report.page import document
+from peg_on_hole_ros.report.panels import (
+    Source,
+    difference_panels,
+    estimate_panels,
+    with_data,
+)
+from peg_on_hole_ros.report.provenance import made_at, versions
+from peg_on_hole_ros.report.thinning import Rows
+from peg_on_hole_ros.report.tracks import MOST_DRAWN, QUANTITIES, Tracks, named
+from peg_on_hole_ros.report.words import Place
+
+# Of the values of an estimate: angles and reactions.
+_DRAWN = (0, 1, 2, 6, 7, 8)
+_ANGLES = 3
+
+
+class Overlay:
+    """Collects pairs of estimates of one stamp."""
+
+    def __init__(self):
+        self.a, self.b = Tracks(), Tracks()
+        self._difference = Rows(len(QUANTITIES))
+
+    def add(self, a: Estimate, b: Estimate) -> None:
+        """Take the estimates of one stamp."""
+        self.a.add_recorded(a)
+        self.b.add_recorded(b)
+        apart = []
+        for k, i in enumerate(_DRAWN):
+            difference, stddev = b.values[i] - a.values[i], min(a.stddev[i], b.stddev[i])
+            if 0 < k < _ANGLES and isfinite(difference):
+                difference -= 2 * pi * round(difference / (2 * pi))
+            known = stddev > 0.0 and (k < _ANGLES or _determined(a) and _determined(b))
+            apart.append(difference / stddev if known else nan)
+        self._difference.add(self.a.passed_ns, apart)
+
+    def tables(self) -> dict[str, dict[str, np.ndarray]]:
+        """Return the columns of `a`, `b` and `difference` [stddev]."""
+        a, b = self.a.columns(), self.b.columns()
+        for name in QUANTITIES[1:_ANGLES]:
+            # Both begin within half a turn of zero, not always on the same side.
+            turns = 2 * pi * np.round((a[name][0] - b[name][0]) / (2 * pi))
+            for end in ("", "_low", "_high"):
+                b[name + end] = b[name + end] + turns
+        return {
+            "a": a,
+            "b": b,
+            "difference": named(*self._difference.arrays(MOST_DRAWN), QUANTITIES),
+        }
+
+
+def _determined(estimate):
+    return estimate.monitor.get("reactions_determined", 1.0) != 0.0
+
+
+def comparison_page(
+    a: str, b: str, result: dict, overlay: Overlay, configuration: Configuration
+) -> str:
+    """
+    Return the report as one HTML page.
+
+    Parameters
+    ----------
+    a, b : str
+        What is compared, as it was given.
+    result : dict
+        What `compare --json` prints.
+    overlay : Overlay
+    configuration : Configuration
+        Its limits are drawn.
+
+    """
+    tables = overlay.tables()
+    sources = [Source("a", "A"), Source("b", "B", "second")]
+    panels = [*estimate_panels(sources, configuration), *difference_panels()]
+    modes = {"A": overlay.a.modes, "B": overlay.b.modes}
+    drawn = model(with_data(panels, tables, 2), tables, overlay.a.passed_ns, modes)
+    before = [
+        "<header>\n<h1>Comparison of two outputs</h1>",
+        f'<p class="lead">{html(_headline(result))}</p>',
+        f'<p class="note">A: {html(a)}<br>B: {html(b)}</p>\n</header>',
+        section("summary", "In short", points(_summary(result))),
+    ]
+    after = [_quantities(result), _configuration(result), _origin()]
+    return document("Comparison of two outputs", before, drawn, after)
+
+
+def _headline(result):
+    if result["identical"]:
+        return "Both outputs are the same, bit for bit."
+    if not result["differs"]:
+        return "Both outputs are the same in all that both have."
+    rows = [row for row in result["quantities"] if row["max_in_stddev"] is not None]
+    if not rows:
+        return "The outputs differ."
+    most = max(rows, key=lambda row: row["max_in_stddev"])
+    if not most["max_in_stddev"]:
+        return "The outputs differ, though not in angles, rates or reactions."
+    return (
+        f"The outputs differ, most in {most['name']}: by up to {most['max']:.3g} {most['unit']}, "
+        f"{most['max_in_stddev']:.3g} standard deviations."
+    )
+
+
+def _summary(result):
+    stamps = result["stamps"]
+    yield Place(
+        f"{stamps['common']} stamps are in both, {stamps['only_a']} in A alone, "
+        f"{stamps['only_b']} in B alone."
+    )
+    yield Place(
+        f"The contact mode agrees at {result['contact_mode_agrees']:.2%} of them, the transition "
+        f"at {result['transition_agrees']:.2%}."
+    )
+
+
+def _quantities(result):
+    rows = [
+        (
+            row["name"],
+            row["unit"],
+            *(
+                "-" if row[k] is None else f"{row[k]:.3g}"
+                for k in ("max", "rms", "max_in_stddev", "rms_in_stddev")
+            ),
+        )
+        for row in result["quantities"]
+    ]
+    head = "B - A", "unit", "max", "RMS", "max/stddev", "RMS/stddev"
+    return section("quantities", "Differences", table(head, rows))
+
+
+def _configuration(result):
+    differences = result["configuration"]
+    if differences is None:
+        text = "<p>Not both outputs carry their configuration.</p>"
+    elif differences:
+        rows = [(name, str(x), str(y)) for name, (x, y) in differences.items()]
+        text = table(("parameter", "A", "B"), rows)
+    else:
+        text = "<p>All settings are the same.</p>"
+    return section("changed", "Settings that differ", text)
+
+
+def _origin():
+    rows = [("made", made_at()), *versions()]
+    return section("origin", "Where this comes from", table(("", ""), rows))

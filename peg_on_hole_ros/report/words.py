@@ -1,0 +1,168 @@
+"""The first lines of a report: what happened, in words."""
+
+from typing import NamedTuple
+
+from peg_on_hole_ros.messages.passed_time import Run
+from peg_on_hole_ros.records import CONTACTS
+from peg_on_hole_ros.report.tracks import Peak
+
+# A clock that goes back a little belongs to the stamps about it [ns].
+_BESIDE_NS = 1_000_000_000
+_LEVELS = {"OK": 0, "WARN": 1, "ERROR": 2}
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
+_MOST_ALARMS = 8
+
+
+class Place(NamedTuple):
+    """A sentence, and the time in the recording that it is about [s]; None: all of it."""
+
+    text: str
+    t: float | None = None
+
+
+def tries_at(cycles: list[dict], runs: list[Run]) -> list[float]:
+    """Return when each try begins, in passed time [s]: their records have stamps alone."""
+    times, at, before_ns = [], 0, None
+    for cycle in cycles:
+        begun_ns = round(cycle["start_time"] * 1e9)
+        # Tries follow each other: one that begins before the last is of a later run.
+        at = min(at + (before_ns is not None and begun_ns < before_ns), max(len(runs) - 1, 0))
+        before_ns = begun_ns
+        for i in range(at, len(runs)):
+            if runs[i].first_ns - _BESIDE_NS <= begun_ns <= runs[i].last_ns:
+                at = i
+                break
+        times.append(max(runs[at].passed(begun_ns), 0) * 1e-9 if runs else 0.0)
+    return times
+
+
+def headline(cycles: list[dict], begun: list[float], judged: bool) -> Place:
+    """
+    Return whether the peg went in, and when.
+
+    Parameters
+    ----------
+    cycles : list of dict
+        Tries, see `Cycles`.
+    begun : list of float
+        When each began [s].
+    judged : bool
+        Whether contact modes were judged at all.
+
+    """
+    if not judged:
+        return Place("Whether the peg went in was not judged: monitor.modes is false.")
+    if not cycles:
+        return Place("No try to insert the peg: contact never came.")
+    last, t, count = cycles[-1], begun[-1], len(cycles)
+    among = "" if count == 1 else f", in the {_ordinal(count)} of {count} tries"
+    peg = {
+        "inserted": "The peg went in",
+        "jammed": "The peg did not go in: it jammed",
+        "aborted": "The peg did not go in: contact was given up",
+        "unfinished": "The recording ends before the peg was in",
+    }[last["outcome"]]
+    if last["transition_time"] is None:
+        return Place(f"{peg}{among}.", t)
+    at = t + last["transition_time"]
+    when = f", {last['transition_time']:.3f} s after first contact" if among == "" else ""
+    return Place(f"{peg}{among}: transition at {at:.3f} s{when}.", at)
+
+
+def _ordinal(n):
+    return _ORDINALS[n - 1] if n <= len(_ORDINALS) else f"{n}th"
+
+
+def load_line(peaks: dict[str, Peak], limits) -> Place:
+    """Return the worst load against its limit [N]."""
+    if not peaks:
+        return Place("No load is known: the reactions were determined nowhere.")
+    shares = {name: peaks[name].normal / limit for name, limit in _limited(peaks, limits)}
+    worst = max(shares, key=shares.get)
+    peak, limit = peaks[worst], dict(_limited(peaks, limits))[worst]
+    over = "over its limit" if shares[worst] > 1 else f"{shares[worst]:.0%} of its limit"
+    text = f"Worst load: {peak.normal:.3g} N at {worst}, {over} of {limit:g} N."
+    return Place(text, peak.t_ns * 1e-9)
+
+
+def _limited(peaks, limits):
+    return [(name, limit) for name, limit in zip(CONTACTS, limits) if name in peaks]
+
+
+def risen(alarms: list[dict]) -> list[bool]:
+    """Return for each change of an alarm's level whether it has risen, and rises no further."""
+    levels: dict[str, list[int]] = {}
+    at = []
+    for alarm in alarms:
+        of_name = levels.setdefault(alarm["name"], [0])
+        at.append(len(of_name))
+        of_name.append(_LEVELS[alarm["level"]])
+    return [
+        levels[alarm["name"]][i] > levels[alarm["name"]][i - 1]
+        and levels[alarm["name"]][i] >= max(levels[alarm["name"]][i : i + 2])
+        for alarm, i in zip(alarms, at)
+    ]
+
+
+def alarm_lines(alarms: list[dict], changes: int) -> list[Place]:
+    """Return each alarm with what to do, where it rose; one that comes again is counted."""
+    found: dict[tuple, list[float]] = {}
+    for alarm, told in zip(alarms, risen(alarms)):
+        if told:
+            key = alarm["name"], alarm["level"], alarm["message"]
+            found.setdefault(key, []).append(alarm["time"])
+    if not found:
+        return [Place("No alarm.")]
+    # The graver ones first.
+    ordered = sorted(found.items(), key=lambda item: (-_LEVELS[item[0][1]], item[1][0]))
+    told = [
+        Place(f"{name} {level} at {times[0]:.3f} s{_times(times)}: {message}.", times[0])
+        for (name, level, message), times in ordered[:_MOST_ALARMS]
+    ]
+    left = len(ordered) - len(told) + max(0, changes - len(alarms))
+    return [*told, *([Place(f"And {left} more, in the table of alarms.")] if left else [])]
+
+
+def _times(times):
+    more = len(times) - 1
+    return f" and {more} more time{'s' if more > 1 else ''}" if more else ""
+
+
+def doubt_lines(doubts: list[str], undetermined: float | None) -> list[Place]:
+    """
+    Return what makes the numbers doubtful, the likeliest cause first.
+
+    Parameters
+    ----------
+    doubts : list of str
+        From `advice`.
+    undetermined : float or None
+        Share of three-point contact in which reactions are not determined.
+
+    """
+    told = [Place(f"{_sentence(text)}.") for text in doubts]
+    if told:
+        told[0] = Place(f"Likeliest cause: {doubts[0]}.")
+    else:
+        told = [Place("Nothing speaks against the settings.")]
+    if undetermined:
+        told.append(
+            Place(
+                f"In {undetermined:.1%} of three-point contact the wrench does not determine the "
+                "reactions: they are left out of plots and figures there."
+            )
+        )
+    return told
+
+
+def dropped_line(messages: dict) -> Place:
+    """Return how many messages were used, and why others were not."""
+    read, used, dropped = messages["read"], messages["used"], messages["dropped"]
+    if not dropped:
+        return Place(f"Nothing was dropped: all {read} messages were used.")
+    reasons = ", ".join(f"{count} {reason}" for reason, count in dropped.items())
+    return Place(f"{used} of {read} messages were used. Dropped: {reasons}.")
+
+
+def _sentence(text):
+    return text[:1].upper() + text[1:]

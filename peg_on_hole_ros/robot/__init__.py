@@ -1,0 +1,1 @@
+"""The robot's description: joints, links, and where the sensor sits."""

@@ -1,0 +1,123 @@
+"""Where the sensor sits on the peg, by the link of the URDF that the wrench's frame_id names."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rpy_of
+from peg_on_hole_ros.robot.urdf_file import parts
+from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
+from peg_on_hole_ros.safe_text import shown
+
+# By so much a stated pose may differ from that of the URDF [m], [rad].
+NEAR, ALIKE = 1e-3, 0.01
+_DEFAULT = WrenchInput()
+
+
+class Mounting(NamedTuple):
+    """
+    Where the sensor is taken to sit.
+
+    Attributes
+    ----------
+    wrench : WrenchInput
+        With the pose that is used.
+    line : str
+        What there is to say of it; empty: nothing.
+
+    """
+
+    wrench: WrenchInput
+    line: str
+
+
+def mounting(configuration: Configuration, frame: str) -> Mounting:
+    """
+    Return where the sensor of a wrench with a frame_id sits.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    frame : str
+        frame_id of the wrench.
+
+    Raises
+    ------
+    PegOnHoleError
+        What is stated contradicts the URDF, or the URDF cannot be used.
+
+    """
+    wrench, joints = configuration.wrench, configuration.joints
+    if joints.source != "robot" or wrench.sensor_pose == "stated" or awaited(joints):
+        return Mounting(wrench, "")
+    stated = [name for name in ("sensor_xyz", "sensor_rpy") if _is_stated(wrench, name)]
+    pose = _on_peg(joints, frame)
+    if isinstance(pose, str):
+        return Mounting(
+            wrench, "" if stated else f"{pose}; the sensor is taken to sit at {_said(wrench)}"
+        )
+    found = replace(wrench, sensor_xyz=pose[0], sensor_rpy=pose[1])
+    off = [name for name in stated if not _alike(wrench, found, name)]
+    if off:
+        given = " and ".join(f"wrench.{name} = {list(getattr(wrench, name))}" for name in off)
+        raise PegOnHoleError(
+            f"{given} is not where {named(joints)} has {shown(frame)}, the frame_id of the "
+            f"wrench: {_said(found)}; take it out, or state wrench.sensor_pose: stated"
+        )
+    used = replace(found, **{name: getattr(wrench, name) for name in stated})
+    return Mounting(used, "" if used == wrench else f"sensor: at {shown(frame)}, {_said(found)}")
+
+
+def _is_stated(wrench, name):
+    return getattr(wrench, name) != getattr(_DEFAULT, name)
+
+
+def _said(wrench):
+    xyz, rpy = (
+        ", ".join(f"{x:.6g}" for x in values) for values in (wrench.sensor_xyz, wrench.sensor_rpy)
+    )
+    return f"wrench.sensor_xyz: [{xyz}], sensor_rpy: [{rpy}]"
+
+
+def _alike(stated, found, name):
+    if name == "sensor_xyz":
+        return bool(np.linalg.norm(np.subtract(stated.sensor_xyz, found.sensor_xyz)) <= NEAR)
+    turn = rotation_from_rpy(stated.sensor_rpy).T @ rotation_from_rpy(found.sensor_rpy)
+    return bool(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0)) <= ALIKE)
+
+
+def _on_peg(joints: JointInput, frame: str):
+    """Return xyz and rpy of a link in the peg frame, or in words why it has none."""
+    links, every = parts(description_of(joints), named(joints))
+    if frame not in links:
+        return f"frame_id {shown(frame)} of the wrench is no link of {named(joints)}"
+    above = {joint.child: joint for joint in every.values()}
+    tip_root, R_0T, p_0T = _rigid_root(joints.tip_frame, above)
+    root, R_0S, p_0S = _rigid_root(frame, above)
+    if root != tip_root:
+        return (
+            f"frame_id {shown(frame)} of the wrench is a link that {joints.tip_frame} moves "
+            "against: numbers in its axes need wrench.axes: base"
+        )
+    R_0P = R_0T @ rotation_from_rpy(joints.peg_rpy)
+    p_0P = p_0T + R_0T @ np.array(joints.peg_xyz)
+    xyz, rpy = R_0P.T @ (p_0S - p_0P), rpy_of(R_0P.T @ R_0S)
+    # Noise of the last digits would be told as part of the pose.
+    return tuple(tuple(round(float(x), 9) + 0.0 for x in values) for values in (xyz, rpy))
+
+
+def _rigid_root(link, above):
+    """Return the highest link that is fixed to this one, and the pose of this one in it."""
+    R, p = np.eye(3), np.zeros(3)
+    seen = {link}
+    while link in above and above[link].kind == "fixed" and above[link].parent not in seen:
+        joint = above[link]
+        turn = rotation_from_rpy(joint.rpy)
+        R, p = turn @ R, np.array(joint.xyz) + turn @ p
+        link = joint.parent
+        seen.add(link)
+    return link, R, p

@@ -1,0 +1,223 @@
+"""What /diagnostics says once a second: rates, latency, every message's fate, filter health."""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+from peg_on_hole_ros.messages.output import HARDWARE_ID
+from peg_on_hole_ros.messages.plain import header
+from peg_on_hole_ros.replay.advice import MISFIT, MISFIT_COUNT
+
+OK, WARN, ERROR = 0, 1, 2
+NAME = "peg_on_hole"
+
+# Among the names of counts: what is not used, and what is no event to speak of.
+_LOST = re.compile("_(dropped|gated)")
+_OWN_ERROR = "_internal_error"
+_OVERLOAD = "_dropped_overload"
+# Of the time; what the rest goes to is not the node's own work.
+_BUSY = 0.9
+_TOO_SLOW = (
+    "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
+    "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
+)
+_NOT_ALONE = (
+    "{} publish on the topics of this node: another of its name, or a bag of its outputs that is "
+    "played; end one, or rename one (-r __node:=NAME, -r __ns:=/NAMESPACE)"
+)
+# Stamps that far from the node's clock are another clock's: a latency is none [s].
+_OTHER_CLOCK = 1.0
+_USUAL = re.compile(
+    "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
+    "|settings_changed)$"
+)
+# Of another driver on the topic, as a gripper's, where joint states that can be used come too.
+_SHARED = "joints_dropped_missing_joint"
+
+
+class Diagnostics:
+    """
+    Gathers figures between two reports.
+
+    Unlike everything else that the node publishes these depend on the clock, so a replay has
+    none of them.
+
+    Parameters
+    ----------
+    wrench_publishers : callable, optional
+        Returns how many publish on the topic of the wrench.
+    output_publishers : callable, optional
+        Returns how many publish on the topics of the node, which is one of them.
+    counts : dict of str to int, optional
+        Every message by fate up to now: what no report is to call new.
+
+    """
+
+    def __init__(
+        self,
+        wrench_publishers: Callable[[], int] = lambda: 1,
+        output_publishers: Callable[[], int] = lambda: 1,
+        counts: dict[str, int] | None = None,
+    ):
+        self._wrench_publishers = wrench_publishers
+        self._output_publishers = output_publishers
+        self._publish = 1
+        self._received: Counter[str] = Counter()
+        self._busy_ns = 0
+        self._longest_ns = 0
+        self._outputs = 0
+        self._age_ns: int | None = None
+        self._counts = dict(counts or {})
+        self._shared = 0
+
+    def received(self, source: str, busy_ns: int, outputs: bool = False) -> None:
+        """Note one message from `wrench` or `joints`, and how long its callback took [ns]."""
+        self._received[source] += 1
+        self._busy_ns += busy_ns
+        self._longest_ns = max(self._longest_ns, busy_ns)
+        self._outputs += outputs
+
+    def aged(self, age_ns: int | None) -> None:
+        """Note how old the latest estimate's stamp was when it was published; None: no clock."""
+        self._age_ns = age_ns
+
+    def report(
+        self,
+        t_ns: int,
+        elapsed_ns: int,
+        counts: dict[str, int],
+        health: dict[str, float],
+        model: str = "",
+        causes: Sequence[str] = (),
+        idle: str = "",
+    ) -> tuple[dict, list[str]]:
+        """
+        Return the diagnostic_msgs/DiagnosticArray since the last report, and lines to log.
+
+        Parameters
+        ----------
+        t_ns : int
+            Stamp of the report [ns].
+        elapsed_ns : int
+            Since the last one, > 0 [ns].
+        counts : dict of str to int
+            Every message by fate since the start.
+        health : dict of str to float
+            Of the filter.
+        model : str
+            Which model of the contact is in use, and why.
+        causes : sequence of str
+            Settings that the data have contradicted, a line each.
+        idle : str
+            Why there is no estimate by the node's own decision; empty: there may be one.
+
+        """
+        new = self._new(counts)
+        lost = {name: count for name, count in new.items() if _LOST.search(name)}
+        load = self._busy_ns / elapsed_ns
+        busy = load > _BUSY or any(name.endswith(_OVERLOAD) for name in new)
+        output, joined = self._output()
+        status = [
+            self._input(elapsed_ns, counts, lost),
+            self._timing(elapsed_ns, load, busy),
+            output,
+            self._filter(health, model, new, causes, idle),
+        ]
+        told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
+        told += joined
+        self._received.clear()
+        self._busy_ns = self._longest_ns = self._outputs = 0
+        self._age_ns = None
+        return {"header": header(t_ns), "status": status}, [*_lines(new), *told]
+
+    def rest(self, counts: dict[str, int]) -> list[str]:
+        """Return lines to log of what came after the last report, where no other will follow."""
+        return _lines(self._new(counts))
+
+    def _new(self, counts):
+        """Return what is new and worth telling since the last call."""
+        new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
+        self._counts = dict(counts)
+        self._shared = new.pop(_SHARED, 0) if new.get("joints_used", 0) > 0 else 0
+        # What a late message changed may also have undone something.
+        return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
+
+    def _input(self, elapsed_ns, counts, lost):
+        seconds = elapsed_ns * 1e-9
+        came = Counter(self._received)
+        for name in came:
+            came[name] += lost.get(name + _OVERLOAD, 0)
+        values = {f"{name}_rate": came[name] / seconds for name in ("wrench", "joints")}
+        silent = [name for name in ("wrench", "joints") if not self._received[name]]
+        publishers = self._wrench_publishers()
+        if silent:
+            text = f"no messages of {' and '.join(silent)}: check topic names, QoS and domain"
+        elif publishers > 1:
+            # Joint states of robot and gripper share a topic as a rule; wrenches of two mix.
+            text = f"{publishers} publish on the topic of the wrench, which has to be one sensor's"
+        elif lost:
+            text = f"not used: {', '.join(f'{count} {name}' for name, count in lost.items())}"
+        elif self._shared:
+            text = f"all messages used, but {self._shared} joint states of another driver"
+        else:
+            text = "all messages used"
+        bad = silent or lost or publishers > 1
+        values["wrench_publishers"] = publishers
+        return _status("input", WARN if bad else OK, text, values | counts)
+
+    def _output(self):
+        """Return the status of who publishes the outputs, and a line where more came to do so."""
+        before, self._publish = self._publish, self._output_publishers()
+        alone = self._publish <= 1
+        text = "published by this node alone" if alone else _NOT_ALONE.format(self._publish)
+        status = _status("output", OK if alone else WARN, text, {"publishers": self._publish})
+        return status, [text] if self._publish > max(before, 1) else []
+
+    def _filter(self, health, model, new, causes, idle):
+        if any(name.endswith(_OWN_ERROR) for name in new):
+            text = "an error of the program: the filter was restarted, its log has the traceback"
+            return _status("filter", ERROR, text, health)
+        if idle:
+            return _status("filter", ERROR, idle, health)
+        # What the motion contradicts is wrong, whatever else is told, until another motion fits.
+        if MISFIT_COUNT in new or health.get("misfit"):
+            return _status("filter", ERROR, "; ".join(causes or [MISFIT]), health)
+        if causes:
+            return _status("filter", WARN, "; ".join(causes), health)
+        running = f"running; {model}" if model else "running"
+        return _status("filter", OK, running if self._outputs else "no estimate", health)
+
+    def _timing(self, elapsed_ns, load, busy):
+        received = sum(self._received.values())
+        values = {
+            "load": load,
+            "output_rate": self._outputs / (elapsed_ns * 1e-9),
+            "callback_max_s": self._longest_ns * 1e-9,
+        }
+        if received:
+            values["callback_mean_s"] = self._busy_ns * 1e-9 / received
+        if self._age_ns is not None:
+            values["stamp_age_s"] = self._age_ns * 1e-9
+        text = f"{_TOO_SLOW if busy else 'keeping up'}{self._clocks_apart()}"
+        return _status("timing", WARN if busy else OK, text, values)
+
+    def _clocks_apart(self):
+        age = 0.0 if self._age_ns is None else self._age_ns * 1e-9
+        if abs(age) < _OTHER_CLOCK:
+            return ""
+        side = "behind" if age > 0 else "ahead of"
+        return f"; stamps are {abs(age):.1f} s {side} this node's clock"
+
+
+def _lines(new):
+    return [f"{name.replace('_', ' ')}: {count} times" for name, count in new.items()]
+
+
+def _status(name, level, message, values):
+    return {
+        "level": level,
+        "name": f"{NAME}: {name}",
+        "message": message,
+        "hardware_id": HARDWARE_ID,
+        "values": [{"key": key, "value": f"{value:.9g}"} for key, value in values.items()],
+    }

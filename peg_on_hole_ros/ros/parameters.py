@@ -1,0 +1,226 @@
+"""Parameters of the node: declared from the table, checked together, fixed once configured."""
+
+from copy import copy
+from pathlib import Path
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+
+from peg_on_hole_ros.config.configuration import (
+    BY_NAME,
+    check,
+    check_one,
+    from_parameters,
+    node_options,
+)
+from peg_on_hole_ros.config.node_parts import BODY, is_ours, of_node, parts
+from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.config.parameter_table import PARAMETERS
+from peg_on_hole_ros.config.parameters_file import load_yaml, read_parameters
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.robot.urdf_source import beside
+from peg_on_hole_ros.safe_text import printable
+
+
+def declare(node: Node) -> None:
+    """
+    Declare every row of the table that no override has declared yet.
+
+    Typing is dynamic, so that a value of a wrong type reaches the check of the configuration,
+    whose message has unit, range and remedy; rclpy's own has none.
+    """
+    for row in PARAMETERS:
+        if not node.has_parameter(row.name):
+            default = list(row.default) if isinstance(row.default, tuple) else row.default
+            descriptor = ParameterDescriptor(name=row.name, dynamic_typing=True)
+            node.declare_parameter(row.name, default, descriptor)
+
+
+def describe(node: Node) -> None:
+    """Have the descriptors of parameters that have been checked say effect, unit and range."""
+    for row in PARAMETERS:
+        unit = f" [{row.unit}]" if row.unit else ""
+        descriptor = ParameterDescriptor(
+            name=row.name,
+            description=f"{row.effect}{unit}",
+            additional_constraints=_constraints(row),
+            dynamic_typing=True,
+        )
+        if row.type == "double" and row.low is not None:
+            ends = {"from_value": float(row.low), "to_value": float(row.high)}
+            descriptor.floating_point_range = [FloatingPointRange(**ends)]
+        if row.type == "integer" and row.low is not None:
+            ends = {"from_value": int(row.low), "to_value": int(row.high)}
+            descriptor.integer_range = [IntegerRange(**ends)]
+        node.set_descriptor(row.name, descriptor)
+
+
+def _constraints(row):
+    """Return in words what a descriptor has no fields for."""
+    told = [] if row.live else ["needs a node that is not configured"]
+    if row.choices:
+        told.append(f"one of {', '.join(row.choices)}")
+    elif row.type == "double[]":
+        told.append(f"{len(row.default)} values from {row.low:g} to {row.high:g}")
+    return "; ".join(told)
+
+
+class Explained:
+    """For a Node: says what can be set at present, and why the rest cannot."""
+
+    def describe_parameter(self, name):
+        """Return a descriptor; read_only: as long as the node is configured."""
+        # rclpy takes no descriptor back that is read-only, which is so for a while alone.
+        descriptor = copy(super().describe_parameter(name))
+        if name in BY_NAME:
+            descriptor.read_only = self.is_configured and not BY_NAME[name].live
+        return descriptor
+
+    def set_parameters_atomically(self, parameter_list):
+        """Set all or none; what cannot be set at present, and no parameter, has its reason."""
+        result = refusal(self, self.is_configured, parameter_list)
+        return super().set_parameters_atomically(parameter_list) if result.successful else result
+
+
+class FilesChecked:
+    """
+    For a Node: looks through the parameters files before ROS 2 hands over what it made of them.
+
+    What is wrong is told with file and line, as by every command; ROS 2 hands over values alone,
+    an empty list as no value, at which rclpy raises without its name.
+
+    Attributes
+    ----------
+    arguments : list of str
+        Of the process; set before the Node is made.
+
+    """
+
+    arguments: list[str]
+    _looked = False
+
+    def declare_parameters(self, namespace, parameters, ignore_override=False):
+        """Declare; a Node does it first with what files and arguments have."""
+        if not self._looked:
+            self._looked = True
+            check_files(self.get_fully_qualified_name(), self.arguments)
+        empty = [row[0] for row in parameters if len(row) > 1 and row[1] is None]
+        check({name: [] for name in empty})
+        if empty:
+            raise PegOnHoleError(
+                f"{empty[0]} = [] is empty, which ROS 2 takes for no value; give it one, or take "
+                "the line out"
+            )
+        return super().declare_parameters(namespace, parameters, ignore_override)
+
+
+def values(node: Node) -> dict[str, object]:
+    """Return every parameter of the node by its dotted name."""
+    names = node.list_parameters([], 0).names
+    return {name: node.get_parameter(name).value for name in names}
+
+
+def read(node: Node) -> tuple[Configuration, NodeOptions]:
+    """
+    Return the checked configuration.
+
+    Raises
+    ------
+    PegOnHoleError
+        Unknown name, wrong type, value out of range, values that do not fit together.
+
+    """
+    parameters = values(node)
+    if isinstance(parameters.get("joints.urdf"), str):
+        parameters["joints.urdf"] = beside(parameters["joints.urdf"], _files(node.arguments))
+    return from_parameters(parameters), node_options(parameters)
+
+
+def refusal(node: Node, configured: bool, changed) -> SetParametersResult:
+    """Say whether parameters may be changed; a change without effect is refused with a reason."""
+    new = {parameter.name: parameter.value for parameter in changed}
+    try:
+        for name, value in new.items():
+            check_one(name, value)
+        fixed = [name for name in new if name in BY_NAME and not BY_NAME[name].live]
+        if configured and fixed:
+            raise PegOnHoleError(
+                f"{', '.join(fixed)}: the estimator is built with it when it is configured; "
+                "deactivate and clean up the node first, then set it and configure the node again"
+            )
+        from_parameters(values(node) | new)
+    except PegOnHoleError as error:
+        return SetParametersResult(successful=False, reason=printable(error))
+    return SetParametersResult(successful=True)
+
+
+def live(changed) -> dict[str, object]:
+    """Return name and value of those that a node takes while it runs, as JSON has them."""
+    found = {}
+    for parameter in changed:
+        if parameter.name in BY_NAME and BY_NAME[parameter.name].live:
+            value = parameter.value
+            found[parameter.name] = value.tolist() if hasattr(value, "tolist") else value
+    return found
+
+
+def check_files(full_name: str, arguments: list[str]) -> None:
+    """
+    Check what parameters files have for this node, and refuse those that have it for others only.
+
+    ROS 2 itself says nothing then, and the node would run with its defaults. All files count
+    together: those of other programs, and of other nodes of this kind, may be among them.
+
+    Parameters
+    ----------
+    full_name : str
+        Of the node, such as `/cell/peg_on_hole`.
+    arguments : list of str
+        Of the process.
+
+    Raises
+    ------
+    PegOnHoleError
+        With file and line, or with the names that the files have.
+
+    """
+    others: dict[str, list[str]] = {}
+    found = False
+    for path in _files(arguments):
+        try:
+            sections = list(parts(load_yaml(Path(path))))
+        except PegOnHoleError:
+            continue  # ROS 2 has its own word on these, or takes them, as a group that is twice
+        own = of_node(sections, full_name)
+        if own:
+            read_parameters(path, full_name)
+        # A part for all nodes may be there for the clock alone.
+        found |= any(_is_ours(part) or "*" not in part.name for part in own)
+        names = [
+            f"/{printable(part.name.strip('/'))}"
+            for part in sections
+            if part not in own and _is_ours(part)
+        ]
+        if names:
+            others[path] = names
+    if others and not found:
+        listed = ", ".join(
+            f"{path} has parameters for {', '.join(names)}" for path, names in others.items()
+        )
+        raise PegOnHoleError(
+            f"{listed}, but this node is {full_name} and would run with its defaults: write "
+            f"'{full_name}:' or '/**:' in the file"
+        )
+
+
+def _files(arguments):
+    return [value for word, value in zip(arguments, arguments[1:]) if word == "--params-file"]
+
+
+def _is_ours(part):
+    return isinstance(part.body, dict) and is_ours(part.body.get(BODY))

@@ -1,0 +1,100 @@
+"""What a process needs around its node: arguments, signals, and turns to work in."""
+
+import signal
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.ros.refused_parameters import explained
+from peg_on_hole_ros.startup.library_output import held_back
+
+# Turns that only take, at some 10 us each, before any message is worked off.
+MOST_TURNS = 256
+# Messages worked off, at up to some ms each, before what has come meanwhile is taken.
+MOST_WORK = 8
+
+
+def init(arguments: list[str]) -> None:
+    """
+    Start ROS 2.
+
+    Parameters
+    ----------
+    arguments : list of str
+        Of the process, without its name.
+
+    Raises
+    ------
+    PegOnHoleError
+        Arguments that ROS 2 cannot read, or that it would pass over.
+
+    """
+    try:
+        # ROS 2 logs what it cannot read before it raises.
+        with held_back():
+            rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        # Parameters that ROS 2 itself cannot read; its traceback would hide which.
+        text = str(error).removeprefix("failed to initialize rcl: ").split(", at ")[0]
+        raise PegOnHoleError(explained(text)) from None
+    others = remove_ros_args(arguments)
+    if others:
+        # ROS 2 leaves them to the program: a parameters file among them would have no effect.
+        raise PegOnHoleError(
+            f"unknown arguments: {' '.join(others)}; what is for ROS stands behind --ros-args, as "
+            "in --ros-args --params-file CONFIG -p scene.friction:=0.3; `peg-on-hole node` takes "
+            "--config CONFIG too"
+        )
+
+
+def note_signals() -> list[int]:
+    """
+    Return a list that SIGINT and SIGTERM fill.
+
+    rclpy's own handlers shut ROS down in the middle of a callback, so that half of an estimate
+    would be published; and EventsExecutor.spin() ignores them.
+    """
+    noted: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: noted.append(number))
+    return noted
+
+
+def spin(node, stopping: list[int]) -> None:
+    """
+    Let a node take messages and work them off, until ROS ends or a signal is noted.
+
+    A turn of the executor takes one message, or serves one call, in the order in which they came.
+    So all that is there is taken before any of it is worked off, and again after a few: behind
+    the messages of a node that is too slow no service would ever be answered, and nothing told.
+
+    Parameters
+    ----------
+    node : Node
+        With `arrivals`, which its subscriptions fill, and `process`, which works off so many.
+    stopping : list of int
+        See `note_signals`.
+
+    """
+    executor = _executor()
+    executor.add_node(node)
+    turns = 0
+    while rclpy.ok() and not stopping:
+        waiting, received = len(node.arrivals), node.arrivals.received
+        executor.spin_once(timeout_sec=0.0 if waiting else 0.1)
+        turns += 1
+        if waiting and (node.arrivals.received == received or turns >= MOST_TURNS):
+            node.process(MOST_WORK)
+            turns = 0
+    executor.remove_node(node)
+
+
+def _executor():
+    try:
+        from rclpy.experimental import EventsExecutor  # a third of the other's CPU time
+    except ImportError:
+        return SingleThreadedExecutor()  # Jazzy has no other for Python
+    return EventsExecutor()

@@ -1,0 +1,190 @@
+"""
+Steps of a peg in a hole, by TR-BDF2 on the rotation group: second order, and stiff contacts damp.
+
+R. E. Bank and others, Transient simulation of silicon devices and circuits, IEEE Trans. Electron
+Devices 32 (1985) 1992-2007: half of a step by the trapezoidal rule, the rest by backward
+differences, both with one coefficient.
+"""
+
+import numpy as np
+from numba import njit
+
+from peg_on_hole_ros.sim.hole_forces import acceleration, commanded, contact_forces, pull
+
+# Largest step [s], and how often one that finds no solution is halved.
+STEP = 1e-4
+_HALVINGS = 12
+_PART = 2 - np.sqrt(2.0)
+# Newton's iteration: with one Jacobian, Jacobians, and what is left of a velocity and an angular
+# velocity [m/s], [rad/s].
+_ITERATIONS, _JACOBIANS = 6, 6
+_LEFT, _LEFT_TURNING = 1e-10, 1e-8
+
+
+@njit(cache=True)
+def turned(theta):
+    """Return the rotation by a small vector, shape (3, 3)."""
+    x, y, z = theta
+    a2 = x * x + y * y + z * z
+    # Of sin(a)/a and (1 - cos(a))/a^2; steps turn by milliradians.
+    a, b = 1 - a2 / 6 * (1 - a2 / 20), 0.5 - a2 / 24 * (1 - a2 / 30)
+    R = np.empty((3, 3))
+    R[0, 0], R[1, 1], R[2, 2] = (
+        1 - b * (y * y + z * z),
+        1 - b * (x * x + z * z),
+        1 - b * (x * x + y * y),
+    )
+    R[0, 1], R[1, 0] = b * x * y - a * z, b * x * y + a * z
+    R[0, 2], R[2, 0] = b * x * z + a * y, b * x * z - a * y
+    R[1, 2], R[2, 1] = b * y * z - a * x, b * y * z + a * x
+    return R
+
+
+@njit(cache=True)
+def _turning(theta, w):
+    """Return the rate of a small rotation vector at an angular velocity."""
+    x = theta[1] * w[2] - theta[2] * w[1]
+    y = theta[2] * w[0] - theta[0] * w[2]
+    z = theta[0] * w[1] - theta[1] * w[0]
+    out = np.empty(3)
+    out[0] = w[0] - x / 2 + (theta[1] * z - theta[2] * y) / 12
+    out[1] = w[1] - y / 2 + (theta[2] * x - theta[0] * z) / 12
+    out[2] = w[2] - z / 2 + (theta[0] * y - theta[1] * x) / 12
+    return out
+
+
+@njit(cache=True)
+def _evaluate(model, command, base, ah, R_n, shift, azimuth, V):
+    """Return residual, acceleration, position, rotation vector and contacts at a velocity."""
+    p, height, surface, holder = model
+    C = base[:3] + ah * V[:3]
+    theta = base[3:6] + ah * V[3:]
+    for _ in range(2):
+        theta = base[3:6] + ah * _turning(theta, V[3:])
+    R = turned(theta) @ R_n
+    F, M = pull(p, holder, command, C, R, V)
+    contact = contact_forces(p, height, surface, C, R, V, shift, ah, azimuth)
+    acc = acceleration(p, F, M, C, R, V, contact[0], contact[1])
+    return V - base[6:] - ah * acc, acc, C, theta, R, F, M, contact
+
+
+@njit(cache=True)
+def _small(r):
+    return np.abs(r[:3]).max() < _LEFT and np.abs(r[3:]).max() < _LEFT_TURNING
+
+
+@njit(cache=True)
+def _solve(model, command, base, ah, R_n, shift, azimuth, V, J):
+    """Return whether a stage was solved, its velocity and the Jacobian used."""
+    r = _evaluate(model, command, base, ah, R_n, shift, azimuth, V)[0]
+    for tried in range(_JACOBIANS + 1):
+        size = np.abs(r).max()
+        for _ in range(_ITERATIONS):
+            if _small(r):
+                return True, V, J
+            trial = V - np.linalg.solve(J, r)
+            new = _evaluate(model, command, base, ah, R_n, shift, azimuth, trial)[0]
+            if not np.abs(new).max() < 0.7 * size:
+                break
+            V, r, size = trial, new, np.abs(new).max()
+        if _small(r):
+            return True, V, J
+        if tried == _JACOBIANS:
+            break
+        J = np.empty((6, 6))
+        for j in range(6):
+            step = 1e-7 if j < 3 else 1e-6
+            there = V.copy()
+            there[j] += step
+            J[:, j] = (
+                _evaluate(model, command, base, ah, R_n, shift, azimuth, there)[0] - r
+            ) / step
+        # The first step with a new Jacobian is taken as far as it helps.
+        along = np.linalg.solve(J, r)
+        length = 1.0
+        for _ in range(8):
+            trial = V - length * along
+            new = _evaluate(model, command, base, ah, R_n, shift, azimuth, trial)[0]
+            if np.abs(new).max() < size:
+                break
+            length /= 2
+        V, r = trial, new
+    return False, V, J
+
+
+@njit(cache=True)
+def _step(model, knots, coefficients, t, h, C, R, V, acc, shift, slips, azimuth, J):
+    """Return whether a step succeeded, and the state behind it."""
+    p = model[0]
+    ah = _PART / 2 * h
+    base = np.empty(12)
+    base[:3], base[3:6], base[6:] = C + ah * V[:3], ah * V[3:], V + ah * acc
+    command = commanded(p, knots, coefficients, t + _PART * h)
+    strained = shift + ah * slips
+    good, V1, J = _solve(model, command, base, ah, R, strained, azimuth, V, J)
+    if not good:
+        return False, C, R, V, acc, shift, slips, azimuth, J
+    _, acc1, C1, theta1, _, _, _, contact = _evaluate(
+        model, command, base, ah, R, strained, azimuth, V1
+    )
+    one = 1 / (_PART * (2 - _PART))
+    two = one - 1
+    base[:3], base[3:6], base[6:] = one * C1 - two * C, one * theta1, one * V1 - two * V
+    strained = one * contact[2] - two * shift
+    azimuth1 = contact[5]
+    command = commanded(p, knots, coefficients, t + h)
+    guess = V1 + (1 - _PART) * h * acc1
+    good, V2, J = _solve(model, command, base, ah, R, strained, azimuth1, guess, J)
+    if not good:
+        return False, C, R, V, acc, shift, slips, azimuth, J
+    _, acc2, C2, _, R2, _, _, contact = _evaluate(
+        model, command, base, ah, R, strained, azimuth1, V2
+    )
+    return True, C2, R2, V2, acc2, contact[2], contact[3], contact[5], J
+
+
+@njit(cache=True)
+def advance(model, knots, coefficients, t, end, largest, C, R, V, acc, shift, slips, azimuth, J):
+    """
+    Return the state at a later time, and whether it was reached.
+
+    Parameters
+    ----------
+    model : tuple
+        Scene numbers, height of the peg [m], `Surface`, holder numbers.
+    knots, coefficients : ndarray
+        Of the commanded place, for `hole_forces.commanded`.
+    t, end, largest : float
+        From when until when, and the largest step [s].
+    C, R, V, acc : ndarray, shape (3,), (3, 3), (6,), (6,)
+        Mass centre, axes, velocities and accelerations, hole axes.
+    shift, slips : ndarray, shape (4, 3)
+        Strain of the contacts' springs along the surfaces [m], velocity there [m/s].
+    azimuth : ndarray, shape (4,)
+        Of the slots [rad].
+    J : ndarray, shape (6, 6)
+        Jacobian of an earlier step, to begin with.
+
+    """
+    state = (C, R, V, acc, shift, slips, azimuth, J)
+    number = max(1, int(np.ceil((end - t) / largest - 1e-6)))
+    h, left = (end - t) / number, 0
+    whole, done, level = h, 0.0, 0
+    while done < end - t - 1e-12:
+        good, C, R, V, acc, shift, slips, azimuth, J = _step(
+            model, knots, coefficients, t + done, h, *state
+        )
+        if good:
+            state = (C, R, V, acc, shift, slips, azimuth, J)
+            done += h
+            left -= 1
+            if level and left <= 0:
+                # Back to the whole step where its grid is met.
+                level, h = 0, whole
+        else:
+            if level == _HALVINGS:
+                return False, state
+            left = 2 * max(left, 1) if level else 2
+            level += 1
+            h /= 2
+    return True, state

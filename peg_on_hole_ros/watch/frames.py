@@ -1,0 +1,153 @@
+"""What a page is told twenty times a second: lines with their peaks, modes, alarms, one moment."""
+
+from collections import deque
+from math import isfinite
+
+import numpy as np
+
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.records import ANGLES, CONTACTS
+from peg_on_hole_ros.report.drawing import moving
+from peg_on_hole_ros.watch.thinned import Reader, peaks
+
+# Read whole; of the other topics the last message serves.
+WHOLE = ("state", "contacts", "monitor")
+RISKS = ("jamming_risk", "transition_probability")
+_LEVELS = ("OK", "WARN", "ERROR")
+# Kept for a page that is opened, or comes back [s].
+KEPT = 30.0
+_MOST_KEPT = 2000
+# Stamps that fall by more begin anew [ns].
+_FALL_NS = 1_000_000
+
+
+class Frames:
+    """
+    Makes frames of what has arrived; time is that of the stamps since the first.
+
+    Attributes
+    ----------
+    kept : deque of dict
+        The frames of the last `KEPT` seconds.
+
+    """
+
+    def __init__(self):
+        self.kept: deque[dict] = deque(maxlen=_MOST_KEPT)
+        self._readers = {topic: Reader() for topic in WHOLE}
+        self._begun_ns: int | None = None
+        self._last_ns = 0
+        self._mode: str | None = None
+        self._levels: dict[str, int] = {}
+
+    def frame(self, arrived: dict[str, list], latest: dict[str, object], scene: Scene) -> dict:
+        """
+        Return a frame, ready for JSON; without `t` where no estimate has arrived.
+
+        Parameters
+        ----------
+        arrived : dict of str to list
+            Of the topics in WHOLE all messages since the last frame, serialised; of
+            `contact_mode` and `alarms` all, as messages.
+        latest : dict of str to message
+            Of the other topics the last one.
+        scene : Scene
+            As the node has it.
+
+        """
+        tables = {topic: self._readers[topic].table(arrived[topic]) for topic in WHOLE}
+        state = tables["state"]
+        frame: dict = {}
+        if state is not None:
+            if self._begun_ns is None or state.t_ns[-1] < self._last_ns - _FALL_NS:
+                self.kept.clear()
+                self._begun_ns, frame["anew"] = int(state.t_ns[0]), True
+            self._last_ns = int(state.t_ns[-1])
+            frame |= {"t": self._passed(self._last_ns), "lines": self._lines(tables)}
+        self._declare(frame, arrived)
+        if state is not None:
+            frame["moment"] = self._moment_of(tables, latest, scene)
+            self._keep(frame)
+        return frame
+
+    def _passed(self, t_ns):
+        return round((t_ns - self._begun_ns) * 1e-9, 4)
+
+    def _lines(self, tables):
+        lines = {}
+        for topic, names, of in (
+            ("state", ANGLES[:1], lambda table: table.positions),
+            ("contacts", CONTACTS, lambda table: table.efforts),
+            ("monitor", RISKS, lambda table: table.positions),
+        ):
+            table = tables[topic]
+            if table is None:
+                continue
+            t = (table.t_ns - self._begun_ns) * 1e-9
+            lines |= {name: peaks(t, of(table)[name]) for name in names if name in of(table)}
+        return lines
+
+    def _declare(self, frame, arrived):
+        t = frame.get("t", self._passed(self._last_ns) if self._begun_ns else 0.0)
+        for message in arrived["contact_mode"]:
+            self._mode = message.data
+            frame.setdefault("modes", []).append([t, message.data])
+        if frame.get("anew") and "modes" not in frame and self._mode:
+            frame["modes"] = [[t, self._mode]]
+        for message in arrived["alarms"]:
+            told = []
+            for status in message.status:
+                level = status.level[0] if isinstance(status.level, bytes) else status.level
+                told.append({"name": status.name, "level": _level(level), "said": status.message})
+                if level > self._levels.get(status.name, 0):
+                    rise = {"t": t, "name": status.name, "level": _level(level)}
+                    frame.setdefault("rises", []).append(rise)
+                self._levels[status.name] = level
+            frame["alarms"] = told
+
+    def _moment_of(self, tables, latest, scene):
+        moment = {"t": np.array([self._passed(self._last_ns)])}
+        state, contacts, monitor = (tables[topic] for topic in WHOLE)
+        angles = {name: state.positions.get(name, np.array([np.nan]))[-1:] for name in ANGLES}
+        moment |= angles
+        pose = latest.get("pose")
+        place = pose.pose.pose.position if pose else None
+        told = {axis: getattr(place, axis) if place else np.nan for axis in "xyz"}
+        spread = latest.get("contacts_stddev")
+        stddev = dict(zip(spread.name, spread.effort)) if spread else {}
+        for name in CONTACTS:
+            message = latest.get(f"contact/{name.lower()}")
+            force = message.wrench.force if message else None
+            for axis in "xyz":
+                value = getattr(force, axis) if force else np.nan
+                told[f"{axis.upper()}_{name}"] = value
+            told[f"{name}_stddev"] = stddev.get(name, np.nan)
+            told[name] = contacts.efforts[name][-1] if _has(contacts, name) else np.nan
+            told[f"{name}_closed"] = (
+                contacts.positions[name][-1] if _has(contacts, name) else np.nan
+            )
+        for name in ("friction", "jamming_risk"):
+            has = monitor is not None and name in monitor.positions
+            told[name] = monitor.positions[name][-1] if has else np.nan
+        moment |= {name: np.array([value], float) for name, value in told.items()}
+        return {name: _number(column[0]) for name, column in moving(moment, scene).items()}
+
+    def _keep(self, frame):
+        self.kept.append(frame)
+        while frame["t"] - self.kept[0]["t"] > KEPT:
+            gone = self.kept.popleft()
+            # The mode that holds from before the first frame on.
+            if gone.get("modes") and "modes" not in self.kept[0]:
+                self.kept[0]["modes"] = [[gone["t"], gone["modes"][-1][1]]]
+
+
+def _has(contacts, name):
+    return contacts is not None and name in contacts.efforts
+
+
+def _level(number):
+    return _LEVELS[number] if number < len(_LEVELS) else _LEVELS[-1]
+
+
+def _number(value):
+    return float(f"{value:.6g}") if isfinite(value) else None

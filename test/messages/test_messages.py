@@ -1,0 +1,314 @@
+"""Messages of all output topics: contents against other constructions, and when they are sent."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import Stores, get_typestore
+from scipy.spatial.transform import Rotation
+
+from estimates import SCENE, estimate
+from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.output import (
+    POSITION_FLOOR,
+    STRING,
+    TOPICS,
+    UNSTAMPED,
+    OutputStream,
+)
+from peg_on_hole_ros.messages.plain import quaternion, stamp
+from peg_on_hole_ros.messages.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.messages.transforms import TRANSFORMS, Transforms
+from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
+from peg_on_hole_ros.records import Alarm
+
+
+def by_topic(messages):
+    return {suffix: message for suffix, _, message in messages}
+
+
+def first(**more):
+    return by_topic(OutputStream(SCENE).messages(estimate(**more)))
+
+
+def topics_of(stream, **more):
+    return {suffix for suffix, _, _ in stream.messages(estimate(**more))}
+
+
+def test_first_estimate_gives_every_topic_with_its_type():
+    messages = OutputStream(SCENE).messages(estimate())
+    # A record of a try comes when the try has ended.
+    assert {suffix: ros_type for suffix, ros_type, _ in messages} | {"cycle": STRING} == TOPICS
+
+
+def test_stamp_and_frame_are_on_every_message_with_a_header():
+    for suffix, message in first(t_ns=12_000_000_034).items():
+        if suffix == "markers":
+            headers = [marker["header"] for marker in message["markers"]]
+        else:
+            headers = [message["header"]] if suffix not in UNSTAMPED else []
+        for header in headers:
+            assert header == {"stamp": {"sec": 12, "nanosec": 34}, "frame_id": "hole"}
+
+
+def test_joint_states_hold_the_estimate():
+    outputs, messages = estimate(), first()
+    assert messages["state"]["name"] == ["gamma", "psi", "phi"]
+    assert messages["state"]["position"] == outputs.state[:3].tolist()
+    assert messages["state"]["velocity"] == outputs.state[3:].tolist()
+    stddev = messages["state_stddev"]
+    assert stddev["position"] == pytest.approx([1e-5, 2**0.5 * 1e-5, 3**0.5 * 1e-5], rel=1e-12)
+    assert messages["contacts"]["name"] == ["K", "B1", "B2"]
+    assert messages["contacts"]["effort"] == [20.0, 9.0, 11.0]
+    assert messages["contacts"]["velocity"] == [0.05, 0.04, 0.03]
+    assert messages["contacts"]["position"] == [1.0, 1.0, 1.0]
+    assert messages["contacts_stddev"]["effort"] == [0.5, 0.3, 0.4]
+    told = dict(zip(messages["monitor"]["name"], messages["monitor"]["position"]))
+    known = {"transition_probability": 0.25, "jamming_risk": 0.5, "reactions_determined": 1.0}
+    assert {name: value for name, value in told.items() if not np.isnan(value)} == known
+
+
+def test_the_monitor_has_one_list_of_names_whatever_is_known():
+    stream = OutputStream(SCENE)
+    for told in ({}, {"friction": 0.3}, {"time_to_transition": 0.1, "bias_force_x": 1.0}):
+        messages = by_topic(
+            stream.messages(estimate(monitor=told | {"reactions_determined": 0.0}))
+        )
+        assert tuple(messages["monitor"]["name"]) == MONITOR_NAMES
+        assert len(messages["monitor"]["position"]) == len(MONITOR_NAMES)
+    with pytest.raises(KeyError, match="not in MONITOR_NAMES: .*fiction"):
+        stream.messages(estimate(monitor={"fiction": 0.3, "reactions_determined": 0.0}))
+
+
+def numbers(value):
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [number for item in value for number in numbers(item)]
+    return [value] if isinstance(value, float) else []
+
+
+@pytest.mark.parametrize(
+    ("mode", "determined", "known"),
+    [
+        ("three_point", 1.0, True),
+        ("three_point", 0.0, False),
+        ("unknown", 0.0, False),
+        ("two_point", 0.0, False),
+        # Nothing touches: a force of 0 N is known.
+        ("open", 0.0, True),
+    ],
+)
+def test_what_is_not_determined_is_nan_and_nothing_else_is(mode, determined, known):
+    told = {"reactions_determined": determined}
+    messages = first(contact_mode=mode, monitor=told)
+    unknown = {"monitor"}
+    if not known:
+        unknown |= {"contacts", "contact/k", "contact/b1", "contact/b2"}
+        assert np.isnan(messages["contacts"]["effort"]).all()
+        for name in ("k", "b1", "b2"):
+            assert np.isnan(numbers(messages[f"contact/{name}"]["wrench"])).all()
+    assert np.isfinite(messages["contacts"]["velocity"]).all()
+    for topic, message in messages.items():
+        assert np.isnan(numbers(message)).any() == (topic in unknown), topic
+    drawn = {m["ns"] for m in messages["markers"]["markers"] if m["action"] == 0}
+    assert ("contact_force" in drawn) == known
+    # Without a place that is known the peg is an outline.
+    (peg,) = (m for m in messages["markers"]["markers"] if m["ns"] == "peg")
+    assert peg["type"] == (3 if mode in ("three_point", "two_point") else 5)
+    ends = np.array([list(point.values()) for point in peg.get("points", [])])
+    if len(ends):
+        assert len(ends) % 2 == 0
+        rings = np.hypot(ends[:, 0], ends[:, 1])
+        np.testing.assert_allclose(rings, SCENE.peg_diameter / 2, rtol=1e-12)
+        assert set(np.abs(ends[:, 2])) == {SCENE.peg_height / 2}
+
+
+def test_the_worst_level_of_all_alarms_is_sent_on_change():
+    stream = OutputStream(SCENE)
+
+    def sent(t_ms, *levels):
+        alarms = tuple(Alarm(f"a{i}", level, "", (), ()) for i, level in enumerate(levels))
+        messages = by_topic(stream.messages(estimate(t_ns=t_ms * 1_000_000, alarms=alarms)))
+        return messages.get("alarm_level", {}).get("data")
+
+    told = [
+        sent(1, 0, 0),
+        sent(2, 0, 1),
+        sent(3, 1, 0),
+        sent(4, 1, 2),
+        sent(5, 0, 0),
+        sent(900, 0),
+    ]
+    assert told == [0, 1, None, 2, 0, None]
+    # Nobody looks after alarms (monitor.modes: false): no level, rather than a good one.
+    assert by_topic(OutputStream(SCENE).messages(estimate(alarms=()))).get("alarm_level") is None
+
+
+def test_the_transform_is_the_pose_at_a_rate_of_its_own():
+    transforms = Transforms()
+    sent = []
+    for k in range(100):
+        pose = first(t_ns=k * 1_000_000)["pose"]
+        message = transforms.message(pose)
+        sent += [] if message is None else [(k, pose["pose"]["pose"], message)]
+    assert [k for k, _, _ in sent] == [0, 20, 40, 60, 80]
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for k, pose, message in sent:
+        # As another implementation reads it from the definition that ROS has.
+        (read,) = store.deserialize_cdr(Encoder(TRANSFORMS)(message), TRANSFORMS).transforms
+        assert (read.header.frame_id, read.child_frame_id) == ("hole", "peg")
+        assert read.header.stamp.nanosec == k * 1_000_000
+        there = read.transform.translation
+        assert {"x": there.x, "y": there.y, "z": there.z} == pose["position"]
+        assert read.transform.rotation.w == pose["orientation"]["w"]
+    # A clock that jumps back.
+    assert transforms.message(first(t_ns=3_000_000)["pose"]) is not None
+
+
+def test_contact_wrench_has_the_moment_about_the_hole_origin():
+    outputs, messages = estimate(), first()
+    for i, name in enumerate(("k", "b1", "b2")):
+        wrench = messages[f"contact/{name}"]["wrench"]
+        x, y, z = outputs.contact_point[i]
+        # r x F as a skew matrix, not by the cross product that the code uses
+        skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        force = list(wrench["force"].values())
+        assert force == outputs.contact_force[i].tolist()
+        torque = list(wrench["torque"].values())
+        np.testing.assert_allclose(torque, skew @ outputs.contact_force[i], rtol=0, atol=1e-15)
+
+
+def test_pose_covariance_can_be_inverted():
+    # 1e-8 in all places is of rank 1; a program that inverts it needs the floor.
+    covariance = np.array(first()["pose"]["pose"]["covariance"]).reshape(6, 6)
+    assert np.linalg.eigvalsh(covariance)[0] == pytest.approx(POSITION_FLOOR**2, rel=1e-3)
+
+
+@given(st.lists(st.floats(-4, 4), min_size=3, max_size=3))
+def test_quaternion_is_the_rotation(vector):
+    rotation = Rotation.from_rotvec(vector)
+    q = quaternion(rotation.as_matrix())
+    assert q["w"] >= 0
+    back = Rotation.from_quat([q["x"], q["y"], q["z"], q["w"]])
+    assert (back.inv() * rotation).magnitude() < 1e-14
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.8, 0)])
+def test_quaternion_of_half_a_turn(axis):
+    rotation = Rotation.from_rotvec(np.pi * np.array(axis))
+    q = quaternion(rotation.as_matrix())
+    back = Rotation.from_quat([q["x"], q["y"], q["z"], q["w"]])
+    assert (back.inv() * rotation).magnitude() < 1e-14
+
+
+def test_latched_topics_are_sent_on_change_only():
+    stream = OutputStream(SCENE)
+    assert {"transition", "contact_mode"} <= topics_of(stream)
+    assert not {"transition", "contact_mode"} & topics_of(stream, t_ns=1_501_000_000)
+    sent = topics_of(stream, t_ns=1_502_000_000, contact_mode="two_point", transition=True)
+    assert {"transition", "contact_mode"} <= sent
+    sent = topics_of(stream, t_ns=1_503_000_000, contact_mode="open", transition=True)
+    assert "contact_mode" in sent and "transition" not in sent
+
+
+def test_alarms_are_sent_at_10_hz_of_stamp_time_and_on_change_of_level():
+    stream = OutputStream(SCENE)
+    sent = [k for k in range(1000) if "alarms" in topics_of(stream, t_ns=k * 1_000_000)]
+    assert sent == list(range(0, 1000, 100))
+    alarm = (Alarm("jamming", 2, "wedged: turn the peg", ("risk",), (0.97,)),)
+    messages = by_topic(stream.messages(estimate(t_ns=999_500_000, alarms=alarm)))
+    status = messages["alarms"]["status"][0]
+    assert (status["name"], status["level"]) == ("jamming", 2)
+    assert status["values"] == [{"key": "risk", "value": "0.97"}]
+    # Other numbers at the same level are no change.
+    calmer = (alarm[0]._replace(numbers=(0.96,)),)
+    assert "alarms" not in topics_of(stream, t_ns=999_700_000, alarms=calmer)
+
+
+def test_markers_keep_their_rate_and_survive_time_jumping_back():
+    stream = OutputStream(SCENE, markers_rate=20.0)
+    sent = [k for k in range(200) if "markers" in topics_of(stream, t_ns=k * 1_000_000)]
+    assert sent == [0, 50, 100, 150]
+    assert "markers" in topics_of(stream, t_ns=10_000_000)
+    assert "markers" not in topics_of(OutputStream(SCENE, markers_rate=0.0))
+
+
+@pytest.mark.parametrize(("told", "friction"), [({}, SCENE.friction), ({"friction": 0.45}, 0.45)])
+def test_friction_cone_opens_by_atan_f_about_the_normal(told, friction):
+    outputs = estimate()
+    markers = first(monitor=outputs.monitor | told)["markers"]["markers"]
+    cones = [marker for marker in markers if marker["ns"] == "friction_cone"]
+    assert [cone["id"] for cone in cones] == [0, 1, 2]
+    for i, cone in enumerate(cones):
+        # The forces of the sample are along the normals.
+        axis = outputs.contact_force[i] / np.linalg.norm(outputs.contact_force[i])
+        points = np.array([list(point.values()) for point in cone["points"]])
+        rays = points[1::3] - points[0::3]
+        along = rays @ axis / np.linalg.norm(rays, axis=1)
+        np.testing.assert_allclose(along, np.cos(np.arctan(friction)), rtol=1e-12)
+
+
+def test_marker_of_an_open_contact_is_deleted():
+    for marker in first(closed=np.array([True, False, True]))["markers"]["markers"]:
+        if marker["ns"] in ("contact_force", "friction_cone"):
+            assert marker["action"] == (2 if marker["id"] == 1 else 0)
+
+
+def test_two_point_pose_has_no_cones_and_does_not_fail():
+    outputs = estimate()
+    outputs = outputs._replace(state=np.array([0.05, 0, 0, 0, 0, 0.0]))
+    markers = by_topic(OutputStream(SCENE).messages(outputs))["markers"]["markers"]
+    assert {m["action"] for m in markers if m["ns"] == "friction_cone"} == {2}
+
+
+@pytest.mark.parametrize("suffix", TOPICS)
+def test_ros_serialises_every_message_without_loss(suffix):
+    # rclpy turns an int or numpy scalar in a float64 field into rubbish: only the way back shows.
+    ros_type = TOPICS[suffix]
+    message = {"data": "{}"} if suffix == "cycle" else first()[suffix]
+    ros = to_ros(ros_type, message)
+    back = to_plain(deserialize_message(serialize_message(ros), message_class(ros_type)))
+    assert_contains(back, message)
+
+
+def assert_contains(full, part):
+    if isinstance(part, dict):
+        for name, value in part.items():
+            assert_contains(full[name], value)
+    elif isinstance(part, list):
+        assert len(full) == len(part)
+        for left, right in zip(full, part):
+            assert_contains(left, right)
+    elif isinstance(part, float):
+        assert type(part) is float
+        if not (np.isnan(full) and np.isnan(part)):
+            assert full in (part, float(np.float32(part)))  # colours are float32
+    else:
+        assert full == part and type(full) is type(part)
+
+
+def test_stamp_of_negative_time_is_floored():
+    assert stamp(-1) == {"sec": -1, "nanosec": 999_999_999}
+
+
+def test_every_number_is_python_own():
+    def walk(value):
+        if isinstance(value, dict):
+            for item in value.values():
+                walk(item)
+        elif isinstance(value, list):
+            for item in value:
+                walk(item)
+        elif not isinstance(value, str):
+            assert type(value) in (int, float, bool)
+
+    for message in first().values():
+        walk(message)
+
+
+def test_unknown_field_is_an_error():
+    with pytest.raises(KeyError, match="data_"):
+        to_ros("std_msgs/msg/Bool", {"data_": True})
+    assert isinstance(to_plain(to_ros("std_msgs/msg/Bool", {"data": True})), dict)

@@ -1,0 +1,104 @@
+"""What is foreseen of a stall and of a load, on courses whose end is known."""
+
+import numpy as np
+import pytest
+
+from peg_on_hole_ros.monitor import load_ahead, stall_ahead
+
+HELD, PUSH_NOISE, TILT_NOISE = 1.0, 0.007, 1e-4
+RATE, GIVES_WAY, BEGIN = 0.1, 0.006, 0.3
+REST = 0.01
+
+
+def stopping(growth, duration=0.8, seed=5):
+    """
+    Return times and the probability that the tilt stands still within 0.2 s.
+
+    The holder closes at RATE and gives way by GIVES_WAY a newton metre; the push grows as told
+    from BEGIN on.
+    """
+    draw = np.random.default_rng(seed)
+    memory, t = np.zeros(stall_ahead.SIZE), np.arange(int(duration * 1000)) * 1e-3
+    found = np.zeros(len(t))
+    for k, now in enumerate(t):
+        push = 0.5 + growth(max(now - BEGIN, 0.0))
+        measured = push + PUSH_NOISE * draw.standard_normal()
+        stall_ahead.follow_push(memory, 0, measured, PUSH_NOISE**2, HELD, 1e-3)
+        if k % 2 == 0:
+            tilt = 0.2 - RATE * now + GIVES_WAY * push + TILT_NOISE * draw.standard_normal()
+            since = -1.0 if k == 0 else 2e-3
+            stall_ahead.follow_tilt(memory, 0, tilt, TILT_NOISE**2, HELD, since, 0.0)
+        found[k] = stall_ahead.stops_ahead(memory, 0, 0.2, REST)
+    return t, found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_push_that_grows_ever_faster_stops_the_peg_and_that_is_seen_ahead(seed):
+    # RATE = GIVES_WAY a t: at rest 0.28 s after the begin, and nearly so (REST) at 0.25 s.
+    a = 60.0
+    stop = BEGIN + RATE / (GIVES_WAY * a)
+    t, found = stopping(lambda s: 0.5 * a * s * s, seed=seed)
+    assert found[(t > 0.1) & (t < BEGIN)].max() < 0.05
+    ahead = found[(t > stop - 0.05) & (t < stop)]
+    assert ahead.min() > 0.6 and ahead.mean() > 0.9
+    # It cannot be told when the push has hardly begun to grow.
+    assert found[t < BEGIN + 0.05].max() < 0.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_push_whose_growth_ends_in_time_does_not(seed):
+    # Half of RATE is left.
+    a, end = 60.0, 0.14
+    t, found = stopping(
+        lambda s: 0.5 * a * min(s, end) ** 2 + a * end * max(s - end, 0), seed=seed
+    )
+    later = found[t > BEGIN + end + 0.1]
+    assert later.max() < 0.5 and np.median(later) < 0.05
+
+
+def loaded(course, stddev, duration=0.5, limit=500.0, horizon=0.1, noise=1.0):
+    """Return times and how far the probability goes that a reaction is over its limit."""
+    draw = np.random.default_rng(4)
+    memory, t = np.zeros(load_ahead.SIZE), np.arange(int(duration * 1000)) * 1e-3
+    found = np.zeros(len(t))
+    for k, now in enumerate(t):
+        normal = course(now) + noise * draw.standard_normal()
+        load_ahead.follow_load(memory, 0, 2, normal, stddev**2, limit, 1e-3)
+        found[k] = load_ahead.over_limit(memory, 0, 2, stddev**2, limit, horizon)
+    return t, found
+
+
+def test_a_load_that_rises_is_seen_to_pass_its_limit_ahead():
+    # 500 N are passed at 0.4 s.
+    t, z = loaded(lambda now: 100.0 + 1000.0 * now, 1.0)
+    assert z[(t > 0.05) & (t < 0.25)].max() < -1.3
+    # That the rise goes on is likely, not sure, until the limit is passed.
+    assert 1.0 < np.median(z[(t > 0.34) & (t < 0.4)]) < 4.0
+    assert z[t > 0.41].min() > 3.0
+    # One that stays below, however fast it came there, does not.
+    t, z = loaded(lambda now: 100.0 + 1000.0 * min(now, 0.25), 1.0)
+    assert z[t > 0.3].max() < -1.3
+
+
+def test_what_is_not_determined_says_nothing():
+    # Reactions jump about by hundreds of newtons, and are said to be known to thousands.
+    assert loaded(lambda now: 300.0, 3000.0, noise=300.0)[1].max() == load_ahead.NOTHING
+    # Nor does it undo what was known.
+    memory = np.zeros(load_ahead.SIZE)
+    for k in range(100):
+        normal, stddev = (200.0, 1.0) if k < 50 else (900.0, 3000.0)
+        load_ahead.follow_load(memory, 0, 0, normal, stddev**2, 500.0, 1e-3)
+    assert load_ahead.over_limit(memory, 0, 0, 3000.0**2, 500.0, 0.0) < -1.3
+
+
+def test_a_reaction_that_is_not_determined_for_long_foretells_nothing():
+    """At rest: 150 N of 500, known to 1 N, then only to 300 N."""
+    memory, after = np.zeros(load_ahead.SIZE), []
+    for k in range(700):
+        stddev = 1.0 if k < 100 or k >= 600 else 300.0
+        load_ahead.follow_load(memory, 0, 1, 150.0, stddev**2, 500.0, 1e-3)
+        after.append(load_ahead.over_limit(memory, 0, 1, stddev**2, 500.0, 0.2))
+    # Two standard deviations below the limit until it is forgotten, after a fifth of a second.
+    assert max(after[150:]) < -1.9
+    assert after[599] == load_ahead.NOTHING
+    assert load_ahead.NOTHING < after[-1] < -3.0

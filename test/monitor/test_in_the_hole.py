@@ -1,0 +1,129 @@
+"""Stuck in the hole: pushed and not moving along it, whatever friction is stated."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from insertions import inserted
+from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, stands
+from peg_on_hole_ros.sim.measure import START_NS, measure
+from two_points import length_inside, samples, tilt_at
+
+WARN, ERROR = 1, 2
+PEGS = {
+    "wide": Scene(hole_diameter=0.050, peg_diameter=0.0499, friction=0.2),
+    "loose": Scene(hole_diameter=0.030, peg_diameter=0.0298, peg_height=0.06, friction=0.3),
+    "small": Scene(
+        hole_diameter=0.012, peg_diameter=0.01196, peg_height=0.03, peg_mass=0.2, friction=0.15
+    ),
+}
+
+
+def configuration(scene, stated, position_stddev=1e-4):
+    return Configuration(
+        scene=replace(scene, friction=stated * scene.friction),
+        wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 1.2 * scene.peg_height)),
+        joints=JointInput(position_stddev=position_stddev),
+    )
+
+
+def played(told, tilts, loads, friction, share=1.0):
+    """Return mode, risk and level of the alarm `jamming` at each wrench."""
+    line = Pipeline(told)
+    rows = list(line.play(samples(told, tilts, loads, friction, share)))
+    level = [alarm.level for row in rows for alarm in row.alarms if alarm.name == "jamming"]
+    risk = [row.monitor.get("jamming_risk", np.nan) for row in rows]
+    return np.array([row.contact_mode for row in rows]), np.array(risk), np.array(level)
+
+
+@pytest.mark.parametrize("stated", [0.5, 1.1, 1.5])
+@pytest.mark.parametrize(
+    ("peg", "loads", "depth", "speed"),
+    [
+        ("wide", (30.0, 30.0), 0.0155, 0.010),
+        ("loose", (15.0, 40.0), 0.012, 0.030),
+        ("small", (8.0, 8.0), 0.006, 0.008),
+    ],
+)
+def test_a_peg_that_slides_in_is_not_stuck(peg, loads, depth, speed, stated):
+    scene = PEGS[peg]
+    tilts = [tilt_at(scene, depth + speed * 1e-3 * i) for i in range(350)]
+    mode, risk, level = played(configuration(scene, stated), tilts, loads, scene.friction)
+    assert set(mode[20:]) == {"two_point"}
+    assert risk[100:].max() < 0.5
+    assert level.max() == 0
+
+
+@pytest.mark.parametrize("stated", [0.5, 0.75, 1.5])
+@pytest.mark.parametrize(
+    ("peg", "loads", "depth", "share"),
+    [
+        ("wide", (30.0, 30.0), 0.0167, 0.8),
+        ("loose", (40.0, 25.0), 0.012, 0.6),
+        ("small", (20.0, 25.0), 0.006, 0.6),
+    ],
+)
+def test_a_peg_that_is_pushed_and_rests_is_stuck(peg, loads, depth, share, stated):
+    scene = PEGS[peg]
+    tilts = [tilt_at(scene, depth)] * 450
+    _, _, level = played(configuration(scene, stated), tilts, loads, scene.friction, share)
+    assert (level[300:] == ERROR).all()
+
+
+@pytest.mark.parametrize("share", [0.0, -0.5])
+def test_at_rest_without_a_push_nothing_is_an_alarm(share):
+    """Both contacts carry 30 N, the wrench pushes nowhere along the hole, or out of it."""
+    scene = PEGS["wide"]
+    told = configuration(scene, 1.0)
+    _, _, level = played(told, [0.006] * 400, (30.0, 30.0), scene.friction, share)
+    assert level.max() == 0
+
+
+def test_a_peg_that_stops_while_it_is_pushed_is_told_soon():
+    scene = PEGS["wide"]
+    tilts = [tilt_at(scene, 0.015 + 20e-6 * min(i, 250)) for i in range(500)]
+    _, risk, level = played(configuration(scene, 1.5), tilts, (30.0, 30.0), scene.friction)
+    assert risk[100:250].max() < 0.5
+    assert level[350] >= WARN and (level[450:] == ERROR).all()
+
+
+def test_rest_and_motion_are_told_by_the_tilt():
+    """A tenth of a second of orientations, 0.2 s of them where the peg rests."""
+    scene, noise, speed = PEGS["wide"], 1e-4, 0.010
+    p, m = scene_scalars(scene), np.zeros(SIZE)
+    draw = np.random.default_rng(3)
+    slope = (length_inside(scene, 0.0061) - length_inside(scene, 0.0059)) / -2e-4
+    for rate, moves in ((0.0, False), (-speed / slope, True)):
+        m[:] = 0.0
+        for i in range(50 if moves else 100):
+            tilt = 0.006 + rate * 2e-3 * i + noise * draw.standard_normal()
+            follow_depth(m, 0, p, tilt, noise**2, -1.0 if i == 0 else 2e-3)
+        rests, stops = stands(m, 0, p, 0.2, 5e-4)
+        assert rests < 0.1 if moves else rests > 0.9
+        assert 0.0 <= stops <= 1.0 - rests
+
+
+@pytest.mark.parametrize("stated", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("kind", ["goes_on", "jams"])
+def test_a_simulated_insertion_is_alarmed_where_it_jams(kind, stated):
+    truth = inserted(kind)
+    told, scene = truth.plan.configuration, truth.plan.configuration.scene
+    told = replace(told, scene=replace(scene, friction=stated * scene.friction))
+    rows = list(Pipeline(told).play(measure(truth, 4)))
+    t = np.array([(row.t_ns - START_NS) * 1e-9 for row in rows])
+    level = np.array([row.alarms[0].level for row in rows])
+    push = -(truth.force[:, 2] - scene.peg_mass * 9.80665)
+    still = (np.abs(truth.place_rate[:, 2]) < 5e-5) & (push > 5.0)
+    if kind == "goes_on":
+        assert not still[truth.t_ns > 2e8].any()
+        assert level.max() < ERROR
+        return
+    since = truth.t_ns[np.flatnonzero(~still)[-1]] * 1e-9
+    assert t[-1] - since > 0.25
+    assert (level[t > since + 0.1] >= WARN).all() and level[-1] == ERROR
+    assert not (level[t < since - 0.1] == ERROR).any()

@@ -1,0 +1,130 @@
+"""Summary and stamps: known messages in, known figures out."""
+
+import pytest
+
+from peg_on_hole_ros.bags.stamps import StampStatistics
+from peg_on_hole_ros.messages.output import (
+    BOOL,
+    DIAGNOSTICS,
+    JOINT_STATE,
+    STRING,
+    joint_state,
+)
+from peg_on_hole_ros.replay import summary as module
+from peg_on_hole_ros.replay.summary import Summary
+
+MS = 1_000_000
+
+
+def contacts(t_ns, normal):
+    return "contacts", JOINT_STATE, joint_state(t_ns, ["K", "B1", "B2"], effort=normal)
+
+
+def determined(value):
+    return "monitor", JOINT_STATE, joint_state(0, ["reactions_determined"], [value])
+
+
+def alarms(**levels):
+    status = [
+        {"name": n, "level": level, "message": f"{n} {level}"} for n, level in levels.items()
+    ]
+    return "alarms", DIAGNOSTICS, {"status": status}
+
+
+def test_figures_are_those_of_the_messages():
+    summary = Summary()
+    start = 5_000_000_000
+    rows = [
+        [
+            contacts(0, [1.0, 20.0, 3.0]),
+            determined(1.0),
+            ("transition", BOOL, {"data": False}),
+            ("contact_mode", STRING, {"data": "three_point"}),
+            alarms(jamming=0, overload=1),
+        ],
+        [contacts(0, [4.0, 2.0, -3.0]), determined(1.0), alarms(jamming=2, overload=1)],
+        [
+            contacts(0, [900.0, 0.0, 500.0]),
+            determined(0.0),
+            ("transition", BOOL, {"data": True}),
+            ("contact_mode", STRING, {"data": "two_point"}),
+        ],
+        [contacts(0, [0.0] * 3), ("transition", BOOL, {"data": False}), alarms(jamming=0)],
+        [contacts(0, [0.0] * 3), ("transition", BOOL, {"data": True})],
+    ]
+    for i, messages in enumerate(rows):
+        summary.add(start + i * MS, messages)
+    content = summary.content()
+    times = [alarm.pop("time") for alarm in content["alarms"]]
+    assert times == pytest.approx([0.0, 0.001, 0.003], abs=1e-12)
+    assert content == {
+        "outputs": 5,
+        "start_time": 5.0,
+        "duration": pytest.approx(0.004, abs=1e-12),
+        "transition_time": pytest.approx(0.002, abs=1e-12),
+        "max_normal": {"K": 4.0, "B1": 20.0, "B2": 3.0},
+        "contact_mode": {"three_point": 0.4, "two_point": 0.6},
+        "alarms": [
+            {"name": "overload", "level": "WARN", "message": "overload 1"},
+            {"name": "jamming", "level": "ERROR", "message": "jamming 2"},
+            {"name": "jamming", "level": "OK", "message": "jamming 0"},
+        ],
+        "alarm_changes": 3,
+    }
+
+
+def test_a_clock_that_goes_back_takes_no_time():
+    summary = Summary()
+    rows = [(10_000, alarms(jamming=1)), (10_500, alarms(jamming=2))]
+    rows += [(0, alarms(jamming=1)), (300, alarms(jamming=0))]
+    rows += [(400, ("transition", BOOL, {"data": True})), (500, alarms(jamming=1))]
+    for t_ms, message in rows:
+        summary.add(t_ms * MS, [message])
+    content = summary.content()
+    # Half a second before the fall and half a second after it.
+    assert content["start_time"] == 10.0
+    assert content["duration"] == pytest.approx(1.0, abs=1e-12)
+    assert content["transition_time"] == pytest.approx(0.9, abs=1e-12)
+    times = [alarm["time"] for alarm in content["alarms"]]
+    assert times == pytest.approx([0.0, 0.5, 0.5, 0.8, 1.0], abs=1e-12)
+
+
+def test_alarms_that_flicker_are_counted_but_not_all_listed(monkeypatch):
+    monkeypatch.setattr(module, "MOST_ALARMS", 4)
+    summary = Summary()
+    for i in range(10):
+        summary.add(i * MS, [alarms(jamming=(i + 1) % 2)])
+    content = summary.content()
+    assert (len(content["alarms"]), content["alarm_changes"]) == (4, 10)
+    assert content["transition_time"] is None
+
+
+def test_median_period_of_a_long_recording_needs_little_memory():
+    statistics = StampStatistics(max_gap=0.1)
+    t_ns = 0
+    for i in range(100_000):
+        # Every third period is 3 ms, the others 1 ms.
+        t_ns += 3 * MS if i % 3 == 0 else MS
+        statistics.add(t_ns, t_ns + 5 * MS)
+    assert len(statistics._periods) <= 4096
+    summary = statistics.summary()
+    assert summary["stamps"] == 100_000
+    assert summary["median_period"] == pytest.approx(1e-3, abs=1e-12)
+    offset = summary["log_minus_stamp"]
+    assert offset["least"] == offset["greatest"] == pytest.approx(5e-3, abs=1e-12)
+    assert offset["mean"] == pytest.approx(5e-3, abs=1e-9)
+    assert summary["trouble"] == []
+
+
+def test_stamps_that_were_never_set_are_trouble():
+    statistics = StampStatistics(max_gap=0.1)
+    for i in range(3):
+        statistics.add(0, 10**18 + i)
+    trouble = statistics.summary()["trouble"]
+    assert any(text.startswith("3 stamps are zero") for text in trouble)
+    assert any(text.startswith("2 stamps repeat the one before") for text in trouble)
+    assert any(text.startswith("log time and stamp differ by 1000000000.000") for text in trouble)
+
+
+def test_no_stamps_at_all():
+    assert StampStatistics(0.1).summary() == {"stamps": 0, "trouble": []}
