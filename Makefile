@@ -38,6 +38,7 @@ test-other:  ## the tests on another Python: make test-other PYTHON=/path/to/pyt
 lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/python tools/sentences.py
 

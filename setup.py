@@ -33,6 +33,8 @@ CHECKS = [
     "hypothesis>=6.100",
     "import-linter>=2.1",
     "mpmath>=1.3",
+    # With another release other remarks are needed, as with ruff.
+    "mypy==2.4.1",
     # Drives the browser that the machine has; it brings none.
     "playwright>=1.45",
     # With 9.2 the groups of pytest-xdist 3.8 have no effect, and no word of it.
@@ -47,7 +49,7 @@ setup(
     name=NAME,
     version="0.1.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={"": ["*.xml"], f"{NAME}.report": ["page/*"]},
+    package_data={"": ["*.xml"], NAME: ["py.typed"], f"{NAME}.report": ["page/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),

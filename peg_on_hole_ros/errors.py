@@ -29,7 +29,7 @@ class BagDamaged(PegOnHoleError):
 
     exit_code = 4
 
-    def __init__(self, damage: str):
+    def __init__(self, damage: str) -> None:
         super().__init__(f"{damage}; what lies before has been used")
 
 

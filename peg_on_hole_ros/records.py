@@ -106,7 +106,7 @@ class AngleMeasurement(NamedTuple):
         row = np.full(24, np.nan)
         row[:3], row[3:12] = self.q, self.covariance.ravel()
         if self.position is not None:
-            row[12:15], row[15:] = self.position, self.position_covariance.ravel()
+            row[12:15], row[15:] = self.position, self.position_covariance.ravel()  # type: ignore[union-attr]
         return row
 
 

@@ -214,13 +214,24 @@ Do not edit: change the script and run it again.
 # ruff: noqa
 from math import sqrt
 
+import numpy as np
 
-def equations(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, out):
+
+def equations(
+    m: float, Ie: float, Iz: float, f: float, d: float, D: float,
+    scales: np.ndarray | tuple[float, float, float], geometry: tuple[float, ...],
+    rates: tuple[float, float, float], wrench: tuple[float, ...], out: np.ndarray,
+) -> None:
     """Fill out[0:9] with G, out[9:18] with W (rows of 3: K, B1, B2), out[18:24] with r."""
 '''
 DERIVATIVES = '''
 
-def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
+def derivatives(
+    m: float, Ie: float, Iz: float, f: float, d: float, D: float,
+    scales: np.ndarray | tuple[float, float, float], geometry: tuple[float, ...],
+    rates: tuple[float, float, float], wrench: tuple[float, ...], y: tuple[float, ...],
+    out: np.ndarray,
+) -> None:
     """Fill out[0:36], rows of 6: residuals by gamma, gamma', psi', phi', f, d at given y."""
 '''
 UNPACK = (

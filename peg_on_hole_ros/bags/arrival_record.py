@@ -58,7 +58,9 @@ class ArrivalRecord:
 
     """
 
-    def __init__(self, path: str | Path, configuration: Configuration, markers_rate: float):
+    def __init__(
+        self, path: str | Path, configuration: Configuration, markers_rate: float
+    ) -> None:
         try:
             self.path, self._stream = _new_file(Path(path).expanduser())
         except OSError as error:

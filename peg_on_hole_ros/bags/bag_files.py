@@ -119,7 +119,7 @@ def bare(path: Path) -> Path:
     return path.with_suffix("") if path.suffix in _PACKED else path
 
 
-def bags_in(path):
+def bags_in(path: Path) -> list[Path]:
     """Return the files of bags in a folder, each once: unpacked, where it is there both ways."""
     found = {}
     for packed in ("", *_PACKED):
@@ -138,7 +138,7 @@ def _in_bags():
 
 def _one_recording(found):
     parts = [_PART.fullmatch(file.name) for file in found.files]
-    if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):
+    if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):  # type: ignore[index]
         raise BagError(
             f"{found.path} is a folder without metadata.yaml, and its files are not named "
             f"as the parts of one recording (NAME_0.mcap, NAME_1.mcap, ...): "

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from peg_on_hole_ros.bags.bag_files import in_sqlite
 from peg_on_hole_ros.bags.first_pass import Block
@@ -22,15 +23,15 @@ class Contents:
 
     """
 
-    def __init__(self, paths: Sequence[Path], most: int):
+    def __init__(self, paths: Sequence[Path], most: int) -> None:
         self._paths, self._most = paths, most
-        self._open: dict[int, object] = {}
+        self._open: dict[int, Any] = {}
 
     def __enter__(self) -> "Contents":
         """Return itself."""
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the files."""
         for file in self._open.values():
             file.close()

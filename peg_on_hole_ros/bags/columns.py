@@ -94,7 +94,7 @@ class Layouts:
 
     """
 
-    def __init__(self, efforts: bool = False):
+    def __init__(self, efforts: bool = False) -> None:
         self.all: list[Layout] = []
         self._efforts = efforts
         self._known: dict[tuple, int] = {}
@@ -230,8 +230,8 @@ def _doubles(data, start, count):
 
 def _after_array(rows, at, behind):
     """Return those whose array of doubles is whole, where it ends, and how many it has."""
-    behind = behind + np.zeros(len(at), np.int64) if np.isscalar(behind) else behind
-    behind = behind + -behind % 4
+    behind = behind + np.zeros(len(at), np.int64) if np.isscalar(behind) else behind  # type: ignore[operator]
+    behind = behind + -behind % 4  # type: ignore[operator]
     size = rows.end[at] - rows.start[at]
     whole = size >= behind + 4
     at, behind, size = at[whole], behind[whole], size[whole]

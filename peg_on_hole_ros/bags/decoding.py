@@ -78,6 +78,9 @@ def decoders_of(scan: Found, types: dict[str, str | None]) -> dict[int, Decoder]
         if decode is not None:
             columns = found.usual and name in (WRENCH_TYPE, JOINTS_TYPE)
             decoders[channel.id] = Decoder(
-                numbers[channel.topic], channel.topic, decode, name if columns else ""
+                numbers[channel.topic],
+                channel.topic,
+                decode,
+                name if columns else "",  # type: ignore[arg-type]
             )
     return decoders

@@ -96,7 +96,7 @@ class Output:
 
     """
 
-    def __init__(self, bag: Bag, name: str | None = None, rest: bool = False):
+    def __init__(self, bag: Bag, name: str | None = None, rest: bool = False) -> None:
         self._bag = bag
         self._prefix = _prefix(bag, name)
         try:

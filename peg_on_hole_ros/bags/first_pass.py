@@ -85,7 +85,7 @@ class Found:
 
     """
 
-    def __init__(self, path: Path, topics: dict[str, TopicInfo]):
+    def __init__(self, path: Path, topics: dict[str, TopicInfo]) -> None:
         self.path, self.topics = path, topics
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}

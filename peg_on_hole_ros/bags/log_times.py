@@ -19,7 +19,7 @@ _WIDTHS = 3.0
 class LogTimes:
     """Looks at the messages of a file in its order, some thousands at a time."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._log = self._stamp = np.empty(0, np.int64)
 
     def placed(self, log_ns: np.ndarray, stamp_ns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -87,7 +87,7 @@ class Bag:
         path: str | Path,
         progress: Callable[[float], None] | None = None,
         most_chunk: int = MOST_CHUNK,
-    ):
+    ) -> None:
         self.path = Path(path)
         self.topics: dict[str, TopicInfo] = {}
         self.undecodable: Counter[str] = Counter()

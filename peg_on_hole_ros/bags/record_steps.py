@@ -8,7 +8,7 @@ _HEAD = 9
 
 
 @njit(cache=True)
-def walk(data):
+def walk(data: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     Return kind, begin and end of the content of each record.
 

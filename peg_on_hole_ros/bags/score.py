@@ -33,12 +33,14 @@ class Errors:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.count = np.zeros(6, int)
         self._square, self._stddev, self._mean = np.zeros(6), np.zeros(6), np.zeros(6)
         self._inside = np.zeros(6, int)
 
-    def count_in(self, counted, error, stddev, truth) -> None:
+    def count_in(
+        self, counted: np.ndarray, error: np.ndarray, stddev: np.ndarray, truth: np.ndarray
+    ) -> None:
         """Take the errors of one stamp, those alone that are `counted`."""
         self.count += counted
         self._square += np.where(counted, error**2, 0.0)
@@ -86,7 +88,7 @@ class Score(Errors):
 
     """
 
-    def __init__(self, truth: Truth):
+    def __init__(self, truth: Truth) -> None:
         super().__init__()
         self.truth = truth
         self.undetermined, self.unstated = Errors(), 0
@@ -118,7 +120,13 @@ class Score(Errors):
             self.row(t_ns, value, spread, self._mode, flag, bool(determined))
 
     def row(
-        self, t_ns: int, values, stddev, mode: str, flag: bool | None, determined: bool = True
+        self,
+        t_ns: int,
+        values: np.ndarray,
+        stddev: np.ndarray,
+        mode: str,
+        flag: bool | None,
+        determined: bool = True,
     ) -> None:
         """
         Take one estimate.
@@ -189,7 +197,9 @@ def undetermined_content(score: Score) -> dict:
 
 def score_table(score: Score) -> list[tuple[str, ...]]:
     """Return heading and rows of the comparison as texts; determined reactions come first."""
-    rows = [("", "unit", "RMS error", "mean stddev", "inside 95 % bounds", "samples")]
+    rows: list[tuple[str, ...]] = [
+        ("", "unit", "RMS error", "mean stddev", "inside 95 % bounds", "samples")
+    ]
     rows += [_row(score, i, "") for i in range(6)]
     if score.unstated or score.undetermined.count.any():
         rows += [

@@ -37,9 +37,9 @@ class SqliteFile:
 
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self._folder = None
+        self._folder: tempfile.TemporaryDirectory | None = None
         with self._errors():
             if path.suffix in (".zstd", ".zst"):
                 path = self._unpacked(path)
@@ -77,7 +77,7 @@ class SqliteFile:
             found.schemas[each.id] = Schema(
                 id=each.id, name=each.msgtype, encoding=encoding, data=data
             )
-            kind = each.ext.serialization_format
+            kind = each.ext.serialization_format  # type: ignore[union-attr]
             found.add_channel(
                 Channel(
                     id=each.id,

@@ -30,7 +30,7 @@ class StampStatistics:
 
     """
 
-    def __init__(self, max_gap: float):
+    def __init__(self, max_gap: float) -> None:
         self._max_gap_ns = round(max_gap * 1e9)
         self.span: tuple[int, int] | None = None
         self._logged: tuple[int, int] | None = None

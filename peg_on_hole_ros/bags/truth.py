@@ -1,8 +1,9 @@
 """Truth of a simulated bag."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.bags.columns import NO_LAYOUT
 from peg_on_hole_ros.bags.reader import Bag
@@ -38,7 +39,13 @@ class Truth:
 
     """
 
-    def __init__(self, t_ns, values, mode_ns, modes):
+    def __init__(
+        self,
+        t_ns: ArrayLike,
+        values: ArrayLike,
+        mode_ns: ArrayLike = (),
+        modes: Sequence[str] = (),
+    ) -> None:
         self.t_ns = np.asarray(t_ns, dtype=np.int64)
         self.values = np.array(values, dtype=float)
         self.values[:, :3] = np.unwrap(self.values[:, :3], axis=0)

@@ -129,7 +129,7 @@ class ZstdFile:
 
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         self.name = str(path)
         self._file = path.open("rb")
         self._begin()
@@ -182,7 +182,7 @@ class ZstdFile:
         """Return itself."""
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the file."""
         self.close()
 

@@ -4,6 +4,7 @@ import json
 from collections.abc import Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
+from types import TracebackType
 
 from mcap.writer import CompressionType
 
@@ -71,7 +72,7 @@ class BagWriter:
         metadata: dict[str, dict[str, str]] | None = None,
         chunk_bytes: int = 1 << 20,
         latched: Collection[str] = (),
-    ):
+    ) -> None:
         self.path = Path(path)
         self._part = part_of(self.path)
         self._metadata = dict(metadata or {})
@@ -172,7 +173,12 @@ class BagWriter:
         """Return itself."""
         return self
 
-    def __exit__(self, kind, value, trace) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Finish the file, or remove it if the block raised or the end cannot be written."""
         if kind is not None:
             self._remove()

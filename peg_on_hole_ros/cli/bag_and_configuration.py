@@ -1,5 +1,6 @@
 """A bag and the configuration that goes with it, as commands take them."""
 
+import argparse
 import sys
 from collections.abc import Iterable
 from dataclasses import replace
@@ -67,7 +68,7 @@ class Reading(NamedTuple):
     any_urdf: bool = False
 
     @classmethod
-    def of(cls, arguments) -> "Reading":
+    def of(cls, arguments: argparse.Namespace) -> "Reading":
         """Return what the arguments of a command say."""
         mebibytes = arguments.max_chunk
         if not _LEAST_CHUNK <= mebibytes <= _GREATEST_CHUNK:
@@ -86,7 +87,7 @@ class Reading(NamedTuple):
             for name, topic in given.items()
             if topic is not None
         }
-        return replace(configuration, topics=replace(configuration.topics, **given))
+        return replace(configuration, topics=replace(configuration.topics, **given))  # type: ignore[arg-type]
 
 
 AS_IT_IS = Reading()

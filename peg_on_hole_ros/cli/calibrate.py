@@ -1,5 +1,7 @@
 """`peg-on-hole calibrate`: friction, biases, noise, delay, tilt and clearance from a bag."""
 
+import argparse
+
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli import calibration_text
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
@@ -24,7 +26,7 @@ _FEWEST = 50
 _WRITTEN = "written: {0}; use it with `peg-on-hole replay BAG --config {0}`"
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Calibrate, write the configuration, print what was found; exit code 4 for a damaged bag."""
     bag, configuration, _, stored = open_recording(
         arguments.bag, arguments.config, texts=[arguments.out], reading=Reading.of(arguments)
@@ -106,7 +108,7 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
             )
     stamps = [[sample.t_ns for sample in kept] for kept in (wrenches, measurements)]
     spans = (end(of) for of in stamps for end in (min, max))
-    clocks = apart(*spans, configuration)
+    clocks = apart(*spans, configuration)  # type: ignore[arg-type, call-arg]
     if clocks:
         raise BagError(f"{bag.path}: {clocks}")
     record = recording(wrenches, measurements)

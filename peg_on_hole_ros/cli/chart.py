@@ -1,6 +1,7 @@
 """`peg-on-hole chart`: how far estimators are off against what a wrench costs."""
 
 from argparse import Namespace
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from time import thread_time
 
@@ -64,7 +65,7 @@ def _scores(chosen, case, truth, seeds):
     ]
 
 
-def scores_of(rows) -> list[chart.Score]:
+def scores_of(rows: Iterable[Sequence]) -> list[chart.Score]:
     """Return the scores in rows of `chart.csv`."""
     return [chart.Score(*row[:2], *_numbers(row[2:])) for row in rows]
 

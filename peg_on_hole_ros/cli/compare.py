@@ -1,5 +1,6 @@
 """`peg-on-hole compare`: differences between two outputs, stamp by stamp."""
 
+import argparse
 import json
 import tempfile
 from math import isfinite
@@ -24,7 +25,7 @@ from peg_on_hole_ros.report.page import library
 _WRAPPED = np.array([wraps for _, _, wraps in QUANTITIES])
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Print a table of differences; exit code 4 if a bag was cut off or damaged."""
     first, second = _names(arguments)
     inputs = filter(None, (arguments.a, arguments.b, arguments.bag))
@@ -80,7 +81,7 @@ def _two_replays(path, config_a, config_b, overlay):
             out = Path(folder) / f"{name}.mcap"
             replay(bag, settled(bag, configuration).configuration, node, out=out)
             outputs.append(Bag(out))
-        return compare(*outputs, overlay=overlay), bag.damage, settings[0][0]
+        return compare(*outputs, overlay=overlay), bag.damage, settings[0][0]  # type: ignore[arg-type, misc]
 
 
 def compare(

@@ -1,6 +1,8 @@
 """`peg-on-hole inspect`: what a bag holds, and what a replay would use of it."""
 
+import argparse
 from collections.abc import Callable
+from typing import Any
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.bag_and_configuration import (
@@ -25,7 +27,7 @@ from peg_on_hole_ros.replay.would_use import WouldUse
 from peg_on_hole_ros.safe_text import printable
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Print a report; exit code 4 for a cut-off or damaged bag."""
     (configuration, _), reading = load(arguments.config), Reading.of(arguments)
     bag = open_bag(arguments.bag, reading.most_chunk)
@@ -106,7 +108,7 @@ def inspect(
     """
     sources = sources_of(configuration)
     wrench, joints = sources
-    result = {
+    result: dict[str, Any] = {
         "bag": printable(bag.path),
         "damage": printable(bag.damage) or None,
         "messages": bag.count,
@@ -147,12 +149,12 @@ def inspect(
         result["oddities"][wrench].append(apart_by_name)
     read = {sources[topic]: bag.topics[topic].count for topic in readers}
     both = len(read) == 2 and all(heard.usable.values())
-    spans = [end for topic in sources for end in heard.span(topic)] if both else []
-    clocks = apart(*spans, configuration) if both else ""
+    spans = [end for topic in sources for end in heard.span(topic)] if both else []  # type: ignore[union-attr]
+    clocks = apart(*spans, configuration) if both else ""  # type: ignore[arg-type, call-arg]
     used, dropped = heard.fates(read) if both and not clocks else heard.alone(read)
     if both:
         offsets = (result["clock"][topic]["log_minus_stamp"]["mean"] for topic in (wrench, joints))
-        told = shifted(*offsets, configuration.joints.delay)
+        told = shifted(*offsets, configuration.joints.delay)  # type: ignore[call-arg]
         result["oddities"][joints] += [told] if told else []
     replay = result["replay"]
     replay["used"] = {topic: used[sources[topic]] for topic in readers}

@@ -1,11 +1,13 @@
 """`peg-on-hole node`: the ROS 2 node."""
 
+import argparse
+
 from peg_on_hole_ros.cli.settings import check_path
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Run the node until it is stopped; `--config` becomes what ROS 2 has for it."""
     file = []
     check_path(arguments.config)

@@ -1,6 +1,7 @@
 """A table of numbers that is kept row by row, so that interrupted work goes on where it was."""
 
 import csv
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -27,7 +28,7 @@ class PartialTable:
 
     """
 
-    def __init__(self, path: Path, columns, state: str, group: int = 1):
+    def __init__(self, path: Path, columns: Sequence[str], state: str, group: int = 1) -> None:
         self.path, self.columns = Path(path), list(columns)
         self._partial = self.path.with_name(self.path.name + ".partial")
         self._state = state
@@ -54,11 +55,11 @@ class PartialTable:
         count = len(rows) // group * group
         self.rows = rows[:count]
 
-    def add(self, rows) -> None:
+    def add(self, rows: Iterable[Sequence]) -> None:
         """Append rows; they are on the disk when this returns."""
-        rows = [[_text(value) for value in row] for row in rows]
-        self.rows += rows
-        self._writer.writerows(rows)
+        texts = [[_text(value) for value in row] for row in rows]
+        self.rows += texts
+        self._writer.writerows(texts)
         self._file.flush()
 
     def finish(self) -> None:
@@ -72,7 +73,7 @@ class PartialTable:
         self._file.close()
 
 
-def write_table(path: Path, columns, rows) -> None:
+def write_table(path: Path, columns: Sequence[str], rows: Iterable[Sequence]) -> None:
     """Write a CSV file that appears under its name when it is whole."""
     done = path.with_name(path.name + ".tmp")
     with done.open("w", newline="", encoding="utf-8") as file:

@@ -1,9 +1,16 @@
 """Pictures that commands write: as PNG and as SVG, the same bytes for the same numbers."""
 
+from __future__ import annotations
+
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from peg_on_hole_ros.errors import PegOnHoleError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def needed() -> None:
@@ -22,7 +29,7 @@ def needed() -> None:
         )
 
 
-def save(figure, stem: Path, suffixes=(".png", ".svg")) -> list[Path]:
+def save(figure: Figure, stem: Path, suffixes: Sequence[str] = (".png", ".svg")) -> list[Path]:
     """Write a picture as stem.png and stem.svg; return the paths."""
     import matplotlib
 

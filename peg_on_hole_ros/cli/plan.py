@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> int:
         write_text(folder / "plan.json", to_json(data) + "\n")
         profiles = [profile(scene, cell, limits, m) for m in (plan.plain, plan.motion)]
         written = [folder / "plan.json"]
-        written += save(figure(*profiles, scene.gamma0, limits), folder / "plan")
+        written += save(figure(*profiles, scene.gamma0, limits), folder / "plan")  # type: ignore[arg-type, call-arg]
         if not arguments.json:
             print(", ".join(map(str, written)))
     return 0

@@ -19,7 +19,7 @@ class Progress:
 
     """
 
-    def __init__(self, text: str):
+    def __init__(self, text: str) -> None:
         self._text = printable(text)
         self._shown = sys.stderr.isatty()
         self._last = 0.0
@@ -35,7 +35,7 @@ class Progress:
         """Return itself."""
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         """Remove the line."""
         if self._shown and self._last:
             _control("\r\x1b[K")

@@ -1,9 +1,11 @@
 """`peg-on-hole replay`: the estimator over a bag, as the node would have run."""
 
+import argparse
 import json
 from contextlib import ExitStack
 from os.path import lexists
 from pathlib import Path
+from typing import Any
 
 from peg_on_hole_ros.bags.bag_files import bag_files
 from peg_on_hole_ros.bags.reader import Bag, absolute
@@ -34,7 +36,7 @@ ALARM_HEAD = ("time [s]", "alarm", "level", "message")
 CYCLE_HEAD = ("try from [s]", "outcome", "lasts [s]", "transition [s]", "peak [N]", "alarms")
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Replay, write what was asked for, print a table; exit code 4 for a damaged bag."""
     if many(arguments):
         from peg_on_hole_ros.cli.many_bags import run as many_bags
@@ -66,7 +68,7 @@ def run(arguments) -> int:
     return 0
 
 
-def many(arguments) -> bool:
+def many(arguments: argparse.Namespace) -> bool:
     """Return whether the arguments mean many bags, were it one."""
     more = len(arguments.bags) > 1 or arguments.jobs is not None or arguments.dask is not None
     # A pattern that the shell was kept from.
@@ -98,7 +100,8 @@ def replay(
 
     """
     needed = check_bag(bag, configuration)
-    tracks = inputs = None
+    tracks: Any = None
+    inputs: Any = None
     if report_path:
         # These take a while to import, and few replays need them.
         from peg_on_hole_ros.report.inputs import Inputs
@@ -112,7 +115,9 @@ def replay(
     truth = truth_in(bag)
     summary = Summary()
     score, cycles = Score(truth) if truth else None, _Tries()
-    sinks = [sink for sink in (summary, score, tracks, inputs, cycles) if sink is not None]
+    sinks: list[Any] = [
+        sink for sink in (summary, score, tracks, inputs, cycles) if sink is not None
+    ]
     with ExitStack() as stack:
         writer = None
         if out:

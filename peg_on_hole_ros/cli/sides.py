@@ -1,14 +1,19 @@
 """`peg-on-hole solve --unknown`: any of the twelve quantities from the others."""
 
+from collections.abc import Sequence
+
 from peg_on_hole_ros.cli.table import finite, table
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.any_side import ACCELERATIONS, REACTIONS, quantities, solve_any
+from peg_on_hole_ros.mechanics.scene import Scene
 
 # Beyond, squares overflow.
 _MOST = 1e9
 
 
-def solve(scene, state, unknown: str, known: list[str], frame: str) -> dict:
+def solve(
+    scene: Scene, state: Sequence[float], unknown: str, known: list[str], frame: str
+) -> dict:
     """
     Return the JSON of the unknowns.
 

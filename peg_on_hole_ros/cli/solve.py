@@ -1,5 +1,8 @@
 """`peg-on-hole solve`: the six equations at one state."""
 
+import argparse
+from collections.abc import Sequence
+
 import numpy as np
 
 from peg_on_hole_ros.cli import sides
@@ -7,6 +10,7 @@ from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.reference import solve_contact
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 # Beyond, no peg is; squares of what is far beyond overflow. The tilt has a range of its own.
@@ -15,7 +19,7 @@ _WRENCH = (1e6,) * 6
 _NO_WRENCH = "0,0,0,0,0,0"
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Print motion and reactions, or what is declared unknown."""
     configuration, _ = load(arguments.config)
     state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s", _STATE)
@@ -45,7 +49,7 @@ def _any_side(scene, state, arguments):
     return 0
 
 
-def solve(scene, state, wrench) -> dict:
+def solve(scene: Scene, state: Sequence[float], wrench: Sequence[float]) -> dict:
     """
     Return the JSON of one solution.
 

@@ -1,6 +1,7 @@
 """`peg-on-hole stability`: where estimators hold, err or diverge."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import asdict
 
 from peg_on_hole_ros.cli.partial_table import PartialTable
@@ -59,7 +60,7 @@ def _examine_all(rows, count, seeds, configuration):
     return found_in(rows.rows)
 
 
-def found_in(rows) -> dict:
+def found_in(rows: Sequence[Sequence]) -> dict:
     """Return what the picture draws of the rows of `stability.csv`."""
     found, width, first = {}, len(study.METHODS), len(study.Place._fields) + 1
     for begun in range(0, len(rows), width):
@@ -73,7 +74,7 @@ def _result(row):
     return study.Result(row[0], study.Verdict(row[1]), *numbers)
 
 
-def summary(found) -> str:
+def summary(found: dict) -> str:
     """Return in how many places each method comes to what, of those with a motion."""
     shown = [verdict for verdict in study.Verdict if verdict is not study.Verdict.NONE]
     lines = []

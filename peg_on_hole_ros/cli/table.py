@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from math import isfinite
+from typing import Any
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
@@ -22,7 +23,7 @@ def to_json(content: dict) -> str:
     return json.dumps(content, indent=2, allow_nan=False)
 
 
-def finite(value) -> float | None:
+def finite(value: Any) -> float | None:
     """Return a Python float, or None where there is no finite one."""
     value = float(value)
     return value if isfinite(value) else None

@@ -1,5 +1,6 @@
 """`peg-on-hole watch`: a live page of a running node, for a cell without RViz."""
 
+import argparse
 import asyncio
 import re
 
@@ -10,7 +11,7 @@ from peg_on_hole_ros.report.live_page import drawn, live_page
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
     if not 0 <= arguments.port <= 65535:
         raise PegOnHoleError(f"--port = {arguments.port} is not within 0 to 65535")

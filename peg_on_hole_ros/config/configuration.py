@@ -10,6 +10,7 @@ import difflib
 import re
 from dataclasses import fields
 from math import isfinite, radians
+from typing import Any
 
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.config.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
@@ -47,7 +48,7 @@ def from_parameters(parameters: dict[str, object]) -> Configuration:
     values = check(parameters)
     groups = {}
     for group in fields(Configuration):
-        record = type(group.default_factory())
+        record = type(group.default_factory())  # type: ignore[operator]
         names = {f.name: f"{group.name}.{f.name}" for f in fields(record)}
         given = {field: values[name] for field, name in names.items() if name in values}
         groups[group.name] = record(**given)
@@ -58,7 +59,7 @@ def from_parameters(parameters: dict[str, object]) -> Configuration:
 
 def node_options(parameters: dict[str, object]) -> NodeOptions:
     """Return what only the node uses; raises like `from_parameters`."""
-    values = check(parameters)
+    values: dict[str, Any] = check(parameters)
     return NodeOptions(**{f.name: values[f.name] for f in fields(NodeOptions)})
 
 
@@ -111,7 +112,7 @@ def _default_method():
     return BY_NAME["filter.method"].default
 
 
-def check_one(name: str, value: object) -> object:
+def check_one(name: str, value: Any) -> object:
     """Return the value of a parameter of the table or of ROS 2, or raise with what is wrong."""
     if name in BY_NAME:
         return checked(BY_NAME[name], value)
@@ -126,7 +127,7 @@ def check_one(name: str, value: object) -> object:
     return value
 
 
-def checked(row: Parameter, value: object) -> object:
+def checked(row: Parameter, value: Any) -> object:
     """Return the value of one parameter in its Python type, or raise with what is wrong."""
     kind = row.type.removesuffix("[]")
     if value is None or isinstance(value, str) and value in _NOTHING:
@@ -169,7 +170,7 @@ def _scalar(row, name, kind, value):
         )
     if row.choices and value not in row.choices:
         raise PegOnHoleError(f"{name} = {shown(value)} is not one of {', '.join(row.choices)}")
-    if row.topic and not _TOPIC.fullmatch(value):
+    if row.topic and not _TOPIC.fullmatch(value):  # type: ignore[call-overload]
         raise PegOnHoleError(f"{name} = {shown(value)} is not the name of a topic; {example}")
     if row.low is not None:
         _within(row, name, value)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from peg_on_hole_ros.config.configuration import BY_NAME
 
@@ -31,7 +31,7 @@ class Part(NamedTuple):
     line: int
 
 
-def parts(tree: object, prefix: str = "") -> Iterator[Part]:
+def parts(tree: Any, prefix: str = "") -> Iterator[Part]:
     """Yield the parts of a file in their order; `tree` is what `ros_yaml.load` gives."""
     for key, body in tree.items() if isinstance(tree, dict) else ():
         name = f"{prefix}{key}"

@@ -1,6 +1,7 @@
 """The table of all parameters: name, type, default, unit, range and effect of each."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.mechanics.planning.cell import AIMS
@@ -36,7 +37,7 @@ class Parameter:
 
     name: str
     type: str
-    default: object
+    default: Any
     unit: str
     low: float | None
     high: float | None
@@ -69,7 +70,7 @@ def _row(name, effect, unit="", low=None, high=None, choices=(), topic=False):
         owner = getattr(Configuration(), part)
     default = type(owner).__dataclass_fields__[name.rsplit(".", 1)[-1]].default
     array = isinstance(default, tuple)
-    kind = _TYPES[type(default[0])] + "[]" if array else _TYPES[type(default)]
+    kind = _TYPES[type(default[0])] + "[]" if array else _TYPES[type(default)]  # type: ignore[index]
     return Parameter(name, kind, default, unit, low, high, choices, effect, topic)
 
 

@@ -3,6 +3,7 @@
 import difflib
 import re
 from pathlib import Path
+from typing import Any
 
 from peg_on_hole_ros.config.configuration import BY_NAME, PARAMETERS, check, check_one, spaced
 from peg_on_hole_ros.config.node_parts import BODY, NODE, Part, of_node, of_ours, parts
@@ -94,7 +95,7 @@ def _body(part: Part):
     )
 
 
-def load_yaml(path: Path) -> object:
+def load_yaml(path: Path) -> Any:
     """Return what a YAML file holds, its values as ROS 2 reads them; errors name file and line."""
     try:
         with path.open("rb") as file:
@@ -123,7 +124,7 @@ def load_yaml(path: Path) -> object:
 class NoYamlFile(PegOnHoleError):
     """A file that is no YAML, or has what ROS 2 does not read of it."""
 
-    def __init__(self, path: Path, error: NoYaml):
+    def __init__(self, path: Path, error: NoYaml) -> None:
         super().__init__(f"{path} is not YAML {error}")
 
 

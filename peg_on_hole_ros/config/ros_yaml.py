@@ -33,7 +33,7 @@ class NoYaml(PegOnHoleError):
 
     """
 
-    def __init__(self, line: int, problem: str):
+    def __init__(self, line: int, problem: str) -> None:
         super().__init__(f"at line {line}: {printable(problem)}")
         self.line = line
 
@@ -49,7 +49,7 @@ class Group(dict):
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
         self.lines: dict[str, int] = {}
 

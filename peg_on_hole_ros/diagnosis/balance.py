@@ -4,7 +4,7 @@ from math import cos, fabs, hypot, log, pi, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
 
 # Columns of forces that a model leaves open: of the holder's acceleration in the air, of K, B1, B2
 # on the rim. Models: free, and three contacts at frictions about the stated one.
@@ -19,7 +19,7 @@ LOG_TWO_PI = log(2.0 * pi)
 
 
 @compiled
-def peg_in_hole(q, R):
+def peg_in_hole(q: np.ndarray, R: np.ndarray) -> None:
     """Fill R_HP, peg axes in hole axes, shape (3, 3)."""
     s, c, sps, cps, sp, cp = sin(q[0]), cos(q[0]), sin(q[1]), cos(q[1]), sin(q[2]), cos(q[2])
     # Rz(psi) Ry(-gamma) Rz(phi).
@@ -32,7 +32,7 @@ def peg_in_hole(q, R):
 
 
 @compiled
-def fill_moment(columns, j, r):
+def fill_moment(columns: np.ndarray, j: int, r: np.ndarray) -> None:
     """Fill the lower half of a column with the moment of its force at r."""
     F0, F1, F2 = columns[0, j], columns[1, j], columns[2, j]
     columns[3, j] = r[1] * F2 - r[2] * F1
@@ -41,7 +41,7 @@ def fill_moment(columns, j, r):
 
 
 @compiled
-def free_columns(center, columns):
+def free_columns(center: np.ndarray, columns: np.ndarray) -> None:
     """Fill in the forces at the mass centre that a holder's acceleration needs, (6, 3)."""
     columns[:] = 0.0
     for j in range(3):
@@ -50,7 +50,15 @@ def free_columns(center, columns):
 
 
 @compiled
-def contact_columns(p, sensor, q, rates, slowest, friction, columns):
+def contact_columns(
+    p: SceneScalars,
+    sensor: np.ndarray,
+    q: np.ndarray,
+    rates: np.ndarray,
+    slowest: float,
+    friction: float,
+    columns: np.ndarray,
+) -> bool:
     """
     Fill in what one newton at K, B1, B2 exerts on the peg, peg axes, about the sensor, (6, 3).
 
@@ -118,7 +126,7 @@ def _to_peg(h, e, z, s, c, sp, cp, out):
 
 
 @compiled
-def prepare(columns, prior, noise, model):
+def prepare(columns: np.ndarray, prior: float, noise: np.ndarray, model: np.ndarray) -> None:
     """
     Fill in what the likelihood of any wrench takes, of one model.
 
@@ -160,7 +168,9 @@ def prepare(columns, prior, noise, model):
 
 
 @compiled
-def likelihood(model, prior, pushes, y, noise, load):
+def likelihood(
+    model: np.ndarray, prior: float, pushes: bool, y: np.ndarray, noise: np.ndarray, load: float
+) -> tuple[float, float]:
     """
     Return the log likelihood of a wrench that a model has to balance, and what is left of it.
 
@@ -209,7 +219,7 @@ def likelihood(model, prior, pushes, y, noise, load):
 
 
 @compiled
-def unexplained(y, weight, noise, lever):
+def unexplained(y: np.ndarray, weight: float, noise: np.ndarray, lever: float) -> float:
     """
     Return the log likelihood of a wrench that is anything, or of one that is a couple alone.
 

@@ -40,7 +40,7 @@ class FreeAir:
 
     """
 
-    def __init__(self, configuration: Configuration, reduction: WrenchReduction):
+    def __init__(self, configuration: Configuration, reduction: WrenchReduction) -> None:
         scene, wrench = configuration.scene, configuration.wrench
         self._reduction, self._wrench = reduction, wrench
         self._gravity_H = np.array(scene.gravity)
@@ -57,7 +57,7 @@ class FreeAir:
         self._kept: deque = deque(maxlen=_KEPT)
         self.finding: Finding | None = None
 
-    def take(self, sample: WrenchSample, q, free: bool) -> None:
+    def take(self, sample: WrenchSample, q: np.ndarray, free: bool) -> None:
         """
         Take a wrench.
 

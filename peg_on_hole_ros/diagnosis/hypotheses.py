@@ -50,7 +50,7 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
         rpy = stated.sensor_rpy
         if not np.array_equal(turn, np.eye(3)):
             rpy = tuple(round(angle, 6) + 0.0 for angle in rpy_of(R_PS @ turn))
-        options = replace(stated, sensor_rpy=rpy, axes="sensor")
+        options = replace(stated, sensor_rpy=rpy, axes="sensor")  # type: ignore[arg-type]
         found.append(_hypothesis(stated, _meant(options, robot, compensated)))
     for robot, compensated in product((False, True), (False, True)):
         options = replace(stated, axes="base")

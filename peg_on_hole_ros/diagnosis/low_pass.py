@@ -34,7 +34,7 @@ class LowPass:
 
     """
 
-    def __init__(self, wrench: WrenchInput):
+    def __init__(self, wrench: WrenchInput) -> None:
         stated = [wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3
         self._least = np.square(_NOISY * np.array(stated))
         self.finding: Finding | None = None

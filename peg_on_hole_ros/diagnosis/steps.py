@@ -18,7 +18,7 @@ class Steps:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._at = 0
         self._first: tuple[float, ...] | None = None
         self._changed = False

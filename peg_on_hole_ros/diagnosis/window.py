@@ -43,7 +43,14 @@ DIRECTION = 5.0
 
 
 @compiled
-def take(rows, told, at, hypotheses, settings, judged):
+def take(
+    rows: np.ndarray,
+    told: np.ndarray,
+    at: int,
+    hypotheses: np.ndarray,
+    settings: np.ndarray,
+    judged: bool,
+) -> bool:
     """
     Look at the newest wrench, and anew at the one whose rates are known by it.
 

@@ -20,7 +20,7 @@ class Expected:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.what = ""
         self._since_ns: int | None = None
 

@@ -58,7 +58,7 @@ class FreeFor:
 
     """
 
-    def __init__(self, configuration: Configuration):
+    def __init__(self, configuration: Configuration) -> None:
         self._configuration = configuration
         self._since_ns: int | None = None
         self._told = False

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Iterator
 from itertools import islice
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,8 +41,11 @@ class Unit:
 
     __slots__ = ("wrench", "joints", "after", "before", "begin_ns")
 
-    def __init__(self, wrench, joints, before, begin_ns):
-        self.wrench, self.joints, self.after = wrench, joints, []
+    def __init__(
+        self, wrench: WrenchSample, joints: list[AngleMeasurement], before: Any, begin_ns: int
+    ) -> None:
+        self.wrench, self.joints = wrench, joints
+        self.after: list[AngleMeasurement] = []
         self.before, self.begin_ns = before, begin_ns
 
 
@@ -96,7 +99,7 @@ class History:
 
     """
 
-    def __init__(self, window_ns: int):
+    def __init__(self, window_ns: int) -> None:
         self.window_ns = window_ns
         self._units: deque[Unit] = deque()
         # Behind the units: runs, until they are needed one by one.

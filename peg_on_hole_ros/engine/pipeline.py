@@ -85,9 +85,9 @@ class Pipeline:
     def __init__(
         self,
         configuration: Configuration,
-        orientation=None,
+        orientation: Callable | None = None,
         make: Callable[..., HeldPeg] = make_filter,
-    ):
+    ) -> None:
         self.configuration = configuration
         self.scene = configuration.scene
         self.orientation = orientation or PegJoints(configuration.joints)

@@ -2,6 +2,8 @@
 
 from math import isfinite, nan, pi, sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.engine.state import AT as COUNT
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
 from peg_on_hole_ros.estimator import held
@@ -19,6 +21,7 @@ from peg_on_hole_ros.monitor.assessment import contacts_of
 from peg_on_hole_ros.monitor.memory import NO_STAMP, UNKNOWN
 from peg_on_hole_ros.monitor.output_row import AT
 from peg_on_hole_ros.monitor.place_check import misfit
+from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
 
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
 RESTS_NS = 100_000_000
@@ -27,7 +30,7 @@ NEWS, BEGINS, OLD = range(3)
 
 
 @compiled
-def restart(e, rules):
+def restart(e: EngineRecord, rules: RulesRecord) -> None:
     """Let go of the motion; what was learnt stays, and what was counted."""
     d = e.motion[0]
     d.t_ns = d.oriented_ns = NO_STAMP
@@ -44,7 +47,7 @@ def restart(e, rules):
 
 
 @compiled
-def begin(e):
+def begin(e: EngineRecord) -> None:
     """Take note of a start by an orientation of the present stamp."""
     d = e.motion[0]
     d.oriented_ns, d.lost = d.t_ns, 0
@@ -52,7 +55,17 @@ def begin(e):
 
 
 @compiled
-def process(e, rules, t_ns, wrenches, ends, stamps, orientations, lateness, rows):
+def process(
+    e: EngineRecord,
+    rules: RulesRecord,
+    t_ns: np.ndarray,
+    wrenches: np.ndarray,
+    ends: np.ndarray,
+    stamps: np.ndarray,
+    orientations: np.ndarray,
+    lateness: float,
+    rows: np.ndarray,
+) -> int:
     """
     Take wrenches one after the other, each with the orientations since the one before.
 
@@ -115,7 +128,7 @@ def _take_wrench(e, rules, t_ns, wrench, stamps, orientations, row):
 
 
 @compiled
-def begin_unit(e, rules, t_ns):
+def begin_unit(e: EngineRecord, rules: RulesRecord, t_ns: int) -> bool:
     """Return whether a wrench comes after a silence."""
     # The estimate stands where the wrench before, or the start, has left it.
     silent = (t_ns - e.motion[0].t_ns) * 1e-9 > rules.max_gap
@@ -124,7 +137,7 @@ def begin_unit(e, rules, t_ns):
 
 
 @compiled
-def advance(e, rules, t_ns):
+def advance(e: EngineRecord, rules: RulesRecord, t_ns: int) -> None:
     """Predict up to a stamp [ns]."""
     dt = approach(e, rules, t_ns)
     if dt > 0.0:
@@ -133,7 +146,7 @@ def advance(e, rules, t_ns):
 
 
 @compiled
-def approach(e, rules, t_ns):
+def approach(e: EngineRecord, rules: RulesRecord, t_ns: int) -> float:
     """Come to a stamp [ns]; return the time to be predicted [s], 0 where there is none."""
     d = e.motion[0]
     dt = (t_ns - d.t_ns) * 1e-9
@@ -144,7 +157,7 @@ def approach(e, rules, t_ns):
 
 
 @compiled
-def check_upright(e, rules):
+def check_upright(e: EngineRecord, rules: RulesRecord) -> None:
     """Lose a motion beyond a quarter turn: there is no tilt, and what is told would not be so."""
     if not -0.5 * pi < e.held.state.mean[0] < 0.5 * pi:
         _lose(e, rules)
@@ -160,7 +173,9 @@ def _lose(e, rules):
 
 
 @compiled
-def correct(e, rules, stamp, orientation, lateness):
+def correct(
+    e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
+) -> None:
     """
     Correct by an orientation.
 
@@ -185,7 +200,9 @@ def correct(e, rules, stamp, orientation, lateness):
 
 
 @compiled
-def measure(e, rules, stamp, orientation, lateness):
+def measure(
+    e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
+) -> int:
     """Put an orientation into `q` and `R`, as of now; return NEWS, BEGINS or OLD."""
     s, kind = e.held.state, NEWS
     for i in range(3):
@@ -209,7 +226,9 @@ def measure(e, rules, stamp, orientation, lateness):
 
 
 @compiled
-def note(e, rules, orientation, result, nis):
+def note(
+    e: EngineRecord, rules: RulesRecord, orientation: np.ndarray, result: int, nis: float
+) -> None:
     """Take note of what became of an orientation, see `held.hold_against`."""
     d, s, memory = e.motion[0], e.held.state, e.memory
     if s.noise[0] > NOISY:
@@ -238,7 +257,7 @@ def note(e, rules, orientation, result, nis):
 
 
 @compiled
-def restart_mode(e, rules):
+def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
     """Forget the mode: the estimate has begun anew."""
     if rules.judged:
         assessment.restart_mode(e.memory)
@@ -256,7 +275,7 @@ def _note_place(e, orientation):
 
 
 @compiled
-def told(e, rules):
+def told(e: EngineRecord, rules: RulesRecord) -> bool:
     """Count a wrench; return whether there is an estimate to be told."""
     d = e.motion[0]
     if d.lost:
@@ -272,7 +291,7 @@ def told(e, rules):
 
 
 @compiled
-def reduce(e, t_ns, wrench, silent):
+def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
         follow_wrench(e.wrench_noise, wrench, e.variance, e.held.constants)
@@ -291,7 +310,7 @@ def reduce(e, t_ns, wrench, silent):
 
 
 @compiled
-def judge(e, rules, t_ns, contacts, row):
+def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: int, row: np.ndarray) -> None:
     """Fill in what is told after a wrench that was weighed with so many contacts."""
     d, memory = e.motion[0], e.memory
     e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0

@@ -57,7 +57,9 @@ class Processor:
 
     """
 
-    def __init__(self, configuration: Configuration, make: Callable[..., HeldPeg] = make_filter):
+    def __init__(
+        self, configuration: Configuration, make: Callable[..., HeldPeg] = make_filter
+    ) -> None:
         self.configuration = configuration
         scene, kalman, joints = configuration.scene, configuration.filter, configuration.joints
         self.reduction = WrenchReduction(configuration.wrench, scene, joints.hole_rpy)

@@ -19,7 +19,7 @@ class RecentStamps:
 
     """
 
-    def __init__(self, reach_ns: int):
+    def __init__(self, reach_ns: int) -> None:
         self._reach_ns = reach_ns
         self._order: deque[int] = deque()
         self._stamps: set[int] = set()

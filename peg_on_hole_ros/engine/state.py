@@ -1,6 +1,7 @@
 """The engine's state and rules: typed records with named fields, and tables of them."""
 
 from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ COUNTS = (
     "wrench_dropped_without_orientation",
 )
 # Their places.
-AT = namedtuple("AT", COUNTS)(*range(len(COUNTS)))
+AT: Any = namedtuple("AT", COUNTS)(*range(len(COUNTS)))
 
 # An orientation as a row: gamma, psi, phi [rad], their covariance; place of the peg's origin [m],
 # NaN where it is not measured, and its covariance.
@@ -88,7 +89,7 @@ ENGINE = np.dtype(
 
 
 # What the engine remembers beside the estimate, in bytes.
-_BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])
+_BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])  # type: ignore[index]
 
 
 def snapshot(memory: np.ndarray) -> tuple[np.ndarray, held.Snapshot]:

@@ -20,7 +20,7 @@ class StillPoses:
 
     """
 
-    def __init__(self, configuration: Configuration):
+    def __init__(self, configuration: Configuration) -> None:
         self._configuration = configuration
         self._gravity: list[np.ndarray] = []
         self._wrench: list[np.ndarray] = []
@@ -36,7 +36,7 @@ class StillPoses:
                 return f"wrench.{name} is {stated}, payload and zero need wrench.{name}: {needed}"
         return ""
 
-    def take(self, gravity_S, wrench, count: int) -> str:
+    def take(self, gravity_S: np.ndarray, wrench: np.ndarray, count: int) -> str:
         """
         Take a pose; return what all of them tell.
 
@@ -56,7 +56,7 @@ class StillPoses:
         taken = f"pose {len(self._count)} taken"
         poses = tuple(map(np.array, (self._gravity, self._wrench, self._count)))
         try:
-            return f"{taken}: {_said(payload_of(*poses, self._configuration))}"
+            return f"{taken}: {_said(payload_of(*poses, self._configuration))}"  # type: ignore[arg-type, call-arg]
         except PegOnHoleError as error:
             return f"{taken}: {error}"
 

@@ -2,6 +2,8 @@
 
 from math import atan2, cos, exp, sin, sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.direction import add_unknown_direction, direction_moments
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
@@ -20,6 +22,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     derivatives,
     equations,
 )
+from peg_on_hole_ros.record_types import ScratchRecord
 
 # The equations are taken no nearer to the tilt at which three contacts become two, and for no peg
 # that lies, where the closed forms end [rad].
@@ -30,7 +33,7 @@ LEAST_CLEARANCE = 1e-7
 
 
 @compiled
-def scene_at(p, x, at, load):
+def scene_at(p: SceneScalars, x: np.ndarray, at: np.ndarray, load: float) -> SceneScalars:
     """Return the scene with the clearance of a component: as learnt, less what a load takes."""
     if at[CLEARANCE] < 0 and at[COMPLIANCE] < 0:
         return p
@@ -45,7 +48,16 @@ def scene_at(p, x, at, load):
 
 
 @compiled
-def applied_forces(p, x, at, u, bias_map, s, c, columns):
+def applied_forces(
+    p: SceneScalars,
+    x: np.ndarray,
+    at: np.ndarray,
+    u: np.ndarray,
+    bias_map: np.ndarray,
+    s: float,
+    c: float,
+    columns: np.ndarray,
+) -> tuple[float, float, float, float, float, float]:
     """
     Return the applied wrench, weight included, about the mass centre in (h, e, z), six values.
 
@@ -107,7 +119,9 @@ def _put(columns, j, F_h, F_e, F_z, M_h, M_e, M_z):
 
 
 @compiled
-def applied_slopes(columns, at, bias_map, E):
+def applied_slopes(
+    columns: np.ndarray, at: np.ndarray, bias_map: np.ndarray, E: np.ndarray
+) -> None:
     """Take the slopes of an applied wrench, which stands on the right, into the residual's."""
     for i in range(6):
         for j in range(3):
@@ -123,7 +137,15 @@ def applied_slopes(columns, at, bias_map, E):
 
 
 @compiled
-def clearance_slopes(p, x, at, load, i, by_diameter, E):
+def clearance_slopes(
+    p: SceneScalars,
+    x: np.ndarray,
+    at: np.ndarray,
+    load: float,
+    i: int,
+    by_diameter: float,
+    E: np.ndarray,
+) -> None:
     """Fill in a row's slopes by clearance and compliance, from that by the peg's diameter."""
     if at[CLEARANCE] >= 0:
         # To the diameter, of which the clearance is what is left.
@@ -145,7 +167,21 @@ def _reduce(geo, columns):
 
 
 @compiled
-def straighten(p, x, P, n, at, u, noise, bias_map, load, share, inertia, friction_force2, scratch):
+def straighten(
+    p: SceneScalars,
+    x: np.ndarray,
+    P: np.ndarray,
+    n: int,
+    at: np.ndarray,
+    u: np.ndarray,
+    noise: np.ndarray,
+    bias_map: np.ndarray,
+    load: float,
+    share: float,
+    inertia: float,
+    friction_force2: np.ndarray,
+    scratch: ScratchRecord,
+) -> float:
     """
     Fill in residual, slopes and noise of the six equations at the mean of a component.
 
@@ -242,7 +278,7 @@ def _row(matrix, i, b):
 
 
 @compiled
-def see_noise(columns, noise, product, R):
+def see_noise(columns: np.ndarray, noise: np.ndarray, product: np.ndarray, R: np.ndarray) -> None:
     """Fill R with the wrench's noise as the equations see it."""
     for i in range(6):
         for j in range(6):

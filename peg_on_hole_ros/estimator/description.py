@@ -52,7 +52,9 @@ _FORCE, _POINT, _POSITION, _ROTATION, _POSE = 54, 63, 72, 75, 84
 SIZE = 120
 
 
-def description(memory, peg_height: float, on_contacts: int, wide: float) -> Description:
+def description(
+    memory: np.ndarray, peg_height: float, on_contacts: int, wide: float
+) -> Description:
     """
     Return the description of an estimate by its record.
 
@@ -110,7 +112,9 @@ def described_rows(rows: np.ndarray) -> Description:
 
 
 @compiled
-def describe(m, peg_height, on_contacts, wide, out):
+def describe(
+    m: np.ndarray, peg_height: float, on_contacts: int, wide: float, out: np.ndarray
+) -> None:
     """Fill in the array of `description`."""
     p = scene_of(m)
     for i in range(6):

@@ -2,8 +2,10 @@
 
 from math import sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.state import RATE
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 
 # Below these nothing is told apart [m/s, squared].
 _LEAST_VARIANCE = 1e-24
@@ -11,7 +13,9 @@ _LEAST_SCALE2 = 1e-16
 
 
 @compiled
-def slip_jacobian(p, geo, contact):
+def slip_jacobian(
+    p: SceneScalars, geo: tuple[float, ...], contact: int
+) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
     """
     Return the slip's components by the rates at a contact, three rows of three.
 
@@ -36,7 +40,15 @@ def slip_jacobian(p, geo, contact):
 
 
 @compiled
-def direction_moments(p, geo, x, P, share, scales, left):
+def direction_moments(
+    p: SceneScalars,
+    geo: tuple[float, ...],
+    x: np.ndarray,
+    P: np.ndarray,
+    share: float,
+    scales: np.ndarray,
+    left: np.ndarray,
+) -> float:
     """
     Fill in how well the direction of friction is known at each contact.
 
@@ -75,7 +87,14 @@ def direction_moments(p, geo, x, P, share, scales, left):
 
 
 @compiled
-def slip_moments(rows, x, P, share):
+def slip_moments(
+    rows: tuple[
+        tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]
+    ],
+    x: np.ndarray,
+    P: np.ndarray,
+    share: float,
+) -> tuple[float, float, float]:
     """
     Return the moments of the direction of one slip, see `direction_moments`.
 
@@ -120,7 +139,13 @@ def slip_moments(rows, x, P, share):
 
 
 @compiled
-def add_unknown_direction(p, geo, left, friction_force2, unknown):
+def add_unknown_direction(
+    p: SceneScalars,
+    geo: tuple[float, ...],
+    left: np.ndarray,
+    friction_force2: np.ndarray,
+    unknown: np.ndarray,
+) -> None:
     """
     Fill in the six equations' covariance by friction whose direction no slope tells.
 

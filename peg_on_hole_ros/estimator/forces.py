@@ -2,23 +2,39 @@
 
 from math import cos, sin, sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.record import SCALES, WORK, U, X
 from peg_on_hole_ros.estimator.two_points import (
     two_point_arms,
     two_point_slip,
     two_point_tilt,
 )
-from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled, equations, scene_of
+from peg_on_hole_ros.mechanics.kernel import (
+    SceneScalars,
+    closed_forms,
+    compiled,
+    equations,
+    scene_of,
+)
 
 
 @compiled
-def tilt_on_contacts(p, gamma):
+def tilt_on_contacts(p: SceneScalars, gamma: float) -> float:
     """Return the tilt, kept where the closed forms of the geometry exist [rad]."""
     return min(max(gamma, p.gamma0 * (1.0 + 1e-9)), 1.5)
 
 
 @compiled
-def contact_forces(p, m, gamma, out, normal, force, point):
+def contact_forces(
+    p: SceneScalars,
+    m: np.ndarray,
+    gamma: float,
+    out: np.ndarray,
+    normal: int,
+    force: int,
+    point: int,
+) -> None:
     """
     Fill in force on the peg (normal and friction) and place of each contact, hole axes.
 
@@ -62,7 +78,9 @@ def contact_forces(p, m, gamma, out, normal, force, point):
 
 
 @compiled
-def two_point_forces(p, m, out, normal, force, point):
+def two_point_forces(
+    p: SceneScalars, m: np.ndarray, out: np.ndarray, normal: int, force: int, point: int
+) -> None:
     """Fill in force and place of K and of B, half of it in each row of B1 and B2, hole axes."""
     gamma = two_point_tilt(p, m[X])
     s, c = sin(m[X + 1]), cos(m[X + 1])
@@ -89,7 +107,7 @@ def two_point_forces(p, m, out, normal, force, point):
 
 
 @compiled
-def rim_load(m):
+def rim_load(m: np.ndarray) -> tuple[float, float]:
     """Return the sizes of the force [N] and of the couple [N m] that a rim has to carry."""
     p = scene_of(m)
     s, c = sin(m[X]), cos(m[X])

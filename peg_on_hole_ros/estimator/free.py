@@ -2,12 +2,26 @@
 
 from math import cos, sin
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.state import BIAS, TILT
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.record_types import ScratchRecord
 
 
 @compiled
-def balance_free(p, x, n, at, u, noise, bias_map, moved, turned, scratch):
+def balance_free(
+    p: SceneScalars,
+    x: np.ndarray,
+    n: int,
+    at: np.ndarray,
+    u: np.ndarray,
+    noise: np.ndarray,
+    bias_map: np.ndarray,
+    moved: float,
+    turned: float,
+    scratch: ScratchRecord,
+) -> None:
     """
     Fill in residual, slopes and noise of the balance of a peg that nothing touches.
 

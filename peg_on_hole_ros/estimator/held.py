@@ -22,6 +22,7 @@ from peg_on_hole_ros.estimator.state import (
     WIDTHS,
 )
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
+from peg_on_hole_ros.record_types import GatesRecord, HeldRecord
 
 # What becomes of an orientation; LOST: the covariance was no longer one.
 USED, GATED, RESET, LOST = range(4)
@@ -64,7 +65,7 @@ HELD = np.dtype(
     ]
 )
 # What changes beside the components, in bytes.
-_KEPT = slice(HELD.fields["noise"][1], HELD.fields["state"][1] + STATE.fields["x"][1])
+_KEPT = slice(HELD.fields["noise"][1], HELD.fields["state"][1] + STATE.fields["x"][1])  # type: ignore[index]
 
 
 class Snapshot(NamedTuple):
@@ -113,7 +114,7 @@ GATES = np.dtype(
 
 
 @compiled
-def fill(h):
+def fill(h: HeldRecord) -> None:
     """Fill in the record."""
     fill_record(
         h.record, h.state, h.at, h.n, scene_of(h.scene), h.u, h.bias_map,
@@ -122,7 +123,7 @@ def fill(h):
 
 
 @compiled
-def start(h, gates, q, R):
+def start(h: HeldRecord, gates: GatesRecord, q: np.ndarray, R: np.ndarray) -> None:
     """Start from an orientation q [rad] with the stated covariance R, at unknown rates."""
     step.start(
         h.state, h.scratch, h.constants, h.at, h.n, q, h.state.noise[0] * R,
@@ -134,7 +135,7 @@ def start(h, gates, q, R):
 
 
 @compiled
-def let_go(h):
+def let_go(h: HeldRecord) -> None:
     """Let go of the motion; what was learnt stays for the next start."""
     s = h.state
     if s.since[0] > 0.0:
@@ -150,7 +151,7 @@ def let_go(h):
 
 
 @compiled
-def move_on(h, dt):
+def move_on(h: HeldRecord, dt: float) -> None:
     """Predict by dt [s]."""
     predict(h.state, h.scratch, h.constants, h.walk, h.n, dt)
     step.pass_time(h.state, dt)
@@ -158,7 +159,9 @@ def move_on(h, dt):
 
 
 @compiled
-def hold_against(h, gates, q, R):
+def hold_against(
+    h: HeldRecord, gates: GatesRecord, q: np.ndarray, R: np.ndarray
+) -> tuple[int, float]:
     """
     Hold the estimate against an orientation, without any correction.
 
@@ -182,14 +185,14 @@ def hold_against(h, gates, q, R):
 
 
 @compiled
-def orient(h, q, R):
+def orient(h: HeldRecord, q: np.ndarray, R: np.ndarray) -> None:
     """Correct by an orientation that is used."""
     step.orient(h.state, h.scratch, h.constants, h.at, h.n, h.learnt, q, R)
     step.combine(h.state, h.n)
 
 
 @compiled
-def correct(h, gates, q, R):
+def correct(h: HeldRecord, gates: GatesRecord, q: np.ndarray, R: np.ndarray) -> tuple[int, float]:
     """Correct with an orientation, or start from it; return what `hold_against` does."""
     result, nis = hold_against(h, gates, q, R)
     if result == USED:
@@ -202,7 +205,7 @@ def correct(h, gates, q, R):
 
 
 @compiled
-def weigh(h, u, contacts):
+def weigh(h: HeldRecord, u: np.ndarray, contacts: int) -> None:
     """Take a wrench on the peg, and fill in the record; contacts as for `step.weigh`."""
     h.u[:] = u
     if not isfinite(h.state.mean[0]):
@@ -215,7 +218,7 @@ def weigh(h, u, contacts):
 
 
 @compiled
-def gravity(h):
+def gravity(h: HeldRecord) -> tuple[float, float, float]:
     """Return gravity in the axes of the hole as it is now taken to lie [m/s^2]."""
     p = scene_of(h.scene)
     g_x, g_y, g_z = p.g_x, p.g_y, p.g_z

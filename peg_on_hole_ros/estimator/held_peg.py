@@ -4,6 +4,7 @@ from enum import Enum
 from math import sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator import held
@@ -25,6 +26,7 @@ from peg_on_hole_ros.estimator.state import (
 )
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.record_types import GatesRecord
 
 
 class Correction(Enum):
@@ -77,7 +79,7 @@ class HeldPeg:
         wrench_noise: np.ndarray,
         offsets: Offsets | None = None,
         constants: Settings | None = None,
-    ):
+    ) -> None:
         self.scene, self.options = scene, options
         self.scalars = scene_scalars(scene)
         self.offsets = offsets or Offsets.none()
@@ -121,22 +123,22 @@ class HeldPeg:
         self.x, self.P = self.state.mean[:6], self.state.covariance[:6, :6]
 
     @property
-    def gates(self) -> np.void:
+    def gates(self) -> GatesRecord:
         """When an orientation is refused, as the options say now, a record of GATES."""
         gates = np.zeros(1, GATES)[0]
-        for name in GATES.names:
+        for name in GATES.names:  # type: ignore[union-attr]
             gates[name] = getattr(self.options, name)
         return gates
 
-    def start(self, q, R):
+    def start(self, q: ArrayLike, R: ArrayLike) -> None:
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
         held.start(self.held, self.gates, np.asarray(q, float), np.asarray(R, float))
 
-    def let_go(self):
+    def let_go(self) -> None:
         """Let go of the motion; what was learnt stays for the next start."""
         held.let_go(self.held)
 
-    def forget(self):
+    def forget(self) -> None:
         """Take what was learnt as it was stated again, or as a tare has left it."""
         self.state.noise[:] = 1.0
         self._begin[:REFUSED] = self.scene.friction, self.scene.friction_stddev
@@ -147,15 +149,15 @@ class HeldPeg:
         """Return everything that the estimate depends on, for `restore`."""
         return held.snapshot(self._memory)
 
-    def restore(self, kept: held.Snapshot):
+    def restore(self, kept: held.Snapshot) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
         held.restore(self._memory, kept)
 
-    def predict(self, dt: float):
+    def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
         held.move_on(self.held, dt)
 
-    def correct(self, q, R) -> tuple[Correction, float]:
+    def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
         """
         Correct with an orientation.
 
@@ -184,7 +186,7 @@ class HeldPeg:
             self.start(q, R)
         return CORRECTIONS[result], nis
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """
         Take a wrench on the peg, and fill in the record.
 
@@ -197,7 +199,7 @@ class HeldPeg:
         """
         held.weigh(self.held, np.asarray(u, float), SETS[contacts])
 
-    def mark(self, t_ns: int):
+    def mark(self, t_ns: int) -> None:
         """Take note of the stamp [ns] of a wrench that has been taken; a smoother does."""
 
     def _fill(self):
@@ -275,7 +277,7 @@ class HeldPeg:
         """Return the estimate with the last reactions if on_contacts, and else without any."""
         return description(self.record, self.scene.peg_height, on_contacts, wide)
 
-    def tared(self, variance):
+    def tared(self, variance: np.ndarray) -> None:
         """Begin the bias anew: known to a variance from here on, shape (6,)."""
         first = self._at[BIAS]
         if first < 0:
@@ -291,7 +293,7 @@ class HeldPeg:
             P[first:last] = P[:, first:last] = 0.0
             P[range(first, last), range(first, last)] = stddev**2
 
-    def learnt(self, taken) -> dict[str, float]:
+    def learnt(self, taken: np.ndarray) -> dict[str, float]:
         """
         Return what is learnt of bias and tilt, with standard deviations, by name.
 

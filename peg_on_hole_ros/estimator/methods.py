@@ -2,8 +2,13 @@
 
 from math import inf
 
+import numpy as np
+
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.mechanics.scene import Scene
 
 # Accelerations so wide that the wrench alone gives them, held until the next: the process is that
 # of the dynamic equations. All noise is white, also that of friction.
@@ -17,7 +22,9 @@ CONSTANTS = {
 }
 
 
-def make_filter(scene, options, wrench_noise, offsets=None) -> HeldPeg:
+def make_filter(
+    scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
+) -> HeldPeg:
     """Return the estimator that the options name; parameters as for `HeldPeg`."""
     constants = default_settings(**CONSTANTS[options.method])
     return HeldPeg(scene, options, wrench_noise, offsets, constants)

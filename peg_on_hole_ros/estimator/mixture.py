@@ -2,9 +2,12 @@
 
 from math import exp, log
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.motion import move_on
 from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
 # A level never goes below this weight among those of its friction.
 _LEAST_LEVEL = 1e-9
@@ -14,7 +17,9 @@ _MOST_RATIO = -50.0
 
 
 @compiled
-def predict(s, scratch, o, walk, n, dt):
+def predict(
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, walk: np.ndarray, n: int, dt: float
+) -> None:
     """
     Mix the levels of each friction, then move every component on.
 
@@ -91,7 +96,7 @@ def _mix(s, scratch, o, n, first, shut, time):
 
 
 @compiled
-def reweigh(s, scratch, o):
+def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
     """
     Weigh the components by how likely the last measurement was with each.
 
@@ -150,7 +155,7 @@ def reweigh(s, scratch, o):
 
 
 @compiled
-def friction_told(s, scratch, o):
+def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
     """Fill in the share of a wrench's evidence that counts for the choice of a friction."""
     levels, told = o.levels, 0.0
     for g in range(s.frictions):
@@ -165,7 +170,7 @@ def friction_told(s, scratch, o):
 
 
 @compiled
-def merge(s, o):
+def merge(s: StateRecord, o: SettingsRecord) -> None:
     """Let frictions that have become one be one: the heavier stays."""
     levels, frictions = o.levels, s.frictions
     for g in range(frictions):
@@ -193,7 +198,7 @@ def _friction_of(s, levels, g):
 
 
 @compiled
-def combine(s, n):
+def combine(s: StateRecord, n: int) -> None:
     """Fill in mean and covariance of the whole mixture."""
     m, w = s.components, n + 3
     for a in range(w):
@@ -219,7 +224,7 @@ def combine(s, n):
 
 
 @compiled
-def keep_friction_force(s, n):
+def keep_friction_force(s: StateRecord, n: int) -> None:
     """Keep the mean square of friction at each contact, which the next wrench is weighed with."""
     f2 = s.mean[FRICTION] ** 2
     for i in range(3):

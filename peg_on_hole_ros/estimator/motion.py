@@ -2,6 +2,8 @@
 
 from math import cos, exp, sin
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, RATE
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -9,7 +11,16 @@ _LEAST_SINE2 = 1e-8
 
 
 @compiled
-def move_on(x, P, n, dt, level, time, around_axes, walk):
+def move_on(
+    x: np.ndarray,
+    P: np.ndarray,
+    n: int,
+    dt: float,
+    level: float,
+    time: float,
+    around_axes: float,
+    walk: np.ndarray,
+) -> None:
     """
     Predict one component over a time.
 

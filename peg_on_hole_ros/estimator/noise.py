@@ -5,13 +5,14 @@ from math import exp, log, pi, sqrt
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.record_types import SettingsRecord, StateRecord
 
 # What white noise makes of a change between two innovations, squared, and of a third difference.
 _CHANGE, _THIRD = 6.0, 60.0
 
 
 @compiled
-def follow_noise(s, o, q, R):
+def follow_noise(s: StateRecord, o: SettingsRecord, q: np.ndarray, R: np.ndarray) -> None:
     """
     Follow by how much the variance of orientations is more than stated.
 
@@ -43,7 +44,7 @@ def follow_noise(s, o, q, R):
 
 
 @compiled
-def grow(noise, i, seen, o):
+def grow(noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
     """Follow one variance by what was seen over what was expected; NaN: none came before."""
     if not seen >= 0.0:
         return

@@ -2,12 +2,23 @@
 
 from math import cos, sin
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.record import P, X
-from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
 
 
 @compiled
-def fill_pose(p, m, peg_height, position_free, out, position, rotation, covariance):
+def fill_pose(
+    p: SceneScalars,
+    m: np.ndarray,
+    peg_height: float,
+    position_free: bool,
+    out: np.ndarray,
+    position: int,
+    rotation: int,
+    covariance: int,
+) -> None:
     """
     Fill in place, orientation and covariance of the peg's frame.
 

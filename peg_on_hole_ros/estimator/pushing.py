@@ -1,5 +1,7 @@
 """Reactions as closed contacts can have them: they push, and never pull."""
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.record import REACTIONS, WORK, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -10,7 +12,7 @@ SMALL = 1e-10
 
 
 @compiled
-def fill_pushing(m, out, normal):
+def fill_pushing(m: np.ndarray, out: np.ndarray, normal: int) -> None:
     """
     Fill in the reactions nearest to the estimated ones of which none is below zero.
 

@@ -19,6 +19,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     determinant_at,
     workspace,
 )
+from peg_on_hole_ros.record_types import StateRecord
 
 # An array that is handed to compiled code costs as much as 50 multiplications: it is one.
 _SIZES = {
@@ -52,14 +53,24 @@ BIAS_LOAD, DETERMINANT, WORK = (_AT[name] for name in ("BIAS_LOAD", "DETERMINANT
 RATES = P + 21
 
 
-def part(record: np.ndarray, name: str, shape=None) -> np.ndarray:
+def part(record: np.ndarray, name: str, shape: int | tuple[int, ...] | None = None) -> np.ndarray:
     """Return a view of one part of the record by its name, in a shape."""
     view = record[_AT[name] : _ENDS[name]]
     return view if shape is None else view.reshape(shape)
 
 
 @compiled
-def fill_record(record, s, at, n, p, u, bias_map, share, left):
+def fill_record(
+    record: np.ndarray,
+    s: StateRecord,
+    at: np.ndarray,
+    n: int,
+    p: SceneScalars,
+    u: np.ndarray,
+    bias_map: np.ndarray,
+    share: float,
+    left: np.ndarray,
+) -> None:
     """
     Fill in the record by the mean of the mixture.
 

@@ -3,6 +3,7 @@
 import numpy as np
 from filterpy.common import Q_continuous_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.estimator import reference_model as model
 from peg_on_hole_ros.estimator.reference_model import Cell, Linear
@@ -23,12 +24,14 @@ class Component(KalmanFilter):
 
     """
 
-    def __init__(self, cell: Cell, level: float, time: float):
+    P: np.ndarray
+
+    def __init__(self, cell: Cell, level: float, time: float) -> None:
         super().__init__(dim_x=cell.n + 3, dim_z=6)
         self.cell, self.level, self.time, self.dt = cell, level, time, 0.0
         self.x = np.zeros(cell.n + 3)
 
-    def predict(self, u=None):
+    def predict(self, u: np.ndarray | None = None) -> None:
         """Predict over the time `dt` by filterpy's equations."""
         dt = self.dt
         self.F = np.eye(self.dim_x)
@@ -45,7 +48,13 @@ class Component(KalmanFilter):
         self.Q[known, known] = self.cell.walk[FRICTION:] * dt
         super().predict()
 
-    def correct(self, measured: Linear, point=None, learnt=None, least=0.0) -> float:
+    def correct(
+        self,
+        measured: Linear,
+        point: np.ndarray | None = None,
+        learnt: np.ndarray | None = None,
+        least: float = 0.0,
+    ) -> float:
         """
         Correct by a measurement that was made linear at a point, the mean if None is given.
 
@@ -68,7 +77,7 @@ class Component(KalmanFilter):
         # filterpy's own takes S for singular: it holds reactions and torques, 1e-11 apart.
         return -0.5 * (self.y @ self.SI @ self.y + np.linalg.slogdet(self.S)[1])
 
-    def forget(self, reaction: float, acceleration: float):
+    def forget(self, reaction: float, acceleration: float) -> None:
         """Take reactions as new, and accelerations that never fade; within deviations."""
         new = {self.cell.n: reaction}
         if np.isinf(self.time):
@@ -78,14 +87,21 @@ class Component(KalmanFilter):
             self.P[values] = self.P[:, values] = 0.0
             self.P[values, values] = stddev**2 * np.eye(3)
 
-    def halve(self, reaction: float):
+    def halve(self, reaction: float) -> None:
         """Let the last two reactions be halves of one."""
         halves = slice(self.cell.n + 1, None)
         self.x[halves] = self.x[halves].mean()
         self.P[halves, halves] = reaction**2 / 4
 
     def weigh(
-        self, u, load, friction_force2, contacts, dt, passes, wider=1.0
+        self,
+        u: np.ndarray,
+        load: float,
+        friction_force2: np.ndarray,
+        contacts: int,
+        dt: float,
+        passes: int,
+        wider: float = 1.0,
     ) -> tuple[float, ...]:
         """Correct by the contacts' equations; return log likelihood, doubt of direction, NIS."""
         late = max(self.cell.settings.direction_time / max(dt, 1e-4), 1.0)
@@ -125,7 +141,7 @@ class ReferenceEstimator:
 
     """
 
-    def __init__(self, cell: Cell, frictions: int):
+    def __init__(self, cell: Cell, frictions: int) -> None:
         self.cell, self.told = cell, 1.0
         self.levels = len(cell.settings.level)
         self.frictions = [
@@ -135,10 +151,21 @@ class ReferenceEstimator:
         self.weight = np.zeros((frictions, self.levels))
         self.alive = np.ones(frictions, bool)
         self.load, self.friction_force2, self.spiked = None, np.zeros(3), 0
-        self.noises, self.innovation, self.orientations = [1.0, 1.0], None, []
+        self.noises: list = [1.0, 1.0]
+        self.innovation: np.ndarray | None = None
+        self.orientations: list[np.ndarray] = []
         self.since_start, self.since_wrench, self.in_contact = 0.0, 0.0, False
 
-    def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
+    def start(
+        self,
+        q: np.ndarray,
+        R: np.ndarray,
+        rate_stddev: float,
+        friction: float,
+        friction_stddev: float,
+        open_mean: ArrayLike,
+        open_stddev: ArrayLike,
+    ) -> None:
         """Start from an orientation; parameters as for `step.start`."""
         o, several = self.cell.settings, len(self.frictions) > 1
         at = np.linspace(-o.reach, o.reach, len(self.frictions)) if several else np.zeros(1)
@@ -179,7 +206,7 @@ class ReferenceEstimator:
             P[_ANGLES, _ANGLES] += delay * np.diag(np.diagonal(P)[_RATES])
         component.x[_ANGLES] += measured.residual
 
-    def predict(self, dt: float):
+    def predict(self, dt: float) -> None:
         """Mix the levels by filterpy's interacting multiple models, and move all on by dt [s]."""
         self.since_start += dt
         self.since_wrench += dt
@@ -205,7 +232,7 @@ class ReferenceEstimator:
             M[:, -1] = 0.0
         return M + np.diag(1 - M.sum(axis=1))
 
-    def correct(self, q, R):
+    def correct(self, q: np.ndarray, R: np.ndarray) -> None:
         """Correct by an orientation q [rad] with covariance R [rad^2]."""
         found, learnt = np.zeros(self.weight.shape), self.cell.learnt.copy()
         self._follow_noise(q, R)
@@ -242,7 +269,7 @@ class ReferenceEstimator:
         """Variance of orientations as found, over the stated one."""
         return min(self.noises)
 
-    def weigh(self, u, contacts: int = 3):
+    def weigh(self, u: np.ndarray, contacts: int = 3) -> None:
         """Take a wrench; parameters as for `step.weigh`."""
         o, dt, n = self.cell.settings, self.since_wrench, self.cell.n
         self.since_wrench = 0.0
@@ -293,7 +320,7 @@ class ReferenceEstimator:
         force, couple = np.linalg.norm(u[:3]), np.linalg.norm(u[3:])
         now = force + 2 * couple / scene.peg_diameter + scene.peg_mass * 9.81
         share = 1.0 if self.load is None else min(dt / self.cell.settings.load_time, 1.0)
-        self.load = now if self.load is None else self.load + share * (now - self.load)
+        self.load = now if self.load is None else self.load + share * (now - self.load)  # type: ignore[assignment]
 
     def _in_air(self, u, dt, hangs):
         """Let reactions be unknown; a peg that hangs free tells the bias."""

@@ -1,5 +1,6 @@
 """The measurements of the estimator in plain numpy: residuals, slopes by complex steps, noise."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ class Cell(NamedTuple):
         """How many values stand before the reactions."""
         return len(self.walk)
 
-    def value(self, x, quantity: int):
+    def value(self, x: np.ndarray, quantity: int) -> np.ndarray:
         """Return an open quantity out of the mean, zero where it is known."""
         at, _ = state.places(self.open_quantities)
         width = state.WIDTHS[quantity]
@@ -86,7 +87,7 @@ class Linear(NamedTuple):
     R: np.ndarray
 
 
-def slopes(function, x) -> np.ndarray:
+def slopes(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
     """Return how a function moves with each entry of x, by complex steps, shape (k, len(x))."""
     tiny = 1e-30
     moved = [function(x + 1j * tiny * unit).imag / tiny for unit in np.eye(len(x))]
@@ -98,7 +99,7 @@ def _within(value, low, high):
     return value + (np.clip(np.real(value), low, high) - np.real(value))
 
 
-def open_scene(cell: Cell, x, load) -> OpenScene:
+def open_scene(cell: Cell, x: np.ndarray, load: float) -> OpenScene:
     """Return the scene at a mean: diameter, frictions and gravity as they are taken to be."""
     scene = cell.scene
     clearance = scene.hole_diameter - scene.peg_diameter
@@ -137,7 +138,14 @@ def _balance(cell, x, u, load, scales):
     return A @ np.concatenate([acceleration, x[n:]]) - r
 
 
-def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndarray, float]:
+def contact(
+    cell: Cell,
+    x: np.ndarray,
+    P: np.ndarray,
+    u: np.ndarray,
+    load: float,
+    friction_force2: np.ndarray,
+) -> tuple[Linear, np.ndarray, float]:
     """
     Return the six equations at a mean, and the noise of friction whose direction is unknown.
 
@@ -173,7 +181,15 @@ def contact(cell: Cell, x, P, u, load, friction_force2) -> tuple[Linear, np.ndar
     return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown, turned
 
 
-def two_points(cell: Cell, x, P, u, load, friction_force2, dt) -> tuple[Linear, np.ndarray, float]:
+def two_points(
+    cell: Cell,
+    x: np.ndarray,
+    P: np.ndarray,
+    u: np.ndarray,
+    load: float,
+    friction_force2: np.ndarray,
+    dt: float,
+) -> tuple[Linear, np.ndarray, float]:
     """
     Return the balance of a peg on K and B in the hole; else as `contact`, for a time since then.
 
@@ -248,7 +264,7 @@ def _scalars(scene: OpenScene) -> SceneScalars:
     return SceneScalars(*scene[:7], scene.friction[1, 0], *scene.gravity)
 
 
-def hanging(cell: Cell, x, u, dt) -> Linear:
+def hanging(cell: Cell, x: np.ndarray, u: np.ndarray, dt: float) -> Linear:
     """Return the balance of a peg that nothing touches; how its holder moves it is noise."""
     # A weight tells nothing of the angles that orientations do not tell far better.
     o, scene, to_peg = cell.settings, cell.scene, peg_axes(x[:3]).T
@@ -264,7 +280,7 @@ def hanging(cell: Cell, x, u, dt) -> Linear:
     return Linear(-balance(x), slopes(balance, x), R)
 
 
-def orientation(cell: Cell, x, q, R) -> Linear:
+def orientation(cell: Cell, x: np.ndarray, q: np.ndarray, R: np.ndarray) -> Linear:
     """
     Return an orientation at a mean.
 

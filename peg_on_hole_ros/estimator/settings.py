@@ -1,6 +1,6 @@
 """Every tuned constant of the estimator, each with its reason; compiled code takes them as one."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -91,7 +91,7 @@ class Settings(NamedTuple):
     inertia: float = 1.0
 
 
-def default_settings(**changed) -> Settings:
+def default_settings(**changed: Any) -> Settings:
     """Return the constants as they are shipped, some of them changed by name."""
     given = {
         "level": (3.0, 30.0, 500.0),

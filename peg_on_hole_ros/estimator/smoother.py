@@ -1,9 +1,10 @@
 """Fixed-interval smoothing: what a whole recording says of every one of its stamps."""
 
 from math import exp
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.state import ACCELERATION, RATE
@@ -25,23 +26,23 @@ class Smoother(HeldPeg):
     normal distribution at each stamp, that of its mean and covariance (Rauch, Tung, Striebel).
     """
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._steps: list[_Step] = []
         self._marks: list[tuple[int, int]] = []
 
-    def start(self, q, R):
+    def start(self, q: ArrayLike, R: ArrayLike) -> None:
         """Start; nothing later tells of what was before."""
         super().start(q, R)
         self._steps.append(_Step(self._estimate(), None, None))
 
-    def predict(self, dt: float):
+    def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s], and keep how."""
         before = self._estimate()
         super().predict(dt)
         self._steps.append(_Step(before, self._estimate(), self._transition(dt)))
 
-    def mark(self, t_ns: int):
+    def mark(self, t_ns: int) -> None:
         """Take note of the stamp [ns] of a wrench that has been taken."""
         self._marks.append((t_ns, len(self._steps)))
 

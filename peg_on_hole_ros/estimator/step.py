@@ -13,6 +13,7 @@ from peg_on_hole_ros.estimator.mixture import (
     merge,
     reweigh,
 )
+from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     BIAS,
@@ -21,10 +22,12 @@ from peg_on_hole_ros.estimator.state import (
     OPEN,
     RATE,
     TILT,
+    State,
 )
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
 from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
 # A wrench is not taken for more frequent than this [s].
 _LEAST_STEP = 1e-4
@@ -34,8 +37,19 @@ _EQUATIONS = 6.0
 
 @compiled
 def start(
-    s, scratch, o, at, n, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev
-):
+    s: StateRecord,
+    scratch: ScratchRecord,
+    o: SettingsRecord,
+    at: np.ndarray,
+    n: int,
+    q: np.ndarray,
+    R: np.ndarray,
+    rate_stddev: float,
+    friction: float,
+    friction_stddev: float,
+    open_mean: np.ndarray,
+    open_stddev: np.ndarray,
+) -> None:
     """
     Start from an orientation, at unknown rates.
 
@@ -128,14 +142,16 @@ def _share_offsets(x, P, scratch, at, n, q):
 
 
 @compiled
-def pass_time(s, dt):
+def pass_time(s: StateRecord, dt: float) -> None:
     """Take note of a time that has been predicted [s]."""
     s.since[0] += dt
     s.step[0] += dt
 
 
 @compiled
-def expect(s, scratch, at, q, R):
+def expect(
+    s: StateRecord, scratch: ScratchRecord, at: np.ndarray, q: np.ndarray, R: np.ndarray
+) -> float:
     """
     Return the normalised innovation squared of an orientation; nothing is corrected.
 
@@ -172,7 +188,16 @@ def expect(s, scratch, at, q, R):
 
 
 @compiled
-def orient(s, scratch, o, at, n, learnt, q, R):
+def orient(
+    s: StateRecord,
+    scratch: ScratchRecord,
+    o: SettingsRecord,
+    at: np.ndarray,
+    n: int,
+    learnt: np.ndarray,
+    q: np.ndarray,
+    R: np.ndarray,
+) -> None:
     """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
     levels, noise = o.levels, scratch.R
     for i in range(3):
@@ -196,7 +221,9 @@ def orient(s, scratch, o, at, n, learnt, q, R):
 
 
 @compiled
-def follow_load(s, o, p, u, dt):
+def follow_load(
+    s: StateRecord | State, o: SettingsRecord | Settings, p: SceneScalars, u: np.ndarray, dt: float
+) -> None:
     """Follow how much the rim may carry: what the wrench and the weight can amount to there."""
     force = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     couple = sqrt(u[3] * u[3] + u[4] * u[4] + u[5] * u[5])
@@ -208,7 +235,19 @@ def follow_load(s, o, p, u, dt):
 
 
 @compiled
-def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
+def weigh(
+    s: StateRecord,
+    scratch: ScratchRecord,
+    o: SettingsRecord,
+    p: SceneScalars,
+    at: np.ndarray,
+    n: int,
+    learnt: np.ndarray,
+    u: np.ndarray,
+    noise: np.ndarray,
+    bias_map: np.ndarray,
+    contacts: int,
+) -> None:
     """
     Take a wrench: correct every component by the equations of the contacts that carry.
 
@@ -282,7 +321,7 @@ def weigh(s, scratch, o, p, at, n, learnt, u, noise, bias_map, contacts):
 
 
 @compiled
-def copy(x, P, from_x, from_P, w):
+def copy(x: np.ndarray, P: np.ndarray, from_x: np.ndarray, from_P: np.ndarray, w: int) -> None:
     """Copy the first w values and their covariance."""
     for i in range(w):
         x[i] = from_x[i]

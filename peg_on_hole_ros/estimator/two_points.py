@@ -2,6 +2,8 @@
 
 from math import cos, fabs, sin
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.contact import (
     applied_forces,
     applied_slopes,
@@ -16,7 +18,8 @@ from peg_on_hole_ros.estimator.state import (
     FRICTION_K,
     RATE,
 )
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.record_types import ScratchRecord
 
 # Newton's and Euler's equations about the mass centre in (h, e, z): rows F_h, F_e, F_z, M_h, M_e,
 # M_z. Unknown are N_K and N_B; the force along e that holds B in the plane of the tilt (T4) is a
@@ -24,20 +27,22 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 
 
 @compiled
-def length_slope(p, gamma):
+def length_slope(p: SceneScalars, gamma: float) -> float:
     """Return dl/dgamma, the length in the hole by the tilt [m/rad]. Source: T1."""
     s = sin(gamma)
     return (p.d - p.D * cos(gamma)) / (s * s)
 
 
 @compiled
-def two_point_tilt(p, gamma):
+def two_point_tilt(p: SceneScalars, gamma: float) -> float:
     """Return the tilt, kept where two points touch: below gamma0, l no longer than the peg."""
     return min(max(fabs(gamma), 0.5 * (p.D - p.d) / p.H_c), p.gamma0)
 
 
 @compiled
-def two_point_slip(p, gamma, contact):
+def two_point_slip(
+    p: SceneScalars, gamma: float, contact: int
+) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
     """
     Return the slip's components (h, e, z) by the rates at K (0) or B (1), three rows of three.
 
@@ -51,7 +56,9 @@ def two_point_slip(p, gamma, contact):
 
 
 @compiled
-def two_point_arms(p, gamma):
+def two_point_arms(
+    p: SceneScalars, gamma: float
+) -> tuple[tuple[float, float, float, float], tuple[float, float, float, float]]:
     """
     Return K and B from the mass centre, and both by the tilt: h, z each [m], [m/rad].
 
@@ -67,8 +74,10 @@ def two_point_arms(p, gamma):
 
 @compiled
 def straighten_two_points(
-    p, x, P, n, at, u, noise, bias_map, load, share, inertia, moved, friction_force2, scratch
-):  # fmt: skip
+    p: SceneScalars, x: np.ndarray, P: np.ndarray, n: int, at: np.ndarray, u: np.ndarray,
+    noise: np.ndarray, bias_map: np.ndarray, load: float, share: float, inertia: float,
+    moved: float, friction_force2: np.ndarray, scratch: ScratchRecord,
+) -> float:  # fmt: skip
     """
     Fill in residual, slopes and noise of two-point contact at the mean of a component.
 

@@ -14,7 +14,20 @@ _ANY = 1e300
 
 
 @compiled
-def update(P, w, learnt, least_friction, residual, E, R, k, root, gain, white, step):
+def update(
+    P: np.ndarray,
+    w: int,
+    learnt: np.ndarray,
+    least_friction: float,
+    residual: np.ndarray,
+    E: np.ndarray,
+    R: np.ndarray,
+    k: int,
+    root: np.ndarray,
+    gain: np.ndarray,
+    white: np.ndarray,
+    step: np.ndarray,
+) -> tuple[float, float]:
     """
     Update a covariance by a residual r = E (truth - mean) + noise.
 
@@ -115,7 +128,7 @@ def _keep_doubt(P, w, learnt, k, least, gain, step):
 
 
 @compiled
-def orientation_slopes(x, at, w, E):
+def orientation_slopes(x: np.ndarray, at: np.ndarray, w: int, E: np.ndarray) -> None:
     """
     Fill in how the residual of an orientation moves with the values.
 
@@ -139,7 +152,9 @@ def orientation_slopes(x, at, w, E):
 
 
 @compiled
-def orientation_residual(x, at, q, E, residual):
+def orientation_residual(
+    x: np.ndarray, at: np.ndarray, q: np.ndarray, E: np.ndarray, residual: np.ndarray
+) -> None:
     """Fill in an orientation less what is expected of it; psi and phi may be off by turns."""
     seen = (q[0], q[1], q[2])
     if at[TILT] >= 0:

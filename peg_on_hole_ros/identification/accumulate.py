@@ -9,7 +9,8 @@ from peg_on_hole_ros.estimator import step
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.state import OPEN
-from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
 # What an event is. Orientations that do not count are used nevertheless.
 BEGIN, UNCOUNTED, ORIENTATION, WRENCH = range(4)
@@ -44,9 +45,11 @@ class Events(NamedTuple):
 
 @compiled
 def accumulate(
-    s, scratch, o, p, at, learnt, walk, rate_stddev, noise, events, found, nis, chosen, residual,
-    covariance,
-):  # fmt: skip
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, p: SceneScalars, at: np.ndarray,
+    learnt: np.ndarray, walk: np.ndarray, rate_stddev: float, noise: np.ndarray, events: Events,
+    found: np.ndarray, nis: np.ndarray, chosen: np.ndarray, residual: np.ndarray,
+    covariance: np.ndarray,
+) -> None:  # fmt: skip
     """
     Run the estimator over all events, with everything known that is not its state.
 

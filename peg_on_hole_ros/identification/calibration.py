@@ -8,7 +8,7 @@ the start, stays as it was.
 
 from collections.abc import Callable
 from math import log
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
@@ -232,7 +232,7 @@ class _Found(NamedTuple):
     stddev: np.ndarray
     nis_before: float
     nis: float
-    scale: object
+    scale: Any
 
     @staticmethod
     def of(record, moved, parts, start, told):
@@ -393,7 +393,7 @@ def _estimates(x0, found: _Found):
         half = NORMAL_95 * min(stddev[i], scale.range[i])
         values = (x0[i], x[i], x[i] - half, x[i] + half, found.x[i])
         values = (natural(quantity, value) for value in values)
-        estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), alike))
+        estimates.append(Estimate(quantity.name, quantity.unit, *values, bool(seen[i]), alike))  # type: ignore[arg-type, call-arg]
     return tuple(estimates)
 
 

@@ -23,7 +23,7 @@ FRICTION_STDDEV, CLEARANCE_STDDEV = 0.2, 0.2
 PASSES = 2
 
 
-def guess(likelihood: Likelihood, start: Configuration, x, bias: float) -> np.ndarray:
+def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: float) -> np.ndarray:
     """
     Return coordinates nearer to what a recording shows, shape (14,); tilt and delay stay.
 

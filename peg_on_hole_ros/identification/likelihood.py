@@ -1,5 +1,6 @@
 """Likelihood of a recording under given parameters: that of the estimator that runs over it."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ class Run(NamedTuple):
         return float(self.log_likelihood.sum())
 
 
-def rows_of(record: Recording, parts, delay: float) -> tuple[np.ndarray, ...]:
+def rows_of(record: Recording, parts: Sequence[slice], delay: float) -> tuple[np.ndarray, ...]:
     """
     Return which joint states and wrenches are events, and which joint states begin a part.
 
@@ -105,7 +106,7 @@ class Likelihood:
 
     """
 
-    def __init__(self, record: Recording, parts, start: Configuration):
+    def __init__(self, record: Recording, parts: Sequence[slice], start: Configuration) -> None:
         self._start = start
         joints, wrenches, uncounted = rows_of(record, parts, start.joints.delay)
         self._smooth = [_spline(record.joint_t[part], record.q[part]) for part in parts]
@@ -121,7 +122,7 @@ class Likelihood:
         self._kind = np.concatenate([kind, np.full(len(wrenches), WRENCH)])
         self.counted = int((~uncounted).sum())
 
-    def events(self, x, configuration: Configuration) -> Events:
+    def events(self, x: np.ndarray, configuration: Configuration) -> Events:
         """
         Return what the sensors say under coordinates x that give a configuration.
 
@@ -149,7 +150,9 @@ class Likelihood:
         order = np.argsort(np.round(times * 1e7), kind="stable")
         return Events(*(rows[order] for rows in (times, self._kind, value, covariance, volume)))
 
-    def run(self, x, chosen=None, detailed: bool = False) -> Run | None:
+    def run(
+        self, x: np.ndarray, chosen: np.ndarray | None = None, detailed: bool = False
+    ) -> Run | None:
         """
         Run the estimator under coordinates x, with all of QUANTITIES known.
 

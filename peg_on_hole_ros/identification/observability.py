@@ -5,7 +5,9 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.record import part
@@ -18,6 +20,7 @@ from peg_on_hole_ros.identification.quantities import (
     TYPICAL_FORCE,
     measures,
 )
+from peg_on_hole_ros.mechanics.scene import Scene
 
 # Of a parameter vector: friction, clearance, bias (6) and tilt (2).
 NAMES = (
@@ -95,7 +98,13 @@ class ObservingFilter(HeldPeg):
     motion is information; that of several motions adds up. The estimate is that of `HeldPeg`.
     """
 
-    def __init__(self, scene, options, wrench_noise, offsets):
+    def __init__(
+        self,
+        scene: Scene,
+        options: FilterOptions,
+        wrench_noise: np.ndarray,
+        offsets: Offsets | None,
+    ) -> None:
         super().__init__(scene, options, wrench_noise, offsets)
         rows, scale = _rows(), measures(scene.hole_diameter, TYPICAL_FORCE)
         self._clearance = scene.hole_diameter - scene.peg_diameter
@@ -110,14 +119,14 @@ class ObservingFilter(HeldPeg):
             options, friction="estimated", clearance="estimated", friction_noise=0.0,
             gate_threshold=inf,
         )  # fmt: skip
-        unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
+        unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))  # type: ignore[union-attr]
         alone = default_settings(frictions=1)
         self._open = HeldPeg(opened, everything, wrench_noise, unknown, alone)
         self._told, self._runs = np.zeros((len(NAMES), len(NAMES))), False
         self.seconds = self._pressed = self.free = self._dt = 0.0
         self._least, self._most = np.full(2, inf), np.full(2, -inf)
 
-    def start(self, q, R):
+    def start(self, q: ArrayLike, R: ArrayLike) -> None:
         """Start; what was gathered stays."""
         super().start(q, R)
         self._gather()
@@ -160,19 +169,19 @@ class ObservingFilter(HeldPeg):
         levels = len(self.constants.level)
         opened.weight[:] = state.weight.reshape(-1, levels).sum(axis=0)
 
-    def let_go(self):
+    def let_go(self) -> None:
         """Let go of the motion; what was gathered stays."""
         super().let_go()
         self._gather()
 
-    def predict(self, dt):
+    def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
         super().predict(dt)
         self._dt += dt
         self._open.predict(dt)
         self._pin()
 
-    def correct(self, q, R):
+    def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
         """Correct with an orientation, as `HeldPeg`."""
         result, nis = super().correct(q, R)
         if result is Correction.USED:
@@ -180,7 +189,7 @@ class ObservingFilter(HeldPeg):
             self._pin()
         return result, nis
 
-    def weigh(self, u, contacts):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench, as `HeldPeg`."""
         before = self._dt
         super().weigh(u, contacts)
@@ -210,7 +219,7 @@ class ObservingFilter(HeldPeg):
         force = self._pressed / self.seconds if self.seconds > BRIEF else TYPICAL_FORCE
         unit = np.ones(len(NAMES))
         unit[1] = 1.0 / self._clearance
-        return observability(
+        return observability(  # type: ignore[call-arg]
             self.information * np.outer(unit, unit), self._clearance, self.seconds,
             *travel[::-1], self.scene.hole_diameter, force, self.free,
         )  # fmt: skip
@@ -222,14 +231,14 @@ def _rows():
 
 
 def observability(
-    information,
-    clearance,
-    seconds=0.0,
-    turn=0.0,
-    swing=0.0,
-    diameter=TYPICAL_DIAMETER,
-    force=TYPICAL_FORCE,
-    free=0.0,
+    information: np.ndarray,
+    clearance: float,
+    seconds: float = 0.0,
+    turn: float = 0.0,
+    swing: float = 0.0,
+    diameter: float = TYPICAL_DIAMETER,
+    force: float = TYPICAL_FORCE,
+    free: float = 0.0,
 ) -> Observability:
     """
     Return what an information matrix says of each of NAMES.

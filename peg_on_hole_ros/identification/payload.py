@@ -75,7 +75,9 @@ def find_payload(record: Recording, configuration: Configuration) -> Payload:
     return payload_of(g_S, wrench, count, configuration)
 
 
-def payload_of(g_S, wrench, count, configuration: Configuration) -> Payload:
+def payload_of(
+    g_S: np.ndarray, wrench: np.ndarray, count: np.ndarray, configuration: Configuration
+) -> Payload:
     """
     Return the same from still poses.
 
@@ -125,7 +127,7 @@ def payload_of(g_S, wrench, count, configuration: Configuration) -> Payload:
     force = left.reshape(-1, 6)[:, :3]
     payload = _without_peg(theta, covariance, scene, options)
     zero = _bias(theta, covariance, options)
-    return Payload(len(g_S), *payload, *zero, float(np.sqrt(np.mean(force**2))), missing)
+    return Payload(len(g_S), *payload, *zero, float(np.sqrt(np.mean(force**2))), missing)  # type: ignore[call-arg]
 
 
 def _poses(record, configuration):

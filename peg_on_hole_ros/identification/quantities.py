@@ -104,7 +104,7 @@ def natural(quantity: Quantity, coordinate: float) -> float:
     return exp(min(coordinate, 700.0)) if quantity.log else float(coordinate)
 
 
-def configured(start: Configuration, x) -> Configuration:
+def configured(start: Configuration, x: np.ndarray) -> Configuration:
     """Return a configuration with coordinates put in."""
     value = [natural(quantity, coordinate) for quantity, coordinate in zip(QUANTITIES, x)]
     force, torque, position = value[NOISE]
@@ -115,8 +115,8 @@ def configured(start: Configuration, x) -> Configuration:
     )
     wrench = replace(
         start.wrench,
-        bias_force=tuple(value[BIAS][:3]),
-        bias_torque=tuple(value[BIAS][3:]),
+        bias_force=tuple(value[BIAS][:3]),  # type: ignore[arg-type]
+        bias_torque=tuple(value[BIAS][3:]),  # type: ignore[arg-type]
         force_stddev=force,
         torque_stddev=torque,
     )

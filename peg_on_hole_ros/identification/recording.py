@@ -95,7 +95,7 @@ def recording(wrenches: list[WrenchSample], measurements: list[AngleMeasurement]
     )
 
 
-def turned(record: Recording, R_HM) -> Recording:
+def turned(record: Recording, R_HM: np.ndarray) -> Recording:
     """Return the recording in hole axes, given the axes M of its angles in those, shape (3, 3)."""
     R = np.einsum("ij,jkn->ikn", R_HM, peg_axes(record.q.T))
     psi = np.arctan2(-R[1, 2], -R[0, 2])
@@ -108,7 +108,7 @@ def turned(record: Recording, R_HM) -> Recording:
     return record._replace(q=q, covariance=covariance)
 
 
-def turning_axes(q) -> np.ndarray:
+def turning_axes(q: np.ndarray) -> np.ndarray:
     """Return the axes about which gamma, psi and phi turn, as columns, shape (m, 3, 3)."""
     (g, psi), zero = q.T[:2], np.zeros(len(q))
     s, c = np.sin(psi), np.cos(psi)

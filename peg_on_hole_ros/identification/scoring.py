@@ -84,7 +84,7 @@ class Search:
         measures: Measures,
         limits: tuple[np.ndarray, np.ndarray],
         progress: Callable[[], None] = lambda: None,
-    ):
+    ) -> None:
         self._likelihood, self._still = likelihood, still
         self._centre, self.measures = centre, measures
         self._limits, self._progress = limits, progress
@@ -93,16 +93,16 @@ class Search:
         self._progress()
         return self._likelihood.run(x)
 
-    def value(self, run: Run, x) -> float:
+    def value(self, run: Run, x: np.ndarray) -> float:
         """Return the logarithm of likelihood and prior."""
         return run.total - 0.5 * float((((x - self._centre) / self.measures.range) ** 2).sum())
 
-    def at(self, x) -> float:
+    def at(self, x: np.ndarray) -> float:
         """Return the same of coordinates, minus infinity where there is none."""
         run = self._run(np.clip(x, *self._limits))
         return -np.inf if run is None else self.value(run, x)
 
-    def slopes(self, run: Run, x, free) -> Slopes | None:
+    def slopes(self, run: Run, x: np.ndarray, free: np.ndarray) -> Slopes | None:
         """
         Return what a recording tells of the free coordinates at a point; None where it cannot be.
 
@@ -135,7 +135,7 @@ class Search:
         there[i] += sign * self.measures.step[i]
         return there
 
-    def climb(self, x, free, most: int = MOST_ITERATIONS) -> Peak | None:
+    def climb(self, x: np.ndarray, free: np.ndarray, most: int = MOST_ITERATIONS) -> Peak | None:
         """
         Return the peak that is reached from x; None where there is no likelihood.
 

@@ -9,12 +9,14 @@ NORMAL_95 = 1.96
 LEVEL = 0.05
 
 
-def passes(gone, covariance, kept) -> bool:
+def passes(gone: np.ndarray, covariance: np.ndarray, kept: np.ndarray) -> bool:
     """Return whether the kept ones may all be those of the start, in 95 of 100 cases."""
     return not kept.any() or _distance(gone, covariance, kept) <= chdtri(kept.sum(), LEVEL)
 
 
-def kept_ones(gone, covariance, kept=None) -> np.ndarray:
+def kept_ones(
+    gone: np.ndarray, covariance: np.ndarray, kept: np.ndarray | None = None
+) -> np.ndarray:
     """
     Return what stays at the start: as much as together explains the recording as well.
 
@@ -38,7 +40,7 @@ def kept_ones(gone, covariance, kept=None) -> np.ndarray:
             without = kept.copy()
             without[i] = False
             left[i] = _distance(gone, covariance, without)
-        kept[min(left, key=left.get)] = False
+        kept[min(left, key=left.get)] = False  # type: ignore[arg-type]
     return kept
 
 
@@ -47,7 +49,9 @@ def _distance(gone, covariance, chosen):
     return gone[chosen] @ np.linalg.solve(block, gone[chosen]) if chosen.any() else 0.0
 
 
-def conditional(x, covariance, x0, kept) -> np.ndarray:
+def conditional(
+    x: np.ndarray, covariance: np.ndarray, x0: np.ndarray, kept: np.ndarray
+) -> np.ndarray:
     """Return the most likely coordinates where the kept ones are those of the start."""
     final = np.where(kept, x0, x)
     if kept.any():

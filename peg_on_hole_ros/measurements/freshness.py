@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.measurements.repeats import SINCE, VALUES, held, notice, said
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.record_types import FreshnessRecord
 
 # Standard deviations by which the peg has turned away from a value that is repeated.
 TURNED = 5.0
@@ -31,7 +32,14 @@ FRESHNESS = np.dtype(
 
 
 @compiled
-def is_news(fresh, t_ns, q, stddev2, x, variance):
+def is_news(
+    fresh: FreshnessRecord,
+    t_ns: int,
+    q: np.ndarray,
+    stddev2: float,
+    x: np.ndarray,
+    variance: float,
+) -> bool:
     """
     Take an orientation; return whether it is news.
 
@@ -77,7 +85,7 @@ def is_news(fresh, t_ns, q, stddev2, x, variance):
 
 
 @compiled
-def is_new_wrench(fresh, t_ns, values):
+def is_new_wrench(fresh: FreshnessRecord, t_ns: int, values: np.ndarray) -> bool:
     """
     Take a wrench; return whether its values are news.
 

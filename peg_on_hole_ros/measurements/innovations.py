@@ -5,6 +5,7 @@ from math import nan, sqrt
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.record_types import InnovationsRecord
 
 # Over so many corrections the mean is taken that says whether a contact mode fits.
 MEAN_OF = 20
@@ -54,7 +55,7 @@ INNOVATIONS = np.dtype(
 
 
 @compiled
-def forget_innovations(innovations):
+def forget_innovations(innovations: InnovationsRecord) -> None:
     """Forget all of them."""
     t = innovations.told[0]
     t.count = t.watched = 0
@@ -65,7 +66,14 @@ def forget_innovations(innovations):
 
 
 @compiled
-def add_innovation(innovations, nis, white, used, in_contact, touching):
+def add_innovation(
+    innovations: InnovationsRecord,
+    nis: float,
+    white: np.ndarray,
+    used: bool,
+    in_contact: bool,
+    touching: bool,
+) -> bool:
     """
     Take an innovation.
 
@@ -110,7 +118,7 @@ def add_innovation(innovations, nis, white, used, in_contact, touching):
 
 
 @compiled
-def watch(innovations, nis, white, used):
+def watch(innovations: InnovationsRecord, nis: float, white: np.ndarray, used: bool) -> None:
     """Take an innovation into median and drift; parameters as for `add_innovation`."""
     t, window, ordered = innovations.told[0], innovations.window, innovations.ordered
     row = window[t.watched % WINDOW]

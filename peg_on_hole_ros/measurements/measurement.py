@@ -1,5 +1,6 @@
 """From samples as received to measurements: the wrench on the peg, and its orientation."""
 
+from collections.abc import Sequence
 from math import atan2, copysign, cos, hypot, isfinite, pi, sin, sqrt
 
 import numpy as np
@@ -9,6 +10,7 @@ from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.record_types import ReductionRecord
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 
 # Below this the two rotations about the axes are one for every sensor; the floor keeps the
@@ -52,7 +54,7 @@ def sound_wrenches(values: np.ndarray) -> np.ndarray:
         )
 
 
-def rotation_from_rpy(rpy) -> np.ndarray:
+def rotation_from_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), from roll, pitch, yaw [rad]."""
     r, p, y = rpy
     cr, sr, cp, sp, cy, sy = cos(r), sin(r), cos(p), sin(p), cos(y), sin(y)
@@ -65,12 +67,12 @@ def rotation_from_rpy(rpy) -> np.ndarray:
     )
 
 
-def skew(r) -> np.ndarray:
+def skew(r: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the matrix of r x, shape (3, 3)."""
     return np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]], float)
 
 
-def tilt_axes(tilt) -> np.ndarray:
+def tilt_axes(tilt: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return R_SH, axes of a hole turned by a small (x, y) [rad] in its own axes at the start."""
     angle = float(np.hypot(*tilt))
     K = skew([*tilt, 0.0])
@@ -105,7 +107,9 @@ class WrenchReduction:
 
     """
 
-    def __init__(self, options: WrenchInput, scene: Scene, hole_rpy=(0.0, 0.0, 0.0)):
+    def __init__(
+        self, options: WrenchInput, scene: Scene, hole_rpy: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> None:
         self.sign = -1.0 if options.acts_on == "robot" else 1.0
         R_PS = rotation_from_rpy(options.sensor_rpy)
         center_P = np.array([0.0, 0.0, scene.mass_center_height])
@@ -149,12 +153,18 @@ class WrenchReduction:
         """What is taken off, as the sensor reports it: tare or configured bias, shape (6,)."""
         return self.sign * self.tare
 
-    def in_sensor(self, q, gravity_H) -> np.ndarray:
+    def in_sensor(self, q: np.ndarray, gravity_H: np.ndarray) -> np.ndarray:
         """Return gravity of the hole's axes in those of the sensor, shape (3,) [m/s^2]."""
         gravity_H = self._gravity_H if gravity_H is None else gravity_H
         return self.steps["peg_in_sensor"] @ peg_axes(q).T @ gravity_H
 
-    def on_peg(self, force, torque, q, gravity_H=None) -> np.ndarray:
+    def on_peg(
+        self,
+        force: Sequence[float] | np.ndarray,
+        torque: Sequence[float] | np.ndarray,
+        q: np.ndarray | None,
+        gravity_H: np.ndarray | None = None,
+    ) -> np.ndarray:
         """
         Return the wrench on the peg about its mass centre, peg axes, shape (6,).
 
@@ -174,7 +184,13 @@ class WrenchReduction:
         reduce_wrench(self.steps, np.array([*force, *torque]), q, tuple(gravity_H), wrench)
         return wrench
 
-    def take_tare(self, force, torque, q, gravity_H=None) -> None:
+    def take_tare(
+        self,
+        force: Sequence[float] | np.ndarray,
+        torque: Sequence[float] | np.ndarray,
+        q: np.ndarray,
+        gravity_H: np.ndarray | None = None,
+    ) -> None:
         """
         Take a wrench as that of a peg which hangs free.
 
@@ -207,7 +223,13 @@ REDUCTION = np.dtype(
 
 
 @compiled
-def reduce_wrench(steps, measured, q, gravity, out):
+def reduce_wrench(
+    steps: ReductionRecord,
+    measured: np.ndarray,
+    q: np.ndarray,
+    gravity: tuple[float, float, float],
+    out: np.ndarray,
+) -> None:
     """
     Fill in the wrench on the peg about its mass centre, peg axes.
 
@@ -232,7 +254,7 @@ def reduce_wrench(steps, measured, q, gravity, out):
 
 
 @compiled
-def in_sensor(steps, measured, q):
+def in_sensor(steps: ReductionRecord, measured: np.ndarray, q: np.ndarray) -> None:
     """Turn a wrench as received to that on the peg side, sensor axes, before the tare, (6,)."""
     for i in range(6):
         measured[i] *= steps.sign
@@ -244,7 +266,9 @@ def in_sensor(steps, measured, q):
 
 
 @compiled
-def add_weight_below(steps, q, gravity, out):
+def add_weight_below(
+    steps: ReductionRecord, q: np.ndarray, gravity: tuple[float, float, float], out: np.ndarray
+) -> None:
     """Add what the sensor carries of the payload's weight, or lacks of the peg's, (6,)."""
     if steps.mass == 0.0:
         return
@@ -257,7 +281,7 @@ def add_weight_below(steps, q, gravity, out):
 
 
 @compiled
-def turned_to_peg(q, v):
+def turned_to_peg(q: np.ndarray, v: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return a vector in hole axes as it is in peg axes, by gamma, psi, phi [rad]."""
     c, s = cos(q[1]), sin(q[1])
     x, y, z = c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
@@ -304,7 +328,7 @@ def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
 
 
 @compiled
-def fill_covariance(gamma, orientation_stddev, R):
+def fill_covariance(gamma: float, orientation_stddev: float, R: np.ndarray) -> None:
     """Fill in what `angle_covariance` returns, by rows, shape (9,)."""
     variance = orientation_stddev * orientation_stddev
     c, sine = cos(gamma), abs(sin(gamma))
@@ -319,7 +343,7 @@ def fill_covariance(gamma, orientation_stddev, R):
 
 
 @compiled
-def fill_orientations(angles, orientation_stddev, rows):
+def fill_orientations(angles: np.ndarray, orientation_stddev: float, rows: np.ndarray) -> None:
     """Fill in the rows (n, 24) of an AngleMeasurement without a place, from gamma, psi, phi."""
     for i in range(len(angles)):
         rows[i, :] = np.nan
@@ -328,7 +352,7 @@ def fill_orientations(angles, orientation_stddev, rows):
         fill_covariance(angles[i, 0], orientation_stddev, rows[i, 3:12])
 
 
-def angles_of(rotation) -> np.ndarray:
+def angles_of(rotation: np.ndarray) -> np.ndarray:
     """
     Return gamma, psi, phi of R_HP = Rz(psi) Ry(-gamma) Rz(phi).
 
@@ -367,7 +391,7 @@ class NamedPositions:
 
     """
 
-    def __init__(self, names: tuple[str, ...]):
+    def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names
         self._order: tuple[str, ...] | None = None
         self._index: list[int] | None = None
@@ -393,7 +417,7 @@ class PegJoints:
     Calling it with a JointSample returns an AngleMeasurement, or a reason why there is none.
     """
 
-    def __init__(self, options: JointInput):
+    def __init__(self, options: JointInput) -> None:
         self.stddev = options.position_stddev
         self._positions = NamedPositions(options.names)
         self._R_HM = rotation_from_rpy(options.hole_rpy).T if any(options.hole_rpy) else None

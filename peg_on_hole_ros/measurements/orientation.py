@@ -25,7 +25,7 @@ ORIENTATION_FLOOR = 1e-6
 LIMIT_MARGIN = 0.1
 
 
-def angle_errors(q) -> np.ndarray:
+def angle_errors(q: Sequence[float] | np.ndarray) -> np.ndarray:
     """
     Return the matrix from a small rotation, as a vector in hole axes, to errors of the angles.
 
@@ -115,7 +115,7 @@ class RobotJoints:
 
     """
 
-    def __init__(self, options: JointInput, kinematics: Kinematics):
+    def __init__(self, options: JointInput, kinematics: Kinematics) -> None:
         self.stddev = options.position_stddev
         self._positions = NamedPositions(options.names)
         self._kinematics = kinematics

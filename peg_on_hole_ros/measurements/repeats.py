@@ -18,7 +18,7 @@ def new_repeats(width: int) -> np.ndarray:
 
 
 @compiled
-def notice(memory, t, values):
+def notice(memory: np.ndarray, t: float, values: np.ndarray | tuple[float, float, float]) -> int:
     """
     Take values; return how often they have come in a row, 1: they are new.
 
@@ -55,14 +55,14 @@ def notice(memory, t, values):
 
 
 @compiled
-def notice_all(memory, t, values):
+def notice_all(memory: np.ndarray, t: np.ndarray, values: np.ndarray) -> None:
     """Take rows of values, each with its stamp [s]; see `notice`."""
     for k in range(len(t)):
         notice(memory, t[k], values[k])
 
 
 @compiled
-def held(memory):
+def held(memory: np.ndarray) -> int:
     """Return of how many messages each value is one, as a rule; 1: each is new."""
     return int(memory[LENGTH]) if memory[ALIKE] >= RULE else 1
 

@@ -18,7 +18,7 @@ def quarter_turns() -> list[np.ndarray]:
     return sorted(turns, key=lambda turn: -np.trace(turn))
 
 
-def rpy_of(R) -> tuple[float, float, float]:
+def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
     """Return roll, pitch, yaw of a rotation [rad]."""
     level = hypot(R[0, 0], R[1, 0])
     if level < 1e-9:

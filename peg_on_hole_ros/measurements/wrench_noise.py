@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.noise import grow
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.record_types import SettingsRecord
 
 # What white noise makes of a third difference, squared; a motion leaves next to nothing.
 _THIRD = 20.0
@@ -21,7 +22,7 @@ WIDTH = VALUES + 18
 
 
 @compiled
-def forget_noise(memory):
+def forget_noise(memory: np.ndarray) -> None:
     """Take noise as stated, until it shows more; what was found most stays."""
     most_force, most_torque = memory[MOST_FORCE], memory[MOST_TORQUE]
     memory[:] = 0.0
@@ -30,7 +31,12 @@ def forget_noise(memory):
 
 
 @compiled
-def follow_wrench(memory, values, variance, o):
+def follow_wrench(
+    memory: np.ndarray,
+    values: np.ndarray | tuple[float, float, float],
+    variance: np.ndarray,
+    o: SettingsRecord,
+) -> None:
     """
     Take a wrench with values that have not come before; the law is that of orientations.
 
@@ -63,7 +69,7 @@ def follow_wrench(memory, values, variance, o):
 
 
 @compiled
-def factor(memory):
+def factor(memory: np.ndarray) -> float:
     """Return by how much the variance is more than stated; 1 where it may be as stated."""
     most = max(memory[FORCE], memory[TORQUE])
     return most if most > NOISY else 1.0

@@ -5,10 +5,12 @@ The six equations are linear in twelve quantities: three accelerations, three re
 components of the applied wrench. Any six of them may be asked for; not every six can be told.
 """
 
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
@@ -87,7 +89,13 @@ def quantities(frame: str = "auxiliary") -> tuple[str, ...]:
 
 
 def solve_any(
-    scene: Scene, q, rates, unknown, known=None, frame="auxiliary", slip_velocity_scale=0.0
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    unknown: Sequence[str],
+    known: Mapping[str, ArrayLike] | None = None,
+    frame: str = "auxiliary",
+    slip_velocity_scale: float = 0.0,
 ) -> AnySide:
     """
     Solve the six equations for the quantities declared unknown.

@@ -1,11 +1,12 @@
 """Refusal of numbers that are none, where states and wrenches enter the mechanics."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
-def require_finite(name: str, unit: str, value, parts: int | None = None) -> np.ndarray:
+def require_finite(name: str, unit: str, value: ArrayLike, parts: int | None = None) -> np.ndarray:
     """
     Return a value as floats, its first axis of a given length.
 

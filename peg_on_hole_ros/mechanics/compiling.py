@@ -7,11 +7,17 @@ that another compiled one calls is handed on as it is, and becomes machine code 
 one that Python calls.
 """
 
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
+
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 class _Part(JITCodeLibrary):
@@ -61,6 +67,8 @@ class _PartDispatcher(CPUDispatcher):
 class _Dispatcher(CPUDispatcher):
     """Called by Python it is a function like any of numba's; compiled code calls its part."""
 
+    part: Any
+
     def get_call_template(self, args, kws):
         return self.part.get_call_template(args, kws)
 
@@ -68,7 +76,7 @@ class _Dispatcher(CPUDispatcher):
         return self.part.get_overload(sig)
 
 
-def compiled(function, **options):
+def compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     """
     Return a function, compiled when it is first called with arguments of a kind.
 
@@ -84,6 +92,6 @@ def compiled(function, **options):
     return dispatcher
 
 
-def inlined(function):
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Return a compiled function for the bodies of loops that shall become vector instructions."""
     return compiled(function, forceinline=True)

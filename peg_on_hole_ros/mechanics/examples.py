@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics import printed
 from peg_on_hole_ros.mechanics.checks import require_finite
@@ -29,7 +30,9 @@ class Imposed(NamedTuple):
     couple: np.ndarray
 
 
-def imposed(scene: Scene, gamma, rates, slip_velocity_scale=0.0) -> Imposed:
+def imposed(
+    scene: Scene, gamma: float | np.ndarray, rates: ArrayLike, slip_velocity_scale: float = 0.0
+) -> Imposed:
     """
     Return reactions and couple for constant rates, no applied force, psi = 0.
 
@@ -59,7 +62,7 @@ def imposed(scene: Scene, gamma, rates, slip_velocity_scale=0.0) -> Imposed:
     return Imposed(N, np.einsum("ij...,j...->i...", A[:3, 3:], N) - r[:3])
 
 
-def imposed_two_point(scene: Scene, gamma: float, rates) -> np.ndarray:
+def imposed_two_point(scene: Scene, gamma: float, rates: ArrayLike) -> np.ndarray:
     """
     Return N_K, N_B and the lateral force [N] for constant rates below gamma0, no applied force.
 
@@ -107,7 +110,7 @@ READINGS = (
 )
 
 
-def figure_10(scene: Scene, gamma: float, rates, reading: str) -> float:
+def figure_10(scene: Scene, gamma: float, rates: ArrayLike, reading: str) -> float:
     """
     Return the overall reaction at K over the weight, as one reading of the print gives it.
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import (
@@ -49,7 +50,9 @@ class FreeBody(NamedTuple):
     drift: np.ndarray
 
 
-def free_body(scene: Scene, q, rates, force_H, moment_H) -> FreeBody:
+def free_body(
+    scene: Scene, q: ArrayLike, rates: ArrayLike, force_H: ArrayLike, moment_H: ArrayLike
+) -> FreeBody:
     """
     Return the free body of a three-point pose.
 
@@ -108,7 +111,7 @@ def free_body(scene: Scene, q, rates, force_H, moment_H) -> FreeBody:
     return FreeBody(mass, load, arms, normals(g), velocity, rate, freedom, drift)
 
 
-def wrench_of(arm, force) -> np.ndarray:
+def wrench_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return a force at a contact as (force, moment about C), shape (6,)."""
     return np.concatenate([force, np.cross(arm, force)])
 

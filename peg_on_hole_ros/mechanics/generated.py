@@ -7,8 +7,14 @@ Do not edit: change the script and run it again.
 # ruff: noqa
 from math import sqrt
 
+import numpy as np
 
-def equations(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, out):
+
+def equations(
+    m: float, Ie: float, Iz: float, f: float, d: float, D: float,
+    scales: np.ndarray | tuple[float, float, float], geometry: tuple[float, ...],
+    rates: tuple[float, float, float], wrench: tuple[float, ...], out: np.ndarray,
+) -> None:
     """Fill out[0:9] with G, out[9:18] with W (rows of 3: K, B1, B2), out[18:24] with r."""
     s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry
     dgamma, dpsi, dphi = rates
@@ -88,7 +94,12 @@ def equations(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, out):
     out[23] = Fz - ddz_c*t20
 
 
-def derivatives(m, Ie, Iz, f, d, D, scales, geometry, rates, wrench, y, out):
+def derivatives(
+    m: float, Ie: float, Iz: float, f: float, d: float, D: float,
+    scales: np.ndarray | tuple[float, float, float], geometry: tuple[float, ...],
+    rates: tuple[float, float, float], wrench: tuple[float, ...], y: tuple[float, ...],
+    out: np.ndarray,
+) -> None:
     """Fill out[0:36], rows of 6: residuals by gamma, gamma', psi', phi', f, d at given y."""
     s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry
     dgamma, dpsi, dphi = rates

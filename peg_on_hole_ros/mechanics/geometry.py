@@ -1,6 +1,6 @@
 """Closed-form geometry of three-point contact, from the tilt gamma alone (scalars or arrays)."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class ContactGeometry(NamedTuple):
     ddz_c: np.ndarray
 
 
-def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
+def contact_geometry(scene: Scene, gamma: float | np.ndarray) -> ContactGeometry:
     """
     Return the geometry of three-point contact at a tilt.
 
@@ -82,7 +82,7 @@ def contact_geometry(scene: Scene, gamma) -> ContactGeometry:
     return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma))
 
 
-def contact_geometry_above(scene: Scene, excess) -> ContactGeometry:
+def contact_geometry_above(scene: Scene, excess: float | np.ndarray) -> ContactGeometry:
     """
     Return the geometry of three-point contact at gamma0 + excess, exact for the smallest excess.
 
@@ -119,7 +119,9 @@ def contact_geometry_above(scene: Scene, excess) -> ContactGeometry:
     return ContactGeometry(gamma0, *closed_forms(d, D, H_c, gamma0, gamma0 + excess, excess))
 
 
-def closed_forms(d, D, H_c, gamma0, gamma, excess=None):
+def closed_forms(
+    d: float, D: float, H_c: float, gamma0: float, gamma: Any, excess: Any = None
+) -> tuple[Any, ...]:
     """
     Return the fields of `ContactGeometry` after gamma0; unchecked, and compiled by the kernel.
 

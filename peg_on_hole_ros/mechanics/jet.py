@@ -1,5 +1,7 @@
 """Values with exact first and second derivatives by two variables, truncated Taylor series."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +23,12 @@ class Jet(NamedTuple):
     g: np.ndarray
     h: np.ndarray
 
-    def __add__(self, other):
+    def __add__(self, other: Jet | float) -> Jet:  # type: ignore[override]
         """Return the sum."""
         o = _jet(other)
         return Jet(self.v + o.v, self.g + o.g, self.h + o.h)
 
-    def __mul__(self, other):
+    def __mul__(self, other: Jet | float) -> Jet:  # type: ignore[override]
         """Return the product."""
         o = _jet(other)
         cross = np.outer(self.g, o.g)
@@ -36,45 +38,50 @@ class Jet(NamedTuple):
             self.v * o.h + o.v * self.h + cross + cross.T,
         )
 
-    def __neg__(self):
+    def __neg__(self) -> Jet:
         """Return the opposite."""
         return Jet(-self.v, -self.g, -self.h)
 
-    def __sub__(self, other):
+    def __sub__(self, other: Jet | float) -> Jet:
         """Return the difference."""
         return self + (-_jet(other))
 
-    def __rsub__(self, other):
+    def __rsub__(self, other: Jet | float) -> Jet:
         """Return the difference from a number."""
         return _jet(other) - self
 
-    def __truediv__(self, other):
+    def __truediv__(self, other: Jet | float) -> Jet:
         """Return the quotient."""
         o = _jet(other)
         return self * o.through(1 / o.v, -1 / o.v**2, 2 / o.v**3)
 
-    def __rtruediv__(self, other):
+    def __rtruediv__(self, other: Jet | float) -> Jet:
         """Return a number over this."""
         return _jet(other) / self
 
-    __radd__ = __add__
-    __rmul__ = __mul__
+    def __radd__(self, other: Jet | float) -> Jet:
+        """Return the sum."""
+        return self + other
 
-    def through(self, f, df, ddf):
+    def __rmul__(self, other: Jet | float) -> Jet:  # type: ignore[override]
+        """Return the product."""
+        return self * other
+
+    def through(self, f: float, df: float, ddf: float) -> Jet:
         """Return a function of this from its value and derivatives at v."""
         return Jet(f, df * self.g, df * self.h + ddf * np.outer(self.g, self.g))
 
-    def sqrt(self):
+    def sqrt(self) -> Jet:
         """Return the square root."""
         root = np.sqrt(self.v)
         return self.through(root, 1 / (2 * root), -1 / (4 * root**3))
 
-    def sin(self):
+    def sin(self) -> Jet:
         """Return the sine."""
         s, c = np.sin(self.v), np.cos(self.v)
         return self.through(s, c, -s)
 
-    def cos(self):
+    def cos(self) -> Jet:
         """Return the cosine."""
         s, c = np.sin(self.v), np.cos(self.v)
         return self.through(c, -s, -c)

@@ -50,14 +50,14 @@ def scene_scalars(scene: Scene) -> SceneScalars:
 
 
 @compiled
-def scene_of(values):
+def scene_of(values: np.ndarray) -> SceneScalars:
     """Return the scene whose fields are the first entries of an array."""
     v = values
     return SceneScalars(v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8], v[9], v[10])
 
 
 @inlined
-def with_friction(p, f):
+def with_friction(p: SceneScalars, f: float) -> SceneScalars:
     """Return a scene with another coefficient of friction."""
     return SceneScalars(p.d, p.D, p.H_c, p.gamma0, p.m, p.Ie, p.Iz, f, p.g_x, p.g_y, p.g_z)
 
@@ -177,7 +177,9 @@ def _wrench_in_hez(p, geo, x, u, work):
 
 
 @compiled
-def pose_of(p, x, u, work):
+def pose_of(
+    p: SceneScalars, x: np.ndarray, u: np.ndarray, work: np.ndarray
+) -> tuple[tuple[float, ...], tuple[float, float, float, float, float, float]]:
     """Return what the six equations take from angles and wrench."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
     applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
@@ -186,7 +188,14 @@ def pose_of(p, x, u, work):
 
 
 @compiled
-def accelerate(p, scales, x, u, work, y):
+def accelerate(
+    p: SceneScalars,
+    scales: np.ndarray | tuple[float, float, float],
+    x: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    y: np.ndarray,
+) -> float:
     """
     Solve the six equations at one state.
 
@@ -222,7 +231,13 @@ def accelerate(p, scales, x, u, work, y):
 
 
 @compiled
-def determinant_at(p, scales, gamma, rates, work):
+def determinant_at(
+    p: SceneScalars,
+    scales: np.ndarray | tuple[float, float, float],
+    gamma: float,
+    rates: tuple[float, float, float],
+    work: np.ndarray,
+) -> float:
     """Return the determinant over its frictionless value, as of `accelerate`; no wrench enters."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -231,7 +246,15 @@ def determinant_at(p, scales, gamma, rates, work):
 
 
 @compiled
-def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
+def accelerate_with_derivatives(
+    p: SceneScalars,
+    scales: np.ndarray | tuple[float, float, float],
+    x: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    y: np.ndarray,
+    dy: np.ndarray,
+) -> float:
     """
     Solve the six equations at one state, with exact derivatives.
 
@@ -267,7 +290,15 @@ def accelerate_with_derivatives(p, scales, x, u, work, y, dy):
 
 
 @compiled
-def slopes_of_answer(p, scales, x, u, work, answer, dy):
+def slopes_of_answer(
+    p: SceneScalars,
+    scales: np.ndarray | tuple[float, float, float],
+    x: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    answer: np.ndarray,
+    dy: np.ndarray,
+) -> None:
     """
     Fill in how the six equations' solution would move with their quantities if it were `answer`.
 
@@ -338,7 +369,15 @@ def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work
 
 
 @compiled
-def answer_to_contact_force(p, geo, work, contact, f_h, f_e, f_z):
+def answer_to_contact_force(
+    p: SceneScalars,
+    geo: tuple[float, ...],
+    work: np.ndarray,
+    contact: int,
+    f_h: float,
+    f_e: float,
+    f_z: float,
+) -> tuple[float, float, float, float, float, float]:
     """
     Return what a force at a contact adds to accelerations and reactions.
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.geometry import contact_geometry
@@ -30,7 +31,13 @@ class Solutions(NamedTuple):
     determinant: np.ndarray
 
 
-def solve_many(scene: Scene, q, rates, wrench_P, slip_velocity_scale=0.0) -> Solutions:
+def solve_many(
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    wrench_P: ArrayLike,
+    slip_velocity_scale: float = 0.0,
+) -> Solutions:
     """
     Return motion and reactions of many states.
 

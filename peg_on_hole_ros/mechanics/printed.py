@@ -5,15 +5,17 @@ Nothing else in the package uses them. `docs/errata.md` says where they differ; 
 `gamma'` is taken literally as the rate that is passed.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
-def planar_velocities(scene: Scene, gamma, psi, dgamma) -> np.ndarray:
+def planar_velocities(scene: Scene, gamma: float, psi: float, dgamma: float) -> np.ndarray:
     """Return V^gamma at K, B1, B2 along x, y, z [m/s]. Eq. (12)."""
     g = contact_geometry(scene, gamma)
     KL = 2 * g.a1 / g.s
@@ -23,7 +25,7 @@ def planar_velocities(scene: Scene, gamma, psi, dgamma) -> np.ndarray:
     return np.array([K, B, B]) * dgamma
 
 
-def slide_velocities(scene: Scene, gamma, psi, dpsi) -> np.ndarray:
+def slide_velocities(scene: Scene, gamma: float, psi: float, dpsi: float) -> np.ndarray:
     """Return V^psi at K, B1, B2 along x, y, z [m/s]. Eq. (13), which is right."""
     g, D = contact_geometry(scene, gamma), scene.hole_diameter
     c, s = np.cos(psi), np.sin(psi)
@@ -33,19 +35,19 @@ def slide_velocities(scene: Scene, gamma, psi, dpsi) -> np.ndarray:
     return np.array([K, B1, B2]) * dpsi
 
 
-def slide_velocities_auxiliary(scene: Scene, gamma, dpsi) -> np.ndarray:
+def slide_velocities_auxiliary(scene: Scene, gamma: float, dpsi: float) -> np.ndarray:
     """Return V^psi at B1, B2 along h, e [m/s]. Eq. (14)."""
     g = contact_geometry(scene, gamma)
     return np.array([[g.b, -g.S1], [-g.b, -g.S1]]) * dpsi
 
 
-def slide_velocity_B2_zeta(scene: Scene, gamma, dpsi) -> float:
+def slide_velocity_B2_zeta(scene: Scene, gamma: float, dpsi: float) -> float:
     """Return V^psi_B2 along zeta by the middle expression of eq. (15), V_B2h sin(gamma) [m/s]."""
     g = contact_geometry(scene, gamma)
     return float(slide_velocities_auxiliary(scene, gamma, dpsi)[1, 0] * g.s)
 
 
-def slip_velocities(scene: Scene, gamma, psi, dphi) -> np.ndarray:
+def slip_velocities(scene: Scene, gamma: float, psi: float, dphi: float) -> np.ndarray:
     """
     Return V^phi at B1, B2 along x, y, z by the middle expressions of eqs. (18.1), (18.2) [m/s].
 
@@ -59,7 +61,7 @@ def slip_velocities(scene: Scene, gamma, psi, dphi) -> np.ndarray:
     return np.array([B1, B2]) * dphi
 
 
-def slip_velocities_moving(scene: Scene, gamma, dphi) -> np.ndarray:
+def slip_velocities_moving(scene: Scene, gamma: float, dphi: float) -> np.ndarray:
     """
     Return V^phi at B1, B2 along eps, eta by the first expressions of eq. (16) [m/s].
 
@@ -71,7 +73,9 @@ def slip_velocities_moving(scene: Scene, gamma, dphi) -> np.ndarray:
     return half * dphi * np.array([[cosine, sine], [-cosine, sine]])
 
 
-def absolute_velocities(scene: Scene, gamma, psi, rates) -> np.ndarray:
+def absolute_velocities(
+    scene: Scene, gamma: float, psi: float, rates: Sequence[float] | np.ndarray
+) -> np.ndarray:
     """
     Return V at B1, B2 along x, y as far as eq. (19) is legible in the scan [m/s].
 
@@ -94,7 +98,9 @@ def absolute_velocities(scene: Scene, gamma, psi, rates) -> np.ndarray:
     return np.array(rows)
 
 
-def moving_velocities(scene: Scene, gamma, rates) -> np.ndarray:
+def moving_velocities(
+    scene: Scene, gamma: float, rates: Sequence[float] | np.ndarray
+) -> np.ndarray:
     """Return V at K, B1, B2 along eps, eta [m/s]. Eqs. (20.1)-(20.3)."""
     g, (dgamma, dpsi, dphi) = contact_geometry(scene, gamma), rates
     D, d = scene.hole_diameter, scene.peg_diameter
@@ -105,7 +111,12 @@ def moving_velocities(scene: Scene, gamma, rates) -> np.ndarray:
     return np.array([K, B1, B2])
 
 
-def left_sides(scene: Scene, gamma, rates, accelerations) -> np.ndarray:
+def left_sides(
+    scene: Scene,
+    gamma: float,
+    rates: Sequence[float] | np.ndarray,
+    accelerations: Sequence[float] | np.ndarray,
+) -> np.ndarray:
     """Return the left sides of Lagrange's equations [N m]. Eqs. (7.1)-(7.3), (28.1)-(28.3)."""
     g, (dgamma, dpsi, _) = contact_geometry(scene, gamma), rates
     m, Ie, Iz = scene.peg_mass, scene.transverse_inertia, scene.axial_inertia
@@ -122,7 +133,7 @@ def left_sides(scene: Scene, gamma, rates, accelerations) -> np.ndarray:
     )
 
 
-def kinetic_energy(scene: Scene, gamma, rates) -> float:
+def kinetic_energy(scene: Scene, gamma: float, rates: Sequence[float] | np.ndarray) -> float:
     """Return T [J]. Eq. (6)."""
     g, (dgamma, dpsi, dphi) = contact_geometry(scene, gamma), rates
     m, Ie, Iz = scene.peg_mass, scene.transverse_inertia, scene.axial_inertia
@@ -131,13 +142,13 @@ def kinetic_energy(scene: Scene, gamma, rates) -> float:
     return float(m * v2 + Ie * dgamma**2 + I_z * dpsi**2 + Iz * dphi**2) / 2
 
 
-def inertia_about_z(scene: Scene, gamma) -> float:
+def inertia_about_z(scene: Scene, gamma: float) -> float:
     """Return I_z, "moment of peg relative to hole axis", by the line below eq. (5) [kg m^2]."""
     g = contact_geometry(scene, gamma)
     return float(scene.transverse_inertia * g.s**2 + scene.axial_inertia * g.c**2)
 
 
-def gravity_moment(scene: Scene, gamma) -> float:
+def gravity_moment(scene: Scene, gamma: float) -> float:
     """Return the moment of the weight about Ll by the middle expression of eq. (24) [N m]."""
     g = contact_geometry(scene, gamma)
     return float(scene.peg_mass * scene.gravity[2] * (g.S1 - g.h_c))
@@ -151,7 +162,9 @@ class FrictionTerms(NamedTuple):
     equations: np.ndarray
 
 
-def friction_terms(scene: Scene, gamma, rates) -> FrictionTerms:
+def friction_terms(
+    scene: Scene, gamma: float, rates: Sequence[float] | np.ndarray
+) -> FrictionTerms:
     """
     Return friction's generalised forces over f N_i/V_i, in the three places they are printed.
 
@@ -183,7 +196,9 @@ def friction_terms(scene: Scene, gamma, rates) -> FrictionTerms:
     return FrictionTerms(np.array(moments), np.array(generalized), np.array(equations))
 
 
-def z_force(scene: Scene, gamma, normal, friction_cosines) -> dict[str, float]:
+def z_force(
+    scene: Scene, gamma: float, normal: ArrayLike, friction_cosines: np.ndarray
+) -> dict[str, float]:
     """
     Return the contacts' force along z as (23.3) and (28.6) print it [N].
 
@@ -205,7 +220,7 @@ def z_force(scene: Scene, gamma, normal, friction_cosines) -> dict[str, float]:
     }
 
 
-def axis_offset(scene: Scene, excess) -> dict[str, float]:
+def axis_offset(scene: Scene, excess: float) -> dict[str, float]:
     """Return a1 [m] at gamma0 + excess by eq. (29) and its stages (iii), (iv)."""
     D, d, gamma0 = scene.hole_diameter, scene.peg_diameter, scene.gamma0
     return {
@@ -222,7 +237,9 @@ def small_tilt(scene: Scene) -> dict[str, float]:
     return {"ddh_c": -D / 2, "ddz_c": D / scene.gamma0, "gamma0": gamma0}
 
 
-def small_tilt_velocities(scene: Scene, psi, dpsi, dphi) -> dict[str, np.ndarray]:
+def small_tilt_velocities(
+    scene: Scene, psi: float, dpsi: float, dphi: float
+) -> dict[str, np.ndarray]:
     """Return V^psi of (33) and V^phi of (34) at K and B along x, y [m/s]."""
     half, c, s = scene.hole_diameter / 2, np.cos(psi), np.sin(psi)
     return {
@@ -231,19 +248,19 @@ def small_tilt_velocities(scene: Scene, psi, dpsi, dphi) -> dict[str, np.ndarray
     }
 
 
-def small_tilt_speeds(scene: Scene, rates) -> np.ndarray:
+def small_tilt_speeds(scene: Scene, rates: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return V_K, V_B [m/s]. Eq. (36)."""
     dgamma, dpsi, dphi = rates
     half, turn = scene.hole_diameter / 2, dpsi + dphi
     return half * np.array([turn, np.sqrt((2 * dgamma) ** 2 + turn**2)])
 
 
-def friction_at_K(psi) -> np.ndarray:
+def friction_at_K(psi: float) -> np.ndarray:
     """Return friction at K over f N_K along x, y, by (37.1), (37.2)."""
     return np.array([-np.sin(psi), np.cos(psi)])
 
 
-def momentum_rates(scene: Scene, psi, rates) -> np.ndarray:
+def momentum_rates(scene: Scene, psi: float, rates: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the right sides of (37.1), (37.2) and (38.1), (38.2) [N]."""
     dgamma, dpsi, _ = rates
     D, H, m = scene.hole_diameter, scene.peg_height, scene.peg_mass
@@ -258,7 +275,7 @@ def momentum_rates(scene: Scene, psi, rates) -> np.ndarray:
     )
 
 
-def reaction(scene: Scene, closing_rates) -> float:
+def reaction(scene: Scene, closing_rates: Sequence[float] | np.ndarray) -> float:
     """
     Return N_K = N_B1 + N_B2 close to gamma0 [N]. Eq. (39); gamma' is the closing speed there.
 

@@ -1,10 +1,12 @@
 """The six differential equations of the peg on three contacts, to be read beside the paper."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
@@ -49,24 +51,24 @@ class ContactSolution(NamedTuple):
     outcome: Outcome
 
 
-def wrench_axes(gamma, phi) -> np.ndarray:
+def wrench_axes(gamma: float | np.ndarray, phi: float | np.ndarray) -> np.ndarray:
     """Return peg axes in (h, e, z), Ry(-gamma) Rz(phi), shape (3, 3, ...)."""
     s, c, sp, cp = np.sin(gamma), np.cos(gamma), np.sin(phi), np.cos(phi)
     return np.array([[c * cp, -c * sp, -s], [sp, cp, 0 * s], [s * cp, -s * sp, c]])
 
 
-def precession_axes(psi) -> np.ndarray:
+def precession_axes(psi: float | np.ndarray) -> np.ndarray:
     """Return (h, e, z) in hole axes, Rz(psi), shape (3, 3, ...)."""
     s, c = np.sin(psi), np.cos(psi)
     return np.array([[c, -s, 0 * s], [s, c, 0 * s], [0 * s, 0 * s, 1 + 0 * s]])
 
 
-def peg_axes(q) -> np.ndarray:
+def peg_axes(q: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return R_HP, peg axes in hole axes, Rz(psi) Ry(-gamma) Rz(phi), shape (3, 3, ...)."""
     return product(precession_axes(q[1]), wrench_axes(q[0], q[2]))
 
 
-def product(a, b) -> np.ndarray:
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the matrix product over the first axes, with time along the last ones."""
     a, b = np.asarray(a), np.asarray(b)
     if a.ndim == 2 and b.ndim <= 2:
@@ -76,7 +78,9 @@ def product(a, b) -> np.ndarray:
     return np.einsum("ij...,jk...->ik...", a, b)
 
 
-def slip_directions(jacobians, rates, slip_velocity_scale):
+def slip_directions(
+    jacobians: np.ndarray, rates: np.ndarray, slip_velocity_scale: float
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return contact velocities over their regularised speed, and the velocities.
 
@@ -105,7 +109,9 @@ def slip_directions(jacobians, rates, slip_velocity_scale):
     return v / speed[:, None], v
 
 
-def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
+def six_equations(
+    scene: Scene, q: ArrayLike, rates: ArrayLike, wrench_P: ArrayLike, slip_velocity_scale: float
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the equations of motion as a linear system A y = r.
 
@@ -194,7 +200,9 @@ def six_equations(scene: Scene, q, rates, wrench_P, slip_velocity_scale):
     )
 
 
-def friction_cubic(scene: Scene, q, rates, slip_velocity_scale=0.0) -> np.ndarray:
+def friction_cubic(
+    scene: Scene, q: ArrayLike, rates: ArrayLike, slip_velocity_scale: float = 0.0
+) -> np.ndarray:
     """
     Return the normalised determinant of the six equations as a cubic in the friction coefficient.
 
@@ -232,7 +240,7 @@ def _reactions_matrix(scene, q, rates, slip_velocity_scale, friction):
     return A[3:, 3:] - A[3:, :3] @ np.linalg.solve(A[:3, :3], A[:3, 3:])
 
 
-def critical_frictions(cubic) -> tuple[float, ...]:
+def critical_frictions(cubic: ArrayLike) -> tuple[float, ...]:
     """
     Return all positive real roots of the determinant's cubic, ascending.
 
@@ -263,7 +271,14 @@ def critical_frictions(cubic) -> tuple[float, ...]:
     return tuple(float(x) for x in np.sort(real))
 
 
-def solve_contact(scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale=0.0):
+def solve_contact(
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    force_H: ArrayLike,
+    moment_H: ArrayLike,
+    slip_velocity_scale: float = 0.0,
+) -> ContactSolution:
     """
     Return motion and reactions at one state, and what they mean.
 
@@ -294,7 +309,7 @@ def solve_contact(scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale
         if not np.all(np.isfinite(value)):
             raise PegOnHoleError(f"{name} = {value} {unit} is not finite: give three numbers")
     if not np.all(np.isfinite(wrench_P)):
-        raise PegOnHoleError(f"wrench = {force_H} N, {moment_H} N m is not finite")
+        raise PegOnHoleError(f"wrench = {force_H} N, {moment_H} N m is not finite")  # type: ignore[str-bytes-safe]
     A, r = six_equations(scene, q, rates, wrench_P, slip_velocity_scale)
     y = np.linalg.solve(A, r)
     g = contact_geometry(scene, q[0])

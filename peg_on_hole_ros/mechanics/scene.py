@@ -73,7 +73,7 @@ class Scene:
     friction_k_stddev: float = 0.0
     compliance_stddev: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse sizes that are no peg and hole, and units slipped by 1000."""
         for name, limits in RANGES.items():
             value = getattr(self, name)

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
@@ -42,7 +43,7 @@ class SmallTiltReactions(NamedTuple):
     B_difference: np.ndarray
 
 
-def stage(scene: Scene, excess) -> Stage:
+def stage(scene: Scene, excess: float | np.ndarray) -> Stage:
     """
     Return the stage of alignment; "much less" is a factor of 10, and 1 starts at 0.3 rad.
 
@@ -57,7 +58,7 @@ def stage(scene: Scene, excess) -> Stage:
     return Stage.MEDIUM if e <= 10 * scene.gamma0 else Stage.LARGER
 
 
-def axis_offset(scene: Scene, excess, stage: Stage) -> np.ndarray:
+def axis_offset(scene: Scene, excess: float | np.ndarray, stage: Stage) -> np.ndarray:
     """
     Return a1 [m] by a stage's expression.
 
@@ -106,7 +107,7 @@ def geometry_at_gamma0(scene: Scene) -> dict[str, float]:
     }
 
 
-def velocities(scene: Scene, psi, rates) -> np.ndarray:
+def velocities(scene: Scene, psi: float | np.ndarray, rates: ArrayLike) -> np.ndarray:
     """
     Return the velocities at K and at the merged B in hole axes, to leading order.
 
@@ -136,14 +137,14 @@ def velocities(scene: Scene, psi, rates) -> np.ndarray:
     return np.array([around, -around + rise])
 
 
-def speeds(scene: Scene, rates) -> np.ndarray:
+def speeds(scene: Scene, rates: ArrayLike) -> np.ndarray:
     """Return V_K and V_B, shape (2, ...) [m/s]. Source: eq. (36), with the modulus."""
     dgamma, dpsi, dphi = np.asarray(rates, float)
     D, turn = scene.hole_diameter, dpsi + dphi
     return np.array([D / 2 * np.abs(turn), D / 2 * np.sqrt((2 * dgamma) ** 2 + turn**2)])
 
 
-def reactions(scene: Scene, excess, rates) -> SmallTiltReactions:
+def reactions(scene: Scene, excess: float | np.ndarray, rates: ArrayLike) -> SmallTiltReactions:
     """
     Return the reactions of imposed uniform motion under a pure couple, to leading order.
 

@@ -11,6 +11,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from peg_on_hole_ros.mechanics.free_body import free_body, sticking, wrench_of
@@ -60,7 +61,14 @@ class StickSlip(NamedTuple):
     converged: bool
 
 
-def solve_stick_slip(scene: Scene, q, rates, force_H, moment_H, rest_speed=1e-9) -> StickSlip:
+def solve_stick_slip(
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    force_H: ArrayLike,
+    moment_H: ArrayLike,
+    rest_speed: float = 1e-9,
+) -> StickSlip:
     """
     Return accelerations and reactions under Coulomb's law with stick.
 

@@ -1,9 +1,11 @@
 """A trajectory through three-point contact, the transition at gamma0, and two-point contact."""
 
+from collections.abc import Callable
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -61,7 +63,13 @@ class Trajectory(NamedTuple):
 
 
 def integrate(
-    scene: Scene, q, rates, duration, wrench_P=None, slip_velocity_scale=1e-5, samples=200
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    duration: float,
+    wrench_P: Callable | None = None,
+    slip_velocity_scale: float = 1e-5,
+    samples: int = 200,
 ) -> Trajectory:
     """
     Integrate the peg's motion, in three-point contact and, held symmetric, in two-point contact.
@@ -189,14 +197,14 @@ def _events(scene, below, solve, wrench_P, scale):
         inner = A[3:, 3:] - A[3:, :3] @ np.linalg.solve(A[:3, :3], A[:3, 3:])
         return np.linalg.det(inner / np.linalg.norm(inner, axis=0))
 
-    edge.direction = 1 if below else -1
-    pressing.direction = leaving.direction = lying.direction = -1
+    edge.direction = 1 if below else -1  # type: ignore[attr-defined]
+    pressing.direction = leaving.direction = lying.direction = -1  # type: ignore[attr-defined]
     chosen = [(edge, None), (pressing, Ending.CONTACT_OPEN)]
     chosen += (
         [(leaving, Ending.FREE)] if below else [(lying, Ending.LEVEL), (regular, Ending.WEDGED)]
     )
     for event, _ in chosen:
-        event.terminal = True
+        event.terminal = True  # type: ignore[attr-defined]
     return chosen
 
 

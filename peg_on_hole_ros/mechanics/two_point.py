@@ -11,6 +11,7 @@ three-point contact: the pose runs smoothly through gamma0.
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import jet
@@ -63,7 +64,7 @@ class TwoPointSolution(NamedTuple):
     slip_speed: np.ndarray
 
 
-def insertion_length(scene: Scene, gamma) -> np.ndarray:
+def insertion_length(scene: Scene, gamma: float | np.ndarray) -> np.ndarray:
     """Return l = (D - d cos(gamma))/sin(gamma), along the peg's side up to K [m]. Source: T1."""
     d, D = scene.peg_diameter, scene.hole_diameter
     return ((D - d) + 2 * d * np.sin(np.asarray(gamma) / 2) ** 2) / np.sin(gamma)
@@ -158,7 +159,12 @@ def _check(scene, gamma, lateral):
 
 
 def solve_two_point(
-    scene: Scene, q, rates, wrench_P, slip_velocity_scale=0.0, held=False
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    wrench_P: ArrayLike,
+    slip_velocity_scale: float = 0.0,
+    held: bool = False,
 ) -> TwoPointSolution:
     """
     Return motion and reactions in two-point contact, by Newton's and Euler's equations.

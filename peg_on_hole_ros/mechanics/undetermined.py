@@ -1,9 +1,12 @@
 """What the wrench does not determine, with the range that it can take."""
 
+from __future__ import annotations
+
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import linprog
 
 from peg_on_hole_ros.mechanics.free_body import FreeBody, free_body, sticking, wrench_of
@@ -45,7 +48,13 @@ class ReactionRanges(NamedTuple):
 
 
 def reaction_ranges(
-    scene: Scene, q, rates, force_H, moment_H, force_tolerance=0.0, rest_speed=1e-9
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    force_H: ArrayLike,
+    moment_H: ArrayLike,
+    force_tolerance: float = 0.0,
+    rest_speed: float = 1e-9,
 ) -> ReactionRanges:
     """
     Return the least and the largest normal reactions that motion and wrench allow.
@@ -99,7 +108,9 @@ def reaction_ranges(
     return ReactionRanges(low, high, kind, can_wedge)
 
 
-def reaction_problem(scene: Scene, body: FreeBody, rest_speed, force_tolerance=0.0):
+def reaction_problem(
+    scene: Scene, body: FreeBody, rest_speed: float, force_tolerance: float = 0.0
+) -> _Problem:
     """Return the linear programmes of the reactions of a body, see `reaction_ranges`."""
     stuck = sticking(body, rest_speed)
     forces, axes, cones, normal = [], [], [], []

@@ -10,6 +10,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.free_body import free_body, wrench_of
 from peg_on_hole_ros.mechanics.reference import Outcome
@@ -74,7 +75,12 @@ class UnilateralSolution(NamedTuple):
 
 
 def solve_unilateral(
-    scene: Scene, q, rates, force_H, moment_H, slip_velocity_scale=0.0
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    force_H: ArrayLike,
+    moment_H: ArrayLike,
+    slip_velocity_scale: float = 0.0,
 ) -> UnilateralSolution:
     """
     Return every motion that sliding friction and one-sided contacts allow.
@@ -125,7 +131,7 @@ def solve_unilateral(
             change = None
             if on.all():
                 change = np.linalg.lstsq(body.freedom, acceleration - body.drift, rcond=None)[0]
-            modes.append(Mode(closed, np.maximum(N, 0), parting, acceleration, change))
+            modes.append(Mode(closed, np.maximum(N, 0), parting, acceleration, change))  # type: ignore[arg-type]
     if not modes:
         return UnilateralSolution((), Existence.NONE, Outcome.WEDGED, ())
     existence = Existence.ONE if len(_distinct(modes)) == 1 else Existence.SEVERAL

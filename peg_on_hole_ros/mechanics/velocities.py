@@ -7,6 +7,7 @@ Angles, rates and reactions may be scalars or arrays over time; components come 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
@@ -69,7 +70,7 @@ def instant_center(g: ContactGeometry) -> InstantCenter:
     return InstantCenter(L, 2 * g.a1 / g.s, 2 * np.sqrt(g.a1**2 + g.S1**2))
 
 
-def frame_axes(frame: str, q) -> np.ndarray:
+def frame_axes(frame: str, q: ArrayLike) -> np.ndarray:
     """
     Return the matrix that takes components along h, e, z to those of a frame.
 
@@ -104,7 +105,9 @@ def frame_axes(frame: str, q) -> np.ndarray:
     raise PegOnHoleError(f"frame = {frame!r} is none of {', '.join(FRAMES)}")
 
 
-def contact_velocities(scene: Scene, q, rates, frame="hole", motion=None) -> np.ndarray:
+def contact_velocities(
+    scene: Scene, q: ArrayLike, rates: ArrayLike, frame: str = "hole", motion: str | None = None
+) -> np.ndarray:
     """
     Return the velocities of the peg's material points at K, B1, B2.
 
@@ -138,7 +141,7 @@ def contact_velocities(scene: Scene, q, rates, frame="hole", motion=None) -> np.
     return _to_frame(v, frame, q)
 
 
-def normal_cosines(scene: Scene, q, frame="hole") -> np.ndarray:
+def normal_cosines(scene: Scene, q: ArrayLike, frame: str = "hole") -> np.ndarray:
     """
     Return the direction cosines of the normal reactions at K, B1, B2.
 
@@ -154,7 +157,13 @@ def normal_cosines(scene: Scene, q, frame="hole") -> np.ndarray:
     return _to_frame(normals(contact_geometry(scene, q[0])), frame, q)
 
 
-def friction_cosines(scene: Scene, q, rates, frame="hole", slip_velocity_scale=0.0) -> np.ndarray:
+def friction_cosines(
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    frame: str = "hole",
+    slip_velocity_scale: float = 0.0,
+) -> np.ndarray:
     """
     Return friction over f N at K, B1, B2: direction cosines opposite to the velocities.
 
@@ -181,7 +190,12 @@ def friction_cosines(scene: Scene, q, rates, frame="hole", slip_velocity_scale=0
 
 
 def generalized_forces(
-    scene: Scene, q, rates, normal, wrench_P=(0, 0, 0, 0, 0, 0), slip_velocity_scale=0.0
+    scene: Scene,
+    q: ArrayLike,
+    rates: ArrayLike,
+    normal: ArrayLike,
+    wrench_P: ArrayLike = (0, 0, 0, 0, 0, 0),
+    slip_velocity_scale: float = 0.0,
 ) -> GeneralizedForces:
     """
     Return the right sides of Lagrange's equations; the normal reactions do no work.
@@ -226,7 +240,7 @@ def generalized_forces(
     )
 
 
-def overall_reaction(scene: Scene, normal) -> np.ndarray:
+def overall_reaction(scene: Scene, normal: ArrayLike) -> np.ndarray:
     """Return R = N sqrt(1 + f^2) of a sliding contact, with its friction [N]. Source: L7."""
     return np.asarray(normal) * np.sqrt(1 + scene.friction**2)
 

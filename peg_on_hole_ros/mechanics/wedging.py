@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.reference import critical_frictions, friction_cubic
@@ -32,7 +33,9 @@ class Wedging(NamedTuple):
     discriminant: float
 
 
-def wedging(scene: Scene, q, rates, slip_velocity_scale=0.0) -> Wedging:
+def wedging(
+    scene: Scene, q: ArrayLike, rates: ArrayLike, slip_velocity_scale: float = 0.0
+) -> Wedging:
     """
     Return determinant and critical friction coefficients of a state.
 
@@ -59,7 +62,7 @@ def wedging(scene: Scene, q, rates, slip_velocity_scale=0.0) -> Wedging:
     return Wedging(determinant, critical_frictions(cubic), discriminant(cubic))
 
 
-def discriminant(cubic) -> float:
+def discriminant(cubic: np.ndarray) -> float:
     """Return the discriminant of the determinant's cubic; its sign tells 1 or 3 real roots."""
     d, c, b, a = np.asarray(cubic, float)
     return float(

@@ -68,7 +68,9 @@ def jamming_diagram(radius: float, length: float, friction: float) -> JammingDia
 
 
 @compiled
-def jamming_margin(radius, length, friction, F_x, F_z, M):
+def jamming_margin(
+    radius: float, length: float, friction: float, F_x: float, F_z: float, M: float
+) -> float:
     """
     Return the push that is left beyond what keeps the peg, as a force along the hole [N].
 

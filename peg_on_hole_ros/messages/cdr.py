@@ -41,7 +41,7 @@ class Encoder:
 
     """
 
-    def __init__(self, ros_type: str):
+    def __init__(self, ros_type: str) -> None:
         self._write = _structure(ros_type.replace("/msg/", "/"))
         self._split = _SPLITS.get(ros_type)
         self._templates: dict = {}
@@ -80,7 +80,7 @@ class Encoder:
 
         """
         self(message)
-        data, runs = self._templates[self._split(message)[0]]
+        data, runs = self._templates[self._split(message)[0]]  # type: ignore[misc]
         found = np.tile(np.frombuffer(data, np.uint8), (len(t_ns), 1))
         seconds, nanoseconds = np.divmod(t_ns, 1_000_000_000)
         at = len(_ENCAPSULATION)
@@ -163,7 +163,7 @@ def _structure(name):
             write = _array(write, int(length) if length else None)
         members.append((field, write))
 
-    def write(buffer, message, places):
+    def write(buffer, message, places):  # type: ignore[no-redef]
         message = {} if message is None else message
         for field, write_member in members:
             write_member(buffer, message.get(field), places)

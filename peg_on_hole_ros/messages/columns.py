@@ -1,5 +1,6 @@
 """The numbers of many stamps' messages at once: a column for each field, a row for each stamp."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -48,7 +49,7 @@ class OutputColumns:
 
     """
 
-    def __init__(self, rows: Rows, said: list[tuple[int, list[Message]]]):
+    def __init__(self, rows: Rows, said: list[tuple[int, list[Message]]]) -> None:
         self.t_ns, self._rows, self.said = rows.t_ns, rows.values, said
         self._fields = described_rows(rows.values)
 
@@ -60,7 +61,7 @@ class OutputColumns:
         """Return all of one stamp."""
         return outputs_of(int(self.t_ns[i]), self._rows[i])
 
-    def messages(self, i: int, said: list[Message] = ()) -> list[Message]:
+    def messages(self, i: int, said: Sequence[Message] = ()) -> list[Message]:
         """Return the messages of one stamp, with those said beside."""
         return [*estimate_messages(self.outputs(i)), *said]
 

@@ -35,7 +35,7 @@ class Cycles:
     what comes after it is waited for. What a record holds: docs/command_line.md.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._levels: dict[str, int] = {}
         self._flag = False
         self._mode = ""

@@ -2,7 +2,7 @@
 
 from math import isfinite
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from peg_on_hole_ros.measurements.measurement import wrench_fault
 from peg_on_hole_ros.records import JointSample, WrenchSample
@@ -30,7 +30,7 @@ class Malformed(NamedTuple):
     reason: str
 
 
-def wrench_sample(message) -> WrenchSample | Malformed:
+def wrench_sample(message: Any) -> WrenchSample | Malformed:
     """
     Read a geometry_msgs/WrenchStamped; never raises.
 
@@ -61,7 +61,7 @@ def checked_wrench(sample: WrenchSample) -> WrenchSample | Malformed:
     return Malformed(fault) if fault else sample
 
 
-def joint_sample(message, needed: tuple[str, ...] = ()) -> JointSample | Malformed:
+def joint_sample(message: Any, needed: tuple[str, ...] = ()) -> JointSample | Malformed:
     """
     Read a sensor_msgs/JointState; never raises. Velocity and effort are not looked at.
 
@@ -99,7 +99,7 @@ def checked_joints(sample: JointSample, needed: tuple[str, ...] = ()) -> JointSa
     return sample
 
 
-def stamp_of(message) -> int | None:
+def stamp_of(message: Any) -> int | None:
     """Return the stamp of a decoded message [ns]; None: it has none, or a bad one."""
     try:
         return _stamp(message)

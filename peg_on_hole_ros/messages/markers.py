@@ -125,7 +125,7 @@ def _cones(outputs, scene):
         if not three_point or not outputs.closed[i]:
             yield _deleted(outputs.t_ns, "friction_cone", i)
             continue
-        points = _cone(outputs.contact_point[i], axes[i], friction, scene.hole_diameter / 5)
+        points = _cone(outputs.contact_point[i], axes[i], friction, scene.hole_diameter / 5)  # type: ignore[index]
         yield _marker(
             outputs.t_ns, "friction_cone", i, TRIANGLE_LIST, (1, 1, 1), _CONE_COLOR, points=points
         )

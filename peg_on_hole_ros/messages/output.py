@@ -1,5 +1,6 @@
 """Estimates become the messages of all output topics, the same for the node and for a replay."""
 
+from collections.abc import Iterable
 from math import nan
 
 import numpy as np
@@ -89,7 +90,7 @@ class OutputStream:
 
     """
 
-    def __init__(self, scene: Scene, markers_rate: float = 10.0):
+    def __init__(self, scene: Scene, markers_rate: float = 10.0) -> None:
         self._scene = scene
         self.set_markers_rate(markers_rate)
         self._markers_ns: int | None = None
@@ -109,7 +110,7 @@ class OutputStream:
 
     def said(self, outputs: Outputs) -> list[Message]:
         """Return what is published beside the estimate: on change, and from time to time."""
-        messages = []
+        messages: list[Message] = []
         if outputs.transition != self._transition:
             self._transition = outputs.transition
             messages.append(("transition", BOOL, {"data": bool(outputs.transition)}))
@@ -179,7 +180,14 @@ def _due(t_ns, last_ns, period_ns):
     return last_ns is None or not last_ns <= t_ns < last_ns + period_ns
 
 
-def joint_state(t_ns: int, names, position=(), velocity=(), effort=(), frame=HOLE_FRAME) -> dict:
+def joint_state(
+    t_ns: int,
+    names: Iterable[str],
+    position: Iterable[float] = (),
+    velocity: Iterable[float] = (),
+    effort: Iterable[float] = (),
+    frame: str = HOLE_FRAME,
+) -> dict:
     """Return sensor_msgs/JointState."""
     return {
         "header": header(t_ns, frame),
@@ -198,7 +206,7 @@ def _state(outputs):
     yield "state_stddev", JOINT_STATE, joint_state(t_ns, ANGLES, stddev[:3], stddev[3:])
 
 
-def smoothed_messages(t_ns: int, state, covariance) -> list[Message]:
+def smoothed_messages(t_ns: int, state: np.ndarray, covariance: np.ndarray) -> list[Message]:
     """Return `smoothed_state` and `smoothed_state_stddev`, which only a replay can give."""
     # To (-pi, pi], as in the filter's own state.
     angles = state[:3] - 2 * np.pi * np.ceil((state[:3] - np.pi) / (2 * np.pi)) * [0, 1, 1]

@@ -1,8 +1,12 @@
 """Time that passes along stamps of outputs, which may go back."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+
+# One stamp, or an array of them.
+Stamps = TypeVar("Stamps", int, np.ndarray)
 
 
 @dataclass
@@ -23,7 +27,7 @@ class Run:
     last_ns: int
     before_ns: int
 
-    def passed(self, t_ns):
+    def passed(self, t_ns: Stamps) -> Stamps:
         """Return the passed time of a stamp, or of an array of them [ns]."""
         return self.before_ns + t_ns - self.first_ns
 
@@ -41,7 +45,7 @@ class PassedTime:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.runs: list[Run] = []
         self._before_ns: int | None = None
 

@@ -1,5 +1,6 @@
 """ROS messages as plain dicts of Python's own numbers: what a bag writer and rclpy both take."""
 
+from collections.abc import Iterable
 from math import sqrt
 
 import numpy as np
@@ -19,7 +20,7 @@ def header(t_ns: int, frame_id: str = HOLE_FRAME) -> dict:
     return {"stamp": stamp(t_ns), "frame_id": frame_id}
 
 
-def floats(values) -> list[float]:
+def floats(values: Iterable[float]) -> list[float]:
     """
     Return Python floats.
 
@@ -30,13 +31,13 @@ def floats(values) -> list[float]:
     return [float(value) for value in values]
 
 
-def xyz(values) -> dict:
+def xyz(values: Iterable[float]) -> dict:
     """Return geometry_msgs/Vector3 or Point of three numbers."""
     x, y, z = floats(values)
     return {"x": x, "y": y, "z": z}
 
 
-def quaternion(rotation) -> dict:
+def quaternion(rotation: np.ndarray) -> dict:
     """Return geometry_msgs/Quaternion of a rotation matrix, w >= 0, see `quaternions`."""
     return dict(zip("xyzw", quaternions(rotation.reshape(1, 3, 3))[0].tolist()))
 

@@ -3,6 +3,7 @@
 from array import array
 from functools import cache
 from importlib import import_module
+from typing import Any
 
 
 def message_class(ros_type: str) -> type:
@@ -11,7 +12,7 @@ def message_class(ros_type: str) -> type:
     return getattr(import_module(f"{package}.{kind}"), name)
 
 
-def to_ros(ros_type: str, fields: dict):
+def to_ros(ros_type: str, fields: dict) -> Any:
     """
     Return the rclpy message with these fields; others keep their defaults.
 
@@ -64,7 +65,7 @@ def _converter(kind):
     return None
 
 
-def to_plain(message) -> object:
+def to_plain(message: Any) -> object:
     """
     Return the fields of an rclpy message as nested dicts and lists of Python's own numbers.
 

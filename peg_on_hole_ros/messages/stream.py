@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from peg_on_hole_ros.config.configuration import (
     BY_NAME,
@@ -63,7 +64,9 @@ class MessageStream:
 
     """
 
-    def __init__(self, configuration: Configuration, pipeline, markers_rate: float = 10.0):
+    def __init__(
+        self, configuration: Configuration, pipeline: Pipeline, markers_rate: float = 10.0
+    ) -> None:
         self.pipeline = pipeline
         self.t_ns: int | None = None
         self.frame: str | None = None
@@ -85,7 +88,7 @@ class MessageStream:
         """Settings that the data have contradicted, a line each."""
         return self.pipeline.causes
 
-    def on_wrench(self, message) -> list[Message]:
+    def on_wrench(self, message: Any) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
         return self.take_wrench(wrench_sample(message))
 
@@ -166,7 +169,7 @@ class MessageStream:
         """End a try that is under way; return what that makes known."""
         return _told(self._cycles.finish())
 
-    def on_joints(self, message) -> None:
+    def on_joints(self, message: Any) -> None:
         """Take a sensor_msgs/JointState in any form."""
         self.take_joints(joint_sample(message, self._joints_needed))
 
@@ -248,7 +251,7 @@ def _told(records):
 
 
 def message_stream(
-    configuration: Configuration, markers_rate: float = 10.0, make=make_filter
+    configuration: Configuration, markers_rate: float = 10.0, make: Callable = make_filter
 ) -> MessageStream:
     """
     Return a new stream, with the robot's kinematics where the configuration names a URDF.

@@ -12,7 +12,7 @@ PERIOD_NS = 20_000_000
 class Transforms:
     """Makes of poses, as `~/pose` has them, transforms hole -> peg; time is that of the stamps."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._last_ns: int | None = None
 
     def message(self, pose: dict) -> dict | None:

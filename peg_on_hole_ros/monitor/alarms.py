@@ -2,6 +2,8 @@
 
 from math import nan
 
+import numpy as np
+
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarm_text import (
     ALL,
@@ -14,6 +16,8 @@ from peg_on_hole_ros.monitor.alarm_text import (
     HOLE,
     PLAIN,
 )
+from peg_on_hole_ros.monitor.evidence import Shown
+from peg_on_hole_ros.monitor.jamming import Risk
 from peg_on_hole_ros.monitor.memory import (
     ERROR,
     IN_AIR,
@@ -33,6 +37,7 @@ from peg_on_hole_ros.monitor.output_row import (
     OVERLOAD,
     WHICH,
 )
+from peg_on_hole_ros.record_types import LevelRecord, MemoryRecord, ThresholdsRecord
 
 # From here on the six equations' reactions are numbers to trust, a quarter of those frictionless.
 SAFE_DETERMINANT = 0.25
@@ -46,7 +51,7 @@ _ENTERING = 0.03
 
 
 @compiled
-def clear_alarms(memory):
+def clear_alarms(memory: MemoryRecord) -> None:
     """Clear every alarm."""
     d = memory.declared[0]
     d.rested = 0
@@ -64,7 +69,9 @@ def clear_alarms(memory):
 
 
 @compiled
-def follow_level(r, warn, error, o, t, value):
+def follow_level(
+    r: LevelRecord, warn: float, error: float, o: ThresholdsRecord, t: float, value: float
+) -> int:
     """
     Return a level with hysteresis in value and in time.
 
@@ -104,14 +111,14 @@ def follow_level(r, warn, error, o, t, value):
 
 
 @compiled
-def has_cause(r):
+def has_cause(r: LevelRecord) -> bool:
     """Return whether the last value was at the level's threshold, or a first: else it is held."""
     errs = r.errs == r.errs
     return errs if r.level == ERROR else errs or r.warns == r.warns
 
 
 @compiled
-def jamming_cause(risk):
+def jamming_cause(risk: Risk) -> int:
     """Return the likeliest cause of a risk, WEDGING_SLIP where slip removes the singularity."""
     if risk.load >= max(risk.wedging, risk.stall):
         return BY_LOAD
@@ -123,7 +130,14 @@ def jamming_cause(risk):
 
 
 @compiled
-def follow_alarms(memory, o, t, risk, shown, normal):
+def follow_alarms(
+    memory: MemoryRecord,
+    o: ThresholdsRecord,
+    t: float,
+    risk: Risk,
+    shown: Shown,
+    normal: np.ndarray,
+) -> None:
     """
     Fill in the three alarms.
 

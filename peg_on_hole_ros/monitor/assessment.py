@@ -2,6 +2,7 @@
 
 from math import nan
 
+import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
@@ -27,6 +28,7 @@ from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT, TWO_PO
 from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
 from peg_on_hole_ros.monitor.output_row import ALARM_WIDTH, ALARMS, AT, FLAG, MODE, MONITOR
 from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
+from peg_on_hole_ros.record_types import MemoryRecord, ThresholdsRecord
 
 # Where the reactions stand in a description.
 _NORMAL = slice(42, 45)
@@ -35,7 +37,7 @@ _SHOWN, _RISKS, _KNOWN = evidence.WIDTH, len(Risk._fields), len(Known._fields)
 
 
 @compiled
-def restart_mode(memory):
+def restart_mode(memory: MemoryRecord) -> None:
     """Forget the mode: the estimate has begun anew."""
     d = memory.declared[0]
     forget_mode(d)
@@ -47,7 +49,7 @@ def restart_mode(memory):
 
 
 @compiled
-def restart(memory):
+def restart(memory: MemoryRecord) -> None:
     """Forget mode, flag, alarms and the motion."""
     restart_mode(memory)
     forget_motion(memory.numbers)
@@ -56,7 +58,9 @@ def restart(memory):
 
 
 @compiled
-def take_orientation(memory, t_ns, q, R, foreseen):
+def take_orientation(
+    memory: MemoryRecord, t_ns: int, q: np.ndarray, R: np.ndarray, foreseen: bool
+) -> None:
     """
     Take an orientation that the filter has used.
 
@@ -83,7 +87,7 @@ def take_orientation(memory, t_ns, q, R, foreseen):
 
 
 @compiled
-def contacts_of(memory):
+def contacts_of(memory: MemoryRecord) -> int:
     """
     Return how many contacts the next wrench is weighed with: 3, 2, 0, or below zero: not told.
 
@@ -100,7 +104,17 @@ def contacts_of(memory):
 
 
 @compiled
-def assess(f, memory, o, force_stddev, peg_height, t_ns, nis, blind, row):
+def assess(
+    f: np.ndarray,
+    memory: MemoryRecord,
+    o: ThresholdsRecord,
+    force_stddev: float,
+    peg_height: float,
+    t_ns: int,
+    nis: float,
+    blind: bool,
+    row: np.ndarray,
+) -> None:
     """
     Fill in what is published at a stamp, with the memory that mode, flag and alarms need.
 
@@ -135,7 +149,7 @@ def assess(f, memory, o, force_stddev, peg_height, t_ns, nis, blind, row):
     # Constant rates say nothing for or against three contacts.
     told = nis if d.mode == THREE_POINT or d.on_trial else -1.0
     judge(f, m, dt, since, told, f[DETERMINANT], d.displaced)
-    shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))
+    shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))  # type: ignore[call-arg]
     risk = Risk(*to_fixed_tuple(m[RISK:KNOWN], _RISKS))
     known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))
     declare_mode(d, o, t, shown)
@@ -172,7 +186,7 @@ def assess(f, memory, o, force_stddev, peg_height, t_ns, nis, blind, row):
 
 
 @compiled
-def fill_known(row, below, known, on_contacts):
+def fill_known(row: np.ndarray, below: float, known: Known, on_contacts: int) -> None:
     """Fill in what is known of transition, scene and reactions."""
     row[AT.transition_probability] = below
     row[AT.friction], row[AT.friction_stddev] = known.friction, known.friction_stddev
@@ -181,7 +195,7 @@ def fill_known(row, below, known, on_contacts):
 
 
 @compiled
-def fill_declared(row, memory):
+def fill_declared(row: np.ndarray, memory: MemoryRecord) -> None:
     """Fill in mode, flag and alarms as they stand."""
     d = memory.declared[0]
     row[MODE], row[FLAG] = d.mode, d.flag

@@ -29,7 +29,7 @@ def no_knowledge() -> np.ndarray:
 
 
 @compiled
-def below(z):
+def below(z: float) -> float:
     """Return the probability that a standard normal variable is below z."""
     return 0.5 * erfc(-z * 0.7071067811865476)
 
@@ -41,13 +41,13 @@ def _bounded(value):
 
 
 @compiled
-def load_evidence(squares):
+def load_evidence(squares: float) -> float:
     """Return log p(load | contact) - log p(load | nothing touches), even where `squares` is 1."""
     return _bounded(MOST * (squares - 1.0))
 
 
 @compiled
-def opening_evidence(normal, variance):
+def opening_evidence(normal: float, variance: float) -> float:
     """
     Return log p(this contact is open) - log p(closed) by the reaction that it ought to carry.
 
@@ -61,8 +61,18 @@ def opening_evidence(normal, variance):
 
 @compiled
 def weigh(
-    p, dt, rate, correlation, load, lost_K, lost_B1, lost_B2, other, displaced=0.0, rest=0.0
-):
+    p: np.ndarray,
+    dt: float,
+    rate: float,
+    correlation: float,
+    load: float,
+    lost_K: float,
+    lost_B1: float,
+    lost_B2: float,
+    other: float,
+    displaced: float = 0.0,
+    rest: float = 0.0,
+) -> None:
     """
     Carry the probabilities over a time, then weigh them with one piece of evidence.
 
@@ -114,7 +124,7 @@ def weigh(
 
 
 @compiled
-def misfit_evidence(nis):
+def misfit_evidence(nis: float) -> float:
     """Return log p(another contact) - log p(three contacts) by the running mean of the NIS."""
     # A peg that breaks away surprises for some corrections: against the model it counts less.
     return min(_bounded(_NIS_SHARE * (nis - EVEN_NIS)), _MOST_MISFIT)

@@ -2,7 +2,9 @@
 
 from math import cos, exp, fabs, sin, sqrt
 
-from peg_on_hole_ros.mechanics.kernel import compiled
+import numpy as np
+
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.trend import is_number
 
@@ -30,20 +32,22 @@ _VARIANCE = 1
 
 
 @compiled
-def forget(m, at):
+def forget(m: np.ndarray, at: int) -> None:
     """Begin anew with the next orientation."""
     m[at + _VARIANCE] = 0.0
 
 
 @compiled
-def depth_slope(p, gamma):
+def depth_slope(p: SceneScalars, gamma: float) -> float:
     """Return by how much the length in the hole changes with the tilt, -dl/dgamma [m/rad]."""
     s = max(fabs(sin(gamma)), 1e-6)
     return max((p.D * cos(gamma) - p.d) / (s * s), p.d)
 
 
 @compiled
-def follow_depth(m, at, p, tilt, variance, since):
+def follow_depth(
+    m: np.ndarray, at: int, p: SceneScalars, tilt: float, variance: float, since: float
+) -> None:
     """
     Take an orientation.
 
@@ -107,13 +111,15 @@ def follow_depth(m, at, p, tilt, variance, since):
 
 
 @compiled
-def unsettle(m, at, share):
+def unsettle(m: np.ndarray, at: int, share: float) -> None:
     """Forget a share of what is known of rest, as while no two points carry."""
     m[at + RESTS] += share * (_BEGINS - m[at + RESTS])
 
 
 @compiled
-def stands(m, at, p, horizon, slow):
+def stands(
+    m: np.ndarray, at: int, p: SceneScalars, horizon: float, slow: float
+) -> tuple[float, float]:
     """
     Return the probabilities that the peg rests, and that it slides but stops within a horizon.
 
@@ -139,7 +145,7 @@ def stands(m, at, p, horizon, slow):
 
 
 @compiled
-def along_share(m, at, p, around):
+def along_share(m: np.ndarray, at: int, p: SceneScalars, around: float) -> float:
     """
     Return which share of the friction is along the hole, if the peg slides.
 

@@ -50,7 +50,9 @@ class Settings(NamedTuple):
     clearance_floor: float
 
 
-def settings(options: MonitorOptions, force_stddev: float, clearance_stddev=0.0) -> np.ndarray:
+def settings(
+    options: MonitorOptions, force_stddev: float, clearance_stddev: float = 0.0
+) -> np.ndarray:
     """Return the options as an array, with the noise of a carried force [N]; clearance [m]."""
     return np.array(
         Settings(
@@ -67,7 +69,7 @@ def settings(options: MonitorOptions, force_stddev: float, clearance_stddev=0.0)
     )
 
 
-def force_noise(scene: Scene, wrench_covariance) -> float:
+def force_noise(scene: Scene, wrench_covariance: np.ndarray) -> float:
     """Return the standard deviation of a force that the rim carries, by the wrench's noise [N]."""
     noise = np.diagonal(wrench_covariance)
     over_radius = 2 / scene.peg_diameter
@@ -115,7 +117,7 @@ WIDTH = len(Shown._fields)
 
 
 @compiled
-def wedged_load(f, force_stddev):
+def wedged_load(f: np.ndarray, force_stddev: float) -> float:
     """Return what a rim of this tilt may wedge against what it carries [N]."""
     force, couple = rim_load(f)
     # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
@@ -124,34 +126,34 @@ def wedged_load(f, force_stddev):
 
 
 @compiled
-def gamma0_slope(f):
+def gamma0_slope(f: np.ndarray) -> float:
     """Return by how much gamma0 changes with the clearance [rad/m]."""
     # cos(gamma0) = 1 - clearance / D.
     return 1.0 / (f[SCENE + 1] * sin(f[SCENE + 3]))
 
 
 @compiled
-def gamma0_variance(f):
+def gamma0_variance(f: np.ndarray) -> float:
     """Return the variance that the clearance leaves gamma0 [rad^2]."""
     slope = gamma0_slope(f)
     return max(f[SPREAD + 3], 0.0) * slope * slope
 
 
 @compiled
-def below_gamma0(f):
+def below_gamma0(f: np.ndarray) -> float:
     """Return the probability that gamma is below gamma0."""
     return below((f[SCENE + 3] - f[X]) / sqrt(max(f[P] + gamma0_variance(f), 1e-24)))
 
 
 @compiled
-def finite_reactions(f, determinant, wedged):
+def finite_reactions(f: np.ndarray, determinant: float, wedged: float) -> bool:
     """Return whether the equations gave reactions that are more than rounding."""
     largest = max(fabs(f[Y + 3]), fabs(f[Y + 4]), fabs(f[Y + 5]))
     return determinant == determinant and largest <= ABSURD * wedged
 
 
 @compiled
-def pushing(f):
+def pushing(f: np.ndarray) -> bool:
     """Return whether the reactions may be those of contacts that push."""
     push = True
     for i in range(3):
@@ -161,7 +163,7 @@ def pushing(f):
 
 
 @compiled
-def new_share(f, i):
+def new_share(f: np.ndarray, i: int) -> float:
     """
     Return which share of what a reaction says of its contact is news at each sample.
 
@@ -178,8 +180,10 @@ def new_share(f, i):
 
 @compiled
 def show(
-    f, hypotheses, means, motion, options, dt, since, nis, determinant, displaced, out
-):  # fmt: skip
+    f: np.ndarray, hypotheses: np.ndarray, means: np.ndarray, motion: np.ndarray,
+    options: np.ndarray, dt: float, since: float, nis: float, determinant: float,
+    displaced: float, out: np.ndarray,
+) -> None:  # fmt: skip
     """
     Weigh the hypotheses with what a wrench shows.
 

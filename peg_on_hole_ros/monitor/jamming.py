@@ -131,7 +131,7 @@ def new_memory() -> np.ndarray:
 
 
 @compiled
-def break_course(j):
+def break_course(j: np.ndarray) -> None:
     """
     Let the course of the reactions begin anew: they are no numbers to use, or jump.
 
@@ -149,7 +149,19 @@ def break_course(j):
 
 
 @compiled
-def assess(f, motion, j, options, dt, since, contact, under, time, usable, out):
+def assess(
+    f: np.ndarray,
+    motion: np.ndarray,
+    j: np.ndarray,
+    options: np.ndarray,
+    dt: float,
+    since: float,
+    contact: float,
+    under: float,
+    time: float,
+    usable: bool,
+    out: np.ndarray,
+) -> None:
     """
     Fill in the risk.
 

@@ -69,33 +69,41 @@ _NO_RISK_SEEN = jamming.new_memory()
 
 
 @compiled
-def forget(m):
+def forget(m: np.ndarray) -> None:
     """Forget what was seen, but for the motion."""
     m[HYPOTHESES:MOTION] = _NOTHING_SEEN
     m[JAMMING:SETTINGS] = _NO_RISK_SEEN
 
 
 @compiled
-def forget_motion(m):
+def forget_motion(m: np.ndarray) -> None:
     """Forget the motion too: what comes next has nothing to do with it."""
     m[MOTION:JAMMING] = 0.0
 
 
 @compiled
-def break_course(m):
+def break_course(m: np.ndarray) -> None:
     """Let the course of the reactions begin anew; see `jamming.break_course`."""
     jamming.break_course(m[JAMMING:SETTINGS])
 
 
 @compiled
-def follow_orientation(m, since, q, R):
+def follow_orientation(m: np.ndarray, since: float, q: np.ndarray, R: np.ndarray) -> None:
     """Take an orientation into the motion; see `trend.follow`."""
     acceleration, memory = m[SETTINGS + 4], m[SETTINGS + 5]
     trend.follow(m[MOTION:JAMMING], since, q, R, m[RATIO], acceleration, memory)
 
 
 @compiled
-def judge(f, m, dt, since, nis, determinant, displaced):
+def judge(
+    f: np.ndarray,
+    m: np.ndarray,
+    dt: float,
+    since: float,
+    nis: float,
+    determinant: float,
+    displaced: float,
+) -> None:
     """
     Fill in SHOWN, RISK and KNOWN.
 

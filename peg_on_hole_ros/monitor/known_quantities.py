@@ -3,6 +3,8 @@
 from math import fabs, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.record import CONTACTS, LASTING, REACTIONS, SCENE, SPREAD, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -35,7 +37,7 @@ class Known(NamedTuple):
 
 
 @compiled
-def fill_known(f, determinant, band, out):
+def fill_known(f: np.ndarray, determinant: float, band: float, out: np.ndarray) -> None:
     """
     Fill in what is known.
 

@@ -33,7 +33,7 @@ def new_means() -> np.ndarray:
 
 
 @compiled
-def carried_load(f, means, dt, time):
+def carried_load(f: np.ndarray, means: np.ndarray, dt: float, time: float) -> tuple[float, float]:
     """
     Take one wrench into the means, and return what is left for a rim to carry.
 
@@ -132,7 +132,9 @@ def _turned(f, time):
 
 
 @compiled
-def stands_out(f, means, floor, time, root):
+def stands_out(
+    f: np.ndarray, means: np.ndarray, floor: float, time: float, root: np.ndarray
+) -> float:
     """
     Return the square of a carried load over what nothing, or next to nothing, would make of it.
 

@@ -2,6 +2,8 @@
 
 from math import exp, sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.trend import CHANNEL, carry, correct
 
@@ -25,14 +27,16 @@ _VARIANCE = 3
 
 
 @compiled
-def forget(m, at):
+def forget(m: np.ndarray, at: int) -> None:
     """Begin anew with the next reactions."""
     for i in range(3):
         m[at + CHANNEL * i + _VARIANCE] = 0.0
 
 
 @compiled
-def follow_load(m, at, i, normal, variance, limit, dt):
+def follow_load(
+    m: np.ndarray, at: int, i: int, normal: float, variance: float, limit: float, dt: float
+) -> bool:
     """
     Take a reaction.
 
@@ -72,7 +76,9 @@ def follow_load(m, at, i, normal, variance, limit, dt):
 
 
 @compiled
-def over_limit(m, at, i, variance, limit, horizon):
+def over_limit(
+    m: np.ndarray, at: int, i: int, variance: float, limit: float, horizon: float
+) -> float:
     """
     Return by how many standard deviations a reaction is over its limit, now or ahead.
 

@@ -66,13 +66,13 @@ THRESHOLDS = np.dtype(
 def thresholds(options: MonitorOptions) -> np.void:
     """Return the thresholds for compiled code, a record of THRESHOLDS."""
     found = np.zeros(1, THRESHOLDS)[0]
-    for name in THRESHOLDS.names:
+    for name in THRESHOLDS.names:  # type: ignore[union-attr]
         found[name] = getattr(options, name)
     return found
 
 
 @compiled
-def since_when(begun, holds, t):
+def since_when(begun: float, holds: bool, t: float) -> float:
     """Return since when something holds, NaN if it does not."""
     if not holds:
         return np.nan

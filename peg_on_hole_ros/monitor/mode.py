@@ -1,11 +1,13 @@
 """The contact mode that is declared, with dwell and hysteresis, and when contact came and went."""
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.memory import IN_AIR, UNKNOWN
+from peg_on_hole_ros.record_types import DeclaredRecord, ThresholdsRecord
 
 
 @compiled
-def forget_mode(d):
+def forget_mode(d: DeclaredRecord) -> None:
     """Forget all evidence."""
     d.mode = d.candidate = UNKNOWN
     d.since = d.last_free = d.last_touch = 0.0
@@ -13,7 +15,7 @@ def forget_mode(d):
 
 
 @compiled
-def declare_mode(d, o, t, shown):
+def declare_mode(d: DeclaredRecord, o: ThresholdsRecord, t: float, shown: Shown) -> None:
     """
     Take the probabilities at a time.
 

@@ -1,6 +1,7 @@
 """One wrench's outputs as one row of numbers: where each stands, by its name."""
 
 from collections import namedtuple
+from typing import Any
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 
@@ -59,4 +60,4 @@ MODE = MONITOR + len(MONITOR_NAMES)
 FLAG = MODE + 1
 ALARMS = FLAG + 1
 SIZE = ALARMS + 3 * ALARM_WIDTH
-AT = namedtuple("AT", MONITOR_NAMES)(*range(MONITOR, MODE))
+AT: Any = namedtuple("AT", MONITOR_NAMES)(*range(MONITOR, MODE))

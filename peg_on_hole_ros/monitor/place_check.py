@@ -50,7 +50,7 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
 
 
 @compiled
-def place_inside(d: float, D: float, gamma: float, place) -> np.ndarray:
+def place_inside(d: float, D: float, gamma: float, place: np.ndarray) -> np.ndarray:
     """
     Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
 
@@ -64,7 +64,15 @@ def place_inside(d: float, D: float, gamma: float, place) -> np.ndarray:
 
 
 @compiled
-def misfit(q, R, position, position_covariance, d, D, diameter_variance):
+def misfit(
+    q: np.ndarray,
+    R: np.ndarray,
+    position: np.ndarray,
+    position_covariance: np.ndarray,
+    d: float,
+    D: float,
+    diameter_variance: float,
+) -> Misfit:
     """
     Hold a measured place against that of contacts at the measured angles.
 

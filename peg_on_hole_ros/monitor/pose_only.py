@@ -2,6 +2,7 @@
 
 from math import fabs, nan
 
+import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
@@ -22,20 +23,21 @@ from peg_on_hole_ros.monitor.known_quantities import fill_known as know
 from peg_on_hole_ros.monitor.memory import UNKNOWN
 from peg_on_hole_ros.monitor.output_row import MODE, MONITOR
 from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
+from peg_on_hole_ros.record_types import MemoryRecord, ThresholdsRecord
 
 LINE = "modes, forecast, risk and alarms are off (monitor.modes)"
 _KNOWN = len(Known._fields)
 
 
 @compiled
-def take_as_closed(memory):
+def take_as_closed(memory: MemoryRecord) -> None:
     """Take the peg as on three contacts until the next wrench."""
     memory.declared[0].mode = UNKNOWN
     memory.declared[0].on_trial = 1
 
 
 @compiled
-def restart_unjudged(memory):
+def restart_unjudged(memory: MemoryRecord) -> None:
     """Lower the flag; no alarm is looked at."""
     lower_flag(memory.declared[0])
     clear_alarms(memory)
@@ -43,7 +45,16 @@ def restart_unjudged(memory):
 
 
 @compiled
-def look(f, memory, o, force_stddev, peg_height, t_ns, blind, row):
+def look(
+    f: np.ndarray,
+    memory: MemoryRecord,
+    o: ThresholdsRecord,
+    force_stddev: float,
+    peg_height: float,
+    t_ns: int,
+    blind: bool,
+    row: np.ndarray,
+) -> None:
     """
     Fill in what is published, as `assess`, for a peg that is on three contacts above gamma0.
 
@@ -53,7 +64,7 @@ def look(f, memory, o, force_stddev, peg_height, t_ns, blind, row):
     determinant, wedged, below = f[DETERMINANT], wedged_load(f, force_stddev), below_gamma0(f)
     usable = finite_reactions(f, determinant, wedged) and pushing(f)
     know(f, fabs(determinant), m[BAND], m[KNOWN:])
-    known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))
+    known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))  # type: ignore[call-arg]
     if not blind:
         raise_flag(d, o, t_ns * 1e-9, below, 1.0)
     # An uncertain clearance is learnt by the equations of three contacts alone.

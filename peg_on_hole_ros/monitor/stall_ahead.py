@@ -2,6 +2,8 @@
 
 from math import exp, sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.trend import CHANNEL, carry, correct
@@ -32,13 +34,15 @@ _VARIANCE = 3
 
 
 @compiled
-def forget(m, at):
+def forget(m: np.ndarray, at: int) -> None:
     """Begin anew with the next push and orientation."""
     m[at + PUSH + _VARIANCE] = m[at + TILT + _VARIANCE] = m[at + CALM] = 0.0
 
 
 @compiled
-def follow_push(m, at, push, variance, held, dt):
+def follow_push(
+    m: np.ndarray, at: int, push: float, variance: float, held: float, dt: float
+) -> None:
     """
     Take a push.
 
@@ -70,7 +74,9 @@ def follow_push(m, at, push, variance, held, dt):
 
 
 @compiled
-def follow_tilt(m, at, tilt, variance, held, since, ago):
+def follow_tilt(
+    m: np.ndarray, at: int, tilt: float, variance: float, held: float, since: float, ago: float
+) -> None:
     """
     Take an orientation, after the push.
 
@@ -106,7 +112,7 @@ def follow_tilt(m, at, tilt, variance, held, since, ago):
 
 
 @compiled
-def stops_ahead(m, at, horizon, rest_rate):
+def stops_ahead(m: np.ndarray, at: int, horizon: float, rest_rate: float) -> float:
     """Return the probability that the tilt stands still now or a horizon [s] ahead."""
     if m[at + CALM] < _CALM:
         return 0.0

@@ -4,20 +4,23 @@ from math import nan
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.memory import since_when
+from peg_on_hole_ros.record_types import DeclaredRecord, ThresholdsRecord
 
 # A peg that has been in the air above gamma0 for so long [s] has left the rim.
 LEFT = 0.2
 
 
 @compiled
-def lower_flag(d):
+def lower_flag(d: DeclaredRecord) -> None:
     """Lower the flag, and forget what it was raised for."""
     d.flag = d.armed = 0
     d.fallen = d.left = nan
 
 
 @compiled
-def raise_flag(d, o, t, below, touching):
+def raise_flag(
+    d: DeclaredRecord, o: ThresholdsRecord, t: float, below: float, touching: float
+) -> None:
     """
     Raise the flag once three-point contact has become two-point contact, or lower it.
 

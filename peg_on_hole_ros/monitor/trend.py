@@ -43,7 +43,7 @@ def new_trend() -> np.ndarray:
 
 
 @compiled
-def is_number(value):
+def is_number(value: float) -> bool:
     """Return whether a value is finite, and stays so where it is squared twice."""
     return fabs(value) < LARGEST
 
@@ -56,7 +56,9 @@ def _start(m, at, value, variance, acceleration):
 
 
 @compiled
-def carry(m, at, dt, acceleration, memory, tremble):
+def carry(
+    m: np.ndarray, at: int, dt: float, acceleration: float, memory: float, tremble: float
+) -> None:
     """Carry a channel over dt [s]."""
     kept = exp(-dt / memory)
     b = 0.5 * dt * dt
@@ -75,7 +77,15 @@ def carry(m, at, dt, acceleration, memory, tremble):
 
 
 @compiled
-def correct(m, at, residual, variance, since, acceleration, jump_at=_JUMP):
+def correct(
+    m: np.ndarray,
+    at: int,
+    residual: float,
+    variance: float,
+    since: float,
+    acceleration: float,
+    jump_at: float = _JUMP,
+) -> bool:
     """Correct a channel by what its position was off, a number; return whether it has jumped."""
     if not (is_number(residual) and is_number(variance)):
         return True
@@ -104,7 +114,15 @@ def correct(m, at, residual, variance, since, acceleration, jump_at=_JUMP):
 
 
 @compiled
-def follow(m, since, q, R, ratio, acceleration, memory):
+def follow(
+    m: np.ndarray,
+    since: float,
+    q: np.ndarray,
+    R: np.ndarray,
+    ratio: float,
+    acceleration: float,
+    memory: float,
+) -> None:
     """
     Take an orientation.
 
@@ -156,7 +174,7 @@ def follow(m, since, q, R, ratio, acceleration, memory):
 
 
 @compiled
-def rest_probability(m, speed, D):
+def rest_probability(m: np.ndarray, speed: float, D: float) -> float:
     """Return the probability that no contact moves faster than a speed [m/s]."""
     limit = speed / D
     return _within(m, QUICK_TILT, limit) * _within(m, TURN, 2.0 * limit)
@@ -169,7 +187,7 @@ def _within(m, at, limit):
 
 
 @compiled
-def rate_after(m, at, t, memory):
+def rate_after(m: np.ndarray, at: int, t: float, memory: float) -> tuple[float, float]:
     """Return rate and its variance a time [s] after the last orientation."""
     kept = exp(-t / memory)
     b = memory * (1.0 - kept)
@@ -179,7 +197,9 @@ def rate_after(m, at, t, memory):
 
 
 @compiled
-def position_after(m, at, t, acceleration, memory):
+def position_after(
+    m: np.ndarray, at: int, t: float, acceleration: float, memory: float
+) -> tuple[float, float]:
     """
     Return position and its variance a time [s] after the last orientation.
 
@@ -201,7 +221,9 @@ def position_after(m, at, t, acceleration, memory):
 
 
 @compiled
-def time_to_reach(m, level, level_variance, acceleration, memory):
+def time_to_reach(
+    m: np.ndarray, level: float, level_variance: float, acceleration: float, memory: float
+) -> tuple[float, float]:
     """
     Return the time until the tilt falls to a level, and its standard deviation.
 

@@ -2,8 +2,10 @@
 
 from math import fabs, inf, isfinite, sqrt
 
+import numpy as np
+
 from peg_on_hole_ros.estimator.record import RATES, SPREAD, WORK, X
-from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, determinant_at, with_friction
 from peg_on_hole_ros.monitor.contacts import below
 
 # Slower than any motion a cell makes and faster than rounding: dry friction.
@@ -20,7 +22,15 @@ SLIP = 10.0
 
 
 @compiled
-def wedging_ahead(p, f, rate, turn, turn_variance, rest_rate, horizon):
+def wedging_ahead(
+    p: SceneScalars,
+    f: np.ndarray,
+    rate: float,
+    turn: float,
+    turn_variance: float,
+    rest_rate: float,
+    horizon: float,
+) -> tuple[float, float, float]:
     """
     Return the probability of wedging on the way of a horizon, the determinant, that with slip.
 

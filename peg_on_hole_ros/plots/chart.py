@@ -13,6 +13,7 @@ from peg_on_hole_ros.study.chart import (
     LEAST_COVERAGE,
     LEAST_DETERMINED,
     Limits,
+    Overall,
     front,
 )
 
@@ -25,7 +26,7 @@ _NARROW = (3.9, 8.2), ((0.115, 0.605, 0.86, 0.345), (0.115, 0.165, 0.86, 0.345))
 _DPI = 160
 
 
-def figure(rows, limits: Limits, narrow: bool = False) -> Figure:
+def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
     """
     Draw the chart.
 

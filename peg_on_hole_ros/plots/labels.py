@@ -1,6 +1,10 @@
 """Put labels beside points so that none covers another or a point."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 # Where a label may stand beside its point: direction, and from near to far [points].
 _DIRECTIONS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
@@ -8,7 +12,10 @@ _DISTANCES = (5, 10, 17, 26, 38, 54, 74)
 
 
 def place_labels(
-    fig, axis, points, texts, sizes=None, weights=None, colors=None, radii=None, bars=(), levels=()
+    fig: Figure, axis: Axes, points: Sequence[tuple], texts: Sequence[str],
+    sizes: Sequence[float] | None = None, weights: Sequence[str] | None = None,
+    colors: Sequence[str] | None = None, radii: Sequence[float] | None = None,
+    bars: Sequence[tuple] = (), levels: Sequence[tuple] = (),
 ) -> list:  # fmt: skip
     """
     Label points; a label far from its point has a line to it.
@@ -37,7 +44,7 @@ def place_labels(
         One a point; where no free place was found the label stands as near as it can.
 
     """
-    renderer = fig.canvas.get_renderer()
+    renderer = fig.canvas.get_renderer()  # type: ignore[attr-defined]
     pixels = axis.transData.transform(np.asarray(points, float))
     scale = fig.dpi / 72
     radii = radii or [3.0] * len(texts)

@@ -1,13 +1,17 @@
 """Loads and margin against tilt, of plain closing and of a plan."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
+
+from peg_on_hole_ros.mechanics.planning.profile import Profile
 
 # Okabe and Ito's: K, and the more loaded of B1 and B2.
 _COLORS = {"K": "#0072b2", "B1, B2": "#d55e00"}
 
 
-def figure(plain, planned, gamma0: float, max_normal) -> Figure:
+def figure(plain: Profile, planned: Profile, gamma0: float, max_normal: Sequence[float]) -> Figure:
     """
     Draw loads above and the determinant below; plain closing on the left, the plan on the right.
 

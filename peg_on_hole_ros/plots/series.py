@@ -1,5 +1,8 @@
 """Estimates over time for a plot, thinned so that a bag of any length fits."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from peg_on_hole_ros.messages.output import Message
@@ -30,12 +33,12 @@ class Series:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._rows: list[tuple] = []
         self._every = 1
         self._seen = 0
-        self.modes: list[tuple[int, str]] = []
-        self.flags: list[tuple[int, bool]] = []
+        self.modes: list[tuple[int, Any]] = []
+        self.flags: list[tuple[int, Any]] = []
         self._time = PassedTime()
 
     @property
@@ -50,7 +53,7 @@ class Series:
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
-        fields = {suffix: message for suffix, _, message in messages}
+        fields: dict[str, Any] = {suffix: message for suffix, _, message in messages}
         mode, flag = fields.get("contact_mode"), fields.get("transition")
         self.declared(t_ns, mode and mode["data"], flag and flag["data"])
         monitor = dict(zip(fields["monitor"]["name"], fields["monitor"]["position"]))
@@ -69,7 +72,13 @@ class Series:
         if flag is not None and (not self.flags or self.flags[-1][1] != flag):
             self.flags.append((passed, flag))
 
-    def row(self, t_ns: int, values, stddev, monitor: dict[str, float]) -> None:
+    def row(
+        self,
+        t_ns: int,
+        values: Sequence[float] | np.ndarray,
+        stddev: Sequence[float] | np.ndarray,
+        monitor: dict[str, float],
+    ) -> None:
         """Take gamma, psi, phi [rad], N_K, N_B1, N_B2 [N], their stddev and the monitor."""
         passed = self._passed(t_ns)
         if self._seen % self._every == 0:

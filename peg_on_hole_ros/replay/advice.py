@@ -1,5 +1,7 @@
 """What to look at where a recording was hardly used, or fits its configuration badly."""
 
+from collections.abc import Iterable, Sequence
+
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Batch, stretches
@@ -84,7 +86,7 @@ class Seen:
 
     """
 
-    def __init__(self, joints):
+    def __init__(self, joints: Iterable[str]) -> None:
         self.lacking: list[str] = []
         self.complete = False
         self._needed = set(joints)
@@ -148,10 +150,16 @@ class Seen:
         """Return how far stamps of both are apart where none goes with another, or nothing."""
         if len(self._spans) < 2:
             return ""
-        return apart(*self._spans["wrench"], *self._spans["joints"], configuration)
+        return apart(*self._spans["wrench"], *self._spans["joints"], configuration)  # type: ignore[arg-type, call-arg]
 
 
-def apart(wrench_first, wrench_last, joints_first, joints_last, configuration) -> str:
+def apart(
+    wrench_first: int,
+    wrench_last: int,
+    joints_first: int,
+    joints_last: int,
+    configuration: Configuration,
+) -> str:
     """Return how far stamps [ns] of wrench and joint states are apart, or nothing."""
     delay = configuration.joints.delay
     for gap, where, most in (
@@ -196,7 +204,7 @@ def _clocks(seconds):
     return _CLOCKS if seconds <= BY_NAME["joints.delay"].high else _CLOCKS.partition(",")[0]
 
 
-def remedy(dropped: dict[str, int], names, seen: Seen) -> str:
+def remedy(dropped: dict[str, int], names: Sequence[str], seen: Seen) -> str:
     """
     Return what to do about the commonest reason with a remedy for which messages were dropped.
 

@@ -16,7 +16,7 @@ class Loop:
     Two publishers whose clocks are apart have stamps that go back as well, but not the same ones.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._newest: int | None = None
         self._known: list[np.ndarray] = []
         self._behind = self._asked = self._again = self._back_ns = 0

@@ -1,6 +1,7 @@
 """Which messages a replay uses, by the pipeline's own rules of order, without an estimate."""
 
 from collections import Counter
+from collections.abc import Callable
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
@@ -10,7 +11,7 @@ from peg_on_hole_ros.messages.stream import MessageStream
 _STATE = ("t_ns", "_oriented_ns", "_lost")
 
 
-def rehearsal(configuration: Configuration, orientation) -> MessageStream:
+def rehearsal(configuration: Configuration, orientation: Callable) -> MessageStream:
     """
     Return a stream that counts what becomes of messages, and gives nothing out.
 
@@ -24,7 +25,7 @@ def rehearsal(configuration: Configuration, orientation) -> MessageStream:
 
     """
     pipeline = Pipeline(configuration, orientation)
-    pipeline.processor = _OrderOnly(configuration)
+    pipeline.processor = _OrderOnly(configuration)  # type: ignore[assignment]
     return MessageStream(configuration, pipeline, 0.0)
 
 

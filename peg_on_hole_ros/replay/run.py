@@ -231,7 +231,7 @@ def replay_bag(
         if progress:
             progress(count / total)
     if smoothed:
-        for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):
+        for t_ns, state, covariance in zip(*stream.pipeline.filter.smooth()):  # type: ignore[attr-defined]
             smoothed.add(t_ns, smoothed_messages(t_ns, state, covariance))
     ending = stream.finish()
     seconds = time.perf_counter() - begun

@@ -24,7 +24,7 @@ class Summary:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.outputs = 0
         self._passed = PassedTime()
         self._transition: float | None = None

@@ -34,7 +34,7 @@ class Oddities:
 
     """
 
-    def __init__(self, names=()):
+    def __init__(self, names: Iterable[str] = ()) -> None:
         self._names = tuple(names)
         self._parts = {"position": slice(None)} if names else _OF_WRENCH
         self._frames: Counter[str] = Counter()

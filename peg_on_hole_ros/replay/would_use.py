@@ -45,7 +45,7 @@ class WouldUse:
         configuration: Configuration,
         orientation: Callable,
         sources: dict[str, str],
-    ):
+    ) -> None:
         self._orientation, self._sources = orientation, sources
         self._names = configuration.joints.names
         max_gap = configuration.filter.max_gap

@@ -28,7 +28,7 @@ _ANGLES = 3
 class Overlay:
     """Collects pairs of estimates of one stamp."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.a, self.b = Tracks(), Tracks()
         self._difference = Rows(len(QUANTITIES))
 

@@ -1,6 +1,7 @@
 """What a report draws of the messages that came in: wrenches, gaps, orientations."""
 
 from math import pi
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class Inputs:
 
     """
 
-    def __init__(self, configuration: Configuration, tracks: Tracks):
+    def __init__(self, configuration: Configuration, tracks: Tracks) -> None:
         self._tracks = tracks
         self._orientation = orientation_of(configuration.joints)
         self._delay_ns = round(configuration.joints.delay * 1e9)
@@ -46,7 +47,7 @@ class Inputs:
         self._waiting: list[tuple[str, int, tuple]] = []
         self._orientations: list[AngleMeasurement] = []
 
-    def read(self, sample: object) -> None:
+    def read(self, sample: Any) -> None:
         """Take a wrench or a joint state; one that cannot be read is left out."""
         if isinstance(sample, WrenchSample):
             self._wait("wrench", sample.t_ns, (*sample.force, *sample.torque))

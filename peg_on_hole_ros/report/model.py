@@ -1,5 +1,7 @@
 """What the scripts of a page draw, of one replay or of two outputs."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -16,7 +18,7 @@ def model(
     tables: dict[str, dict[str, np.ndarray]],
     end_ns: int,
     modes: dict[str, list[tuple[int, str]]],
-    alarms: list[dict] = (),
+    alarms: Sequence[dict] = (),
 ) -> dict:
     """
     Return plots and their data.

@@ -46,7 +46,7 @@ def level(y: float, name: str, strong: bool = False) -> dict:
     return {"y": y, "name": name, "strong": strong}
 
 
-def panel(name: str, title: str, unit: str, note: str, lines: list[dict], **more) -> dict:
+def panel(name: str, title: str, unit: str, note: str, lines: list[dict], **more: object) -> dict:
     """Return one plot; `more`: levels, log, floor, range, alarms (whether they are marked)."""
     drawn = {"levels": [], "log": False, "alarms": False, "range": None, "floor": 0} | more
     return {"name": name, "title": title, "unit": unit, "note": note, "lines": lines} | drawn

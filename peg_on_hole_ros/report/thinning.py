@@ -1,7 +1,7 @@
 """Fewer rows for a plot: what is left holds every peak, or the whole rows with most load."""
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -54,7 +54,9 @@ def most_loaded(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return t[chosen], values[chosen]
 
 
-def thinned(t: np.ndarray, values: np.ndarray, most: int, reduce: Reduction = peaks):
+def thinned(
+    t: np.ndarray, values: np.ndarray, most: int, reduce: Reduction = peaks
+) -> tuple[np.ndarray, np.ndarray]:
     """Return times and rows, reduced by halves until there are at most `most`, 4 or more."""
     while len(t) > most:
         t, values = reduce(t, values)
@@ -76,7 +78,7 @@ class Rows:
 
     """
 
-    def __init__(self, width: int, reduce: Reduction = peaks, most: int = MOST_HELD):
+    def __init__(self, width: int, reduce: Reduction = peaks, most: int = MOST_HELD) -> None:
         self._width, self._reduce, self._most = width, reduce, most
         self._level = 0
         self._held_t = np.empty(0, np.int64)
@@ -85,7 +87,7 @@ class Rows:
         self._count = 0
         self._t, self._values = array("q"), array("f")
 
-    def add(self, t_ns: int, row) -> None:
+    def add(self, t_ns: int, row: Sequence[float]) -> None:
         """Take one row and its time [ns]; a row that is behind this time is let go."""
         while self._t and self._t[-1] > t_ns:
             del self._t[-1], self._values[-self._width :]
@@ -121,4 +123,4 @@ class Rows:
         rest = self._staged(len(self._t))
         for _ in range(self._level):
             rest = self._reduce(*rest)
-        return thinned(*self._joined(rest), max(most, 4), self._reduce)
+        return thinned(*self._joined(rest), max(most, 4), self._reduce)  # type: ignore[call-arg]

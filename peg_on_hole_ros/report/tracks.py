@@ -1,5 +1,6 @@
 """What a report draws of the outputs: columns over time, changes of the mode, peak loads."""
 
+from collections.abc import Sequence
 from math import isfinite, nan, pi
 from typing import NamedTuple
 
@@ -67,7 +68,7 @@ class Tracks:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.modes: list[tuple[int, str]] = []
         self.flags: list[tuple[int, bool]] = []
         self.peaks: dict[str, Peak] = {}
@@ -217,7 +218,7 @@ class Tracks:
         return {"t": t_ns * 1e-9, **dict(zip(MOMENTS, values.astype(float).T))}
 
 
-def named(t_ns: np.ndarray, values: np.ndarray, names) -> dict[str, np.ndarray]:
+def named(t_ns: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict[str, np.ndarray]:
     """Return times as `t` [s] and the columns by name; one without any number is left out."""
     found = {"t": t_ns * 1e-9}
     for name, column in zip(names, values.astype(float).T):

@@ -1,5 +1,6 @@
 """The first lines of a report: what happened, in words."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from peg_on_hole_ros.messages.passed_time import Run
@@ -73,12 +74,12 @@ def _ordinal(n):
     return _ORDINALS[n - 1] if n <= len(_ORDINALS) else f"{n}th"
 
 
-def load_line(peaks: dict[str, Peak], limits) -> Place:
+def load_line(peaks: dict[str, Peak], limits: Sequence[float]) -> Place:
     """Return the worst load against its limit [N]."""
     if not peaks:
         return Place("No load is known: the reactions were determined nowhere.")
     shares = {name: peaks[name].normal / limit for name, limit in _limited(peaks, limits)}
-    worst = max(shares, key=shares.get)
+    worst = max(shares, key=shares.get)  # type: ignore[arg-type]
     peak, limit = peaks[worst], dict(_limited(peaks, limits))[worst]
     over = "over its limit" if shares[worst] > 1 else f"{shares[worst]:.0%} of its limit"
     text = f"Worst load: {peak.normal:.3g} N at {worst}, {over} of {limit:g} N."
@@ -89,7 +90,7 @@ def _limited(peaks, limits):
     return [(name, limit) for name, limit in zip(CONTACTS, limits) if name in peaks]
 
 
-def risen(alarms: list[dict]) -> list[bool]:
+def risen(alarms: Sequence[dict]) -> list[bool]:
     """Return for each change of an alarm's level whether it has risen, and rises no further."""
     levels: dict[str, list[int]] = {}
     at = []

@@ -29,7 +29,7 @@ def orientation_source(options: JointInput) -> RobotJoints:
 
     """
     chain = read_chain(options)
-    return RobotJoints(options, UrdfKinematics(chain, options))
+    return RobotJoints(options, UrdfKinematics(chain, options))  # type: ignore[arg-type]
 
 
 class UrdfKinematics:
@@ -43,7 +43,7 @@ class UrdfKinematics:
 
     """
 
-    def __init__(self, chain: Chain, options: JointInput):
+    def __init__(self, chain: Chain, options: JointInput) -> None:
         self._pin = pin = _pinocchio()
         said = None
         try:

@@ -33,7 +33,7 @@ class Arrivals:
 
     def __init__(
         self, most: int | None = None, pushed_out: Callable[[str], None] = lambda source: None
-    ):
+    ) -> None:
         self._waiting: dict[str, deque[bytes]] = {"wrench": deque(), "joints": deque()}
         self._wrench, self._joints = self._waiting.values()
         self._most, self._pushed_out = most, pushed_out

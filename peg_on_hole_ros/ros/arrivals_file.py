@@ -29,7 +29,7 @@ class Recording:
 
     """
 
-    def __init__(self, node: Node, configuration: Configuration, options: NodeOptions):
+    def __init__(self, node: Node, configuration: Configuration, options: NodeOptions) -> None:
         self._logger = node.get_logger()
         self._record: ArrivalRecord | None = None
         if not options.record_arrivals:

@@ -58,7 +58,7 @@ class Diagnostics:
         wrench_publishers: Callable[[], int] = lambda: 1,
         output_publishers: Callable[[], int] = lambda: 1,
         counts: dict[str, int] | None = None,
-    ):
+    ) -> None:
         self._wrench_publishers = wrench_publishers
         self._output_publishers = output_publishers
         self._publish = 1

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable
+from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -38,11 +39,11 @@ class Numbered:
         take: Callable[[bytes], None],
         missing: Callable[[int], None],
         alone: Callable[[], bool],
-    ):
+    ) -> None:
         self._take, self._missing, self._alone = take, missing, alone
         self._last: dict[bytes, int] = {}
 
-    def __call__(self, *given) -> None:
+    def __call__(self, *given: Any) -> None:
         """Take a message and what is known of it: two arguments, or from EventsExecutor a pair."""
         payload, known = given if len(given) > 1 else given[0]
         self._take(payload)

@@ -10,8 +10,10 @@ from traceback import format_exception
 
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -53,7 +55,7 @@ SILENT = "no wrench has come for a second, the sensor may carry something else b
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
-class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, LifecycleNode):
+class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, LifecycleNode):  # type: ignore[misc]
     """
     Takes wrench and joint states, publishes everything that each wrench makes known.
 
@@ -69,7 +71,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
 
     """
 
-    def __init__(self, arguments: list[str]):
+    def __init__(self, arguments: list[str]) -> None:
         self.arguments = arguments
         self._stream: MessageStream | None = None
         super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
@@ -77,25 +79,25 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         self._outputs: Publishers | None = None
         self.arrivals = Arrivals()
         self._while_active: list = []
-        self._timer = None
+        self._timer: Timer | None = None
         self._clock_missed = False
         # When the last wrench came; none has.
         self._heard_ns = sys.maxsize
         self._services_made: list = []
         self._description: RobotDescription | None = None
-        self._expecting = None
+        self._expecting: Subscription | None = None
         node_parameters.declare(self)
         self.configuration, self.options = node_parameters.read(self)
         node_parameters.describe(self)
         self.add_post_set_parameters_callback(self._take_parameters)
 
     @aloud
-    def on_configure(self, state) -> TransitionCallbackReturn:
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the estimator from the parameters and have everything compiled."""
         self.configuration, self.options = node_parameters.read(self)
         self._warn(filter(None, [half_stated(self.configuration)]))
         begun = time.perf_counter()
-        with watched(in_quarters(self.get_logger().info)):
+        with watched(in_quarters(self.get_logger().info)):  # type: ignore[arg-type]
             warm(self.configuration, to_ros)
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
@@ -111,15 +113,15 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         return super().on_configure(state)
 
     @aloud
-    def on_activate(self, state) -> TransitionCallbackReturn:
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to listen."""
         topics = self.configuration.topics
         wrench = self.resolve_topic_name(topics.wrench)
         # A second activation goes on with the counts of the first.
         counts = self._stream.counts
-        state = self.resolve_topic_name("~/state")
+        published = self.resolve_topic_name("~/state")
         self._diagnostics = Diagnostics(
-            lambda: self.count_publishers(wrench), lambda: self.count_publishers(state), counts
+            lambda: self.count_publishers(wrench), lambda: self.count_publishers(published), counts
         )
         self._reported_ns = time.monotonic_ns()
         inputs = (
@@ -139,25 +141,25 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         return super().on_activate(state)
 
     @aloud
-    def on_deactivate(self, state) -> TransitionCallbackReturn:
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop listening; the estimate is kept, a gap in the stamps is bridged."""
         self._stop_listening()
         return super().on_deactivate(state)
 
     @aloud
-    def on_cleanup(self, state) -> TransitionCallbackReturn:
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Finish record and try, forget the estimate."""
         self._release()
         return SUCCESS
 
     @aloud
-    def on_shutdown(self, state) -> TransitionCallbackReturn:
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Finish record and try."""
         self._release()
         return SUCCESS
 
     @aloud
-    def on_error(self, state) -> TransitionCallbackReturn:
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let go of what a transition that failed has left, so that the node can be configured."""
         self._release()
         return SUCCESS

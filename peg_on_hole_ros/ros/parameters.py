@@ -1,5 +1,6 @@
 """Parameters of the node: declared from the table, checked together, fixed once configured."""
 
+from collections.abc import Iterable
 from copy import copy
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from peg_on_hole_ros.config.configuration import (
     BY_NAME,
@@ -73,7 +75,7 @@ def _constraints(row):
 class Explained:
     """For a Node: says what can be set at present, and why the rest cannot."""
 
-    def describe_parameter(self, name):
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
         """Return a descriptor; read_only: as long as the node is configured."""
         # rclpy takes no descriptor back that is read-only, which is so for a while alone.
         descriptor = copy(super().describe_parameter(name))
@@ -81,7 +83,7 @@ class Explained:
             descriptor.read_only = self.is_configured and not BY_NAME[name].live
         return descriptor
 
-    def set_parameters_atomically(self, parameter_list):
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set all or none; what cannot be set at present, and no parameter, has its reason."""
         result = refusal(self, self.is_configured, parameter_list)
         return super().set_parameters_atomically(parameter_list) if result.successful else result
@@ -104,7 +106,9 @@ class FilesChecked:
     arguments: list[str]
     _looked = False
 
-    def declare_parameters(self, namespace, parameters, ignore_override=False):
+    def declare_parameters(
+        self, namespace: str, parameters: list[tuple], ignore_override: bool = False
+    ) -> list[Parameter]:
         """Declare; a Node does it first with what files and arguments have."""
         if not self._looked:
             self._looked = True
@@ -141,7 +145,7 @@ def read(node: Node) -> tuple[Configuration, NodeOptions]:
     return from_parameters(parameters), node_options(parameters)
 
 
-def refusal(node: Node, configured: bool, changed) -> SetParametersResult:
+def refusal(node: Node, configured: bool, changed: Iterable[Parameter]) -> SetParametersResult:
     """Say whether parameters may be changed; a change without effect is refused with a reason."""
     new = {parameter.name: parameter.value for parameter in changed}
     try:
@@ -159,7 +163,7 @@ def refusal(node: Node, configured: bool, changed) -> SetParametersResult:
     return SetParametersResult(successful=True)
 
 
-def live(changed) -> dict[str, object]:
+def live(changed: Iterable[Parameter]) -> dict[str, object]:
     """Return name and value of those that a node takes while it runs, as JSON has them."""
     found = {}
     for parameter in changed:

@@ -56,7 +56,7 @@ class Player:
 
     """
 
-    def __init__(self, wrench_topic: str, joints_topic: str, process: subprocess.Popen):
+    def __init__(self, wrench_topic: str, joints_topic: str, process: subprocess.Popen) -> None:
         rclpy.init()
         self._process = process
         self._node = rclpy.create_node("peg_on_hole_player")

@@ -1,6 +1,7 @@
 """What a process needs around its node: arguments, signals, and turns to work in."""
 
 import signal
+from typing import Any
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -63,7 +64,7 @@ def note_signals() -> list[int]:
     return noted
 
 
-def spin(node, stopping: list[int]) -> None:
+def spin(node: Any, stopping: list[int]) -> None:
     """
     Let a node take messages and work them off, until ROS ends or a signal is noted.
 

@@ -24,7 +24,7 @@ class Publishers:
 
     """
 
-    def __init__(self, node: LifecycleNode, depth: int):
+    def __init__(self, node: LifecycleNode, depth: int) -> None:
         self._node = node
         self._encoders = {suffix: Encoder(ros_type) for suffix, ros_type in TOPICS.items()}
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

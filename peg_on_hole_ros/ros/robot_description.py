@@ -34,7 +34,7 @@ class RobotDescription:
 
     def __init__(
         self, node: Node, configuration: Configuration, take: Callable[[JointInput], None]
-    ):
+    ) -> None:
         self._node, self._joints, self._take = node, configuration.joints, take
         topic = configuration.topics.robot_description
         self._topic = node.resolve_topic_name(topic)

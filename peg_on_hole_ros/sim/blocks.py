@@ -1,5 +1,7 @@
 """Samples of one stretch of the truth, each kind of motion in the same columns."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from peg_on_hole_ros.sim.command import evaluate
@@ -11,6 +13,7 @@ from peg_on_hole_ros.sim.dynamics import (
     rotation,
 )
 from peg_on_hole_ros.sim.guided import (
+    Guidance,
     guided_contacts,
     guided_state,
     hole_axes,
@@ -49,7 +52,7 @@ _SHAPES = {
 }
 
 
-def empty_block(t, mode) -> dict:
+def empty_block(t: np.ndarray, mode: str) -> dict:
     """Return samples at times [s] in one mode, whose columns are zero."""
     block = {name: np.zeros((len(t), *shape)) for name, shape in _SHAPES.items()}
     block["t"] = np.asarray(t, float)
@@ -133,7 +136,15 @@ def parted_block(model: Model, t: np.ndarray, states: np.ndarray, stiffness: flo
     return block
 
 
-def guided_block(model: Model, t, guidance, load, mode, fade_time, begin) -> dict:
+def guided_block(
+    model: Model,
+    t: np.ndarray,
+    guidance: Guidance | None,
+    load: tuple | None,
+    mode: str,
+    fade_time: float,
+    begin: float,
+) -> dict:
     """
     Return the samples of a guided motion.
 
@@ -180,7 +191,9 @@ def guided_block(model: Model, t, guidance, load, mode, fade_time, begin) -> dic
     return block
 
 
-def stuck_block(model: Model, t, state, limits) -> tuple[dict, bool, str]:
+def stuck_block(
+    model: Model, t: np.ndarray, state: np.ndarray, limits: Sequence[float]
+) -> tuple[dict, bool, str]:
     """
     Return the samples of a wedged peg at rest under the holder, if it stays, and what ended them.
 

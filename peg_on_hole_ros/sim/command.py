@@ -2,9 +2,10 @@
 
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike
 
 
-def quintic(start, end, duration) -> np.ndarray:
+def quintic(start: ArrayLike, end: ArrayLike, duration: float) -> np.ndarray:
     """
     Return the coefficients of the quintic between two values, rates and accelerations.
 
@@ -33,7 +34,7 @@ def quintic(start, end, duration) -> np.ndarray:
 
 
 @njit(cache=True)
-def evaluate(knots, coefficients, t):
+def evaluate(knots: np.ndarray, coefficients: np.ndarray, t: float) -> np.ndarray:
     """
     Return value, rate and acceleration of every channel at a time.
 

@@ -154,7 +154,7 @@ def _run(taken, states, t, state, ended_by, steps):
 
 def _margins(model, limits, t, state, unilateral_from):
     """Return what is left until each of `EVENTS`; negative once it has happened."""
-    y = contact_motion(*model, t, state)
+    y = contact_motion(*model, t, state)  # type: ignore[call-arg]
     if t < unilateral_from:
         y[3:6] = np.abs(y[3:6])
     return np.array(
@@ -184,7 +184,9 @@ def _locate(model, limits, dense, low, high, unilateral_from):
     return EVENTS[int(np.argmin(margins))], low
 
 
-def contact_samples(model: Model, t: np.ndarray, states: np.ndarray):
+def contact_samples(
+    model: Model, t: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """
     Return accelerations, reactions and the holder's wrench at states of a run.
 

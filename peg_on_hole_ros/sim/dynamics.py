@@ -27,7 +27,7 @@ def scene_numbers(scene: Scene) -> np.ndarray:
 
 
 @njit(cache=True)
-def rotation(q):
+def rotation(q: np.ndarray) -> np.ndarray:
     """Return R_HP = Rz(psi) Ry(-gamma) Rz(phi), shape (3, 3)."""
     s, c = np.sin(q[0]), np.cos(q[0])
     sp, cp = np.sin(q[1]), np.cos(q[1])
@@ -46,7 +46,7 @@ def rotation(q):
 
 
 @njit(cache=True)
-def angular_velocity(q, rates):
+def angular_velocity(q: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return omega = gamma' eps + psi' z + phi' zeta in hole axes [rad/s], shape (3,)."""
     s, c, sp, cp = np.sin(q[0]), np.cos(q[0]), np.sin(q[1]), np.cos(q[1])
     return np.array(
@@ -59,7 +59,7 @@ def angular_velocity(q, rates):
 
 
 @njit(cache=True)
-def angular_acceleration(q, rates, acceleration):
+def angular_acceleration(q: np.ndarray, rates: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
     """Return the rate of `angular_velocity` in hole axes [rad/s^2], shape (3,)."""
     sp, cp = np.sin(q[1]), np.cos(q[1])
     zeta = rotation(q)[:, 2].copy()
@@ -75,7 +75,7 @@ def angular_acceleration(q, rates, acceleration):
 
 
 @njit(cache=True)
-def three_points(p, gamma):
+def three_points(p: np.ndarray, gamma: float) -> tuple[float, ...]:
     """
     Return the geometry of three-point contact.
 
@@ -108,7 +108,9 @@ def three_points(p, gamma):
 
 
 @njit(cache=True)
-def contacts(p, q, rates, scale):
+def contacts(
+    p: np.ndarray, q: np.ndarray, rates: np.ndarray, scale: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """
     Return what is known of the contacts from the state alone, in (h, e, z).
 
@@ -156,7 +158,9 @@ def contacts(p, q, rates, scale):
 
 
 @njit(cache=True)
-def six_equations(p, q, rates, F, M, scale):
+def six_equations(
+    p: np.ndarray, q: np.ndarray, rates: np.ndarray, F: np.ndarray, M: np.ndarray, scale: float
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the equations of motion as A y = r; see `mechanics.reference.six_equations`.
 
@@ -211,7 +215,7 @@ def six_equations(p, q, rates, F, M, scale):
 
 
 @njit(cache=True)
-def solve6(A, r):
+def solve6(A: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Return y of A y = r by elimination with partial pivoting; A and r are overwritten."""
     n = r.size
     for k in range(n):
@@ -237,14 +241,16 @@ def solve6(A, r):
 
 
 @njit(cache=True)
-def motion(p, q, rates, F, M, scale):
+def motion(
+    p: np.ndarray, q: np.ndarray, rates: np.ndarray, F: np.ndarray, M: np.ndarray, scale: float
+) -> np.ndarray:
     """Return gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N], shape (6,)."""
     A, r = six_equations(p, q, rates, F, M, scale)
     return solve6(A, r)
 
 
 @njit(cache=True)
-def determinant(p, q, rates, scale):
+def determinant(p: np.ndarray, q: np.ndarray, rates: np.ndarray, scale: float) -> float:
     """
     Return the determinant of the six equations over its frictionless value.
 

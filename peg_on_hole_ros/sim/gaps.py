@@ -16,7 +16,9 @@ CLEAR = 1.0
 
 
 @njit(cache=True)
-def contact_gaps(p, gamma, offset):
+def contact_gaps(
+    p: np.ndarray, gamma: float, offset: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     Return where the peg touches, or would, how far off it is there, and along which normals.
 

@@ -33,7 +33,9 @@ class Guidance(NamedTuple):
     touching: bool
 
 
-def guided_state(knots, coefficients, guidance: Guidance | None, t: float) -> np.ndarray:
+def guided_state(
+    knots: np.ndarray, coefficients: np.ndarray, guidance: Guidance | None, t: float
+) -> np.ndarray:
     """
     Return angles and offset with rates and accelerations, shape (3, 6), as `command.evaluate`.
 
@@ -58,14 +60,16 @@ def guided_state(knots, coefficients, guidance: Guidance | None, t: float) -> np
 
 
 @njit(cache=True)
-def hole_axes(psi, v):
+def hole_axes(psi: float, v: np.ndarray) -> np.ndarray:
     """Return a vector of (h, e, z) in hole axes, shape (3,)."""
     s, c = np.sin(psi), np.cos(psi)
     return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]])
 
 
 @njit(cache=True)
-def guided_contacts(p, x, loaded, normal, scale):
+def guided_contacts(
+    p: np.ndarray, x: np.ndarray, loaded: int, normal: np.ndarray, scale: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     Return the contacts of a guided peg that touches in K and at one place of its lower edge.
 
@@ -125,7 +129,9 @@ def guided_contacts(p, x, loaded, normal, scale):
 
 
 @njit(cache=True)
-def newton_euler(p, x, points, forces):
+def newton_euler(
+    p: np.ndarray, x: np.ndarray, points: np.ndarray, forces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the wrench about the mass centre that moves the peg so, hole axes.
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.command import evaluate
@@ -13,7 +14,13 @@ from peg_on_hole_ros.sim.dynamics import (
 )
 
 
-def holder_numbers(scene: Scene, attachment, stiffness, rotational_stiffness, damping_ratio):
+def holder_numbers(
+    scene: Scene,
+    attachment: ArrayLike,
+    stiffness: float,
+    rotational_stiffness: float,
+    damping_ratio: float,
+) -> np.ndarray:
     """
     Return the holder as numbers for the compiled functions.
 
@@ -43,7 +50,7 @@ def holder_numbers(scene: Scene, attachment, stiffness, rotational_stiffness, da
 
 
 @njit(cache=True)
-def touching(p, gamma):
+def touching(p: np.ndarray, gamma: float) -> np.ndarray:
     """
     Return the mass centre of the touching pose in the plane (h, z), and derivatives by gamma.
 
@@ -74,7 +81,7 @@ def touching(p, gamma):
 
 
 @njit(cache=True)
-def mass_centre(p, x):
+def mass_centre(p: np.ndarray, x: np.ndarray) -> np.ndarray:
     """
     Return the mass centre's position, velocity and acceleration in hole axes.
 
@@ -116,7 +123,7 @@ def mass_centre(p, x):
 
 
 @njit(cache=True)
-def rotation_vector(R):
+def rotation_vector(R: np.ndarray) -> np.ndarray:
     """Return the rotation vector of R [rad], for angles below about 3 rad, shape (3,)."""
     w = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
     sine = np.sqrt(np.sum(w * w))
@@ -125,7 +132,7 @@ def rotation_vector(R):
 
 
 @njit(cache=True)
-def cross(a, b):
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b, shape (3,)."""
     return np.array(
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -133,7 +140,9 @@ def cross(a, b):
 
 
 @njit(cache=True)
-def holder_pull(p, holder, command, true):
+def holder_pull(
+    p: np.ndarray, holder: np.ndarray, command: np.ndarray, true: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the force and the moment about the mass centre of the holder on the peg, hole axes.
 
@@ -170,7 +179,9 @@ def holder_pull(p, holder, command, true):
 
 
 @njit(cache=True)
-def holder_wrench(p, holder, command, state):
+def holder_wrench(
+    p: np.ndarray, holder: np.ndarray, command: np.ndarray, state: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return `holder_pull` on a peg in three-point contact, of gamma, psi, phi and rates."""
     true = np.zeros((3, 6))
     true[0, :3], true[1, :3] = state[:3], state[3:]
@@ -178,7 +189,15 @@ def holder_wrench(p, holder, command, state):
 
 
 @njit(cache=True)
-def contact_motion(p, holder, knots, coefficients, scale, t, state):
+def contact_motion(
+    p: np.ndarray,
+    holder: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    scale: float,
+    t: float,
+    state: np.ndarray,
+) -> np.ndarray:
     """Return gamma'', psi'', phi'', N_K, N_B1, N_B2 and the holder's F, M, shape (12,)."""
     command = evaluate(knots, coefficients, t)
     F, M = holder_wrench(p, holder, command, state)
@@ -189,7 +208,15 @@ def contact_motion(p, holder, knots, coefficients, scale, t, state):
 
 
 @njit(cache=True)
-def state_rate(t, state, p, holder, knots, coefficients, scale):
+def state_rate(
+    t: float,
+    state: np.ndarray,
+    p: np.ndarray,
+    holder: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    scale: float,
+) -> np.ndarray:
     """Return the time derivative of gamma, psi, phi and their rates, shape (6,)."""
     out = np.empty(6)
     out[:3] = state[3:]
@@ -198,7 +225,15 @@ def state_rate(t, state, p, holder, knots, coefficients, scale):
 
 
 @njit(cache=True)
-def state_rate_jacobian(t, state, p, holder, knots, coefficients, scale):
+def state_rate_jacobian(
+    t: float,
+    state: np.ndarray,
+    p: np.ndarray,
+    holder: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    scale: float,
+) -> np.ndarray:
     """
     Return the derivative of `state_rate` by the state, by central differences, shape (6, 6).
 

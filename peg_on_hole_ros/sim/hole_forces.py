@@ -38,7 +38,17 @@ def surface_of(mass: float, stiffness: float) -> Surface:
 
 
 @njit(cache=True)
-def contact_forces(p, height, surface, C, R, V, shift, lasts, before):
+def contact_forces(
+    p: np.ndarray,
+    height: float,
+    surface: Surface,
+    C: np.ndarray,
+    R: np.ndarray,
+    V: np.ndarray,
+    shift: np.ndarray,
+    lasts: float,
+    before: np.ndarray,
+) -> tuple[np.ndarray, ...]:
     """
     Return what the contacts do at a pose and velocity.
 
@@ -112,7 +122,9 @@ def contact_forces(p, height, surface, C, R, V, shift, lasts, before):
 
 
 @njit(cache=True)
-def commanded(p, knots, coefficients, t):
+def commanded(
+    p: np.ndarray, knots: np.ndarray, coefficients: np.ndarray, t: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """
     Return the commanded mass centre, axes, velocity and angular velocity, hole axes.
 
@@ -128,7 +140,14 @@ def commanded(p, knots, coefficients, t):
 
 
 @njit(cache=True)
-def pull(p, holder, command, C, R, V):
+def pull(
+    p: np.ndarray,
+    holder: np.ndarray,
+    command: np.ndarray,
+    C: np.ndarray,
+    R: np.ndarray,
+    V: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return force and moment about the mass centre of the holder on the peg, hole axes.
 
@@ -147,7 +166,16 @@ def pull(p, holder, command, C, R, V):
 
 
 @njit(cache=True)
-def acceleration(p, F, M, C, R, V, points, forces):
+def acceleration(
+    p: np.ndarray,
+    F: np.ndarray,
+    M: np.ndarray,
+    C: np.ndarray,
+    R: np.ndarray,
+    V: np.ndarray,
+    points: np.ndarray,
+    forces: np.ndarray,
+) -> np.ndarray:
     """Return what the holder's wrench, gravity and contacts do, shape (6,) [m/s^2], [rad/s^2]."""
     m, Ie, Iz = p[3], p[4], p[5]
     total, moment = F + m * p[8:11], M.copy()

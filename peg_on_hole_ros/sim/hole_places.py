@@ -31,7 +31,7 @@ def _climb(alpha, beta, kappa, u):
 
 
 @njit(cache=True)
-def farthest(alpha, beta, kappa):
+def farthest(alpha: float, beta: float, kappa: float) -> tuple[int, np.ndarray]:
     """
     Return the local maxima of alpha cos u + beta sin u + kappa cos(u)^2 over a turn.
 
@@ -62,7 +62,9 @@ def farthest(alpha, beta, kappa):
 
 
 @njit(cache=True)
-def touching_places(p, height, C, R, before):
+def touching_places(
+    p: np.ndarray, height: float, C: np.ndarray, R: np.ndarray, before: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """
     Return where the peg touches, or would, how far off it is there, and along which normals.
 

@@ -22,7 +22,7 @@ _LEFT, _LEFT_TURNING = 1e-10, 1e-8
 
 
 @njit(cache=True)
-def turned(theta):
+def turned(theta: np.ndarray) -> np.ndarray:
     """Return the rotation by a small vector, shape (3, 3)."""
     x, y, z = theta
     a2 = x * x + y * y + z * z
@@ -144,7 +144,22 @@ def _step(model, knots, coefficients, t, h, C, R, V, acc, shift, slips, azimuth,
 
 
 @njit(cache=True)
-def advance(model, knots, coefficients, t, end, largest, C, R, V, acc, shift, slips, azimuth, J):
+def advance(
+    model: tuple,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    t: float,
+    end: float,
+    largest: float,
+    C: np.ndarray,
+    R: np.ndarray,
+    V: np.ndarray,
+    acc: np.ndarray,
+    shift: np.ndarray,
+    slips: np.ndarray,
+    azimuth: np.ndarray,
+    J: np.ndarray,
+) -> tuple[bool, tuple]:
     """
     Return the state at a later time, and whether it was reached.
 

@@ -1,5 +1,6 @@
 """A peg on its way into a hole: six degrees of freedom on contacts that give, by the samples."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -104,7 +105,16 @@ class Insertion:
 
     """
 
-    def __init__(self, p, height, holder, knots, coefficients, surface: Surface, step=STEP):
+    def __init__(
+        self,
+        p: np.ndarray,
+        height: float,
+        holder: np.ndarray,
+        knots: np.ndarray,
+        coefficients: np.ndarray,
+        surface: Surface,
+        step: float = STEP,
+    ) -> None:
         self.height, self.holder, self.step = float(height), holder, step
         self.knots, self.coefficients = knots, coefficients
         self.surface = surface
@@ -115,7 +125,14 @@ class Insertion:
         self.p = p
         self.model = (p, self.height, self.surface, self.holder)
 
-    def body(self, t, C, R, V, normal=None) -> Body:
+    def body(
+        self,
+        t: float,
+        C: np.ndarray,
+        R: np.ndarray,
+        V: np.ndarray,
+        normal: np.ndarray | None = None,
+    ) -> Body:
         """
         Return a peg that begins here.
 
@@ -167,7 +184,15 @@ class Insertion:
                 shift[i] = most * slips[i] / speed
         return C, shift, azimuth
 
-    def run(self, t0: float, body: Body, samples, t_end: float, limits, progress=None):
+    def run(
+        self,
+        t0: float,
+        body: Body,
+        samples: np.ndarray,
+        t_end: float,
+        limits: tuple[float, float],
+        progress: Callable | None = None,
+    ) -> tuple[Rows | None, Body, float, str]:
         """
         Simulate until a time, and return rows at samples, the body then, and what ended it.
 

@@ -19,7 +19,7 @@ def euler_angles(R: np.ndarray) -> np.ndarray:
     return np.column_stack([gamma, np.unwrap(psi), np.unwrap(phi)])
 
 
-def euler_rates(q, w, alpha):
+def euler_rates(q: np.ndarray, w: np.ndarray, alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     Return rates and accelerations of gamma, psi, phi [rad/s], [rad/s^2], shape (n, 3) each.
 
@@ -44,7 +44,9 @@ def euler_rates(q, w, alpha):
     return rates, parts(alpha - gyro)
 
 
-def modes_of(normal, azimuth, above, at_rim) -> np.ndarray:
+def modes_of(
+    normal: np.ndarray, azimuth: np.ndarray, above: np.ndarray, at_rim: np.ndarray
+) -> np.ndarray:
     """
     Return the contact set of each sample.
 

@@ -1,5 +1,9 @@
 """The phases of a plan in which the peg is inserted."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from peg_on_hole_ros.sim.command import evaluate
@@ -11,8 +15,11 @@ from peg_on_hole_ros.sim.insertion import Insertion
 from peg_on_hole_ros.sim.insertion_block import insertion_block
 from peg_on_hole_ros.sim.insertion_program import begin_of, place_program
 
+if TYPE_CHECKING:
+    from peg_on_hole_ros.sim.run import Run
 
-def insert(run) -> None:
+
+def insert(run: Run) -> None:
     """
     Go into the hole and down it; only insert phases follow.
 
@@ -49,7 +56,7 @@ def insert(run) -> None:
     body = insertion.body(begin, C, rotation(x[0, :3]), V, normal)
     limits = plan.holder.force_limit, plan.holder.torque_limit
     passed, total = False, run.knots[-1]
-    told = (lambda t: run.progress(t / total)) if run.progress else None
+    told = (lambda t: run.progress(t / total)) if run.progress else None  # type: ignore[misc]
     while not run.done():
         run.take_friction()
         insertion.take(run.model.p)

@@ -1,5 +1,7 @@
 """What the holder is told to do in the hole: angles, place and depth of the peg's lower end."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from peg_on_hole_ros.sim.command import evaluate, quintic
@@ -9,9 +11,12 @@ from peg_on_hole_ros.sim.dynamics import (
     rotation,
 )
 from peg_on_hole_ros.sim.holder import mass_centre
+from peg_on_hole_ros.sim.plan import Phase
 
 
-def place_program(phases, begin: np.ndarray, angles: np.ndarray):
+def place_program(
+    phases: Sequence[Phase], begin: np.ndarray, angles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the commanded angles and place of phases in the hole, as knots and quintics.
 
@@ -71,6 +76,6 @@ def end_motion(p: np.ndarray, x: np.ndarray) -> np.ndarray:
     return (mass_centre(p, x) + lever) * [1.0, 1.0, -1.0]
 
 
-def begin_of(knots, coefficients, p, t: float) -> np.ndarray:
+def begin_of(knots: np.ndarray, coefficients: np.ndarray, p: np.ndarray, t: float) -> np.ndarray:
     """Return what `end_motion` does, of where a program of angles and offsets is at t [s]."""
     return end_motion(p, evaluate(knots, coefficients, t))

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from heapq import merge
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.dynamics import rotation
@@ -13,7 +14,7 @@ from peg_on_hole_ros.sim.truth import Truth
 START_NS = 1_767_225_600 * 10**9
 
 
-def sensor_axes(rpy) -> np.ndarray:
+def sensor_axes(rpy: ArrayLike) -> np.ndarray:
     """Return the sensor's axes in peg axes, Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3)."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
     return np.array(
@@ -62,7 +63,9 @@ def _point_acceleration(truth, i, arm):
     return truth.centre[i, 2] + np.cross(alpha, arm) + np.cross(w, np.cross(w, arm))
 
 
-def measured_angles(q: np.ndarray, error: np.ndarray, R_MH=None) -> np.ndarray:
+def measured_angles(
+    q: np.ndarray, error: np.ndarray, R_MH: np.ndarray | None = None
+) -> np.ndarray:
     """
     Return gamma, psi, phi of orientations turned by small errors, exactly through R_HP.
 
@@ -102,7 +105,10 @@ def _exponential(w):
 
 
 def measure(
-    truth: Truth, seed: int | None = None, start_ns: int = START_NS, exact=None
+    truth: Truth,
+    seed: int | None = None,
+    start_ns: int = START_NS,
+    exact: np.ndarray | None = None,
 ) -> Iterator[WrenchSample | JointSample]:
     """
     Yield the samples in the order of their stamps; of one stamp the joints come first.
@@ -138,7 +144,7 @@ def measure(
     angles = measured_angles(q, errors, R_MH)
     names = tuple(joints.names)
     late_ns = start_ns + round(joints.delay * 1e9)
-    yield from merge(
+    yield from merge(  # type: ignore[misc]
         (
             JointSample(late_ns + int(t_ns), names, tuple(row.tolist()))
             for t_ns, row in zip(truth.t_ns[::every], angles)
@@ -147,5 +153,5 @@ def measure(
             WrenchSample(start_ns + int(t_ns), tuple(row[:3].tolist()), tuple(row[3:].tolist()))
             for t_ns, row in zip(truth.t_ns, wrench)
         ),
-        key=lambda sample: sample.t_ns,
+        key=lambda sample: sample.t_ns,  # type: ignore[attr-defined]
     )

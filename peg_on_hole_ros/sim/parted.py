@@ -79,7 +79,9 @@ def parted_state(
 
 
 @njit(cache=True)
-def pushes(p, x, scale, stiffness):
+def pushes(
+    p: np.ndarray, x: np.ndarray, scale: float, stiffness: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """
     Return where the contacts are, how hard they push, and how fast they slip.
 
@@ -123,7 +125,16 @@ def pushes(p, x, scale, stiffness):
 
 
 @njit(cache=True)
-def parted_motion(t, y, p, holder, knots, coefficients, scale, stiffness):
+def parted_motion(
+    t: float,
+    y: np.ndarray,
+    p: np.ndarray,
+    holder: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    scale: float,
+    stiffness: float,
+) -> np.ndarray:
     """Return accelerations of angles and offset, and the holder's F and M, shape (12,)."""
     x = np.zeros((3, 6))
     x[0], x[1] = y[:6], y[6:]
@@ -145,7 +156,16 @@ def parted_motion(t, y, p, holder, knots, coefficients, scale, stiffness):
 
 
 @njit(cache=True)
-def parted_rate(t, y, p, holder, knots, coefficients, scale, stiffness):
+def parted_rate(
+    t: float,
+    y: np.ndarray,
+    p: np.ndarray,
+    holder: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    scale: float,
+    stiffness: float,
+) -> np.ndarray:
     """Return the time derivative of the state, shape (12,)."""
     out = np.empty(12)
     out[:6] = y[6:]
@@ -154,7 +174,16 @@ def parted_rate(t, y, p, holder, knots, coefficients, scale, stiffness):
 
 
 @njit(cache=True)
-def parted_jacobian(t, y, p, holder, knots, coefficients, scale, stiffness):
+def parted_jacobian(
+    t: float,
+    y: np.ndarray,
+    p: np.ndarray,
+    holder: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    scale: float,
+    stiffness: float,
+) -> np.ndarray:
     """Return the derivative of `parted_rate` by the state, central differences, (12, 12)."""
     J = np.empty((12, 12))
     for j in range(12):
@@ -170,7 +199,14 @@ def parted_jacobian(t, y, p, holder, knots, coefficients, scale, stiffness):
 
 
 def run_parted(
-    model: Model, t0, y, samples, t_end, limits, rtol, stiffness=CONTACT_STIFFNESS
+    model: Model,
+    t0: float,
+    y: np.ndarray,
+    samples: np.ndarray,
+    t_end: float,
+    limits: tuple[float, float],
+    rtol: float,
+    stiffness: float = CONTACT_STIFFNESS,
 ) -> PartedRun:
     """
     Integrate by Radau IIA; it ends at a sample, not at the event itself.
@@ -222,7 +258,7 @@ def _ends(model, t, y, limits, stiffness):
         return "transition"
     if contact_gaps(model.p, y[0], y[3:6].copy())[2].max() > LARGEST_GAP:
         return "gap"
-    load = parted_motion(t, y, *model, stiffness)[6:]
+    load = parted_motion(t, y, *model, stiffness)[6:]  # type: ignore[call-arg]
     if np.linalg.norm(load[:3]) > limits[0]:
         return "force limit"
     return "torque limit" if np.linalg.norm(load[3:]) > limits[1] else ""

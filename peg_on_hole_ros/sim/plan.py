@@ -277,7 +277,7 @@ def holder_program(plan: Plan) -> tuple[np.ndarray, np.ndarray]:
 
     """
     now = np.zeros((3, 6))
-    now[0] = *plan.start.angles, *(plan.start.offset or (0.0, 0.0, 0.0))
+    now[0] = *plan.start.angles, *(plan.start.offset or (0.0, 0.0, 0.0))  # type: ignore[misc]
     now[1, :3] = plan.start.rates
     knots, pieces = [0.0], []
     for phase in plan.phases:

@@ -1,10 +1,16 @@
 """What the parts of a plan ask of one another before anything is simulated."""
 
+from __future__ import annotations
+
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+
+if TYPE_CHECKING:
+    from peg_on_hole_ros.sim.plan import Plan
 
 # Beyond, no peg is turned, and degrees have been taken for radians [rad/s].
 MOST_RATE = 100.0
@@ -13,7 +19,7 @@ _ROUNDING = 1e-9
 _NAMES = ("gamma", "psi", "phi")
 
 
-def check_together(plan) -> None:
+def check_together(plan: Plan) -> None:
     """
     Refuse a plan whose parts do not fit together.
 
@@ -26,7 +32,7 @@ def check_together(plan) -> None:
     PegOnHoleError
 
     """
-    gamma = plan.start.angles[0]
+    gamma = plan.start.angles[0]  # type: ignore[index]
     if not 0 < gamma < pi / 2:
         raise PegOnHoleError(
             f"simulation.start.angles[0] = {gamma:g} rad, the tilt gamma, is not between 0 and "
@@ -108,7 +114,7 @@ def _check_place(phase, height):
         )
 
 
-def check_motion(plan, knots: np.ndarray, coefficients: np.ndarray) -> None:
+def check_motion(plan: Plan, knots: np.ndarray, coefficients: np.ndarray) -> None:
     """
     Refuse tilts and rates on the way that no peg on a hole can have.
 

@@ -1,6 +1,6 @@
 """Put the phases of a plan together: guided, on three contacts, wedged, on two contacts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -39,7 +39,7 @@ OVERLAP = 5e-5
 class Run:
     """The simulation under way: where it is, and the blocks of samples so far."""
 
-    def __init__(self, plan: Plan, progress: Callable[[float], None] | None):
+    def __init__(self, plan: Plan, progress: Callable[[float], None] | None) -> None:
         scene, holder = plan.configuration.scene, plan.holder
         self.plan = plan
         self.progress = progress
@@ -77,14 +77,14 @@ class Run:
         """Take the samples before a time (and at it, if it is the end)."""
         stop = np.searchsorted(self.grid, t - 1e-9 if t < self.knots[-1] - 1e-9 else t + 1e-9)
         samples = self.grid[self.taken : stop]
-        self.taken = max(self.taken, stop)
+        self.taken = max(self.taken, stop)  # type: ignore[assignment]
         return samples
 
     def event(self, text: str) -> None:
         """Note what happens now."""
         self.events.append((self.t, text))
 
-    def stretch_end(self, kinds) -> float:
+    def stretch_end(self, kinds: Iterable[str]) -> float:
         """
         Return where the phases of the given kinds that follow each other from now on end.
 

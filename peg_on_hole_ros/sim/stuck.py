@@ -11,7 +11,7 @@ from peg_on_hole_ros.sim.holder import mass_centre
 EDGES = 24
 
 
-def rest_residual(p, q, F, M) -> float:
+def rest_residual(p: np.ndarray, q: np.ndarray, F: np.ndarray, M: np.ndarray) -> float:
     """
     Return how much of a load three contacts at rest cannot balance, as a share of it.
 

@@ -2,26 +2,41 @@
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN
 from peg_on_hole_ros.estimator.step import follow_load
-from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, workspace
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
 
 
-def make_balance(scene, options, noise, offsets=None) -> "Balance":
+def make_balance(
+    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+) -> "Balance":
     """Return the balance with the lengths as they are; parameters as for `HeldPeg`."""
     return Balance(False, scene, options, noise, offsets)
 
 
-def make_small_angle(scene, options, noise, offsets=None) -> "Balance":
+def make_small_angle(
+    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+) -> "Balance":
     """Return the balance with the lengths of a small tilt; parameters as for `HeldPeg`."""
     return Balance(True, scene, options, noise, offsets)
 
 
-def balanced(p, state, spread, u, wrench_covariance, small, work):
+def balanced(
+    p: SceneScalars,
+    state: np.ndarray,
+    spread: np.ndarray,
+    u: np.ndarray,
+    wrench_covariance: np.ndarray,
+    small: bool,
+    work: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the three reactions that fit a wrench best, by least squares, and their covariance.
 
@@ -61,14 +76,21 @@ class Balance(HeldPeg):
     be off by, one deviation of each at a time.
     """
 
-    def __init__(self, small, scene, options, noise, offsets):
+    def __init__(
+        self,
+        small: bool,
+        scene: Scene,
+        options: FilterOptions,
+        noise: np.ndarray,
+        offsets: Offsets | None,
+    ) -> None:
         constants = default_settings(**CONSTANTS["one_level"])
         super().__init__(scene, options, noise, offsets, constants)
         if self._n != OPEN:
             raise ValueError("a balance learns nothing")
         self._small, self._work = small, workspace()
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Balance a wrench on the peg, and fill in the record; see `HeldPeg`."""
         s, o, n = self.state, self.constants, self._n
         if contacts is not ContactSet.THREE or s.since[0] < o.settling:

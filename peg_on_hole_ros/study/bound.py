@@ -118,7 +118,7 @@ class Smoothness(NamedTuple):
 UNKNOWN_SMOOTHNESS = Smoothness(np.full(3, 1e6), np.full(3, 0.02))
 
 
-def smoothness(t, accelerations) -> Smoothness:
+def smoothness(t: np.ndarray, accelerations: np.ndarray) -> Smoothness:
     """
     Return level and time of a motion's accelerations.
 
@@ -146,9 +146,9 @@ def smoothness(t, accelerations) -> Smoothness:
 
 def posterior_bound(
     scene: Scene,
-    t,
-    state,
-    wrench,
+    t: np.ndarray,
+    state: np.ndarray,
+    wrench: np.ndarray,
     sensors: Sensors,
     initial_rate_stddev: float = 1.0,
     slip_velocity_scale: float = 1e-5,

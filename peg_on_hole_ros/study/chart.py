@@ -1,16 +1,20 @@
 """What is charted: the default and common methods, at three rates, over many motions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS, make_filter
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.balance import make_balance, make_small_angle
 from peg_on_hole_ros.study.fewer_freedoms import make_one, make_two
 from peg_on_hole_ros.study.limit import arithmetic
@@ -51,17 +55,25 @@ class Estimator(NamedTuple):
     make: Callable
     shown: bool = True
 
-    def __str__(self):
+    def __str__(self) -> str:
         """Return what it is called in tables."""
         return f"{self.name}, {'1 kHz' if self.rate == 1000 else f'{self.rate} Hz'}"
 
 
-def by_method(method, scene, options, wrench_noise, offsets=None):
+def by_method(
+    method: str,
+    scene: Scene,
+    options: FilterOptions,
+    wrench_noise: np.ndarray,
+    offsets: Offsets | None = None,
+) -> HeldPeg:
     """Return the estimator of a method, whatever the options name."""
     return make_filter(scene, replace(options, method=method), wrench_noise, offsets)
 
 
-def make_dde_driven(scene, options, wrench_noise, offsets=None):
+def make_dde_driven(
+    scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
+) -> HeldPeg:
     """
     Return the estimator in which the wrench alone drives the motion.
 
@@ -74,7 +86,7 @@ def make_dde_driven(scene, options, wrench_noise, offsets=None):
 RATES = (1000, 500, 100)
 DEFAULT = Estimator("default", RATES[0], partial(by_method, "mixture"))
 # Those of which the fastest alone is drawn.
-_OTHERS = {
+_OTHERS: dict[str, Callable] = {
     "no mixture": partial(by_method, "one_level"),
     "quasi-static balance": make_balance,
     "small angle": make_small_angle,
@@ -135,7 +147,13 @@ class Score(NamedTuple):
     microseconds: float
 
 
-def scores(chosen, case: str, truth, seeds, clock) -> list[Score]:
+def scores(
+    chosen: Sequence[Estimator],
+    case: str,
+    truth: Truth,
+    seeds: Iterable[int],
+    clock: Callable[[], float],
+) -> list[Score]:
     """
     Return the Score of each estimator over one motion.
 
@@ -179,7 +197,7 @@ def scores(chosen, case: str, truth, seeds, clock) -> list[Score]:
             seconds.append(1e6 * total / duration_ms)
     usual = float(np.median(spent[0]))
     return [
-        Score(
+        Score(  # type: ignore[call-arg]
             case, str(estimator),
             *(_median([getattr(e, name) for e in own]) for name in
               ("reactions", "tilt_rate", "reactions_inside", "determined")),
@@ -190,7 +208,9 @@ def scores(chosen, case: str, truth, seeds, clock) -> list[Score]:
     ]  # fmt: skip
 
 
-def limit_score(case: str, truth, seeds, clock) -> Score:
+def limit_score(
+    case: str, truth: Truth, seeds: Iterable[int], clock: Callable[[], float]
+) -> Score:
     """Return what the default's arithmetic alone costs; parameters as for `scores`."""
     configuration = told_of_contact(truth.plan.configuration)
     duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
@@ -199,7 +219,7 @@ def limit_score(case: str, truth, seeds, clock) -> Score:
     return Score(case, LIMIT, *(nothing,) * 4, 0.0, 1e6 * _median(seconds) / duration_ms)
 
 
-def bound_score(case: str, truth) -> Score:
+def bound_score(case: str, truth: Truth) -> Score:
     """Return the least errors of any estimator at 1 kHz over a motion; NaN: no bound is sound."""
     least = least_errors(truth, bound_along(truth))
     nothing = float("nan")
@@ -243,7 +263,7 @@ def overall(found: list[Score]) -> list[Overall]:
     for name in dict.fromkeys(score.name for score in found):
         own = [score for score in found if score.name == name]
         rows.append(
-            Overall(
+            Overall(  # type: ignore[call-arg]
                 name,
                 *(geometric_mean([getattr(s, part) for s in own])
                   for part in ("reactions", "tilt_rate")),
@@ -282,16 +302,16 @@ def limits(found: list[Overall]) -> tuple[list[Overall], Limits]:
     return list(named.values()), own
 
 
-def geometric_mean(values) -> float:
+def geometric_mean(values: Iterable[float]) -> float:
     """Return the geometric mean of what is a number; NaN of none."""
     known = [value for value in values if not np.isnan(value)]
     return float(np.exp(np.mean(np.log(known)))) if known else float("nan")
 
 
-def front(cost, error) -> list[int]:
+def front(cost: Sequence[float] | np.ndarray, error: Sequence[float] | np.ndarray) -> list[int]:
     """Return the places on the Pareto front by rising cost: none is both dearer and worse."""
     kept, least = [], np.inf
-    for k in np.lexsort((error, cost)):
+    for k in np.lexsort((error, cost)):  # type: ignore[arg-type]
         if error[k] < least:
             kept.append(int(k))
             least = error[k]

@@ -1,10 +1,13 @@
 """The estimator for a peg that moves in fewer ways: turns that are left out count as still."""
 
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, RATE
@@ -35,22 +38,22 @@ class Fewer(HeldPeg):
 
     """
 
-    def __init__(self, still, *arguments):
+    def __init__(self, still: Sequence[int], *arguments: Any) -> None:
         super().__init__(*arguments)
         self._angles = [ANGLE + i for i in still]
         self._motion = [first + i for first in (RATE, ACCELERATION) for i in still]
 
-    def start(self, q, R):
+    def start(self, q: ArrayLike, R: ArrayLike) -> None:
         """Start from an orientation; see `HeldPeg`."""
         super().start(q, R)
         self._hold()
 
-    def predict(self, dt: float):
+    def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
         super().predict(dt)
         self._hold()
 
-    def correct(self, q, R):
+    def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
         """Correct with an orientation, which says where the still turns are; see `HeldPeg`."""
         s, angles = self.state, self._angles
         for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
@@ -61,7 +64,7 @@ class Fewer(HeldPeg):
         self._hold()
         return found
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
         super().weigh(u, contacts)
         self._hold()

@@ -1,14 +1,17 @@
 """What the default's arithmetic costs by itself: its steps in one compiled loop, as in C."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.options import Configuration, FilterOptions
 from peg_on_hole_ros.estimator import held
-from peg_on_hole_ros.estimator.held_peg import SETS, ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.held_peg import SETS, ContactSet, Correction, HeldPeg
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.runs import run
 
 _START, _LET_GO, _PREDICT, _CORRECT, _WEIGH = range(5)
@@ -29,28 +32,34 @@ class Noted(HeldPeg):
 
     """
 
-    def __init__(self, scene, options, noise, offsets=None):
+    def __init__(
+        self,
+        scene: Scene,
+        options: FilterOptions,
+        noise: np.ndarray,
+        offsets: Offsets | None = None,
+    ) -> None:
         self.arguments = scene, options, np.array(noise), offsets, default_settings()
         self.calls: list[list[float]] = []
         self._within = False
         super().__init__(*self.arguments)
 
-    def start(self, q, R):
+    def start(self, q: ArrayLike, R: ArrayLike) -> None:
         """Start from an orientation; see `HeldPeg`."""
         self._note(_START, *np.ravel(q), *np.ravel(R))
         super().start(q, R)
 
-    def let_go(self):
+    def let_go(self) -> None:
         """Let go of the motion; see `HeldPeg`."""
         self._note(_LET_GO)
         super().let_go()
 
-    def predict(self, dt: float):
+    def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
         self._note(_PREDICT, dt)
         super().predict(dt)
 
-    def correct(self, q, R):
+    def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
         """Correct with an orientation; see `HeldPeg`."""
         self._note(_CORRECT, *np.ravel(q), *np.ravel(R))
         # What it starts or lets go of is part of it.
@@ -59,7 +68,7 @@ class Noted(HeldPeg):
         self._within = False
         return found
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench on the peg; see `HeldPeg`."""
         self._note(_WEIGH, *u, SETS[contacts])
         super().weigh(u, contacts)
@@ -95,7 +104,9 @@ def _all_steps(h, gates, calls):
             held.weigh(h, given[:6], int(given[6]))
 
 
-def arithmetic(configuration: Configuration, samples, clock: Callable[[], float]) -> float:
+def arithmetic(
+    configuration: Configuration, samples: Sequence, clock: Callable[[], float]
+) -> float:
     """
     Return how long the default's arithmetic takes over samples, without anything around it [s].
 

@@ -1,12 +1,17 @@
 """A particle filter on the estimator's own process: a wrench is weighed at points drawn anew."""
 
+from typing import Any
+
 import numpy as np
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
 from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
 
 COUNT = 300
@@ -17,7 +22,9 @@ _JITTER = 1e-9
 _SEED = 1
 
 
-def make_particles(scene, options, noise, offsets=None) -> "Particles":
+def make_particles(
+    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+) -> "Particles":
     """Return the filter; parameters as for `HeldPeg`."""
     constants = default_settings(**CONSTANTS["one_level"])
     return Particles(scene, options, noise, offsets, constants)
@@ -32,13 +39,13 @@ class Particles(HeldPeg):
     form. Process and orientations are linear, and taken exactly.
     """
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         if self._n != OPEN:
             raise ValueError("the particle filter learns friction, and nothing else")
         self._drawn, self._work = np.random.default_rng(_SEED), workspace()
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
         s, n = self.state, self._n
         begins = s.since[1] < 0.0

@@ -1,6 +1,6 @@
 """One estimator over one measured motion, whole path: what it says, how far off, at what cost."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.sim.measure import START_NS
+from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.smoothed import Smoothed
 
 # The estimate begins with one orientation and no rates [ns].
@@ -70,7 +71,7 @@ class Errors(NamedTuple):
     lost: bool
 
 
-def thinned(samples, period_ns: int) -> list:
+def thinned(samples: Iterable, period_ns: int) -> list:
     """Return the samples whose stamps are multiples of a period from the begin on [ns]."""
     return [sample for sample in samples if (sample.t_ns - START_NS) % period_ns == 0]
 
@@ -80,7 +81,7 @@ def told_of_contact(configuration: Configuration) -> Configuration:
     return replace(configuration, monitor=replace(configuration.monitor, modes=False))
 
 
-def run(configuration: Configuration, samples, clock: Callable[[], float],
+def run(configuration: Configuration, samples: Sequence, clock: Callable[[], float],
         make: Callable = make_filter) -> Track:  # fmt: skip
     """
     Run the pipeline over samples with an estimator.
@@ -117,7 +118,7 @@ def run(configuration: Configuration, samples, clock: Callable[[], float],
     return Track(t_ns - START_NS, values, stddev, determined, seconds)
 
 
-def errors(truth, track: Track) -> Errors:
+def errors(truth: Truth, track: Track) -> Errors:
     """Return how far off a track is from a truth whose samples hold all its stamps."""
     rows = np.searchsorted(truth.t_ns, track.t_ns)
     error = track.values - np.hstack([truth.q, truth.rates, truth.normal])[rows]

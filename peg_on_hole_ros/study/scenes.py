@@ -1,7 +1,7 @@
 """Motions on three contacts that methods are compared on, and what the sensors say of them."""
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ LEAD_IN = 0.05
 # Accelerations of the calmest holder, as of the default's lowest level [rad/s^2], [s].
 CALMEST, FADES = 3.0, 0.05
 # Tilt over gamma0 at the end, start offset [m], and rates [rad/s] at the ends of legs of LEG [s].
-_MOTIONS = {
+_MOTIONS: dict[str, Any] = {
     "closing with slip": (1.25, (0.0, 0.0, -0.001), [(-0.16, 0, 2)] * 4),
     "closing without slip": (1.25, (-0.0005, 0.0, -0.001), [(-0.16, 0, 0)] * 4),
     "reversals": (
@@ -120,7 +120,7 @@ def first_samples(truth: Truth, count: int) -> Truth:
         for name, value in vars(truth).items()
         if isinstance(value, np.ndarray) and len(value) == n
     }
-    return replace(truth, **cut)
+    return replace(truth, **cut)  # type: ignore[arg-type]
 
 
 def true_wrench(truth: Truth) -> np.ndarray:
@@ -130,7 +130,7 @@ def true_wrench(truth: Truth) -> np.ndarray:
     return np.hstack(parts)
 
 
-def holder_of(t, rates) -> Smoothness:
+def holder_of(t: np.ndarray, rates: np.ndarray) -> Smoothness:
     """
     Return how smoothly a holder moves a peg that moves so: its own level, and the calmest's.
 

@@ -1,16 +1,23 @@
 """The default estimator smoothed, with the reactions that each wrench then leaves."""
 
+from typing import Any
+
 import numpy as np
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.estimator.state import OPEN
 from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.balance import balanced
 
 
-def make_smoothed(scene, options, noise, offsets=None) -> "Smoothed":
+def make_smoothed(
+    scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
+) -> "Smoothed":
     """Return the default estimator as one that smooths in the end; parameters as for `HeldPeg`."""
     return Smoothed(scene, options, noise, offsets, default_settings())
 
@@ -18,13 +25,13 @@ def make_smoothed(scene, options, noise, offsets=None) -> "Smoothed":
 class Smoothed(Smoother):
     """A `Smoother` that keeps the wrenches; nothing but friction may be left open."""
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         if self._n != OPEN:
             raise ValueError("nothing but friction is left open here")
         self._wrenches: list[np.ndarray] = []
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench on the peg; see `HeldPeg`."""
         self._wrenches.append(np.array(u, float))
         super().weigh(u, contacts)

@@ -1,6 +1,6 @@
 """Where estimators hold, err or diverge: one quantity of the cell at a time, over its range."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from enum import Enum
 from functools import partial
@@ -178,7 +178,7 @@ def truth_at(place: Place, configuration: Configuration) -> Truth | None:
     return first_samples(truth, count) if count * 1000 >= _SHORTEST * rate else None
 
 
-def examine(place: Place, configuration: Configuration, seeds) -> list[Result]:
+def examine(place: Place, configuration: Configuration, seeds: Iterable[int]) -> list[Result]:
     """Return what becomes of each method at a place."""
     truth = truth_at(place, configuration)
     if truth is None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, OPEN, RATE
 from peg_on_hole_ros.mechanics.kernel import (
+    SceneScalars,
     compiled,
     equations,
     pose_of,
@@ -17,7 +18,7 @@ _NEAREST = 1e-5
 
 
 @compiled
-def small_forms(d, D, H_c, gamma0, gamma):
+def small_forms(d: float, D: float, H_c: float, gamma0: float, gamma: float) -> tuple[float, ...]:
     """Return what `closed_forms` does, to leading order in a small tilt: sin = gamma, cos = 1."""
     a1 = D * (gamma - gamma0) * (gamma + gamma0) / (4.0 * gamma)
     a2 = ((D - d) + 0.5 * d * gamma * gamma) / (2.0 * gamma)
@@ -32,7 +33,9 @@ def small_forms(d, D, H_c, gamma0, gamma):
 
 
 @compiled
-def unbalance(p, x, u, small, work, out):
+def unbalance(
+    p: SceneScalars, x: np.ndarray, u: np.ndarray, small: bool, work: np.ndarray, out: np.ndarray
+) -> None:
     """
     Fill in the six equations, left side minus right side.
 
@@ -71,7 +74,9 @@ def unbalance(p, x, u, small, work, out):
 
 
 @compiled
-def unbalanced(p, points, u, small, work):
+def unbalanced(
+    p: SceneScalars, points: np.ndarray, u: np.ndarray, small: bool, work: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return `unbalance` of several states, shape (k, 6), and by N of each, shape (k, 6, 3)."""
     count = len(points)
     out, contacts = np.empty((count, 6)), np.empty((count, 6, 3))
@@ -84,7 +89,14 @@ def unbalanced(p, points, u, small, work):
 
 
 @compiled
-def wrench_noise(p, x, u, covariance, small, work):
+def wrench_noise(
+    p: SceneScalars,
+    x: np.ndarray,
+    u: np.ndarray,
+    covariance: np.ndarray,
+    small: bool,
+    work: np.ndarray,
+) -> np.ndarray:
     """Return what the noise of a wrench makes of `unbalance`, shape (6, 6): it is linear in it."""
     slopes, at, moved = np.empty((6, 6)), np.empty(6), u.copy()
     unbalance(p, x, u, small, work, at)

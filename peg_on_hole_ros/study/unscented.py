@@ -1,21 +1,28 @@
 """An unscented filter on the estimator's own process: sigma points in place of tangents."""
 
+from typing import Any
+
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
+from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
 from peg_on_hole_ros.estimator.step import follow_load
 from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalance, wrench_noise
 
 # All weights of the mean are positive, so that no covariance is lost.
 _SPREAD, _NORMAL, _KAPPA = 1.0, 2.0, 0.0
 
 
-def make_unscented(scene, options, wrench_noise, offsets=None) -> "Unscented":
+def make_unscented(
+    scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
+) -> "Unscented":
     """Return the filter; parameters as for `HeldPeg`."""
     constants = default_settings(**CONSTANTS["one_level"])
     return Unscented(scene, options, wrench_noise, offsets, constants)
@@ -29,7 +36,7 @@ class Unscented(HeldPeg):
     else a scene may leave open than friction is refused.
     """
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         if self._n != OPEN:
             raise ValueError("the unscented filter learns friction, and nothing else")
@@ -38,7 +45,7 @@ class Unscented(HeldPeg):
         self._unscented = UnscentedKalmanFilter(w, 6, 0.0, self._left, None, points)
         self._points, self._work = points, workspace()
 
-    def weigh(self, u, contacts: ContactSet):
+    def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
         s, o, n = self.state, self.constants, self._n
         # The first wrench finds the reactions, by tangents that are taken anew.

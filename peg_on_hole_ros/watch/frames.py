@@ -32,7 +32,7 @@ class Frames:
 
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.kept: deque[dict] = deque(maxlen=_MOST_KEPT)
         self._readers = {topic: Reader() for topic in WHOLE}
         self._begun_ns: int | None = None

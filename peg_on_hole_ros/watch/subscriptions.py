@@ -13,6 +13,7 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 from peg_on_hole_ros.config.configuration import BY_NAME, from_parameters
 from peg_on_hole_ros.config.options import Configuration
@@ -46,7 +47,7 @@ class Watched:
 
     """
 
-    def __init__(self, name: str):
+    def __init__(self, name: str) -> None:
         self.name = name
         self.configuration: Configuration | None = None
         self.frames = Frames()
@@ -58,7 +59,7 @@ class Watched:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._asking)
         self._parameters = AsyncParameterClient(self._asking, name)
-        self._answer = None
+        self._answer: Future | None = None
         self._subscriptions = {
             topic: self._subscribe(topic) for topic in (*WHOLE, *LAST, *CHANGES)
         }
@@ -125,7 +126,7 @@ class Watched:
             given = {name: value for name, value in zip(BY_NAME, values) if value is not None}
             self._answer = None
             try:
-                self.configuration = from_parameters(given)
+                self.configuration = from_parameters(given)  # type: ignore[arg-type]
             except PegOnHoleError as error:
                 self._wrong = f"the node's settings are of another version: {error}"
 

@@ -30,7 +30,7 @@ class Table(NamedTuple):
 class Reader:
     """Reads the joint states of one topic."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._layouts = Layouts(efforts=True)
 
     def table(self, payloads: list[bytes]) -> Table | None:

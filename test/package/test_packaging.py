@@ -39,6 +39,7 @@ def test_installs_what_ros_looks_for(install_space):
     for name in ("peg_on_hole", "peg-on-hole"):
         assert os.access(prefix / "lib/peg_on_hole_ros" / name, os.X_OK)
     assert list(prefix.rglob("ros/fastdds_local.xml"))
+    assert list(prefix.rglob("peg_on_hole_ros/py.typed"))
     page = {path.name for path in prefix.rglob("report/page/*")}
     assert {"style.css", "plots.js", "drawing.js", "page.js"} <= page
 

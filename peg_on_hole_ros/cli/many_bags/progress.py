@@ -2,6 +2,7 @@
 
 import sys
 from contextlib import suppress
+from typing import Any
 
 from peg_on_hole_ros.safe_text import printable
 
@@ -17,8 +18,10 @@ class Bar:
 
     """
 
-    def __init__(self, total: int):
-        self._total, self._progress, self._bar = total, None, None
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._progress: Any = None
+        self._bar: Any = None
 
     def __enter__(self) -> "Bar":
         """Show the bar."""
@@ -38,7 +41,7 @@ class Bar:
             progress.MofNCompleteColumn(),
             progress.TimeElapsedColumn(),
             progress.TimeRemainingColumn(),
-            console=Console(file=_Terminal(sys.stderr)),
+            console=Console(file=_Terminal(sys.stderr)),  # type: ignore[arg-type]
             redirect_stdout=False,
             redirect_stderr=False,
         )
@@ -55,7 +58,7 @@ class Bar:
         if self._progress:
             self._progress.advance(self._bar)
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         """Leave the bar as it is."""
         if self._progress:
             self._progress.stop()

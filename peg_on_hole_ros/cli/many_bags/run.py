@@ -1,5 +1,6 @@
 """`peg-on-hole replay` of many bags: each one's outcome, one table, one page."""
 
+import argparse
 import hashlib
 from collections import Counter
 from collections.abc import Iterable
@@ -34,7 +35,7 @@ _MEANINGS = {
 _MOST_JOBS = 256
 
 
-def run(arguments) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Replay all bags; return the worst of their exit codes."""
     _check(arguments)
     configuration, _ = load(arguments.config)

@@ -1,6 +1,6 @@
 """Pairs of rates, and the tilt between them, with what each would lead to; the best first."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +42,9 @@ class Candidates(NamedTuple):
     stated: np.ndarray
 
 
-def candidates(spread: Spread, cell: Cell, max_normal, tilt: float, present: bool) -> Candidates:
+def candidates(
+    spread: Spread, cell: Cell, max_normal: Sequence[float], tilt: float, present: bool
+) -> Candidates:
     """
     Return all candidates from a tilt on; ramps between their rates are left out.
 
@@ -99,7 +101,9 @@ def _rates(cell):
     return alone.T, np.concatenate([alone, both]).T
 
 
-def best_first(table: Candidates, cell: Cell, tilt: float, end: float, present: bool):
+def best_first(
+    table: Candidates, cell: Cell, tilt: float, end: float, present: bool
+) -> np.ndarray:
     """
     Return the flat indices of all candidates, by the cell's aim.
 
@@ -122,7 +126,12 @@ def best_first(table: Candidates, cell: Cell, tilt: float, end: float, present: 
 
 
 def motions(
-    scene: Scene, table: Candidates, order: Iterable[int], cell: Cell, tilt: float, rates
+    scene: Scene,
+    table: Candidates,
+    order: Iterable[int],
+    cell: Cell,
+    tilt: float,
+    rates: np.ndarray,
 ) -> Iterator[Motion]:
     """Yield the motions of candidates in an order, as far as their ramps have room."""
     end = scene.gamma0

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import pi
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.scene import Scene
 
 AIMS = ("time", "turning")
 
@@ -63,7 +64,7 @@ class Cell:
     wedge_probability: float = 0.01
     overload_probability: float = 0.03
 
-    def damping(self, scene) -> tuple[float, float]:
+    def damping(self, scene: Scene) -> tuple[float, float]:
         """Return the holder's damping [N s/m], [N m s/rad]."""
         ratio = 2 * self.damping_ratio
         return (
@@ -72,7 +73,7 @@ class Cell:
         )
 
 
-def check_start(scene, tilt: float, name: str = "plan.start_tilt") -> None:
+def check_start(scene: Scene, tilt: float, name: str = "plan.start_tilt") -> None:
     """
     Refuse a tilt at which a peg does not rest on three points.
 

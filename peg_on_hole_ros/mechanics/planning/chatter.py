@@ -14,7 +14,14 @@ from peg_on_hole_ros.mechanics.planning.steady import Steady, holder_law, work_o
 from peg_on_hole_ros.mechanics.scene import Scene
 
 
-def growth(scene: Scene, cell: Cell, gamma, rates, frictions, steady: Steady) -> np.ndarray:
+def growth(
+    scene: Scene,
+    cell: Cell,
+    gamma: np.ndarray,
+    rates: np.ndarray,
+    frictions: np.ndarray,
+    steady: Steady,
+) -> np.ndarray:
     """
     Return the fastest growth of a vibration about a steady motion.
 

@@ -1,5 +1,6 @@
 """A closing in stages: ramps between constant rates, down to gamma0."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -76,7 +77,13 @@ class Motion(NamedTuple):
         return None
 
 
-def motion_of(tilt, rates, legs, gamma0: float, max_acceleration: float) -> Motion | None:
+def motion_of(
+    tilt: float,
+    rates: Sequence[float] | np.ndarray,
+    legs: Sequence[tuple],
+    gamma0: float,
+    max_acceleration: float,
+) -> Motion | None:
     """
     Return the motion through legs of constant rates.
 
@@ -118,11 +125,11 @@ def motion_of(tilt, rates, legs, gamma0: float, max_acceleration: float) -> Moti
         duration = (now - end) / -target[0]
         stages.append(_stage("close and turn" if turns else "close", duration, end, target))
         now, before = end, target
-    return Motion(*start, tuple(stages))
+    return Motion(*start, tuple(stages))  # type: ignore[arg-type]
 
 
 def _stage(name, duration, tilt, rates):
-    return Stage(name, float(duration), float(tilt), tuple(map(float, rates)))
+    return Stage(name, float(duration), float(tilt), tuple(map(float, rates)))  # type: ignore[arg-type]
 
 
 class Path(NamedTuple):

@@ -1,5 +1,6 @@
 """Loads and margins along a closing, for all that friction and clearance may be."""
 
+from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
 
@@ -64,7 +65,7 @@ class Margins(NamedTuple):
     others: np.ndarray
 
 
-def path_margins(spread: Spread, cell: Cell, max_normal, path: Path) -> Margins:
+def path_margins(spread: Spread, cell: Cell, max_normal: Sequence[float], path: Path) -> Margins:
     """Return loads and margins along a path with its ramps."""
     found = []
     for scene in spread.scenes:
@@ -75,7 +76,9 @@ def path_margins(spread: Spread, cell: Cell, max_normal, path: Path) -> Margins:
     return _stacked(found)
 
 
-def margins(spread: Spread, cell: Cell, max_normal, gamma, rates) -> Margins:
+def margins(
+    spread: Spread, cell: Cell, max_normal: Sequence[float], gamma: np.ndarray, rates: np.ndarray
+) -> Margins:
     """
     Return loads and margins along steady closings.
 
@@ -198,7 +201,7 @@ _OTHERS = (*(Cause[name] for name in CONTACTS), Cause.PARTS, Cause.CHATTERS, Cau
 _OTHERS += (Cause.TORQUE,)
 
 
-def outlook(spread: Spread, found: Margins, gamma) -> Outlook:
+def outlook(spread: Spread, found: Margins, gamma: np.ndarray) -> Outlook:
     """Return what one closing leads to, of its margins (no axes between friction and points)."""
     chances = [(Cause.WEDGE, float(probability_below(spread, found.wedge.min(axis=-1))))]
     for cause, margin in zip(_OTHERS, found.others):
@@ -225,7 +228,7 @@ def outlook(spread: Spread, found: Margins, gamma) -> Outlook:
         expected,
         tilt,
         tuple(likely),
-        tuple(float(x) for x in peaks[:, c, f]),
-        tuple(float(quantile(spread, peaks[k], SHARE)) for k in range(len(CONTACTS))),
+        tuple(float(x) for x in peaks[:, c, f]),  # type: ignore[arg-type]
+        tuple(float(quantile(spread, peaks[k], SHARE)) for k in range(len(CONTACTS))),  # type: ignore[arg-type]
         float(-quantile(spread, -least, SHARE)),
     )

@@ -1,5 +1,6 @@
 """Loads and determinant of a motion against tilt, with the bands of what is not known."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ class Profile(NamedTuple):
     least: np.ndarray
 
 
-def profile(scene: Scene, cell: Cell, max_normal, motion: Motion) -> Profile:
+def profile(scene: Scene, cell: Cell, max_normal: Sequence[float], motion: Motion) -> Profile:
     """Return loads and determinant of a motion, of which friction is spread and clearance not."""
     spread = spread_of(scene)
     k = spread.middle[0]
@@ -45,7 +46,7 @@ def profile(scene: Scene, cell: Cell, max_normal, motion: Motion) -> Profile:
     _, f = spread.middle
     on = np.isfinite(found.determinant[0, f])
     determinant = np.where(np.isfinite(found.determinant), found.determinant, 1.0)
-    return Profile(
+    return Profile(  # type: ignore[call-arg]
         path.time[on],
         path.gamma[on],
         found.normal[:, 0, f][:, on],

@@ -1,10 +1,12 @@
 """Find the closing, slip and slide rates, and where to begin to turn, that keep the limits."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
@@ -44,7 +46,13 @@ class MotionPlan(NamedTuple):
     plain_outlook: Outlook
 
 
-def plan_motion(scene: Scene, cell: Cell, max_normal, tilt=None, rates=None) -> MotionPlan:
+def plan_motion(
+    scene: Scene,
+    cell: Cell,
+    max_normal: Sequence[float],
+    tilt: float | None = None,
+    rates: ArrayLike | None = None,
+) -> MotionPlan:
     """
     Return the motion to gamma0 that keeps wedging and loads within what is allowed.
 
@@ -86,7 +94,7 @@ def plan_motion(scene: Scene, cell: Cell, max_normal, tilt=None, rates=None) -> 
     return _search(scene, cell, max_normal, tilt, np.zeros(3), False)
 
 
-def judge(scene: Scene, cell: Cell, max_normal, motion: Motion) -> Outlook:
+def judge(scene: Scene, cell: Cell, max_normal: Sequence[float], motion: Motion) -> Outlook:
     """Return what a given motion leads to."""
     spread = spread_of(scene)
     path = path_of(motion, min(s.gamma0 for s in spread.scenes))
@@ -141,7 +149,7 @@ def _search(scene, cell, max_normal, tilt, rates, present):
     for motion in islice(motions(scene, table, by_margin, cell, tilt, rates), _TRIED):
         ahead = judge(scene, cell, max_normal, motion)
         nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
-    return MotionPlan(False, *nearest, plain, plain_outlook)
+    return MotionPlan(False, *nearest, plain, plain_outlook)  # type: ignore[call-arg]
 
 
 def _plain(scene, cell, tilt, rates):
@@ -166,7 +174,7 @@ def _nearer(a, b, cell, max_normal):
     return b if excess(b) < excess(a) else a
 
 
-def remedies(scene: Scene, cell: Cell, max_normal) -> tuple[str, ...]:
+def remedies(scene: Scene, cell: Cell, max_normal: Sequence[float]) -> tuple[str, ...]:
     """Return changes of the cell, each alone, that make a motion possible; each was tried."""
     tried = (
         (

@@ -58,7 +58,7 @@ def spread_of(scene: Scene) -> Spread:
     return Spread(tuple(scenes), np.array(weights), frictions, steps)
 
 
-def probability_below(spread: Spread, margin) -> np.ndarray:
+def probability_below(spread: Spread, margin: np.ndarray) -> np.ndarray:
     """
     Return the probability that a margin is below zero, which between frictions is a straight line.
 
@@ -93,7 +93,7 @@ def probability_below(spread: Spread, margin) -> np.ndarray:
     return np.tensordot(spread.weights, share, 1)
 
 
-def quantile(spread: Spread, values, share: float) -> np.ndarray:
+def quantile(spread: Spread, values: np.ndarray, share: float) -> np.ndarray:
     """
     Return the value that a share of friction and clearance stays under.
 

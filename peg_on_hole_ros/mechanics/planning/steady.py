@@ -1,9 +1,11 @@
 """Loads of a peg that a compliant holder leads steadily over three contacts."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.geometry import contact_geometry
 from peg_on_hole_ros.mechanics.planning.cell import Cell
@@ -35,7 +37,13 @@ class Steady(NamedTuple):
     torque: np.ndarray
 
 
-def steady_loads(scene: Scene, cell: Cell, gamma, rates, frictions) -> Steady:
+def steady_loads(
+    scene: Scene,
+    cell: Cell,
+    gamma: np.ndarray,
+    rates: ArrayLike,
+    frictions: Sequence[float] | np.ndarray,
+) -> Steady:
     """
     Return the reactions to a motion with constant rates, and what the holder gives for it.
 
@@ -107,7 +115,7 @@ def _reactions(A):
     return A[:, 3:, 3:] - A[:, 3:, :3] @ np.linalg.solve(A[:, :3, :3], A[:, :3, 3:])
 
 
-def work_of_wrench(scene: Scene, gamma) -> np.ndarray:
+def work_of_wrench(scene: Scene, gamma: np.ndarray) -> np.ndarray:
     """Return what a wrench about the mass centre in (h, e, z) does in each equation, (n, 6, 6)."""
     g = contact_geometry(scene, gamma)
     W = np.zeros((gamma.size, 6, 6))
@@ -131,7 +139,9 @@ def _holder(scene, cell, gamma):
     return wrench, holder_law(scene, cell, gamma, cell.stiffness / cell.rotational_stiffness, 1.0)
 
 
-def holder_law(scene: Scene, cell: Cell, gamma, linear, rotational) -> np.ndarray:
+def holder_law(
+    scene: Scene, cell: Cell, gamma: np.ndarray, linear: float, rotational: float
+) -> np.ndarray:
     """
     Return the holder's wrench by angles that it is off, or by rates where it damps.
 

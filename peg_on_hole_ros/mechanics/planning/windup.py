@@ -17,7 +17,9 @@ from peg_on_hole_ros.mechanics.scene import Scene
 _TURNS = np.array([0.0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0, 1.4])
 
 
-def followed(scene: Scene, cell: Cell, path: Path, gamma, frictions):
+def followed(
+    scene: Scene, cell: Cell, path: Path, gamma: np.ndarray, frictions: np.ndarray
+) -> tuple[Steady, np.ndarray]:
     """
     Return the loads along a path.
 

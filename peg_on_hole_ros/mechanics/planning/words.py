@@ -1,8 +1,10 @@
 """A plan in words, and what is still possible from a present state in one sentence."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.outlook import Outlook
@@ -11,7 +13,9 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import CONTACTS
 
 
-def in_words(plan: MotionPlan, cell: Cell, max_normal, remedies=()) -> str:
+def in_words(
+    plan: MotionPlan, cell: Cell, max_normal: Sequence[float], remedies: Sequence[str] = ()
+) -> str:
     """Return a plan as lines of text; `remedies` are those of `search.remedies`."""
     motion, lines = plan.motion, []
     if not plan.possible:
@@ -40,7 +44,9 @@ def in_words(plan: MotionPlan, cell: Cell, max_normal, remedies=()) -> str:
     return "\n".join(lines)
 
 
-def advice(scene: Scene, cell: Cell, max_normal, tilt: float, rates) -> str:
+def advice(
+    scene: Scene, cell: Cell, max_normal: Sequence[float], tilt: float, rates: ArrayLike
+) -> str:
     """
     Return what keeps the limits from a present state, in one sentence.
 
@@ -74,7 +80,7 @@ def advice(scene: Scene, cell: Cell, max_normal, tilt: float, rates) -> str:
     if plan.possible:
         return _sentence(plan, rates, max_normal)
     for share in _LIGHTER:
-        lighter = replace(cell, press=tuple(share * x for x in cell.press))
+        lighter = replace(cell, press=tuple(share * x for x in cell.press))  # type: ignore[arg-type]
         found = plan_motion(scene, lighter, max_normal, tilt, rates)
         if found.possible:
             return f"push with at most {share:.0%}, {_sentence(found, rates, max_normal)}"
@@ -169,7 +175,7 @@ def _share(probability):
     return f"{100 * probability:.2g} %" if probability < 0.99 else "over 99 %"
 
 
-def as_data(plan: MotionPlan, cell: Cell, remedies=()) -> dict:
+def as_data(plan: MotionPlan, cell: Cell, remedies: Sequence[str] = ()) -> dict:
     """Return a plan as plain data for a robot program; units as in the records."""
     motion = plan.motion
     return {

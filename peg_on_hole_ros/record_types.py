@@ -1,0 +1,29 @@
+"""Types of the records that compiled code takes: each of the dtype that its comment names."""
+
+from typing import Any, NewType
+
+
+class Record:
+    """A NumPy record whose fields are attributes, as compiled code has them."""
+
+    def __getattr__(self, field: str) -> Any:
+        """Return a field."""
+
+    def __setattr__(self, field: str, value: Any) -> None:
+        """Change a field."""
+
+
+StateRecord = NewType("StateRecord", Record)  # estimator.state.STATE
+ScratchRecord = NewType("ScratchRecord", Record)  # estimator.state.SCRATCH
+SettingsRecord = NewType("SettingsRecord", Record)  # estimator.held.SETTINGS
+GatesRecord = NewType("GatesRecord", Record)  # estimator.held.GATES
+HeldRecord = NewType("HeldRecord", Record)  # estimator.held.HELD
+FreshnessRecord = NewType("FreshnessRecord", Record)  # measurements.freshness.FRESHNESS
+InnovationsRecord = NewType("InnovationsRecord", Record)  # measurements.innovations.INNOVATIONS
+ReductionRecord = NewType("ReductionRecord", Record)  # measurements.measurement.REDUCTION
+ThresholdsRecord = NewType("ThresholdsRecord", Record)  # monitor.memory.THRESHOLDS
+DeclaredRecord = NewType("DeclaredRecord", Record)  # monitor.memory.FIELDS
+LevelRecord = NewType("LevelRecord", Record)  # monitor.memory.LEVEL_FIELDS
+MemoryRecord = NewType("MemoryRecord", Record)  # monitor.judgement.MEMORY
+RulesRecord = NewType("RulesRecord", Record)  # engine.state.RULES
+EngineRecord = NewType("EngineRecord", Record)  # engine.state.ENGINE
