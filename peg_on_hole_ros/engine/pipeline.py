@@ -332,8 +332,9 @@ class Pipeline:
 
     def _take_late_joints(self, measurement: AngleMeasurement, now_ns: int):
         lateness = now_ns - measurement.t_ns
-        if not lateness:
+        if self._measured is None or measurement.t_ns > self._measured.t_ns:
             self._measured = measurement
+        if not lateness:
             self._history.add_after(measurement)
             if not self._history.changed:
                 self.processor.correct(measurement)
