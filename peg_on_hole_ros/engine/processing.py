@@ -9,6 +9,8 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import process as engine
 from peg_on_hole_ros.engine.history import Run, Unit
+from peg_on_hole_ros.engine.kept import Kept, go_back, room
+from peg_on_hole_ros.engine.late_orientations import Stretch
 from peg_on_hole_ros.engine.state import (
     COUNTS,
     ENGINE,
@@ -31,7 +33,8 @@ from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
-_NO_WRENCH = np.zeros(0, np.int64), np.zeros((0, 6)), np.zeros(0, np.int64)
+_NONE = np.zeros(0, np.int64)
+_NO_WRENCH = _NONE, np.zeros((0, 6)), _NONE, _NONE
 _NO_ROW = np.zeros((0, SIZE))
 _CONTACTS = {number: contacts for contacts, number in SETS.items()}
 
@@ -67,12 +70,13 @@ class Processor:
         self.in_one_piece = type(self.filter) is HeldPeg
         self._force_stddev = force_noise(scene, self.reduction.covariance)
         self._memory = np.zeros(1, ENGINE)
-        self.engine = self._memory[0]
+        self.engine, self._words = self._memory[0], self._memory.view(np.int64)
         self.engine["reduction"] = self.reduction.steps
         self.engine["variance"] = self.reduction.noise
         self.engine["covariance"], self.engine["tared"] = self.reduction.covariance, np.nan
         self.engine["memory"]["numbers"] = self._new_judgement()
         self.filter.move_to(self._memory["held"])
+        self._no_room = self.room(0)
         self.rules = self._new_rules()
         self.restart()
 
@@ -225,12 +229,65 @@ class Processor:
 
     def process_all(self, run: Run) -> Rows:
         """Take a run of wrenches, where `in_one_piece`; return the rows that they give."""
-        rows, ends = np.empty((len(run.t_ns), SIZE)), run.ends.copy()
-        told = engine.process(
-            self.engine, self.rules, run.t_ns, run.wrenches, ends, run.stamps, run.orientations,
-            0.0, rows,
+        return self._process(run[:2], run.ends, run.ends.copy(), run[3:5], self._no_room, 0)[0]
+
+    def go_on(
+        self, stretch: Stretch, first: int, last: int, taken: int, kept: Kept | None = None
+    ) -> tuple[Rows, np.ndarray]:
+        """
+        Take wrenches of a stretch, where `in_one_piece`.
+
+        Parameters
+        ----------
+        stretch : Stretch
+        first, last : int
+            Which; without any, what is late before the first one is put right.
+        taken : int
+            Orientations of the stretch that have been taken.
+        kept : Kept, optional
+            Needed where orientations may be late.
+
+        Returns
+        -------
+        rows : Rows
+            What the wrenches give.
+        went : ndarray of int64, shape (2,)
+            How often the estimate went back, and how many wrenches it took again.
+
+        """
+        s, room = stretch, self._no_room if kept is None else kept
+        orientations = s.stamps, s.orientations
+        return self._process(
+            s[:2], s.placed, s.ends.copy(), orientations, room, first, last, taken
+        )
+
+    def _process(self, wrenches, placed, ends, orientations, kept, first, last=None, taken=0):
+        last = len(ends) if last is None else last
+        rows, went = np.empty((max(last - first, 1), SIZE)), np.zeros(2, np.int64)
+        count = engine.process(
+            self.engine, self._words, self.rules, *wrenches, ends, placed, *orientations, 0.0,
+            kept, first, last, taken, went, rows,
         )  # fmt: skip
-        return Rows(run.t_ns[ends >= 0], rows[:told])
+        return Rows(wrenches[0][first:last][ends[first:last] >= 0], rows[:count]), went
+
+    def room(self, places: int) -> Kept:
+        """Return room for so many states to go back to."""
+        return room(places, self.engine["held"]["state"])
+
+    def fill(self, kept: Kept, stretch: Stretch, before: object) -> None:
+        """Keep the states before those wrenches of a stretch that have been taken."""
+        now = self.snapshot()
+        self.restore(before)
+        self.go_on(stretch, 0, stretch.begin, 0, kept)
+        self.restore(now)
+
+    def snapshot_of(self, kept: Kept, place: int) -> tuple:
+        """Return a snapshot of a state that was kept."""
+        now = self.snapshot()
+        go_back(kept, place, self._words, self.engine["held"]["state"])
+        found = self.snapshot()
+        self.restore(now)
+        return found
 
     def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
         """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
@@ -238,8 +295,9 @@ class Processor:
         if not self.in_one_piece:
             return self._correct(self.engine, stamps.item(), orientations[0], lateness)
         engine.process(
-            self.engine, self.rules, *_NO_WRENCH, stamps, orientations, float(lateness), _NO_ROW
-        )
+            self.engine, self._words, self.rules, *_NO_WRENCH, stamps, orientations,
+            float(lateness), self._no_room, 0, 0, 0, np.zeros(2, np.int64), _NO_ROW,
+        )  # fmt: skip
         return None
 
     # What follows calls the steps of `engine.process` one by one, with a filter that has its own.
