@@ -126,11 +126,6 @@ class History:
         """Whether the next unit is to come with a snapshot."""
         return self.window_ns > 0 and (self._alert > 0 or not self._appended % STRIDE)
 
-    @property
-    def settled(self) -> bool:
-        """Whether no message was late for long enough that a snapshot now and then will do."""
-        return not self._alert
-
     def append_run(self, run: Run) -> None:
         """Keep the newest run, with a snapshot; forget what no late message needs."""
         if not self.window_ns:
@@ -142,6 +137,32 @@ class History:
             self._units.clear()
         while runs[0].t_ns[-1] < oldest or sum(len(each.t_ns) for each in runs) > MAX_KEPT:
             runs.popleft()
+
+    @property
+    def begin_ns(self) -> int | None:
+        """The stamp behind which an orientation has a place [ns]; None: nothing is kept."""
+        if self._units:
+            return self._units[0].begin_ns
+        return self._runs[0].begin_ns if self._runs else None
+
+    def last_units(self, now_ns: int) -> list[Unit]:
+        """Return the units of the window before a stamp [ns], the first one with a snapshot."""
+        self._spread()
+        units, oldest = list(self._units), now_ns - self.window_ns
+        begin = 0
+        for i, unit in enumerate(units):
+            if unit.begin_ns >= oldest:
+                break
+            if unit.before is not None:
+                begin = i
+        return units[begin:]
+
+    def hold(self, run: Run) -> None:
+        """Keep a run alone, which holds all that a late message of the window needs."""
+        self._units.clear()
+        self._runs.clear()
+        self._runs.append(run)
+        self._appended += len(run.t_ns)
 
     def _spread(self):
         """Take runs apart into units."""

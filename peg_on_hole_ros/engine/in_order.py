@@ -1,4 +1,4 @@
-"""How many of the next messages come in order, so that they can be taken in one go."""
+"""How many of the next messages can be taken in one go: those that come in order, or nearly so."""
 
 import numpy as np
 
@@ -15,9 +15,12 @@ def count_in_order(
     waiting: int,
     most_waiting: int,
     max_gap_ns: int,
+    reach: tuple[int, int] = (0, _NEVER),
 ) -> int:
     """
-    Return how many messages from a place on are readable and neither late, repeated nor far ahead.
+    Return how many messages from a place on are readable and neither repeated nor far ahead.
+
+    None of them is late but for orientations within reach.
 
     Parameters
     ----------
@@ -34,6 +37,8 @@ def count_in_order(
         How many of them may wait.
     max_gap_ns : int
         A wrench that comes later after the one before comes after a silence [ns].
+    reach : tuple of int
+        How late an orientation may be [ns], and the stamp that it has to be of after [ns].
 
     """
     of_wrench, t_ns = arrivals.of_wrench[places], arrivals.t_ns[places]
@@ -45,7 +50,9 @@ def count_in_order(
     newest = _newest_before(
         np.where(of_wrench, _NEVER, t_ns), _NEVER if last_joint_ns is None else last_joint_ns
     )
-    fine &= of_wrench | ((t_ns >= before) & (t_ns > newest))
+    late_ns, oldest_ns = reach
+    in_time = (t_ns >= before) | ((before - t_ns <= late_ns) & (t_ns > oldest_ns))
+    fine &= of_wrench | (in_time & (t_ns > newest))
     ahead = ~of_wrench & (t_ns > before)
     # As if no wrench took any of them.
     fine &= waiting + np.cumsum(ahead) <= most_waiting

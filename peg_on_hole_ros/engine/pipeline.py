@@ -14,8 +14,10 @@ from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.engine.announced_motion import Expected
 from peg_on_hole_ros.engine.free_peg import FreeFor, not_free, turns
-from peg_on_hole_ros.engine.history import History, Run, Unit
+from peg_on_hole_ros.engine.history import History, Unit
 from peg_on_hole_ros.engine.in_order import count_in_order
+from peg_on_hole_ros.engine.kept import Kept
+from peg_on_hole_ros.engine.late_orientations import MOST_BACK, stretch_of
 from peg_on_hole_ros.engine.processing import Processor
 from peg_on_hole_ros.engine.recent_stamps import RecentStamps
 from peg_on_hole_ros.engine.still_poses import StillPoses
@@ -102,6 +104,8 @@ class Pipeline:
         self._measured: AngleMeasurement | None = None
         self._flag = False
         self._together = FEWEST
+        # Where states are kept to go back to, once orientations have been late.
+        self._room: Kept | None = None
         # Fates that arrival decides; those that going back decides anew are the processor's.
         self._arrival_counts: Counter[str] = Counter()
         self._delay_ns = round(configuration.joints.delay * 1e9)
@@ -332,8 +336,9 @@ class Pipeline:
 
     def _take_late_joints(self, measurement: AngleMeasurement, now_ns: int):
         lateness = now_ns - measurement.t_ns
-        if not lateness:
+        if self._measured is None or measurement.t_ns > self._measured.t_ns:
             self._measured = measurement
+        if not lateness:
             self._history.add_after(measurement)
             if not self._history.changed:
                 self.processor.correct(measurement)
@@ -444,26 +449,37 @@ class Pipeline:
         watched = self._expected.what or self._free.asked
         started = self.processor.t_ns is not None
         easy = started and self.processor.in_one_piece and not watched
-        while easy and end < len(arrivals.t_ns) and self._settled:
-            places = slice(end, end + self._together)
-            count = count_in_order(
-                arrivals,
-                places,
-                self.processor.t_ns,
-                self._newest_ns,
-                len(self._waiting),
-                MAX_WAITING,
-                self._in_order_ns,
-            )
-            given += self._take_in_order(arrivals, end, end + count)
-            end += count
-            if count < min(self._together, len(arrivals.t_ns) - places.start):
+        while easy and end < len(arrivals.t_ns) and not self._history.changed:
+            most = min(self._together, len(arrivals.t_ns) - end)
+            count = self._count_in_order(arrivals, end, most)
+            rows = self._take_in_order(arrivals, end, end + count)
+            late = 0
+            if count < most and self._history.window_ns:
+                late, more = self._take_late(arrivals, end + count, most - count)
+                rows += more
+            given += rows
+            end += count + late
+            if count + late < most:
                 self._together = FEWEST
-                break
-            self._together = min(2 * self._together, MOST)
+                if not late:
+                    break
+            else:
+                self._together = min(2 * self._together, MOST)
         if not given:
             return end, None
         return end, Rows(*map(np.concatenate, zip(*given)))
+
+    def _count_in_order(self, arrivals, begin, most, **reach):
+        return count_in_order(
+            arrivals,
+            slice(begin, begin + most),
+            self.processor.t_ns,
+            self._newest_ns,
+            len(self._waiting),
+            MAX_WAITING,
+            self._in_order_ns,
+            **reach,
+        )
 
     @property
     def _in_order_ns(self):
@@ -471,81 +487,129 @@ class Pipeline:
         gap_ns = round(self.configuration.filter.max_gap * 1e9)
         return min(gap_ns, self._history.window_ns or gap_ns)
 
-    @property
-    def _settled(self):
-        return self._history.settled and not self._history.changed
-
     def _take_in_order(self, arrivals, begin, end):
         """Take messages that come in order; return the rows of each run."""
+        if begin == end:
+            return []
+        now_ns = self.processor.t_ns
+        stretch = stretch_of([], self._waiting, arrivals, begin, end)
+        given, taken, _ = self._process_runs(stretch, None)
+        self._note(arrivals, begin, end, now_ns)
+        self._waiting = stretch.measurements(taken, len(stretch.stamps))
+        return given
+
+    def _take_late(self, arrivals, begin, most):
+        """Take messages of which orientations may be late; return how many, and their rows."""
+        now_ns, history = self.processor.t_ns, self._history
+        oldest_ns = now_ns if history.begin_ns is None else history.begin_ns
+        count = self._count_in_order(arrivals, begin, most, reach=(history.window_ns, oldest_ns))
+        at = np.flatnonzero(arrivals.of_wrench[begin : begin + count])
+        if not len(at):
+            return 0, []
+        # What is late behind the last wrench waits for the next one, which is not there.
+        end = begin + int(at[-1]) + 1
+        units = history.last_units(now_ns)
+        stretch = stretch_of(units, self._waiting, arrivals, begin, end)
+        places = 1 + max(stretch.back, stretch.since(int(stretch.t_ns[-1]) - history.window_ns))
+        if places > MOST_BACK:
+            return 0, []
+        if self._room is None or len(self._room.beside) < places:
+            self._room = self.processor.room(places)
+        begin_ns = units[0].begin_ns if units else now_ns
+        if units:
+            self.processor.fill(self._room, stretch, units[0].before)
+        given, taken, wrenches = self._process_runs(stretch, self._room)
+        if wrenches == len(stretch.t_ns):
+            first = max(0, wrenches - len(self._room.beside))
+            before = self.processor.snapshot_of(self._room, first % len(self._room.beside))
+            history.hold(stretch.run(first, wrenches, taken, before, begin_ns))
+        else:
+            # Another setting is used from a wrench on, and what came before counts no more.
+            end = begin + int(at[wrenches - stretch.begin - 1]) + 1
+        self._note(arrivals, begin, end, now_ns)
+        self._waiting = stretch.measurements(taken, stretch.ends[wrenches - 1])
+        return end - begin, given
+
+    def _note(self, arrivals, begin, end, now_ns):
+        """Take note of messages that have been taken, from where the estimate stood [ns]."""
         of_wrench, t_ns = arrivals.of_wrench[begin:end], arrivals.t_ns[begin:end]
-        wrenches_before = int(np.count_nonzero(arrivals.of_wrench[:begin]))
-        at, waiting = np.flatnonzero(of_wrench), self._waiting
-        wrench_ns, joint_ns = t_ns[at], t_ns[~of_wrench]
-        wrenches = arrivals.wrenches[wrenches_before : wrenches_before + len(at)]
-        first = begin - wrenches_before
-        orientations = arrivals.orientations[first : first + len(joint_ns)]
+        wrench_ns, joint_ns = t_ns[of_wrench], t_ns[~of_wrench]
+        behind = np.cumsum(of_wrench)[~of_wrench]
+        stood_ns = np.concatenate([[now_ns], wrench_ns])[behind]
+        self._arrival_counts["joints_late"] += int(np.count_nonzero(joint_ns < stood_ns))
         if len(joint_ns):
             self._far_behind.pop("joints", None)
             self._newest_ns = int(joint_ns[-1])
-            before = wrench_ns[: np.count_nonzero(of_wrench[: np.flatnonzero(~of_wrench)[-1]])]
-            now_ns = int(before[-1]) if len(before) else self.processor.t_ns
-            self._joint_stamps.extend(joint_ns, now_ns)
-        if waiting:
-            orientations = np.concatenate([[each.row for each in waiting], orientations])
-            stamps = np.concatenate([[each.t_ns for each in waiting], joint_ns]).astype(np.int64)
-        else:
-            stamps = joint_ns
-        arrived = len(waiting) + at - np.arange(len(at))
-        ends = np.minimum(arrived, np.searchsorted(stamps, wrench_ns, "right"))
-        given = []
-        if len(at):
+            self._joint_stamps.extend(joint_ns, int(stood_ns[-1]))
+        if len(wrench_ns):
             self._far_behind.pop("wrench", None)
             self._leap = None
             self._last_wrench_ns = int(wrench_ns[-1])
-            last = slice(-TARE_SAMPLES, None)
-            self._recent.extend(map(WrenchSample.of_row, wrench_ns[last], wrenches[last]))
-            given = self._process_runs(wrench_ns, wrenches, ends, stamps, orientations)
-        taken = int(ends[-1]) if len(at) else 0
-        self._waiting = deque(map(AngleMeasurement.of_row, stamps[taken:], orientations[taken:]))
-        return given
+            last = int(np.count_nonzero(arrivals.of_wrench[:end]))
+            wrenches = arrivals.wrenches[last - len(wrench_ns) : last]
+            newest = slice(-TARE_SAMPLES, None)
+            self._recent.extend(map(WrenchSample.of_row, wrench_ns[newest], wrenches[newest]))
 
-    def _process_runs(self, t_ns, wrenches, ends, stamps, orientations):
-        """Process wrenches up to each that the diagnosis wants; return the rows of each run."""
-        given, first, taken = [], 0, 0
-        while first < len(t_ns):
-            self._note_newest(stamps, orientations, ends[first])
-            sample = WrenchSample.of_row(t_ns[first], wrenches[first])
+    def _process_runs(self, stretch, kept):
+        """
+        Process wrenches up to each that the diagnosis wants.
+
+        Returns
+        -------
+        given : list of Rows
+            What each run gives.
+        taken : int
+            How many orientations of the stretch have been taken.
+        wrenches : int
+            How many of its wrenches; not all where another setting is used from one on.
+
+        """
+        s, given, first, taken = stretch, [], stretch.begin, stretch.taken
+        while first < len(s.t_ns):
+            processor, begin_ns = self.processor, self.processor.t_ns
+            sample = WrenchSample.of_row(s.t_ns[first], s.wrenches[first])
             self._low_pass.take(sample)
-            if self._due(sample.t_ns):
+            due = self._due(sample.t_ns)
+            if due and kept is not None and first:
+                self._note_back(processor.go_on(s, first, first, taken, kept)[1])
+                taken = max(taken, s.had(first, first - 1))
+            self._note_newest(s, s.had(first, first))
+            if due:
                 self._diagnose(sample)
-            last = max(first + 1, int(np.searchsorted(t_ns, self._diagnosis.due_ns)))
-            self._low_pass.take_all(t_ns[first + 1 : last], wrenches[first + 1 : last])
-            before = self.processor.snapshot() if self._history.window_ns else None
-            own = slice(taken, int(ends[last - 1]))
-            run = Run(
-                t_ns[first:last],
-                wrenches[first:last],
-                ends[first:last] - taken,
-                stamps[own],
-                orientations[own],
-                before,
-                self.processor.t_ns,
-            )
-            self._history.append_run(run)
-            rows = self.processor.process_all(run)
+            other = self.processor is not processor and kept is not None
+            last = first + 1
+            if not other:
+                last = max(last, int(np.searchsorted(s.t_ns, self._diagnosis.due_ns)))
+            self._low_pass.take_all(s.t_ns[first + 1 : last], s.wrenches[first + 1 : last])
+            in_order = kept is None or other
+            before = None
+            if in_order and self._history.window_ns:
+                before = self.processor.snapshot()
+            rows, went = self.processor.go_on(s, first, last, taken, None if in_order else kept)
+            self._note_back(went)
+            had = s.had(last - 1, last - 1)
+            if in_order:
+                self._history.append_run(s.run(first, last, had, before, begin_ns, taken))
             if len(rows.t_ns):
                 self._tell(rows)
                 given.append(rows)
-            if not len(rows.t_ns) or rows.t_ns[-1] != run.t_ns[-1]:
+            if not len(rows.t_ns) or rows.t_ns[-1] != s.t_ns[last - 1]:
                 self._told = None
-            first, taken = last, own.stop
-        self._note_newest(stamps, orientations, ends[-1])
-        return given
+            first, taken = last, had
+            if other:
+                break
+        if first:
+            self._note_newest(s, taken)
+        return given, taken, first
 
-    def _note_newest(self, stamps, orientations, count):
+    def _note_back(self, went):
+        self._arrival_counts["went_back"] += int(went[0])
+        self._arrival_counts["wrench_reprocessed"] += int(went[1])
+
+    def _note_newest(self, stretch, count):
         """Take note of the newest of so many orientations that have been taken."""
         if count:
-            newest = stamps[count - 1], orientations[count - 1]
+            newest = stretch.stamps[count - 1], stretch.orientations[count - 1]
             self._measured = AngleMeasurement.of_row(*newest)
 
     def _due(self, t_ns):
@@ -592,7 +656,7 @@ class Pipeline:
         """Begin anew from the latest orientation, by other settings of the wrench."""
         self.configuration = self._as_found(self.configuration)
         self._arrival_counts.update(self.processor.counts)
-        self.processor = Processor(self.configuration, self._make)
+        self.processor, self._room = Processor(self.configuration, self._make), None
         if self._measured is not None:
             self.processor.start(self._measured)
             # It was used before.

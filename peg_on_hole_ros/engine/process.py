@@ -1,9 +1,10 @@
-"""One wrench with its orientations: predict, correct, weigh and judge, compiled."""
+"""Wrenches with their orientations: predict, correct, weigh, judge and go back, compiled."""
 
 from math import isfinite, nan, pi, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.engine.kept import Kept, go_back, keep
 from peg_on_hole_ros.engine.state import AT as COUNT
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
 from peg_on_hole_ros.estimator import held
@@ -57,36 +58,59 @@ def begin(e: EngineRecord) -> None:
 @compiled
 def process(
     e: EngineRecord,
+    words: np.ndarray,
     rules: RulesRecord,
     t_ns: np.ndarray,
     wrenches: np.ndarray,
     ends: np.ndarray,
+    placed: np.ndarray,
     stamps: np.ndarray,
     orientations: np.ndarray,
     lateness: float,
+    kept: Kept,
+    first: int,
+    last: int,
+    taken: int,
+    went: np.ndarray,
     rows: np.ndarray,
 ) -> int:
     """
     Take wrenches one after the other, each with the orientations since the one before.
 
+    Where orientations come late, the estimate goes back to before the first of them, and takes
+    again what followed it.
+
     Parameters
     ----------
     e : record of ENGINE
         Changed.
+    words : ndarray of int64
+        The same memory.
     rules : record of RULES
     t_ns : ndarray of int64, shape (n,)
         Stamps of the wrenches, in order; without any, orientations are taken alone [ns].
     wrenches : ndarray, shape (n, 6)
         As received [N], [N m].
     ends : ndarray of int64, shape (n,)
-        How many of the orientations come before each wrench; -1 is left where there is no row.
+        How many of the orientations have arrived before each wrench; -1 is left where there is
+        no row.
+    placed : ndarray of int64, shape (n,)
+        How many of them belong before each wrench by their stamps.
     stamps : ndarray of int64, shape (k,)
         Of the orientations, in order [ns].
     orientations : ndarray, shape (k, ORIENTATION)
     lateness : float
         How long before the stamp that the estimate has come to those alone were measured [s].
-    rows : ndarray, shape (n, SIZE)
-        See `monitoring.row`; filled in as far as is returned.
+    kept : Kept
+        Where states are kept; without room none is, and no orientation may be late.
+    first, last : int
+        Wrenches that are taken; without any, what is late before the first one is put right.
+    taken : int
+        Orientations that the estimate has.
+    went : ndarray of int64, shape (2,)
+        Counted up: how often it went back, and how many wrenches it took again.
+    rows : ndarray, shape (last - first, SIZE)
+        See `monitor.output_row`; filled in as far as is returned, and at least one.
 
     Returns
     -------
@@ -97,17 +121,40 @@ def process(
     if not len(t_ns):
         for k in range(len(stamps)):
             correct(e, rules, stamps[k], orientations[k], lateness)
-    count, first = 0, 0
-    for i in range(len(t_ns)):
-        last = ends[i]
+    count, places = 0, len(kept.beside)
+    for i in range(first, max(last, first + 1) if places else last):
+        late = min(ends[i], placed[i - 1]) if places and i else taken
+        if late > taken:
+            # Where the first late one belongs.
+            back = i - 1
+            while back and placed[back - 1] > taken:
+                back -= 1
+            went[0] += 1
+            went[1] += i - back
+            go_back(kept, back % places, words, e.held.state)
+            begin = placed[back - 1] if back else 0
+            for k in range(back, i):
+                keep(kept, k % places, words, e.held.state)
+                end = min(late, placed[k])
+                _take_wrench(
+                    e, rules, t_ns[k], wrenches[k], stamps[begin:end], orientations[begin:end],
+                    rows[count],
+                )  # fmt: skip
+                begin = end
+            taken = late
+        if i == last:
+            break
+        if places:
+            keep(kept, i % places, words, e.held.state)
+        end = min(ends[i], placed[i])
         if _take_wrench(
-            e, rules, t_ns[i], wrenches[i], stamps[first:last], orientations[first:last],
+            e, rules, t_ns[i], wrenches[i], stamps[taken:end], orientations[taken:end],
             rows[count],
         ):  # fmt: skip
             count += 1
         else:
             ends[i] = -1
-        first = last
+        taken = end
     return count
 
 

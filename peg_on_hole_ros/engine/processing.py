@@ -8,7 +8,9 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import process as engine
-from peg_on_hole_ros.engine.history import Run, Unit
+from peg_on_hole_ros.engine.history import Unit
+from peg_on_hole_ros.engine.kept import Kept, go_back, room
+from peg_on_hole_ros.engine.late_orientations import Stretch
 from peg_on_hole_ros.engine.state import (
     COUNTS,
     ENGINE,
@@ -31,7 +33,8 @@ from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
-_NO_WRENCH = np.zeros(0, np.int64), np.zeros((0, 6)), np.zeros(0, np.int64)
+_NONE = np.zeros(0, np.int64)
+_NO_WRENCH = _NONE, np.zeros((0, 6)), _NONE, _NONE
 _NO_ROW = np.zeros((0, SIZE))
 _CONTACTS = {number: contacts for contacts, number in SETS.items()}
 
@@ -53,7 +56,7 @@ class Processor:
     reduction : WrenchReduction
     engine : record of ENGINE
     in_one_piece : bool
-        Whether `process_all` may be called.
+        Whether `go_on` may be called.
 
     """
 
@@ -69,12 +72,13 @@ class Processor:
         self.in_one_piece = type(self.filter) is HeldPeg
         self._force_stddev = force_noise(scene, self.reduction.covariance)
         self._memory = np.zeros(1, ENGINE)
-        self.engine = self._memory[0]
+        self.engine, self._words = self._memory[0], self._memory.view(np.int64)
         self.engine["reduction"] = self.reduction.steps
         self.engine["variance"] = self.reduction.noise
         self.engine["covariance"], self.engine["tared"] = self.reduction.covariance, np.nan
         self.engine["memory"]["numbers"] = self._new_judgement()
         self.filter.move_to(self._memory["held"])
+        self._no_room = self.room(0)
         self.rules = self._new_rules()
         self.restart()
 
@@ -219,20 +223,62 @@ class Processor:
         t_ns, force, torque = unit.wrench
         wrench, ends = np.array([[*force, *torque]], float), np.array([len(unit.joints)])
         stamps, orientations = _as_arrays(unit.joints)
-        run = Run(np.array([t_ns]), wrench, ends, stamps, orientations, None, 0)
-        rows = self.process_all(run) if self.in_one_piece else self._step(run)
+        one = Stretch(np.array([t_ns]), wrench, ends, ends, stamps, orientations)
+        rows = self.go_on(one, 0, 1, 0)[0] if self.in_one_piece else self._step(one)
         for measurement in unit.after:
             self.correct(measurement)
         return rows.values[0] if len(rows.t_ns) else None
 
-    def process_all(self, run: Run) -> Rows:
-        """Take a run of wrenches, where `in_one_piece`; return the rows that they give."""
-        rows, ends = np.empty((len(run.t_ns), SIZE)), run.ends.copy()
-        told = engine.process(
-            self.engine, self.rules, run.t_ns, run.wrenches, ends, run.stamps, run.orientations,
-            0.0, rows,
+    def go_on(
+        self, stretch: Stretch, first: int, last: int, taken: int, kept: Kept | None = None
+    ) -> tuple[Rows, np.ndarray]:
+        """
+        Take wrenches of a stretch, where `in_one_piece`.
+
+        Parameters
+        ----------
+        stretch : Stretch
+        first, last : int
+            Which; without any, what is late before the first one is put right.
+        taken : int
+            Orientations of the stretch that have been taken.
+        kept : Kept, optional
+            Needed where orientations may be late.
+
+        Returns
+        -------
+        rows : Rows
+            What the wrenches give.
+        went : ndarray of int64, shape (2,)
+            How often the estimate went back, and how many wrenches it took again.
+
+        """
+        s, ends, room = stretch, stretch.ends.copy(), self._no_room if kept is None else kept
+        rows, went = np.empty((max(last - first, 1), SIZE)), np.zeros(2, np.int64)
+        count = engine.process(
+            self.engine, self._words, self.rules, s.t_ns, s.wrenches, ends, s.placed, s.stamps,
+            s.orientations, 0.0, room, first, last, taken, went, rows,
         )  # fmt: skip
-        return Rows(run.t_ns[ends >= 0], rows[:told])
+        return Rows(s.t_ns[first:last][ends[first:last] >= 0], rows[:count]), went
+
+    def room(self, places: int) -> Kept:
+        """Return room for so many states to go back to."""
+        return room(places, self.engine["held"]["state"])
+
+    def fill(self, kept: Kept, stretch: Stretch, before: tuple) -> None:
+        """Keep the states before those wrenches of a stretch that have been taken."""
+        now = self.snapshot()
+        self.restore(before)
+        self.go_on(stretch, 0, stretch.begin, 0, kept)
+        self.restore(now)
+
+    def snapshot_of(self, kept: Kept, place: int) -> tuple:
+        """Return a snapshot of a state that was kept."""
+        now = self.snapshot()
+        go_back(kept, place, self._words, self.engine["held"]["state"])
+        found = self.snapshot()
+        self.restore(now)
+        return found
 
     def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
         """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
@@ -240,26 +286,27 @@ class Processor:
         if not self.in_one_piece:
             return self._correct(self.engine, stamps.item(), orientations[0], lateness)
         engine.process(
-            self.engine, self.rules, *_NO_WRENCH, stamps, orientations, float(lateness), _NO_ROW
-        )
+            self.engine, self._words, self.rules, *_NO_WRENCH, stamps, orientations,
+            float(lateness), self._no_room, 0, 0, 0, np.zeros(2, np.int64), _NO_ROW,
+        )  # fmt: skip
         return None
 
     # What follows calls the steps of `engine.process` one by one, with a filter that has its own.
 
-    def _step(self, run):
-        e, rules, t_ns, row = self.engine, self.rules, int(run.t_ns[0]), np.empty((1, SIZE))
+    def _step(self, stretch):
+        e, rules, t_ns, row = self.engine, self.rules, int(stretch.t_ns[0]), np.empty((1, SIZE))
         silent = engine.begin_unit(e, rules, t_ns)
-        for stamp, orientation in zip(run.stamps.tolist(), run.orientations):
+        for stamp, orientation in zip(stretch.stamps.tolist(), stretch.orientations):
             self._advance(e, rules, stamp)
             self._correct(e, stamp, orientation, 0.0)
         self._advance(e, rules, t_ns)
         if not engine.told(e, rules):
-            return Rows(run.t_ns[:0], row[:0])
-        contacts = engine.reduce(e, t_ns, run.wrenches[0], silent)
+            return Rows(stretch.t_ns[:0], row[:0])
+        contacts = engine.reduce(e, t_ns, stretch.wrenches[0], silent)
         self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
         self.filter.mark(t_ns)
         engine.judge(e, rules, t_ns, contacts, row[0])
-        return Rows(run.t_ns, row)
+        return Rows(stretch.t_ns, row)
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost

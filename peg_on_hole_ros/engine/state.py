@@ -89,15 +89,15 @@ ENGINE = np.dtype(
 
 
 # What the engine remembers beside the estimate, in bytes.
-_BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])  # type: ignore[index]
+BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])  # type: ignore[index]
 
 
 def snapshot(memory: np.ndarray) -> tuple[np.ndarray, held.Snapshot]:
     """Return everything that what follows depends on, of an array of ENGINE, shape (1,)."""
-    return memory.view(np.uint8)[_BESIDE].copy(), held.snapshot(memory["held"])
+    return memory.view(np.uint8)[BESIDE].copy(), held.snapshot(memory["held"])
 
 
 def restore(memory: np.ndarray, kept: tuple[np.ndarray, held.Snapshot]) -> None:
     """Go back to a snapshot; what follows is then bit for bit what followed it."""
-    memory.view(np.uint8)[_BESIDE], estimate = kept
+    memory.view(np.uint8)[BESIDE], estimate = kept
     held.restore(memory["held"], estimate)

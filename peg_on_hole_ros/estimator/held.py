@@ -65,7 +65,7 @@ HELD = np.dtype(
     ]
 )
 # What changes beside the components, in bytes.
-_KEPT = slice(HELD.fields["noise"][1], HELD.fields["state"][1] + STATE.fields["x"][1])  # type: ignore[index]
+KEPT = slice(HELD.fields["noise"][1], HELD.fields["state"][1] + STATE.fields["x"][1])  # type: ignore[index]
 
 
 class Snapshot(NamedTuple):
@@ -85,12 +85,12 @@ def snapshot(memory: np.ndarray) -> Snapshot:
     levels = state["components"] // max(frictions, 1)
     alive = np.flatnonzero(np.repeat(state["alive"][:frictions] > 0.0, levels))
     parts = state["x"][alive, :w], state["P"][alive, :w, :w]
-    return Snapshot(content[_KEPT].copy(), alive, *parts)
+    return Snapshot(content[KEPT].copy(), alive, *parts)
 
 
 def restore(memory: np.ndarray, kept: Snapshot) -> None:
     """Go back to a snapshot; what follows is then bit for bit what followed it."""
-    memory.view(np.uint8)[_KEPT] = kept.beside
+    memory.view(np.uint8)[KEPT] = kept.beside
     state = memory["state"][0]
     w = state["width"]
     state["x"][kept.alive, :w], state["P"][kept.alive, :w, :w] = kept.x, kept.P

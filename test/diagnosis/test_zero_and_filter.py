@@ -124,3 +124,17 @@ def test_slower_sensors_without_a_filter_are_silent(path, every):
                 continue
         line.on_sample(sample)
     assert line.causes == []
+
+
+def test_joint_states_that_come_behind_their_wrenches_make_no_setting_wrong():
+    """A transport that holds joint states back by 1.5 ms: what is looked at is the newest."""
+    line, late = Pipeline(from_parameters({})), []
+    for sample in samples(CYCLE, 6.0, 8.5):
+        if isinstance(sample, JointSample):
+            late.append(sample)
+            continue
+        while late and late[0].t_ns + 1_500_000 <= sample.t_ns:
+            line.on_joints(late.pop(0))
+        line.on_wrench(sample)
+    assert line.counts["joints_late"] > 1000
+    assert line.causes == []
