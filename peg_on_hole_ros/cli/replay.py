@@ -134,7 +134,7 @@ def replay(
             sinks,
             progress,
             writer if smooth else None,
-            inputs and inputs.read,
+            inputs,
         )
         for sink in (cycles, writer) if writer else (cycles,):
             sink.add(replayed.t_ns, replayed.ending)

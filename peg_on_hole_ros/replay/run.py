@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 from peg_on_hole_ros.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.bags.arrivals import arrivals_of
 from peg_on_hole_ros.bags.batch import Item
@@ -26,6 +28,7 @@ from peg_on_hole_ros.messages.stream import (
     orientation_of,
 )
 from peg_on_hole_ros.messages.warm_up import warm
+from peg_on_hole_ros.records import Arrivals
 from peg_on_hole_ros.replay.advice import Seen, remedy
 from peg_on_hole_ros.replay.bag_settings import settled
 from peg_on_hole_ros.robot.urdf_source import TOPIC, check_regular, urdf_path
@@ -45,6 +48,16 @@ class Sink(Protocol):
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
+
+
+class Watch(Protocol):
+    """Sees what is read, before the sinks are given what comes of it."""
+
+    def read(self, sample: object) -> None:
+        """See a sample, or what is wrong with it."""
+
+    def take_inputs(self, arrivals: Arrivals, begin: int, end: int) -> None:
+        """See messages by their places, all of them sound."""
 
 
 class Replayed(NamedTuple):
@@ -177,7 +190,7 @@ def replay_bag(
     sinks: Iterable[Sink],
     progress: Callable[[float], None] | None = None,
     smoothed: Sink | None = None,
-    watch: Callable[[object], None] | None = None,
+    watch: Watch | None = None,
 ) -> Replayed:
     """
     Replay a bag.
@@ -194,8 +207,7 @@ def replay_bag(
         Called with the share that is done.
     smoothed : Sink, optional
         Is given the smoothed state of every stamp, after all other output.
-    watch : callable, optional
-        Called with each sample, or what is wrong with it, before it is used.
+    watch : Watch, optional
 
     Raises
     ------
@@ -257,23 +269,25 @@ def replay_bag(
 def _played(stream, batch, configuration, sources, watch):
     """Yield messages of one stamp, or columns of many, as a batch gives them."""
     names = configuration.joints.names
-    if watch is not None:
-        # What is watched comes one by one, before what it gives.
-        for item in batch.items(names):
-            if item.topic in sources:
-                watch(item.sample)
-            messages = hand_over(stream, item, sources)
-            if messages:
-                yield messages, None
-        return
     arrivals = arrivals_of(batch, sources, configuration.joints, stream.pipeline.orientation)
     place = 0
     while place < len(batch):
+        begin = place
         place, columns = stream.take(arrivals, place)
+        # What came behind the last wrench is seen after what that gives.
+        wrenches = np.flatnonzero(arrivals.of_wrench[begin:place])
+        behind = begin + int(wrenches[-1]) + 1 if len(wrenches) else begin
+        if watch is not None:
+            watch.take_inputs(arrivals, begin, behind)
         if columns is not None:
             yield [], columns
+        if watch is not None:
+            watch.take_inputs(arrivals, behind, place)
         if place < len(batch):
-            messages = hand_over(stream, batch.item(place, names), sources)
+            item = batch.item(place, names)
+            if watch is not None and item.topic in sources:
+                watch.read(item.sample)
+            messages = hand_over(stream, item, sources)
             place += 1
             if messages:
                 yield messages, None

@@ -97,6 +97,16 @@ class Rows:
         if len(self._t) > _STAGE:
             self._flush(_STAGE)
 
+    def add_all(self, t_ns: np.ndarray, rows: np.ndarray) -> None:
+        """Take rows, shape (n, width), whose times never fall [ns], as `add` would each."""
+        if not len(t_ns):
+            return
+        self.add(int(t_ns[0]), rows[0].tolist())
+        self._t.frombytes(np.ascontiguousarray(t_ns[1:], np.int64).tobytes())
+        self._values.frombytes(np.ascontiguousarray(rows[1:], np.float32).tobytes())
+        while len(self._t) > _STAGE:
+            self._flush(_STAGE)
+
     def _flush(self, count):
         block = self._staged(count)
         del self._t[:count], self._values[: count * self._width]

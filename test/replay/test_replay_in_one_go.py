@@ -12,6 +12,9 @@ from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.config.options import NodeOptions
 from peg_on_hole_ros.messages.stream import MessageStream
 from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.replay.run import replay_bag
+from peg_on_hole_ros.report.inputs import Inputs
+from peg_on_hole_ros.report.tracks import Tracks
 from recorded import Row, joints, wrench, write
 from simulated import truth
 
@@ -194,3 +197,30 @@ def test_in_one_go_is_as_one_by_one(stream, window, tmp_path, monkeypatch):
     # Without a window late joint states are used by another rule, one by one.
     by_itself = stream is late or (not window and "joint_states_" in stream.__name__)
     assert sum(taken) > 100 or by_itself
+
+
+def drawn(bag, configuration):
+    """Return what a report draws of the messages that came in."""
+    tracks = Tracks()
+    inputs = Inputs(configuration, tracks)
+    replay_bag(Bag(bag), configuration, 0.0, [tracks, inputs], watch=inputs)
+    return inputs.tables()
+
+
+@pytest.mark.parametrize("stream", [in_order, joint_states_behind, silence])
+def test_what_a_report_draws_of_the_input_is_the_same(stream, tmp_path, monkeypatch):
+    configuration = truth(SCENE).plan.configuration
+    topics = replace(configuration.topics, wrench="/wrench", joint_states="/joint_states")
+    configuration = replace(configuration, topics=topics)
+    bag = recording(stream(ordered(450)), tmp_path / "in.mcap")
+    found = drawn(bag, configuration)
+    monkeypatch.setattr(MessageStream, "take", lambda self, arrivals, begin: (begin, None))
+    expected = drawn(bag, configuration)
+    assert found.keys() == expected.keys()
+    for name, table in expected.items():
+        for column in {*table} - {"squared"}:
+            np.testing.assert_array_equal(found[name][column], table[column])
+    if stream is not joint_states_behind:
+        # Of many, late ones too are held against the output of their own time.
+        squared = (each["innovations"]["squared"] for each in (found, expected))
+        np.testing.assert_array_equal(*squared)
