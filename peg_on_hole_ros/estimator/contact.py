@@ -207,7 +207,7 @@ def straighten(
         `direction_share` and `inertia`.
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
-    scratch : Scratch
+    scratch : record of SCRATCH
         residual, E, R and unknown are filled.
 
     Returns

@@ -37,7 +37,7 @@ def balance_free(
         As for `contact.straighten`.
     moved, turned : float
         Variances of force [N^2] and couple [N^2 m^2] that the holder's motion leaves.
-    scratch : Scratch
+    scratch : record of SCRATCH
         residual, E and R are filled.
 
     """

@@ -25,10 +25,10 @@ def predict(
 
     Parameters
     ----------
-    s : State
+    s : record of STATE
         Changed.
-    scratch : Scratch
-    o : Settings
+    scratch : record of SCRATCH
+    o : record of SETTINGS
     walk : ndarray, shape (n,)
         See `move_on`.
     n : int
@@ -106,11 +106,11 @@ def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
 
     Parameters
     ----------
-    s : State
+    s : record of STATE
         Changed.
-    scratch : Scratch
+    scratch : record of SCRATCH
         With log likelihoods, and doubts of the last wrench.
-    o : Settings
+    o : record of SETTINGS
 
     """
     levels, frictions = o.levels, s.frictions

@@ -22,9 +22,9 @@ def follow_noise(s: StateRecord, o: SettingsRecord, q: np.ndarray, R: np.ndarray
 
     Parameters
     ----------
-    s : State
+    s : record of STATE
         With the innovation of the last orientation.
-    o : Settings
+    o : record of SETTINGS
     q : ndarray, shape (3,)
         The last orientation [rad].
     R : ndarray, shape (3, 3)

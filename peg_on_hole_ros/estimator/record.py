@@ -78,7 +78,7 @@ def fill_record(
     ----------
     record : ndarray, shape (SIZE,)
         Filled, but for NOISE.
-    s : State
+    s : record of STATE
     at : ndarray, shape (6,)
     n : int
     p : SceneScalars

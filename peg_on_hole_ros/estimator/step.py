@@ -253,10 +253,10 @@ def weigh(
 
     Parameters
     ----------
-    s : State
+    s : record of STATE
         Changed; mean and covariance are filled in.
-    scratch : Scratch
-    o : Settings
+    scratch : record of SCRATCH
+    o : record of SETTINGS
     p : SceneScalars
     at : ndarray, shape (6,)
     n : int

@@ -55,10 +55,10 @@ def accumulate(
 
     Parameters
     ----------
-    s : State
+    s : record of STATE
         Filled; of one friction, with nothing else open.
-    scratch : Scratch
-    o : Settings
+    scratch : record of SCRATCH
+    o : record of SETTINGS
     p : SceneScalars
     at, learnt, walk : ndarray
         See `weigh` and `move_on`.

@@ -103,7 +103,7 @@ class ObservingFilter(HeldPeg):
         scene: Scene,
         options: FilterOptions,
         wrench_noise: np.ndarray,
-        offsets: Offsets | None,
+        offsets: Offsets,
     ) -> None:
         super().__init__(scene, options, wrench_noise, offsets)
         rows, scale = _rows(), measures(scene.hole_diameter, TYPICAL_FORCE)
@@ -119,7 +119,7 @@ class ObservingFilter(HeldPeg):
             options, friction="estimated", clearance="estimated", friction_noise=0.0,
             gate_threshold=inf,
         )  # fmt: skip
-        unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))  # type: ignore[union-attr]
+        unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
         alone = default_settings(frictions=1)
         self._open = HeldPeg(opened, everything, wrench_noise, unknown, alone)
         self._told, self._runs = np.zeros((len(NAMES), len(NAMES))), False

@@ -85,7 +85,7 @@ def follow_level(
         Changed.
     warn, error : float
         Thresholds.
-    o : Thresholds
+    o : record of THRESHOLDS
     t : float
         [s].
     value : float
@@ -146,9 +146,9 @@ def follow_alarms(
 
     Parameters
     ----------
-    memory : Memory
+    memory : record of MEMORY
         Changed; `said` is filled in.
-    o : Thresholds
+    o : record of THRESHOLDS
     t : float
         [s].
     risk : Risk

@@ -66,7 +66,7 @@ def take_orientation(
 
     Parameters
     ----------
-    memory : Memory
+    memory : record of MEMORY
         Changed.
     t_ns : int
         [ns].
@@ -122,9 +122,9 @@ def assess(
     ----------
     f : ndarray
         Record of the estimate, which has taken the wrench of the stamp.
-    memory : Memory
+    memory : record of MEMORY
         Changed.
-    o : Thresholds
+    o : record of THRESHOLDS
     force_stddev : float
         Of a force that the rim carries [N].
     peg_height : float

@@ -25,7 +25,7 @@ def declare_mode(d: DeclaredRecord, o: ThresholdsRecord, t: float, shown: Shown)
     ----------
     d : record of FIELDS
         Changed.
-    o : Thresholds
+    o : record of THRESHOLDS
     t : float
         [s].
     shown : Shown

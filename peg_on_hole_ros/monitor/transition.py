@@ -32,7 +32,7 @@ def raise_flag(
     ----------
     d : record of FIELDS
         Changed.
-    o : Thresholds
+    o : record of THRESHOLDS
     t : float
         [s].
     below, touching : float

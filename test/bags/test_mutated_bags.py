@@ -1,0 +1,40 @@
+"""Whatever a copy of a bag has suffered, every command ends as documented, soon and in bounds."""
+
+import re
+import subprocess
+import sys
+
+from benchmarks.mutated_bags import KINDS, Outcome
+from simulated import ROOT
+
+COPIES = 2 * len(KINDS)
+
+
+def test_damaged_copies_end_as_documented():
+    command = [sys.executable, "-m", "benchmarks.mutated_bags", "--count", str(COPIES)]
+    # Other damage than that of the published figures.
+    run = subprocess.run([*command, "--seed", "1001"], cwd=ROOT, capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+    *_, last = run.stdout.splitlines()
+    assert last == f"{COPIES} copies, 0 faults, 0 losses that were not told"
+    rows = re.findall(r"^\| (\w+) \| (\d+) \| \d+ \| (\d+) \| (\d+) \|", run.stdout, re.M)
+    assert [kind for kind, *_ in rows] == list(KINDS)
+    # The damage is one: most of it is found, and much of it leaves something to be read.
+    sound, unreadable, cut_short = (sum(int(row[i]) for row in rows) for i in (1, 2, 3))
+    assert cut_short > sound and sound + unreadable + cut_short > COPIES
+
+
+def test_what_counts_as_a_fault():
+    error = "peg-on-hole: error: a is damaged\n"
+    assert not Outcome(0, 0.1, 10**8, "configuration: that in a\n").fault()
+    assert not Outcome(3, 0.1, 10**8, error).fault()
+    for outcome in (
+        Outcome(70, 0.1, 10**8, error),
+        Outcome(-9, 0.1, 10**8, ""),
+        Outcome(3, 0.1, 10**8, ""),
+        Outcome(3, 0.1, 10**8, 2 * error),
+        Outcome(0, 0.1, 10**8, "Traceback (most recent call last):\n"),
+        Outcome(4, 11.0, 10**8, error),
+        Outcome(4, 0.1, 6 * 10**8, error),
+    ):
+        assert outcome.fault(), outcome
