@@ -11,6 +11,7 @@ from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.record import SIZE, fill_record
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import (
+    BIAS,
     FRICTION,
     MOST_LEVELS,
     MOST_WIDTH,
@@ -52,6 +53,7 @@ HELD = np.dtype(
         ("at", np.int64, (len(QUANTITIES),)),  # places of what is open
         ("n", np.int64),  # how many values are estimated
         ("walk", float, (MOST_WIDTH,)),  # variance that each gains in a second
+        ("wander", float, (6,)),  # variance that the zero gains in a second in the air
         ("learnt", float, (MOST_WIDTH,)),  # which of them are learnt
         ("bias_map", float, (6, 6)),  # from a bias to what it adds to a wrench on the peg
         ("friction_open", np.int64),  # whether friction has a spread
@@ -210,11 +212,23 @@ def weigh(h: HeldRecord, u: np.ndarray, contacts: int) -> None:
     h.u[:] = u
     if not isfinite(h.state.mean[0]):
         return
+    if contacts == 0 and h.at[BIAS] >= 0:
+        _let_zero_wander(h)
     step.weigh(
         h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise,
         h.bias_map, contacts,
     )  # fmt: skip
     fill(h)
+
+
+@compiled
+def _let_zero_wander(h: HeldRecord) -> None:
+    """Let the zero be what it may have become since the last wrench, while nothing touches."""
+    s, first = h.state, h.at[BIAS]
+    for j in range(s.components):
+        if s.alive[j // h.constants.levels] > 0.0:
+            for i in range(6):
+                s.P[j, first + i, first + i] += h.wander[i] * s.step[0]
 
 
 @compiled

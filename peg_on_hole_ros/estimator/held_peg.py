@@ -98,6 +98,8 @@ class HeldPeg:
         if scene.friction_stddev:
             held["walk"][FRICTION] = options.friction_noise**2
         held["walk"][OPEN : self._n] = np.square(walk)
+        learns = self.offsets.bias_learnt
+        held["wander"] = learns * self.offsets.variance[:6] / self.constants.zero_time
         held["learnt"][: self._n + 3] = 1.0
         held["learnt"][FRICTION] = options.friction == "estimated"
         held["learnt"][OPEN : self._n] = learnt

@@ -53,6 +53,8 @@ class Settings(NamedTuple):
         Deviation of accelerations at the start [rad/s^2].
     free_acceleration, free_time : float
         How a holder moves a peg in the air [m/s^2], and for how long one way [s].
+    zero_time : float
+        In the air a zero wanders by its stated deviation in this time [s].
     noise_count, noise_step, noise_margin, noise_most : float
         The variance of orientations is followed over so many; one counts as so much at most; so
         much more than stated is none; and it is so many times the stated one at most.
@@ -84,6 +86,7 @@ class Settings(NamedTuple):
     acceleration_start: float = 20.0
     free_acceleration: float = 2.0
     free_time: float = 0.02
+    zero_time: float = 10.0
     noise_count: float = 100.0
     noise_step: float = 10.0
     noise_margin: float = 0.3

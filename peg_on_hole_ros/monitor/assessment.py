@@ -12,6 +12,7 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import evidence
 from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms
 from peg_on_hole_ros.monitor.evidence import Shown
+from peg_on_hole_ros.monitor.insertion_depth import insertion_depth
 from peg_on_hole_ros.monitor.jamming import Risk
 from peg_on_hole_ros.monitor.judgement import (
     KNOWN,
@@ -170,6 +171,8 @@ def assess(
     _fill_modes(row, d, t, shown)
     if d.mode != IN_AIR and not blind:
         _fill_risk(row, risk)
+    if on_contacts == 2 and not blind:
+        row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(f)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
     # and otherwise what a rim of this tilt may wedge against what it carries.
     wide = force_stddev

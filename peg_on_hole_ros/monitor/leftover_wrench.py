@@ -4,7 +4,7 @@ from math import cos, exp, fabs, nan, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import BIAS_LOAD, NOISE, RATES, U, X
+from peg_on_hole_ros.estimator.record import BIAS_LOAD, NOISE, RATES, P, U, X
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.monitor.trend import is_number
 
@@ -23,6 +23,9 @@ SIZE = 13
 ROOM = 3.0
 # A load this many times the mean square of the noise off the mean has changed.
 JUMP = 6.0
+# An azimuth less sure than this [rad^2] is that of a peg that stands upright: what the rates of
+# azimuth and turn make of its angular momentum is noise.
+AZIMUTH = 0.1**2
 # A force out of the hole counts as one of this part: a peg that leaves the rim is accelerated so.
 LIFT = 3.0
 
@@ -85,8 +88,9 @@ def carried_load(f: np.ndarray, means: np.ndarray, dt: float, time: float) -> tu
         return nan, noise
     share = 1.0 - exp(-dt / time)
     begun = means[_SHARE] > 0.0
+    turns = begun and dt > 0.0 and f[P + 7] < AZIMUTH
     for i in range(3):
-        rate = (new[6 + i] - means[_MOMENTUM + i]) / dt if begun and dt > 0.0 else 0.0
+        rate = (new[6 + i] - means[_MOMENTUM + i]) / dt if turns else 0.0
         means[_RATE + i] += share * (rate - means[_RATE + i])
         means[_MOMENTUM + i] = new[6 + i]
     # A load that has changed is not a mean of before and after.

@@ -20,6 +20,8 @@ MONITOR_NAMES = (
     "determinant",
     "insertion_ratio",
     "whitney_margin",
+    "insertion_depth",
+    "insertion_depth_stddev",
     "three_point_validity",
     "mode_probability_three_point",
     "mode_probability_two_point",

@@ -22,6 +22,8 @@ _RISKS = (
     AT.jamming_load,
     AT.insertion_ratio,
     AT.whitney_margin,
+    AT.insertion_depth,
+    AT.insertion_depth_stddev,
     AT.determinant,
     AT.time_to_transition,
     AT.time_to_transition_stddev,

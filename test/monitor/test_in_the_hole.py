@@ -11,6 +11,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, stands
+from peg_on_hole_ros.monitor.insertion_depth import depth_at
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from two_points import length_inside, samples, tilt_at
 
@@ -127,3 +128,32 @@ def test_a_simulated_insertion_is_alarmed_where_it_jams(kind, stated):
     assert t[-1] - since > 0.25
     assert (level[t > since + 0.1] >= WARN).all() and level[-1] == ERROR
     assert not (level[t < since - 0.1] == ERROR).any()
+
+
+@pytest.mark.parametrize("kind", ["goes_on", "jams"])
+def test_how_deep_the_peg_is_is_told_while_rim_and_wall_carry(kind):
+    """The simulation has a depth of its own, and contacts that give."""
+    truth = inserted(kind)
+    rows = list(Pipeline(truth.plan.configuration).play(measure(truth, 4)))
+    told = np.array([row.monitor.get("insertion_depth", np.nan) for row in rows])
+    stddev = np.array([row.monitor.get("insertion_depth_stddev", np.nan) for row in rows])
+    at = np.searchsorted(truth.t_ns, [row.t_ns - START_NS for row in rows])
+    error, known = told - truth.place[at, 2], np.isfinite(told)
+    assert known.sum() > 100
+    assert (known == np.isfinite(stddev)).all()
+    assert (truth.mode[at[known]] == "two_point").all()
+    assert np.mean(np.abs(error[known]) <= 1.96 * stddev[known]) > 0.9
+    assert np.median(stddev[known]) < 0.1 * truth.place[:, 2].max()
+
+
+def test_the_spread_of_the_depth_is_that_of_tilt_and_clearance():
+    d, D, gamma, step = 0.0298, 0.03, 0.02, 1e-6
+    depth, by_tilt, by_diameter = depth_at(d, D, gamma)
+    # Edge and side from the lower end's centre, across and up in the plane of the tilt.
+    s, c = np.sin(gamma), np.cos(gamma)
+    axis, across = np.array([s, c]), np.array([c, -s])
+    B, K = -across * d / 2, across * d / 2 + axis * length_inside(Scene(D, d), gamma)
+    assert (K - B)[0] == pytest.approx(D, rel=1e-9)
+    assert K[1] == pytest.approx(depth, rel=1e-9)
+    assert by_tilt == pytest.approx((depth_at(d, D, gamma + step)[0] - depth) / step, rel=1e-3)
+    assert by_diameter == pytest.approx((depth_at(d + step, D, gamma)[0] - depth) / step, rel=1e-3)

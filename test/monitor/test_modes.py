@@ -513,6 +513,26 @@ def test_what_both_walls_carry_is_contact_though_the_net_force_is_small(gamma, s
     assert (modes_of(0.0, gamma, seed)[50:] == "open").all()
 
 
+def hangs_upright(seed, count=400, noise=1e-4):
+    """Measure a peg that hangs still and upright: its azimuth is that of the noise alone."""
+    random, weight = np.random.default_rng(seed), SCENE.peg_mass * 9.80665
+    for k in range(count):
+        if k % 2 == 0:
+            x, y, z = random.normal(0, noise, 3)
+            q = (np.hypot(x, y), np.arctan2(-y, -x), z - np.arctan2(-y, -x))
+            yield JointSample(k * 1_000_000, ANGLES, q)
+        force = random.normal(0, 0.2, 3) + [0.0, 0.0, weight]
+        yield WrenchSample(k * 1_000_000, tuple(force), tuple(random.normal(0, 0.005, 3)))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_free_peg_that_hangs_upright_touches_nothing(seed):
+    """Its azimuth is told to turn by thousands of rad/s, and so would its angular momentum."""
+    rows = list(Pipeline(from_parameters({})).play(hangs_upright(seed)))
+    assert max(abs(row.state[4]) for row in rows) > 100.0
+    assert {row.contact_mode for row in rows[100:]} == {"open"}
+
+
 def test_a_load_counts_by_the_joint_noise_of_force_and_couple():
     covariance = WrenchReduction(LONG.wrench, LONG.scene).covariance
     kalman = placed((0.05, 0.4, 0.9), scene=LONG.scene, noise=covariance, rate_variance=0.0)

@@ -4,17 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.record import BIAS_LOAD
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from simulated import truth
 from under_way import press
 
+MS = 1_000_000
 SENSOR = replace(
     Configuration().wrench, sensor_xyz=(0.01, -0.02, 0.09), sensor_rpy=(3.0, 0.2, 0.7)
 )
@@ -69,3 +72,39 @@ def test_a_stated_bias_is_no_contact_in_the_air_and_hides_none_on_the_rim(bias):
     assert set(modes[(t > 40_000_000) & (t < down)]) == {"open"}
     assert not any(alarm.level for row in found for alarm in row.alarms)
     assert set(modes[t > down + 150_000_000]) == {"three_point"}
+
+
+def in_the_air(tilt, force_rate, torque_rate, until=4.5):
+    """Measure a peg that hangs still, with a load that grows from 1 s on [N/s], [N m/s]."""
+    random, held = np.random.default_rng(5), (tilt, 0.3, 0.0)
+    weight = Rotation.from_euler("ZYZ", [0.3, -tilt, 0.0]).as_matrix().T @ [0.0, 0.0, 4.9]
+    for k in range(round(until * 1e3)):
+        grown = max(k * 1e-3 - 1.0, 0.0)
+        if k % 2 == 0:
+            yield JointSample(k * MS, ANGLES, tuple(held + random.normal(0, 1e-4, 3)))
+        force = weight + grown * np.array(force_rate) + random.normal(0, 0.2, 3)
+        torque = grown * np.array(torque_rate) + random.normal(0, 0.005, 3)
+        yield WrenchSample(k * MS, tuple(force), tuple(torque))
+
+
+UNKNOWN_ZERO = {
+    "wrench.sensor_xyz": [0.0, 0.0, 0.035],
+    "wrench.bias_force_stddev": 0.5,
+    "wrench.bias_torque_stddev": 0.02,
+}
+
+
+@pytest.mark.parametrize("tilt", [0.02, 0.2])
+def test_a_zero_that_drifts_in_the_air_is_no_contact(tilt):
+    """By 2.3 N and 0.12 N m in the end, in the plane of the tilt, as K and B would load it."""
+    line = Pipeline(from_parameters(UNKNOWN_ZERO))
+    rows = list(line.play(in_the_air(tilt, (0.67, 0.0, 0.0), (0.0, 0.033, 0.0))))
+    assert {row.contact_mode for row in rows[100:]} == {"open"}
+    assert rows[-1].monitor["bias_force_x"] == pytest.approx(2.3, abs=0.7)
+
+
+def test_a_press_that_grows_slowly_is_no_drift():
+    line = Pipeline(from_parameters(UNKNOWN_ZERO))
+    rows = list(line.play(in_the_air(0.2, (0.0, 0.0, -10.0), (0.0, 0.0, 0.0), until=1.5)))
+    open_until = max(k for k, row in enumerate(rows) if row.contact_mode == "open")
+    assert 1000 < open_until < 1250
