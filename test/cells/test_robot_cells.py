@@ -19,16 +19,15 @@ class Limits(NamedTuple):
     normal: float
     coverage: float
     flag: float
-    jamming: str
 
 
 # A third above what each cell has (bags/README.md). Where coverage is low the driver filters what
 # it sends, and the gears bend by more than encoders see.
 CELLS = {
-    "ur_like": Limits(5e-4, 7.0, 0.90, 0.03, "WARN"),
-    "ur_like_base": Limits(5e-4, 7.0, 0.90, 0.03, "WARN"),
-    "franka_like": Limits(1e-3, 33.0, 0.40, 0.03, "ERROR"),
-    "iiwa_like": Limits(8e-4, 8.0, 0.60, 0.03, "ERROR"),
+    "ur_like": Limits(5e-4, 7.0, 0.90, 0.03),
+    "ur_like_base": Limits(5e-4, 7.0, 0.90, 0.03),
+    "franka_like": Limits(1e-3, 33.0, 0.40, 0.03),
+    "iiwa_like": Limits(8e-4, 8.0, 0.60, 0.03),
 }
 TOUCHES = 1.70, 1.90  # [s]
 IN_THE_HOLE = 4.51
@@ -53,10 +52,8 @@ def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     assert TOUCHES[0] < begun < TOUCHES[1]
     assert first["outcome"] == "inserted"
     assert found["transition_time"] == pytest.approx(IN_THE_HOLE, abs=limits.flag + 0.03)
-    # Nothing jams before the peg is in the hole.
-    jamming = [a for a in found["alarms"] if a["name"] == "jamming" and a["level"] == "ERROR"]
-    assert all(alarm["time"] > IN_THE_HOLE for alarm in jamming)
-    assert bool(jamming) <= (limits.jamming == "ERROR")
+    # It bounces as it touches down, is pressed at rest, and waits in the hole: no program stops.
+    assert not [alarm for alarm in found["alarms"] if alarm["level"] == "ERROR"]
     assert bag.stat().st_size < 5e6
 
 
