@@ -1,12 +1,16 @@
 """Robot cells of another engine: arms with soft gears, and the truth is the engine's."""
 
 import json
+from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.replay.run import replay_bag
 from simulated import ROOT
 
 pytest.importorskip("pinocchio")
@@ -55,6 +59,29 @@ def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     # It bounces as it touches down, is pressed at rest, and waits in the hole: no program stops.
     assert not [alarm for alarm in found["alarms"] if alarm["level"] == "ERROR"]
     assert bag.stat().st_size < 5e6
+
+
+@pytest.mark.parametrize("name", ["ur_like", "franka_like", "iiwa_like"])
+def test_a_tilt_that_bending_gears_feign_is_told_as_not_known(name):
+    """The hole lies as stated; gears bend by less than a milliradian, and vibrate."""
+    configuration, _ = load(ROOT / "config" / f"cell_{name}.yaml")
+    joints = replace(configuration.joints, hole_tilt_stddev=0.002)
+    told = []
+
+    class Monitor:
+        def add(self, t_ns, messages):
+            for suffix, _, fields in messages:
+                if suffix == "monitor":
+                    told.append(dict(zip(fields["name"], fields["position"], strict=True)))
+
+    bag = Bag(ROOT / "bags" / f"cell_{name}.mcap")
+    replay_bag(bag, replace(configuration, joints=joints), 0.0, [Monitor()])
+    for axis in ("hole_tilt_x", "hole_tilt_y"):
+        found = [[row[axis], row[f"{axis}_stddev"]] for row in told if row[axis] == row[axis]]
+        off, stddev = np.abs(np.array(found)).T
+        assert len(off) > 1000
+        # Of what the gears make of it.
+        assert ((off - 1e-3) / stddev).max() < 3.0, axis
 
 
 def test_the_urdfs_are_those_of_the_engines_arms():
