@@ -13,8 +13,11 @@ class Finding(NamedTuple):
         What is wrong, what fits, and how that is known.
     found : dict of str to object
         Fields of WrenchInput with the values that fit; empty: there is no such setting.
+    of : str
+        What it is about: wrench, joints or scene.
 
     """
 
     text: str
     found: dict[str, object]
+    of: str = "wrench"

@@ -12,6 +12,7 @@ from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
+from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
 from peg_on_hole_ros.engine.announced_motion import Expected
 from peg_on_hole_ros.engine.free_peg import FreeFor, not_free, turns
 from peg_on_hole_ros.engine.history import History, Unit
@@ -137,12 +138,13 @@ class Pipeline:
 
     @property
     def causes(self) -> list[str]:
-        """Settings that the data have contradicted, a line each, the first first."""
+        """Settings that the data have contradicted, a line each, the likeliest first."""
         told = [
-            f"wrench: {finding.text}; used in place of what is stated (wrench.adopt_found)"
+            f"{finding.of}: {finding.text}; used in place of what is stated (wrench.adopt_found)"
             if self._adopted.items() >= finding.found.items() and finding.found
-            else f"wrench: {finding.text}"
-            for finding in self._found
+            else f"{finding.of}: {finding.text}"
+            # What a wrench means rests on how hole and peg are stated.
+            for finding in sorted(self._found, key=lambda each: each.of == "wrench")
         ]
         return [*told, *self.processor.causes]
 
@@ -169,6 +171,7 @@ class Pipeline:
         self._recent.clear()
         self._diagnosis.restart()
         self._air.restart()
+        self._rim.restart()
         self._measured = None
 
     def reset(self) -> Answer:
@@ -621,6 +624,7 @@ class Pipeline:
         """Begin to look for wrong settings, with what is taken off a wrench as received."""
         self._diagnosis = Diagnosis(self.configuration, taken_off)
         self._air = FreeAir(self.configuration, self.processor.reduction)
+        self._rim = RimMotion(self.configuration)
 
     def _diagnose(self, sample):
         """Try what else the wrench may mean; what is sure takes the place of what is stated."""
@@ -631,7 +635,9 @@ class Pipeline:
         if not diagnosis.unsure and not self.processor.wrench_stands_still:
             free = self._told is not None and self._told[1][MODE] == IN_AIR
             self._air.take(sample, self._measured.q, free)
-        others = self._air.finding, self._low_pass.finding
+        in_air = self._told is None or self._told[1][MODE] == IN_AIR
+        self._rim.take(self._measured, in_air)
+        others = self._air.finding, self._low_pass.finding, self._rim.finding
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue

@@ -30,6 +30,8 @@ USED, GATED, RESET, LOST = range(4)
 # Places in `begin` of HELD: friction and its deviation at the next start, orientations that were
 # refused in a row.
 BEGIN_FRICTION, BEGIN_STDDEV, REFUSED = range(3)
+# By so many standard deviations of what was learnt a tilt may move.
+SURE = 3.0
 
 
 # The tuned constants for compiled code, with how many levels there are.
@@ -63,6 +65,7 @@ HELD = np.dtype(
         ("open_mean", float, (sum(WIDTHS),)),  # what is open at the next start
         ("open_stddev", float, (sum(WIDTHS),)),
         ("begin", float, (3,)),
+        ("doubt", float, (2,)),  # variance by which the tilt is known less than it is learnt
         ("state", STATE),
     ]
 )
@@ -116,6 +119,39 @@ GATES = np.dtype(
 
 
 @compiled
+def doubt_tilt(h: HeldRecord) -> None:
+    """
+    Widen what is told where a tilt has moved by more than what was learnt of it accounts for.
+
+    A mean that is learnt moves with the variance that learning takes away. One that moves further
+    is pushed by what is no tilt, as by gears that bend: it may as well be where it began, however
+    much is learnt from there on.
+    """
+    at, s = h.at[TILT], h.state
+    if at < 0 or h.learnt[at] == 0.0:
+        return
+    C = s.covariance
+    for i in range(at, at + 2):
+        begun = h.open_stddev[i - OPEN]
+        moved, taken = s.mean[i] - h.open_mean[i - OPEN], max(begun * begun - C[i, i], 0.0)
+        more = max(h.doubt[i - at], moved * moved - (SURE * SURE) * taken)
+        if not (more > 0.0 and C[i, i] > 0.0):
+            continue
+        h.doubt[i - at] = more
+        # All that depends on the tilt moves with it.
+        along = C[i].copy() / C[i, i]
+        for a in range(h.n + 3):
+            for b in range(h.n + 3):
+                C[a, b] += more * along[a] * along[b]
+
+
+@compiled
+def _combine(h):
+    step.combine(h.state, h.n)
+    doubt_tilt(h)
+
+
+@compiled
 def fill(h: HeldRecord) -> None:
     """Fill in the record."""
     fill_record(
@@ -132,7 +168,7 @@ def start(h: HeldRecord, gates: GatesRecord, q: np.ndarray, R: np.ndarray) -> No
         gates.initial_rate_stddev, h.begin[BEGIN_FRICTION], h.begin[BEGIN_STDDEV], h.open_mean,
         h.open_stddev,
     )  # fmt: skip
-    h.begin[REFUSED] = 0.0
+    h.begin[REFUSED] = h.doubt[0] = h.doubt[1] = 0.0
     fill(h)
 
 
@@ -157,7 +193,7 @@ def move_on(h: HeldRecord, dt: float) -> None:
     """Predict by dt [s]."""
     predict(h.state, h.scratch, h.constants, h.walk, h.n, dt)
     step.pass_time(h.state, dt)
-    step.combine(h.state, h.n)
+    _combine(h)
 
 
 @compiled
@@ -190,7 +226,7 @@ def hold_against(
 def orient(h: HeldRecord, q: np.ndarray, R: np.ndarray) -> None:
     """Correct by an orientation that is used."""
     step.orient(h.state, h.scratch, h.constants, h.at, h.n, h.learnt, q, R)
-    step.combine(h.state, h.n)
+    _combine(h)
 
 
 @compiled
@@ -218,6 +254,7 @@ def weigh(h: HeldRecord, u: np.ndarray, contacts: int) -> None:
         h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise,
         h.bias_map, contacts,
     )  # fmt: skip
+    doubt_tilt(h)
     fill(h)
 
 

@@ -42,8 +42,9 @@ from peg_on_hole_ros.record_types import LevelRecord, MemoryRecord, ThresholdsRe
 # From here on the six equations' reactions are numbers to trust, a quarter of those frictionless.
 SAFE_DETERMINANT = 0.25
 _LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
-# A peg has rested on three contacts once that has been the mode for so long [s].
-_RESTED = 0.05
+# A peg that slides is on three contacts once that has been told for so long [s]. One at rest may
+# bounce on one of them: there it takes as long as an alarm is held.
+_SLID = 0.05
 # One contact is named if it holds this share of the probability that any has opened.
 _CLEARLY = 0.7
 # A contact that opens sooner than so before gamma0 [s] opens on the way into the hole.
@@ -55,7 +56,7 @@ def clear_alarms(memory: MemoryRecord) -> None:
     """Clear every alarm."""
     d = memory.declared[0]
     d.rested = 0
-    d.resting = d.aloft = nan
+    d.resting = d.sliding = d.aloft = nan
     for i in range(3):
         r = memory.levels[i]
         r.level = OK
@@ -196,7 +197,9 @@ def _follow_contact_loss(memory, o, t, shown):
     d, r = memory.declared[0], memory.levels[CONTACT_LOSS]
     d.aloft = since_when(d.aloft, d.mode == IN_AIR, t)
     d.resting = since_when(d.resting, d.mode == THREE_POINT, t)
-    if t - d.resting >= _RESTED:
+    slides = d.mode == THREE_POINT and shown.three_point > shown.stuck
+    d.sliding = since_when(d.sliding, slides, t)
+    if t - d.sliding >= _SLID or t - d.resting >= o.alarm_hold:
         d.rested = 1
     if d.mode == TWO_POINT or t - d.aloft >= o.alarm_hold:
         # In the hole, or in the air for long enough to be a state and no event.

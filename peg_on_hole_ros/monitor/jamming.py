@@ -374,11 +374,16 @@ def _two_point(p, f, f_z, threshold):
     uncertain = noise * lever + 0.05 * fabs(F_z)
     uncertain = sqrt(uncertain * uncertain + by_friction * by_friction)
     beyond, surely = -margin / uncertain, (by_friction - margin) / uncertain
-    pressed = below((F_z - threshold) / noise)
     # Moments about the edge leave K alone, if the peg slides in; B carries it and the side load.
     arm = length + p.f * p.d
-    N_K = (M + 0.5 * p.d * (c * F_z + side * s * F_x)) / arm
-    variance = (f[NOISE + 28] + p.H_c * p.H_c * f[NOISE]) / (arm * arm)
+    about_edge = M + 0.5 * p.d * (c * F_z + side * s * F_x)
+    about_edge_noise = f[NOISE + 28] + p.H_c * p.H_c * f[NOISE]
+    N_K, variance = about_edge / arm, about_edge_noise / (arm * arm)
+    # K is as steep as the peg leans: without friction it lifts the peg by so much, as where the
+    # holder alone keeps the tilt. What is left of the push is for friction.
+    steep = max(side * s, 0.0) / length
+    left, left_noise = F_z - steep * max(about_edge, 0.0), steep * steep * about_edge_noise
+    pressed = below((left - threshold) / sqrt(noise * noise + left_noise))
     variance += max(f[SPREAD], 0.0) * (N_K * p.d / arm) ** 2
     loaded = below(N_K / sqrt(variance)) * below((F_x + N_K) / sqrt(variance + f[NOISE]))
     # Where either friction cone holds the other contact, any load may be locked in.

@@ -34,6 +34,7 @@ FIELDS = (
     ("left", "f8", "s", "since when the peg has been in the air above gamma0"),
     ("rested", "i8", "", "whether three contacts are there to lose"),
     ("resting", "f8", "s", "since when the mode has been three_point"),
+    ("sliding", "f8", "s", "since when it has been so of a peg that slides"),
     ("aloft", "f8", "s", "since when it has been open"),
 )
 LEVEL_FIELDS = (

@@ -1,37 +1,40 @@
 """Robot cells of another engine: arms with soft gears, and the truth is the engine's."""
 
 import json
+from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.cli.settings import load
+from peg_on_hole_ros.replay.run import replay_bag
 from simulated import ROOT
 
 pytest.importorskip("pinocchio")
 
 
 class Limits(NamedTuple):
-    """RMS errors of tilt [rad] and reactions [N], least coverage, and the flag's error [s]."""
+    """RMS errors of tilt [rad] and reactions [N], their least coverage, the flag's error [s]."""
 
     gamma: float
     normal: float
     coverage: float
     flag: float
-    jamming: str
 
 
 # A third above what each cell has (bags/README.md). Where coverage is low the driver filters what
-# it sends, and the gears bend by more than encoders see.
+# it sends.
 CELLS = {
-    "ur_like": Limits(5e-4, 7.0, 0.90, 0.03, "WARN"),
-    "ur_like_base": Limits(5e-4, 7.0, 0.90, 0.03, "WARN"),
-    "franka_like": Limits(1e-3, 33.0, 0.40, 0.03, "ERROR"),
-    "iiwa_like": Limits(8e-4, 8.0, 0.60, 0.03, "ERROR"),
+    "ur_like": Limits(5e-4, 7.0, 0.95, 0.03),
+    "ur_like_base": Limits(5e-4, 7.0, 0.95, 0.03),
+    "franka_like": Limits(1e-3, 26.0, 0.75, 0.03),
+    "iiwa_like": Limits(8e-4, 8.0, 0.83, 0.03),
 }
 TOUCHES = 1.70, 1.90  # [s]
-IN_THE_HOLE = 4.51
+IN_THE_HOLE = 4.50
 
 
 @pytest.mark.parametrize("name", CELLS)
@@ -45,6 +48,8 @@ def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     assert ("sensor: at 'ft_sensor'" in told.err) == (name != "ur_like_base")
     assert "\nwrench:" not in told.out
     assert found["rmse"]["gamma"] < limits.gamma
+    # Gears that bend are stated as a tilt that is considered.
+    assert found["coverage95"]["gamma"] > 0.95
     for contact in ("K", "B1", "B2"):
         assert found["rmse"][contact] < limits.normal, contact
         assert found["coverage95"][contact] > limits.coverage, contact
@@ -52,12 +57,34 @@ def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     begun = first["start_time"] - Bag(bag).topics["/wrench"].first_ns * 1e-9
     assert TOUCHES[0] < begun < TOUCHES[1]
     assert first["outcome"] == "inserted"
-    assert found["transition_time"] == pytest.approx(IN_THE_HOLE, abs=limits.flag + 0.03)
-    # Nothing jams before the peg is in the hole.
-    jamming = [a for a in found["alarms"] if a["name"] == "jamming" and a["level"] == "ERROR"]
-    assert all(alarm["time"] > IN_THE_HOLE for alarm in jamming)
-    assert bool(jamming) <= (limits.jamming == "ERROR")
+    assert found["transition_time"] == pytest.approx(IN_THE_HOLE, abs=limits.flag)
+    # It bounces as it touches down, is pressed at rest, and waits in the hole: no program stops.
+    assert not [alarm for alarm in found["alarms"] if alarm["level"] == "ERROR"]
     assert bag.stat().st_size < 5e6
+
+
+@pytest.mark.parametrize("name", ["ur_like", "franka_like", "iiwa_like"])
+def test_a_tilt_that_bending_gears_feign_is_told_as_not_known(name):
+    """The hole lies as stated; gears bend by less than a milliradian, and vibrate."""
+    configuration, _ = load(ROOT / "config" / f"cell_{name}.yaml")
+    joints = replace(configuration.joints, hole_tilt_stddev=0.002)
+    learnt = replace(configuration.filter, hole_tilt="estimated")
+    configuration, told = replace(configuration, joints=joints, filter=learnt), []
+
+    class Monitor:
+        def add(self, t_ns, messages):
+            for suffix, _, fields in messages:
+                if suffix == "monitor":
+                    told.append(dict(zip(fields["name"], fields["position"], strict=True)))
+
+    bag = Bag(ROOT / "bags" / f"cell_{name}.mcap")
+    replay_bag(bag, configuration, 0.0, [Monitor()])
+    for axis in ("hole_tilt_x", "hole_tilt_y"):
+        found = [[row[axis], row[f"{axis}_stddev"]] for row in told if row[axis] == row[axis]]
+        off, stddev = np.abs(np.array(found)).T
+        assert len(off) > 1000
+        # Of what the gears make of it.
+        assert ((off - 1e-3) / stddev).max() < 3.0, axis
 
 
 def test_the_urdfs_are_those_of_the_engines_arms():

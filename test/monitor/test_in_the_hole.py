@@ -85,6 +85,16 @@ def test_at_rest_without_a_push_nothing_is_an_alarm(share):
     assert level.max() == 0
 
 
+@pytest.mark.parametrize(("holds", "level"), [(0.0, 0), (0.1, ERROR)])
+def test_a_pressed_peg_whose_holder_keeps_its_tilt_is_not_stuck(holds, level):
+    """K's normal leans with the peg and lifts it by 15 N: stuck is what friction holds beside."""
+    scene = Scene(hole_diameter=0.050, peg_diameter=0.0498, friction=0.2)
+    tilts = [tilt_at(scene, 0.0045)] * 400
+    assert 200.0 * np.sin(tilts[0]) > 14.0
+    _, _, found = played(configuration(scene, 1.0), tilts, (200.0, 200.0), holds)
+    assert (found[300:] == level).all() and found.max() == level
+
+
 def test_a_peg_that_stops_while_it_is_pushed_is_told_soon():
     scene = PEGS["wide"]
     tilts = [tilt_at(scene, 0.015 + 20e-6 * min(i, 250)) for i in range(500)]

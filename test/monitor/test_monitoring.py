@@ -104,6 +104,15 @@ def test_three_contacts_for_a_moment_are_none_to_lose():
     assert updates(alarms, 0.1, 0.03, mode="unknown", shown=K_OPEN)["contact_loss"].level == OK
 
 
+@pytest.mark.parametrize(("rested", "level"), [(0.9, OK), (1.1, ERROR)])
+def test_a_touch_down_that_bounces_had_no_three_contacts_to_lose(rested, level):
+    """At rest one contact looks like three, until the peg has settled."""
+    alarms, lasts = Alarms(OPTIONS), rested * OPTIONS.alarm_hold
+    updates(alarms, lasts, shown=CONTACT._replace(three_point=0.2, stuck=0.8))
+    off = {"mode": "open", "shown": CONTACT._replace(three_point=0.0, free=1.0)}
+    assert updates(alarms, 0.05, lasts, **off)["contact_loss"].level == level
+
+
 def test_what_is_no_loss_of_contact():
     # A contact that opens just before gamma0 opens on the way into the hole.
     alarms = Alarms(OPTIONS)

@@ -1,0 +1,166 @@
+"""Whether a peg moves on the rim as hole and clearance are stated, by where the robot has it."""
+
+from collections import deque
+from math import exp, inf
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
+from peg_on_hole_ros.measurements.rotations import rpy_of
+from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.records import AngleMeasurement
+
+# Orientations that are looked at together, [ns] apart; a silence begins anew.
+KEPT, PERIOD_NS, SILENCE_NS = 50, 20_000_000, 200_000_000
+# Between two looks at the last KEPT.
+EVERY = 10
+# A path is off that leaves so much of itself, and so many times the noise, unexplained; one that
+# explains it leaves this share of that, and this share of what any other leaves.
+SHARE, NOISY, EXPLAINED, APART = 0.05, 6.0, 0.35, 0.6
+# A hole that leans by less [rad], or a clearance that is less off (log), is told by no motion;
+# nor do more than these fit.
+LEANS, LARGER = (0.07, 1.0), (0.35, 2.3)
+# What white noise makes of a third difference, squared.
+_THIRD = 20.0
+_STEPS, _SMALL = 8, 1e-4
+
+
+class RimMotion:
+    """
+    Fits the path of the peg's lower end to its tilt, as three contacts have it.
+
+    Where the hole is counts for nothing: the path alone tells, and a peg that hardly tilts has
+    none. Of a peg that hangs free nothing is taken.
+
+    Parameters
+    ----------
+    configuration : Configuration
+
+    Attributes
+    ----------
+    finding : Finding or None
+
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        scene, joints = configuration.scene, configuration.joints
+        self._D, self._clearance = scene.hole_diameter, scene.hole_diameter - scene.peg_diameter
+        self._R_RH = rotation_from_rpy(joints.hole_rpy)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all."""
+        self._kept: deque = deque(maxlen=KEPT)
+        self._count = 0
+        self.finding: Finding | None = None
+
+    def take(self, measurement: AngleMeasurement, free: bool) -> None:
+        """Take an orientation with the peg's place, and whether the peg was told to be free."""
+        if measurement.position is None or free or self.finding is not None:
+            self._kept.clear()
+            return
+        if self._kept:
+            since = measurement.t_ns - self._kept[-1][0]
+            if 0 <= since < PERIOD_NS:
+                return
+            if not 0 < since < SILENCE_NS:
+                self._kept.clear()
+        axis = peg_axes(measurement.q)[:, 2]
+        self._kept.append((measurement.t_ns, measurement.position, axis))
+        self._count += 1
+        if len(self._kept) == KEPT and self._count % EVERY == 0:
+            self._judge()
+
+    def _judge(self):
+        places, axes = (np.array([row[i] for row in self._kept]) for i in (1, 2))
+        noise = float(np.sqrt(np.mean(np.square(np.diff(places, 3, axis=0))) / _THIRD))
+        way = _rms(places - places.mean(axis=0))
+        stated = _rms(self._left(np.zeros(3), places, axes))
+        if not stated > max(NOISY * noise, SHARE * way):
+            return
+        (leans, by_turn), (larger, by_size) = (
+            self._fit(free, places, axes) for free in ((0, 1), (2,))
+        )
+        least = EXPLAINED * stated
+        turn = float(np.hypot(leans[0], leans[1]))
+        if by_turn < min(least, APART * by_size) and LEANS[0] < turn < LEANS[1]:
+            rpy = [round(x, 3) + 0.0 for x in rpy_of(self._R_RH @ _turn(leans))]
+            what = f"joints.hole_rpy: {rpy}"
+            self.finding = Finding(
+                f"with {what} the peg's path fits its tilt to {1e3 * by_turn:.2g} mm instead of "
+                f"{1e3 * stated:.2g} mm: the hole leans by {np.degrees(turn):.0f} degrees from "
+                "where it is stated",
+                {},
+                "joints",
+            )
+        elif by_size < min(least, APART * by_turn) and LARGER[0] < abs(larger[2]) < LARGER[1]:
+            size = 1e3 * self._clearance * exp(larger[2])
+            self.finding = Finding(
+                f"with hole_diameter - peg_diameter of {size:.2g} mm the peg's path fits its "
+                f"tilt to {1e3 * by_size:.2g} mm instead of {1e3 * stated:.2g} mm",
+                {},
+                "scene",
+            )
+
+    def _fit(self, free, places, axes):
+        """Return values that fit best, of which some are free, and what they leave [m]."""
+        values, left = np.zeros(3), self._left(np.zeros(3), places, axes)
+        for _ in range(_STEPS):
+            slopes = np.empty((left.size, len(free)))
+            for j, i in enumerate(free):
+                moved = values.copy()
+                moved[i] += _SMALL
+                slopes[:, j] = (self._left(moved, places, axes) - left).ravel() / _SMALL
+            if not np.isfinite(slopes).all():
+                break
+            step = np.zeros(3)
+            step[list(free)] = np.linalg.lstsq(slopes, -left.ravel(), rcond=None)[0]
+            for _ in range(_STEPS):
+                trial = self._left(values + step, places, axes)
+                if _rms(trial) < _rms(left):
+                    break
+                step *= 0.5
+            else:
+                break
+            values, left = values + step, trial
+        return values, _rms(left)
+
+    def _left(self, values, places, axes):
+        """
+        Return what a path leaves where a hole is turned, and its clearance another, (n, 3) [m].
+
+        Parameters
+        ----------
+        values : ndarray, shape (3,)
+            Turn about x and y [rad], and the log of the clearance over the stated one.
+        places, axes : ndarray, shape (n, 3)
+            Of the peg's lower end, and of its axis, in the axes of the hole as stated.
+
+        """
+        turn = _turn(values)
+        places, axes = places @ turn, axes @ turn
+        D, d = self._D, self._D - self._clearance * exp(min(values[2], 4.0))
+        s, c = np.hypot(axes[:, 0], axes[:, 1]), axes[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            out, up = (D - d * c) / (2.0 * s), (d - D * c) / (2.0 * s)
+        # As for `geometry`: h along the lean is out * s, the height up - out * c.
+        path = np.column_stack([-out * axes[:, 0], -out * axes[:, 1], up - out * c])
+        left = places - path
+        return left - left.mean(axis=0)
+
+
+def _turn(values):
+    """Return the turn of a hole about its x and y, by a rotation vector (Rodrigues)."""
+    angle = float(np.hypot(values[0], values[1]))
+    if angle < 1e-12:
+        return np.eye(3)
+    x, y = values[0] / angle, values[1] / angle
+    K = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+
+
+def _rms(left):
+    value = float(np.sqrt(np.mean(np.square(left))))
+    return value if np.isfinite(value) else inf
