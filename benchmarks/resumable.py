@@ -17,7 +17,7 @@ from peg_on_hole_ros.numba_cache import PACKAGE
 # call it.
 ESTIMATE = (
     "config/options.py", "records.py", "mechanics", "measurements", "estimator", "monitor",
-    "engine", "sim",
+    "diagnosis", "engine", "sim",
     "pipeline.py", "processing.py", "options.py", "estimation", "monitoring", "simulation",
 )  # fmt: skip
 
