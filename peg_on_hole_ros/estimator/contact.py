@@ -5,7 +5,6 @@ from math import atan2, cos, exp, sin, sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.direction import add_unknown_direction, direction_moments
-from peg_on_hole_ros.estimator.free import leaning_gravity
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     BIAS,
@@ -46,6 +45,15 @@ def scene_at(p: SceneScalars, x: np.ndarray, at: np.ndarray, load: float) -> Sce
     d = p.D - clearance
     gamma0 = atan2(sqrt(clearance * (p.D + d)), d)
     return SceneScalars(d, p.D, p.H_c, gamma0, p.m, p.Ie, p.Iz, p.f, p.g_x, p.g_y, p.g_z)
+
+
+@compiled
+def leaning_gravity(p: SceneScalars, x: np.ndarray, at: np.ndarray) -> tuple[float, float, float]:
+    """Return gravity in the axes of the hole as it is taken to lie [m/s^2], three values."""
+    if at[TILT] < 0:
+        return p.g_x, p.g_y, p.g_z
+    t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
+    return p.g_x - t_y * p.g_z, p.g_y + t_x * p.g_z, p.g_z + t_y * p.g_x - t_x * p.g_y
 
 
 @compiled

@@ -4,18 +4,10 @@ from math import cos, sin
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.state import BIAS, TILT
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord
-
-
-@compiled
-def leaning_gravity(p: SceneScalars, x: np.ndarray, at: np.ndarray) -> tuple[float, float, float]:
-    """Return gravity in the axes of the hole as it is taken to lie [m/s^2], three values."""
-    if at[TILT] < 0:
-        return p.g_x, p.g_y, p.g_z
-    t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
-    return p.g_x - t_y * p.g_z, p.g_y + t_x * p.g_z, p.g_z + t_y * p.g_x - t_x * p.g_y
 
 
 @compiled

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimator import step
-from peg_on_hole_ros.estimator.free import leaning_gravity
+from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.record import SIZE, fill_record
