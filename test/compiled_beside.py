@@ -8,8 +8,6 @@ import numpy as np
 from peg_on_hole_ros.estimator import mixture, step
 from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
 from peg_on_hole_ros.estimator.noise import follow_noise
-from peg_on_hole_ros.estimator.reference import ReferenceEstimator
-from peg_on_hole_ros.estimator.reference_model import Cell
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import (
     FRICTION,
@@ -26,6 +24,8 @@ from peg_on_hole_ros.measurements.measurement import PegJoints, WrenchReduction
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
+from reference_equations import Cell
+from reference_estimator import ReferenceEstimator
 
 RATE_STDDEV = 1.0
 ONE_LEVEL = {"level": (30.0,), "time": (0.05,), "up": (0.0,), "frictions": 1}

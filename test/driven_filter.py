@@ -3,9 +3,9 @@
 import numpy as np
 from filterpy.kalman import KalmanFilter
 
-from peg_on_hole_ros.estimator.reference_model import slopes
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations
+from reference_equations import slopes
 
 # Coulomb's law: a speed at which no peg slides [m/s].
 SCALE = 1e-8

@@ -3,7 +3,7 @@ Play measured motions through the pipeline of whichever checkout Python finds.
 
 As a program it answers requests from another checkout's grid: pickled (parameters, samples) on
 standard input, pickled arrays on standard output. So two states of the package see the same
-samples; it uses nothing that has changed between them.
+samples; what has changed its name between them is taken by either.
 """
 
 import os
@@ -14,9 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from peg_on_hole_ros.config.configuration import from_parameters
-from peg_on_hole_ros.engine.pipeline import Pipeline
+import peg_on_hole_ros
 from peg_on_hole_ros.records import JointSample, WrenchSample
+
+# The folder is asked, not the import: an editable install of another checkout would fill in
+# whatever modules this one lacks.
+if (Path(peg_on_hole_ros.__file__).parent / "engine").is_dir():
+    from peg_on_hole_ros.config.configuration import from_parameters
+    from peg_on_hole_ros.engine.pipeline import Pipeline
+else:
+    from peg_on_hole_ros.configuration import from_parameters
+    from peg_on_hole_ros.pipeline import Pipeline
 
 
 def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
@@ -40,6 +48,7 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
 
     """
     pipeline, nis, found, taken = Pipeline(from_parameters(parameters)), [], [], 0
+    last_nis = _last_nis(pipeline.filter)
     for o in pipeline.play(map(_record, samples)):
         found.append(
             (
@@ -49,7 +58,7 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
         )  # fmt: skip
         # Of the last orientation; only the mean is published, and none comes with each wrench.
         now, before = pipeline.counts["joints_used"] + pipeline.counts["joints_gated"], taken
-        taken, value = now, float(pipeline.filter.state.nis[0])
+        taken, value = now, last_nis()
         if now > before and o.t_ns >= settled_ns and np.isfinite(value):
             nis.append(value)
     names = "t_ns", "state", "covariance", "normal", "stddev", "determined", "contact"
@@ -65,6 +74,21 @@ def _record(sample):
     return kind(*sample)
 
 
+def _last_nis(kalman):
+    """Return what tells the normalised innovation of the last orientation."""
+    if hasattr(kalman, "state"):
+        return lambda: float(kalman.state.nis[0])
+    # Older filters return it, and keep none.
+    values, correct = [float("nan")], kalman.correct
+
+    def correct_and_keep(q, R):
+        result, values[0] = correct(q, R)
+        return result, values[0]
+
+    kalman.correct = correct_and_keep
+    return lambda: float(values[0])
+
+
 class Elsewhere:
     """
     The same by another checkout, in a process of its own.
@@ -76,7 +100,7 @@ class Elsewhere:
     Raises
     ------
     RuntimeError
-        The package is not found there.
+        The package, or a module of it, is not found there.
 
     """
 
@@ -89,12 +113,13 @@ class Elsewhere:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
         try:
-            package = pickle.load(self._process.stdout)
+            modules = pickle.load(self._process.stdout)
         except EOFError:
-            package = "nowhere"
-        if not Path(package).is_relative_to(checkout.resolve()):
+            modules = ["nowhere"]
+        strange = [m for m in modules if not Path(m).is_relative_to(checkout.resolve())]
+        if strange:
             self.close()
-            raise RuntimeError(f"{checkout} holds no checkout: the package came from {package}")
+            raise RuntimeError(f"{checkout} holds no checkout: {strange[0]} was taken")
 
     def play(self, parameters, samples, settled_ns):
         """Return what `play` does there."""
@@ -113,9 +138,8 @@ def _serve():
     # What the package prints is no answer.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    import peg_on_hole_ros
-
-    pickle.dump(str(Path(peg_on_hole_ros.__file__).resolve()), answers)
+    ours = [m for name, m in sys.modules.items() if name.partition(".")[0] == "peg_on_hole_ros"]
+    pickle.dump([str(Path(m.__file__).resolve()) for m in ours], answers)
     answers.flush()
     while True:
         try:

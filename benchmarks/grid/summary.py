@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.grid.score import QUANTITIES
+
 STATES, REACTIONS = slice(0, 6), slice(6, 9)
 ANGLES, RATES = slice(0, 3), slice(3, 6)
 # Share of the samples within 95 % bounds that a cell has to reach.
@@ -186,6 +188,17 @@ def _quantities(name, quantities):
     return quantities[REACTIONS] if name == "coverage_determined" else quantities
 
 
+def sharpness(cells) -> list[str]:
+    """Return rows in Markdown: stated deviation over RMS error, median of cells."""
+    ran = [cell for cell in cells if "seeds" in cell]
+    columns = []
+    for kind in ("outside", "window"):
+        sharp = [figures["sharp"] for figures in _of(ran, kind)]
+        columns.append(np.median(sharp, axis=0) if sharp else np.full(len(QUANTITIES), np.nan))
+    rows = ["| stated deviation over RMS error | outside | in windows |", "|---|---|---|"]
+    return rows + [f"| {name} | {a:.2f} | {b:.2f} |" for name, a, b in zip(QUANTITIES, *columns)]
+
+
 def kinds(cells) -> list[str]:
     """Return rows in Markdown: the same of the cells that have something in common."""
     common = {"name": str, "speed": "{:g} rad/s".format, "noise": "{} noise".format}
@@ -232,7 +245,7 @@ def summary(cells, others=None) -> str:
     seeds = "; ".join(sorted({f"{c['seeds']} and {c['start_seeds']}" for c in ran}))
     lines = [
         f"{len(ran)} cells, of each so many noise seeds and starts that are off: {seeds}.", "",
-        *gate_table(cells, others), "", *kinds(cells),
+        *gate_table(cells, others), "", *sharpness(cells), "", *kinds(cells),
     ]  # fmt: skip
     short = shortfalls(cells)
     if short:

@@ -131,7 +131,7 @@ def _look(rows, told, at, hypotheses, settings):
     moving = unsure >= 0.0
     # Ahead of what is at rest, and of the noise of the angles.
     slowest = max(settings[REST], DIRECTION * settings[ANGLE] * unsure * 0.5 * p.D)
-    columns, models = np.empty((6, 3)), np.empty((MODELS, 28))
+    columns, models = np.empty((6, 3)), np.empty((MODELS + 1, 28))
     center = np.array([-sensor[0], -sensor[1], p.H_c - sensor[2]])
     free_columns(center, columns)
     prepare(columns, settings[CARRIED], noise, models[0])
@@ -149,7 +149,7 @@ def _look(rows, told, at, hypotheses, settings):
     fill_moment(weight, 0, center)
     fill_moment(weight, 1, payload[1:])
     hung = sqrt(weight[0, 0] ** 2 + weight[1, 0] ** 2 + weight[2, 0] ** 2)
-    y, turn = np.empty(6), np.empty((3, 3))
+    y, turn, squares = np.empty(6), np.empty((3, 3)), np.empty(FRICTIONS - LIKELY_FRICTIONS)
     for h in range(len(hypotheses)):
         H = hypotheses[h]
         _axes(R, H, settings[BASE:FRICTION], turn)
@@ -169,13 +169,21 @@ def _look(rows, told, at, hypotheses, settings):
             1e300,
         )
         scale = 3.0 * (np.log(H[0]) + np.log(H[1]))
-        for k in range(count if h == 0 else min(count, 1 + LIKELY_FRICTIONS)):
+        # As stated any friction may be, also one between those that are tried.
+        between = h == 0 and count == MODELS
+        for k in range(count + between if h == 0 else min(count, 1 + LIKELY_FRICTIONS)):
+            if k == MODELS:
+                f = _between(settings[FRICTION + LIKELY_FRICTIONS : REST], squares)
+                contact_columns(p, sensor, q, rates, slowest, f, columns)
+                prepare(columns, REACTION * REACTION, noise, models[k])
             prior = REACTION * REACTION if k else settings[CARRIED]
             value, over = likelihood(models[k], prior, k > 0, y, noise, load if k else hung)
             if value + scale > best:
                 best, fits = value + scale, min(over, NOTHING)
             if k:
                 over *= 1.0 + (UNEXPLAINED * load) ** 2 / noise[0]
+                if LIKELY_FRICTIONS < k < MODELS:
+                    squares[k - 1 - LIKELY_FRICTIONS] = over
             else:
                 over = 0.0
                 for j in range(6):
@@ -188,6 +196,20 @@ def _look(rows, told, at, hypotheses, settings):
     row[_LOOKED] = (
         (_TRIED_WITH_RATES if moving else _TRIED) if tried else _WITH_RATES if moving else _ALONE
     )
+
+
+@compiled
+def _between(frictions, squares):
+    """Return the friction, of evenly spaced ones or between, that leaves least, by a parabola."""
+    k = 1
+    for i in range(2, len(frictions) - 1):
+        if squares[i] < squares[k]:
+            k = i
+    bend = squares[k - 1] - 2.0 * squares[k] + squares[k + 1]
+    if not bend > 0.0:
+        return frictions[k]
+    off = min(max(0.5 * (squares[k - 1] - squares[k + 1]) / bend, -1.0), 1.0)
+    return max(frictions[k] + off * (frictions[k + 1] - frictions[k]), 0.0)
 
 
 @compiled

@@ -48,6 +48,15 @@ def scene_at(p: SceneScalars, x: np.ndarray, at: np.ndarray, load: float) -> Sce
 
 
 @compiled
+def leaning_gravity(p: SceneScalars, x: np.ndarray, at: np.ndarray) -> tuple[float, float, float]:
+    """Return gravity in the axes of the hole as it is taken to lie [m/s^2], three values."""
+    if at[TILT] < 0:
+        return p.g_x, p.g_y, p.g_z
+    t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
+    return p.g_x - t_y * p.g_z, p.g_y + t_x * p.g_z, p.g_z + t_y * p.g_x - t_x * p.g_y
+
+
+@compiled
 def applied_forces(
     p: SceneScalars,
     x: np.ndarray,
@@ -73,7 +82,6 @@ def applied_forces(
 
     """
     u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
-    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
     if at[BIAS] >= 0:
         b = x[at[BIAS] : at[BIAS] + 6]
         u0 -= _row(bias_map, 0, b)
@@ -82,9 +90,7 @@ def applied_forces(
         u3 -= _row(bias_map, 3, b)
         u4 -= _row(bias_map, 4, b)
         u5 -= _row(bias_map, 5, b)
-    if at[TILT] >= 0:
-        t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
-        g_x, g_y, g_z = g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y
+    g_x, g_y, g_z = leaning_gravity(p, x, at)
     sp, cp, sps, cps = sin(x[2]), cos(x[2]), sin(x[1]), cos(x[1])
     r00, r01, r02 = c * cp, -c * sp, -s
     r10, r11 = sp, cp

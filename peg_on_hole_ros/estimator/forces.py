@@ -4,6 +4,7 @@ from math import cos, sin, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.free import in_peg_axes
 from peg_on_hole_ros.estimator.record import SCALES, WORK, U, X
 from peg_on_hole_ros.estimator.two_points import (
     two_point_arms,
@@ -112,11 +113,7 @@ def rim_load(m: np.ndarray) -> tuple[float, float]:
     p = scene_of(m)
     s, c = sin(m[X]), cos(m[X])
     spsi, cpsi, sphi, cphi = sin(m[X + 1]), cos(m[X + 1]), sin(m[X + 2]), cos(m[X + 2])
-    g_h, g_e = cpsi * p.g_x + spsi * p.g_y, cpsi * p.g_y - spsi * p.g_x
-    # Gravity in peg axes: across the tilt, along eps, along the axis.
-    across = c * g_h + s * p.g_z
-    F_x = m[U] + p.m * (cphi * across + sphi * g_e)
-    F_y = m[U + 1] + p.m * (cphi * g_e - sphi * across)
-    F_z = m[U + 2] + p.m * (c * p.g_z - s * g_h)
+    weight = in_peg_axes(s, c, sphi, cphi, spsi, cpsi, p.m * p.g_x, p.m * p.g_y, p.m * p.g_z)
+    F_x, F_y, F_z = m[U] + weight[0], m[U + 1] + weight[1], m[U + 2] + weight[2]
     couple = m[U + 3] * m[U + 3] + m[U + 4] * m[U + 4] + m[U + 5] * m[U + 5]
     return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)

@@ -4,6 +4,7 @@ from math import cos, sin
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.state import BIAS, TILT
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord
@@ -43,11 +44,8 @@ def balance_free(
     """
     E, residual, R = scratch.E, scratch.residual, scratch.R
     s, c, sp, cp, sps, cps = sin(x[0]), cos(x[0]), sin(x[2]), cos(x[2]), sin(x[1]), cos(x[1])
-    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
-    if at[TILT] >= 0:
-        t_x, t_y = x[at[TILT]], x[at[TILT] + 1]
-        g_x, g_y, g_z = g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y
-    weight = _in_peg_axes(s, c, sp, cp, sps, cps, p.m * g_x, p.m * g_y, p.m * g_z)
+    g_x, g_y, g_z = leaning_gravity(p, x, at)
+    weight = in_peg_axes(s, c, sp, cp, sps, cps, p.m * g_x, p.m * g_y, p.m * g_z)
     for i in range(6):
         residual[i] = u[i]
         if i < 3:
@@ -62,14 +60,16 @@ def balance_free(
                 residual[i] -= bias_map[i, j] * x[at[BIAS] + j]
                 E[i, at[BIAS] + j] = -bias_map[i, j]
     if at[TILT] >= 0:
-        first = _in_peg_axes(s, c, sp, cp, sps, cps, 0.0, p.m * g_z, -p.m * g_y)
-        second = _in_peg_axes(s, c, sp, cp, sps, cps, -p.m * g_z, 0.0, p.m * g_x)
+        first = in_peg_axes(s, c, sp, cp, sps, cps, 0.0, p.m * g_z, -p.m * g_y)
+        second = in_peg_axes(s, c, sp, cp, sps, cps, -p.m * g_z, 0.0, p.m * g_x)
         for i in range(3):
             E[i, at[TILT]], E[i, at[TILT] + 1] = first[i], second[i]
 
 
 @compiled
-def _in_peg_axes(s, c, sp, cp, sps, cps, x, y, z):
+def in_peg_axes(
+    s: float, c: float, sp: float, cp: float, sps: float, cps: float, x: float, y: float, z: float
+) -> tuple[float, float, float]:
     """Return a vector of the hole's axes in those of the peg."""
     h, e = cps * x + sps * y, cps * y - sps * x
     across = c * h + s * z

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimator import step
+from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.record import SIZE, fill_record
@@ -19,7 +20,6 @@ from peg_on_hole_ros.estimator.state import (
     QUANTITIES,
     SCRATCH,
     STATE,
-    TILT,
     WIDTHS,
 )
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
@@ -271,10 +271,4 @@ def _let_zero_wander(h: HeldRecord) -> None:
 @compiled
 def gravity(h: HeldRecord) -> tuple[float, float, float]:
     """Return gravity in the axes of the hole as it is now taken to lie [m/s^2]."""
-    p = scene_of(h.scene)
-    g_x, g_y, g_z = p.g_x, p.g_y, p.g_z
-    at = h.at[TILT]
-    if at < 0:
-        return g_x, g_y, g_z
-    t_x, t_y = h.state.mean[at], h.state.mean[at + 1]
-    return g_x - t_y * g_z, g_y + t_x * g_z, g_z + t_y * g_x - t_x * g_y
+    return leaning_gravity(scene_of(h.scene), h.state.mean, h.at)

@@ -1,9 +1,10 @@
 """The noise of orientations as they show it themselves, where it is more than is stated."""
 
-from math import exp, log, pi, sqrt
+from math import exp, log, pi
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.update import lower_root, over_root
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.record_types import SettingsRecord, StateRecord
 
@@ -56,9 +57,7 @@ def grow(noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
 @compiled
 def _roughness(before, q, R):
     """Return the square of the third difference of orientations, over their covariance."""
-    left = np.empty(3)
-    root = np.empty((3, 3))
-    total = 0.0
+    third, root = np.empty(3), R.copy()
     for i in range(3):
         last = before[2, i] - q[i]
         middle = before[1, i] - before[2, i]
@@ -67,17 +66,6 @@ def _roughness(before, q, R):
             last -= 2.0 * pi * np.round(last / (2.0 * pi))
             middle -= 2.0 * pi * np.round(middle / (2.0 * pi))
             first -= 2.0 * pi * np.round(first / (2.0 * pi))
-        t = first - 2.0 * middle + last
-        for k in range(i + 1):
-            v = R[i, k]
-            for l in range(k):
-                v -= root[i, l] * root[k, l]
-            if i == k:
-                root[i, i] = sqrt(max(v, 1e-300))
-            else:
-                root[i, k] = v / root[k, k]
-        for k in range(i):
-            t -= root[i, k] * left[k]
-        left[i] = t / root[i, i]
-        total += left[i] * left[i]
-    return total
+        third[i] = first - 2.0 * middle + last
+    lower_root(root, 3)
+    return over_root(root, 3, third, third)

@@ -94,9 +94,9 @@ def fill_record(
     """
     m, x, C = record, s.mean, s.covariance
     q = scene_at(p, x, at, s.load[0])
-    values = (q.d, q.D, q.H_c, q.gamma0, q.m, q.Ie, q.Iz, x[FRICTION], q.g_x, q.g_y, q.g_z)
-    for i in range(len(values)):
-        m[SCENE + i] = values[i]
+    q = SceneScalars(q.d, q.D, q.H_c, q.gamma0, q.m, q.Ie, q.Iz, x[FRICTION], q.g_x, q.g_y, q.g_z)
+    for i in range(len(q)):
+        m[SCENE + i] = q[i]
     for i in range(6):
         m[X + i] = x[i]
         m[U + i] = u[i]
@@ -134,12 +134,9 @@ def fill_record(
         else:
             rows = slip_jacobian(q, geo, i)
         _slip(m, rows, x, C, i)
-    friction = SceneScalars(
-        q.d, q.D, q.H_c, q.gamma0, q.m, q.Ie, q.Iz, x[FRICTION], q.g_x, q.g_y, q.g_z
-    )
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
     if m[CONTACTS] != 2.0:
-        m[DETERMINANT] = determinant_at(friction, scales, tilt, rates, m[WORK:])
+        m[DETERMINANT] = determinant_at(q, scales, tilt, rates, m[WORK:])
 
 
 @compiled

@@ -25,7 +25,13 @@ from peg_on_hole_ros.estimator.state import (
     State,
 )
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
-from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes, update
+from peg_on_hole_ros.estimator.update import (
+    lower_root,
+    orientation_residual,
+    orientation_slopes,
+    over_root,
+    update,
+)
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
@@ -161,7 +167,6 @@ def expect(
     w = s.width
     orientation_slopes(s.mean, at, w, E)
     orientation_residual(s.mean, at, q, E, residual)
-    nis = 0.0
     for i in range(3):
         for k in range(w):
             t = 0.0
@@ -172,19 +177,10 @@ def expect(
             v = s.noise[0] * R[i, k]
             for l in range(w):
                 v += scratch.gain[l, i] * E[k, l]
-            for a in range(k):
-                v -= root[i, a] * root[k, a]
-            if i == k:
-                root[i, i] = sqrt(max(v, 1e-300))
-            else:
-                root[i, k] = v / root[k, k]
-        t = residual[i]
-        for a in range(i):
-            t -= root[i, a] * white[a]
-        white[i] = t / root[i, i]
-        nis += white[i] * white[i]
-    s.nis[0] = nis
-    return nis
+            root[i, k] = v
+    lower_root(root, 3)
+    s.nis[0] = over_root(root, 3, residual, white)
+    return s.nis[0]
 
 
 @compiled
@@ -440,25 +436,14 @@ def _by_equations(
                 for b in range(w):
                     t -= E[a, b] * (before[b] - x[b])
             residual[a] = t
-        _keep(R, scratch.known)
+        scratch.known[:, :] = R
         for a in range(6):
             for b in range(6):
                 R[a, b] = wider * R[a, b] + late * scratch.unknown[a, b]
-        value, nis = update(
-            P,
-            w,
-            learnt,
-            least,
-            residual,
-            E,
-            R,
-            6,
-            scratch.root,
-            scratch.gain,
-            scratch.white,
-            scratch.step,
-        )
-        scratch.evidence_of_wrench[0] = value
+        scratch.evidence_of_wrench[0], nis = update(
+            P, w, learnt, least, residual, E, R, 6,
+            scratch.root, scratch.gain, scratch.white, scratch.step,
+        )  # fmt: skip
         for a in range(w):
             x[a] = (before[a] if passes > 1 else x[a]) + scratch.step[a]
         x[FRICTION] = max(x[FRICTION], 0.0)
@@ -466,26 +451,11 @@ def _by_equations(
 
 
 @compiled
-def _keep(R, known):
-    for a in range(6):
-        for b in range(6):
-            known[a, b] = R[a, b]
-
-
-@compiled
 def _relative_doubt(scratch):
     """Return how much friction of unknown direction weighs against the wrench's noise."""
     L, unknown, v = scratch.root, scratch.unknown, scratch.white
-    R = scratch.known
-    for a in range(6):
-        for c in range(a + 1):
-            t = R[a, c]
-            for q in range(c):
-                t -= L[a, q] * L[c, q]
-            if a == c:
-                L[a, a] = sqrt(max(t, 1e-300))
-            else:
-                L[a, c] = t / L[c, c]
+    L[:, :] = scratch.known
+    lower_root(L, 6)
     # The trace of inv(R) unknown, column by column of inv(L).
     total = 0.0
     for k in range(6):
@@ -494,7 +464,6 @@ def _relative_doubt(scratch):
             for q in range(k, a):
                 t -= L[a, q] * v[q]
             v[a] = t / L[a, a]
-        # v is column k of inv(L); inv(R) = sum over rows, so it is gathered below.
         for a in range(k, 6):
             scratch.columns[a, k] = v[a]
     for i in range(6):

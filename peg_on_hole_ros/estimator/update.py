@@ -14,6 +14,30 @@ _ANY = 1e300
 
 
 @compiled
+def lower_root(S: np.ndarray, k: int) -> None:
+    """Turn a covariance (k, k), of which the lower half is read, into its lower root."""
+    for a in range(k):
+        for c in range(a + 1):
+            t = S[a, c]
+            for q in range(c):
+                t -= S[a, q] * S[c, q]
+            S[a, c] = sqrt(max(t, _LEAST_PIVOT)) if a == c else t / S[c, c]
+
+
+@compiled
+def over_root(root: np.ndarray, k: int, residual: np.ndarray, white: np.ndarray) -> float:
+    """Fill in a residual (k,) over a lower root; return the square of its length."""
+    square = 0.0
+    for a in range(k):
+        t = residual[a]
+        for q in range(a):
+            t -= root[a, q] * white[q]
+        white[a] = t / root[a, a]
+        square += white[a] * white[a]
+    return square
+
+
+@compiled
 def update(
     P: np.ndarray,
     w: int,
@@ -62,23 +86,15 @@ def update(
             for j in range(w):
                 t += P[i, j] * E[a, j]
             gain[i, a] = t
-    log_root, nis = 0.0, 0.0
     for a in range(k):
         for c in range(a + 1):
             t = R[a, c]
             for j in range(w):
                 t += E[a, j] * gain[j, c]
-            for q in range(c):
-                t -= root[a, q] * root[c, q]
-            if a == c:
-                root[a, a] = sqrt(max(t, _LEAST_PIVOT))
-            else:
-                root[a, c] = t / root[c, c]
-        t = residual[a]
-        for q in range(a):
-            t -= root[a, q] * white[q]
-        white[a] = t / root[a, a]
-        nis += white[a] * white[a]
+            root[a, c] = t
+    lower_root(root, k)
+    nis, log_root = over_root(root, k, residual, white), 0.0
+    for a in range(k):
         log_root += log(root[a, a])
     for i in range(w):
         t = 0.0

@@ -30,7 +30,7 @@ from benchmarks.grid.score import (
     run_seeds,
     score_cell,
 )
-from benchmarks.grid.summary import flat_rows, gate, gate_table, kinds, summary
+from benchmarks.grid.summary import flat_rows, gate, gate_table, kinds, sharpness, summary
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.measure import measure
@@ -146,6 +146,9 @@ def test_gate_by_hand(ran):
     assert (found.outside, found.window) == (2, 0) and np.isnan(found.states_in_windows)
     assert (found.states_covered, found.reactions_covered) == (2, 1)
     assert (found.sharp_angles, found.sharp_rates, found.sharp_reactions) == (1.0, 1.5, 2.5)
+    assert "| N_B2 | 2.50 | nan |" in sharpness(cells) and "| psi | 1.00 | nan |" in sharpness(
+        cells
+    )
     assert found.determined == pytest.approx(0.625) and found.nis == 7.5 and found.diverged == 4
 
 
@@ -179,6 +182,53 @@ def test_another_checkout_sees_the_same_samples(ran, tmp_path):
     table = gate_table([this], [elsewhere])
     assert table[0].startswith("| | this | other |")
     assert any("| 1.00 | <= 0.95 |" in row for row in table)
+    with pytest.raises(RuntimeError, match="holds no checkout"):
+        Elsewhere(tmp_path)
+
+
+OLDER = {
+    "__init__": "",
+    "records": "from collections import namedtuple\n"
+    "JointSample = namedtuple('JointSample', 't_ns names position')\n"
+    "WrenchSample = namedtuple('WrenchSample', 't_ns force torque')\n",
+    "configuration": "from_parameters = dict\n",
+    "pipeline": """
+from collections import Counter
+from types import SimpleNamespace
+
+class Pipeline:
+    def __init__(self, parameters):
+        self.counts, self.filter = Counter(), SimpleNamespace(correct=lambda q, R: ("used", q))
+    def play(self, samples):
+        for one in samples:
+            if hasattr(one, "position"):
+                self.filter.correct(one.position[0], None)
+                self.counts["joints_used"] += 1
+            else:
+                told = {"reactions_determined": one.force[0] > 0}
+                yield SimpleNamespace(
+                    t_ns=one.t_ns, state=0, state_covariance=0, normal=0, normal_stddev=0,
+                    monitor=told, contact_mode="three_point",
+                )
+""",
+}
+
+
+def test_a_checkout_of_older_names_is_played_and_filled_in_by_no_other(tmp_path):
+    """A package before its rooms: its filter returns innovations, and keeps none."""
+    package = tmp_path / "peg_on_hole_ros"
+    package.mkdir()
+    for name, text in OLDER.items():
+        (package / f"{name}.py").write_text(text)
+    samples = []
+    for t_ns, nis in ((1, 7.0), (2, 1.0), (3, 4.0)):
+        samples += [(t_ns, ("gamma",), (nis,)), (t_ns, (t_ns - 2.0, 0, 0), (0, 0, 0))]
+    player = Elsewhere(tmp_path)
+    found = player.play({}, samples, 2)
+    player.close()
+    assert found["t_ns"].tolist() == [1, 2, 3] and found["nis"] == 2.5
+    assert found["determined"].tolist() == [False, False, True]
+    (package / "records.py").unlink()
     with pytest.raises(RuntimeError, match="holds no checkout"):
         Elsewhere(tmp_path)
 

@@ -1,14 +1,17 @@
 """A wrench that means something else than is stated: named, with the setting that fits."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from benchmarks.grid.cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
+from peg_on_hole_ros.sim.measure import measure
 from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 
 ADOPTED = "used in place of what is stated (wrench.adopt_found)"
@@ -110,3 +113,15 @@ def test_after_a_tare_nothing_is_adopted():
     assert told[-1].contact_mode == "unknown" and line.tare().success
     told = list(line.play(recorded[300:]))
     assert line.counts["setting_adopted"] == 0
+
+
+@pytest.mark.parametrize("stated", [0.13, 0.16, 0.24, 0.26])
+def test_a_friction_that_is_stated_off_is_no_wrong_setting(stated):
+    """Of a firmly pressed peg it leaves as much unbalanced as its weight does."""
+    truth = with_noise(truth_of(Motion(2e-5, 0.2, 0.16, "slip"))[0], "low")
+    scene = replace(truth.plan.configuration.scene, friction=stated, friction_stddev=0.05)
+    line = Pipeline(replace(truth.plan.configuration, scene=scene))
+    for sample in islice(measure(truth, 3), 450):
+        line.on_sample(sample)
+    assert line.causes == [] and not line.counts["contact_doubted"]
+    assert line.filter.friction[0] == pytest.approx(0.2, rel=0.02)

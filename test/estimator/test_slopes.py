@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import reference_equations
 from compiled_beside import STATED, Compiled, cell_of
-from peg_on_hole_ros.estimator import reference_model
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
@@ -97,7 +97,7 @@ _STEPS, _WEIGHTS = (-2, -1, 1, 2), (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 def test_of_the_six_equations_against_complex_steps(seed):
     cell, x, P, u = drawn(seed)
     scratch, force2 = straightened(cell, x, P, u)
-    found, unknown, _ = reference_model.contact(cell, x, P, u, LOAD, force2)
+    found, unknown, _ = reference_equations.contact(cell, x, P, u, LOAD, force2)
     for mine, other in ((scratch.E, found.E), (scratch.R, found.R), (scratch.unknown, unknown)):
         # Each entry beside its row and column; rounding is 1e-16 of terms up to 1e3 larger.
         rows = np.abs(other).max(axis=1, keepdims=True)
@@ -110,7 +110,7 @@ def test_where_the_tilt_ends_and_a_clearance_is_out_of_range():
     cell, x, P, u = drawn(1)
     x[0], x[AT[CLEARANCE]], x[AT[COMPLIANCE]] = 0.03, 3.5, 0.0
     scratch, force2 = straightened(cell, x, P, u)
-    found, *_ = reference_model.contact(cell, x, P, u, LOAD, force2)
+    found, *_ = reference_equations.contact(cell, x, P, u, LOAD, force2)
     assert np.allclose(scratch.residual, -found.residual, rtol=1e-9)
     # 1e-5 rad above gamma0 the slopes by the tilt lose half their digits to its rounding.
     assert np.allclose(scratch.E, found.E, rtol=1e-6, atol=1e-6)

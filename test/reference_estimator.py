@@ -5,9 +5,9 @@ from filterpy.common import Q_continuous_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
 from numpy.typing import ArrayLike
 
-from peg_on_hole_ros.estimator import reference_model as model
-from peg_on_hole_ros.estimator.reference_model import Cell, Linear
+import reference_equations as model
 from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, DELAY, FRICTION, OPEN, RATE, places
+from reference_equations import Cell, Linear
 
 _ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
 
