@@ -15,8 +15,8 @@ from peg_on_hole_ros.numba_cache import PACKAGE
 
 # Of the package, what figures of the whole estimate come from.
 ESTIMATE = (
-    "pipeline.py", "processing.py", "options.py", "records.py", "mechanics", "estimator",
-    "estimation", "monitoring", "simulation",
+    "records.py", "config/options.py", "mechanics", "measurements", "estimator", "monitor",
+    "engine", "sim",
 )  # fmt: skip
 
 
