@@ -2,11 +2,12 @@
 Change one formula, constant or condition at a time, and count which changes no test notices.
 
     python -m benchmarks.mutations [--part monitor mechanics estimator] [--count 60] [--seed 1]
-        --out DIR
+        [--minutes MINUTES] --out DIR
 
-Each mutation is made in a copy of the checkout, whose tests of that part run until one fails.
-Results are kept in DIR, so that a run which was stopped goes on. Ends with 1 where fewer than
-LEAST are noticed. JUDGED are survivors that change nothing a user could see.
+Each mutation is made in a copy of the checkout, whose tests of that part run until one fails. In a
+copy without any they have to pass: else all would be noticed. Results are kept in DIR, so that a
+run which was stopped goes on. Ends with 1 where fewer than LEAST are noticed. JUDGED are survivors
+that change nothing a user could see.
 """
 
 import argparse
@@ -18,6 +19,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
@@ -107,15 +110,15 @@ def mutated(text: str, mutation: Mutation) -> str:
     return ast.unparse(ast.fix_missing_locations(tree))
 
 
-def noticed(mutation: Mutation, tests: list[str]) -> bool:
-    """Return whether a test fails with a mutation."""
+def noticed(mutation: Mutation | None, tests: list[str]) -> bool:
+    """Return whether a test fails with a mutation, or with none."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "checkout"
-        leave = shutil.ignore_patterns(".*", "bags", "out", "site", "__pycache__")
+        leave = shutil.ignore_patterns(".*", "out", "site", "__pycache__")
         shutil.copytree(ROOT, copy, ignore=leave)
-        (copy / "bags").symlink_to(ROOT / "bags")
-        path = copy / PACKAGE / mutation.path
-        path.write_text(mutated(path.read_text(encoding="utf-8"), mutation), encoding="utf-8")
+        if mutation is not None:
+            path = copy / PACKAGE / mutation.path
+            path.write_text(mutated(path.read_text(encoding="utf-8"), mutation), encoding="utf-8")
         environment = {
             **os.environ, "PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy / "compiled"),
         }  # fmt: skip
@@ -135,21 +138,27 @@ def main(arguments=None) -> int:
     parser.add_argument("--part", nargs="+", choices=list(TESTS), default=list(TESTS))
     parser.add_argument("--count", type=int, default=60, help="mutations of each part (60)")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--minutes", type=float, default=inf, help="begin none after so long")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
-    enough = True
+    enough, end = True, time.monotonic() + 60.0 * options.minutes
     for part in options.part:
         modules = sorted((ROOT / PACKAGE / part).rglob("*.py"))
         every = [m for path in modules if path.name not in NOT_MUTATED for m in sites(path)]
         chosen = random.Random(options.seed).sample(every, min(options.count, len(every)))
         kept = options.out / f"{part}.json"
         results = json.loads(kept.read_text()) if kept.exists() else {}
+        if "none" not in results:
+            if noticed(None, TESTS[part]):
+                print(f"{part}: the tests fail without any mutation")
+                return 1
+            results["none"] = False
         for mutation in chosen:
-            if str(mutation) not in results:
+            if str(mutation) not in results and time.monotonic() < end:
                 results[str(mutation)] = noticed(mutation, TESTS[part])
                 kept.write_text(json.dumps(results, indent=1))
-        counted = [m for m in map(str, chosen) if m not in JUDGED]
+        counted = [m for m in map(str, chosen) if m in results and m not in JUDGED]
         share = sum(results[m] for m in counted) / max(len(counted), 1)
         enough &= share >= LEAST
         print(f"{part}: {share:.0%} of {len(counted)} mutations noticed; not noticed:")

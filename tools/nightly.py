@@ -16,28 +16,27 @@ from pathlib import Path
 
 WORKERS = os.environ.get("WORKERS", "2")
 PYTEST = ("-m", "pytest", "-n", WORKERS)
+COMMAND = ("-m", "peg_on_hole_ros.cli.main")
 
 
 def parts(seconds: float | None, out: Path) -> dict[str, list[str]]:
     """Return the arguments of Python of each part."""
     hour = seconds or 3600
-    live = min(seconds or 600, 600)
+    killed = min(seconds or 600, 600)
     fuzz = ("test/config/test_config_fuzz.py", "test/engine/test_arrivals.py")
     return {
         "tests": [*PYTEST, "-m", "nightly"],
         "fuzz": [*PYTEST, "--timeout", "7200", *fuzz],
-        "faults": [
-            "-m",
-            "benchmarks.faults.run",
-            "--workers",
-            WORKERS,
-            "--out",
-            str(out / "faults"),
-        ],
+        "faults": ["-m", "benchmarks.faults.run", "--workers", WORKERS, "--out", f"{out}/faults"],
+        "live": ["-m", "benchmarks.faults.live"],
+        "chart": [*COMMAND, "chart", "--quick", "--out", f"{out}/chart"],
+        "stability": [*COMMAND, "stability", "--quick", "--out", f"{out}/stability"],
+        "grid": ["-m", "benchmarks.grid.run", "--quick", "--folder", f"{out}/grid"],
+        "scenes": ["-m", "benchmarks.scenes.run", "--quick", "--out", f"{out}/scenes"],
         "hour": ["-m", "benchmarks.cost.hour", "--seconds", str(hour)],
-        "live": ["-m", "benchmarks.faults.live", "--seconds", str(live)],
+        "killed": ["-m", "benchmarks.faults.killed", "--seconds", str(killed)],
         "steps": ["-m", "benchmarks.cost.long_run"],
-        "mutations": ["-m", "benchmarks.mutations", "--out", str(out / "mutations")],
+        "mutations": ["-m", "benchmarks.mutations", "--out", f"{out}/mutations"],
     }
 
 

@@ -1,7 +1,7 @@
 """
 A live node at 1 kHz whose publishers are killed at random, for as long as is asked for.
 
-    python -m benchmarks.faults.live [--seconds 600] [--seed 1]
+    python -m benchmarks.faults.killed [--seconds 600] [--seed 1]
 
 Wrench and joint states come from a process of their own each, with a sample bag's values by the
 clock. Ends with 1 where the node ends, its memory grows, or no estimate comes of publishers that
@@ -77,7 +77,7 @@ def run(seconds: float, seed: int = 1) -> dict:
 
     draw = random.Random(seed)
     node = subprocess.Popen([sys.executable, "-m", "peg_on_hole_ros.ros.node"])
-    own = [sys.executable, "-m", "benchmarks.faults.live", "--publish"]
+    own = [sys.executable, "-m", "benchmarks.faults.killed", "--publish"]
     alive = {source: subprocess.Popen([*own, source]) for source in SOURCES}
     back = {}
     rclpy.init()
