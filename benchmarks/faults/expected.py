@@ -111,7 +111,8 @@ VALUES = [
          within=0.15, level=WARN),
     Case("the sensor stands still", "frozen", W, **PART, told="wrenches that do not change",
          within=0.15, level=WARN),
-    Case("both stand still", "frozen", BOTH, **PART, told="do not change", within=0.15, level=WARN),
+    Case("both stand still", "frozen", BOTH, **PART, told="do not change", within=0.15,
+         level=WARN),
     *(
         Case(f"each wrench {n} times", "zero_order_hold", {**W, "times": n},
              told=f"each comes {n} times")
@@ -137,7 +138,7 @@ VALUES = [
     *(Case(f"axes {n} of 23", "axes", {"turn": n}, told="with wrench.sensor_rpy",
            group="axes named in another of 23 ways") for n in range(len(TURNS) - 1)),
     Case("in the axes of the base", "base_axes", {}, told="with wrench.axes"),
-    Case("weight taken off, or let where it is stated as taken off", "compensated_gravity", {},
+    Case("weight taken off, or left where it is stated as taken off", "compensated_gravity", {},
          told="with wrench.gravity"),
     Case("kN", "unit", {"force": 1e-3}, told="unit of the force read as kN"),
     Case("pounds", "unit", {"force": 0.2248}, level=WARN),

@@ -487,7 +487,7 @@ def base_axes(recording, part, draw):
 
 @fault
 def compensated_gravity(recording, part, draw, mass=0.5, centre=(0.0, 0.0, -0.035)):
-    """Take off the weight of what hangs at the sensor, as a controller does, or let it [kg], [m]."""
+    """Take off the weight of what hangs at the sensor, as a controller does, or leave it."""
     share = part.cell.sign * (1.0 if part.cell.weighs else -1.0)
 
     def each(force, torque, q, seconds):

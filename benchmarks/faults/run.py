@@ -4,7 +4,7 @@ Put every fault into every scene, and hold what is said to what has to happen.
     python -m benchmarks.faults.run [--scene NAME...] [--case TEXT] [--page PAGE] --out DIR
 
 Faults go through the stream that node and replay share, without files in between. Ends with 1
-where something falls short that SHORT does not know of, or no longer does that it knows of.
+where something falls short that is not in short.csv, or no longer does that is.
 Figures are kept in DIR, so that a run which was stopped goes on.
 """
 
@@ -100,7 +100,7 @@ def surprises(name: str, case: str, short: dict[str, str]) -> list[str]:
     """Return what falls short and is not known to, and what is known to and does not."""
     listed = known(name, case)
     return [f"{name}, {case}: {text}" for kind, text in short.items() if kind not in listed] + [
-        f"{name}, {case}: {kind} holds now, and is listed in benchmarks/faults/short.py"
+        f"{name}, {case}: {kind} holds now, and is listed in benchmarks/faults/short.csv"
         for kind in listed
         if kind not in short
     ]

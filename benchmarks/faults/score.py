@@ -89,8 +89,7 @@ def score(scene: Scene, clean: Said, said: Said, begin: float, end: float, withi
         How long after its begin it has to be told [s].
 
     """
-    error, mode, seconds = _errors(scene, said)
-    silent = (said.mode != "unknown") & (said.level < ERROR)
+    error, _, seconds = _errors(scene, said)
     during, after = _judged(scene, said, begin + within, end)
     off = np.abs(error[:, 0])
     return Score(
@@ -99,9 +98,9 @@ def score(scene: Scene, clean: Said, said: Said, begin: float, end: float, withi
         gamma=float(off[during[:, 0]].max(initial=0.0)),
         gamma_after=float(off[after[:, 0]].max(initial=0.0)),
         recovered=_recovered(clean, said, error, seconds, end),
-        flag=int((silent & _wrong_flag(scene, said, mode)).sum()),
-        jam=int((silent & _untold_jam(scene, said)).sum()),
-        false_jam=int((silent & (said.jamming == ERROR)).sum()) if scene.jams_ns is None else 0,
+        flag=int(wrong_flags(scene, said).sum()),
+        jam=int(untold_jams(scene, said).sum()),
+        false_jam=int(false_jams(scene, said).sum()),
         told={
             line: max(t - begin, 0.0) for line, t in said.told.items() if line not in clean.told
         },
@@ -135,7 +134,7 @@ def _judged(scene, said, begin, end):
 
 
 def _shares(scene, said, begin, end):
-    """Return the least share within bounds of angles and reactions, from begin to end and after."""
+    """Return the least shares within bounds of angles and reactions, in both."""
     error = _errors(scene, said)[0]
     inside, found = np.abs(error) <= BOUND * said.stddev, {}
     for which, suffix in zip(_judged(scene, said, begin, end), ("", "_after")):
@@ -159,19 +158,32 @@ def _recovered(clean, said, error, seconds, end):
     return np.inf
 
 
-def _wrong_flag(scene, said, mode):
+def _silent(said):
+    return (said.mode != "unknown") & (said.level < ERROR)
+
+
+def wrong_flags(scene: Scene, said) -> np.ndarray:
+    """Return where a flag is wrong and nothing doubts it; `said` has its fields of Said."""
     if scene.crossed_ns is None:
-        return said.flag
+        return _silent(said) & said.flag
+    at = np.clip(np.searchsorted(scene.t_ns, said.true_ns), 0, len(scene.t_ns) - 1)
     ahead = (scene.crossed_ns - said.true_ns) * 1e-9
-    early = said.flag & (ahead > EARLY)
-    missed = ~said.flag & (ahead < -LATE) & (mode == TWO_POINT)
-    return early | missed
+    missed = ~said.flag & (ahead < -LATE) & (scene.mode[at] == TWO_POINT)
+    return _silent(said) & ((said.flag & (ahead > EARLY)) | missed)
 
 
-def _untold_jam(scene, said):
+def untold_jams(scene: Scene, said) -> np.ndarray:
+    """Return where the peg jams, nothing says so and nothing doubts what is said."""
     if scene.jams_ns is None:
         return np.zeros(len(said.flag), bool)
-    return (said.jamming < ERROR) & (said.true_ns >= scene.jams_ns)
+    return _silent(said) & (said.jamming < ERROR) & (said.true_ns >= scene.jams_ns)
+
+
+def false_jams(scene: Scene, said) -> np.ndarray:
+    """Return where an ERROR of jamming stands though nothing jams, and nothing doubts it."""
+    if scene.jams_ns is not None:
+        return np.zeros(len(said.flag), bool)
+    return _silent(said) & (said.jamming == ERROR)
 
 
 def _lost(said):
