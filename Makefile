@@ -12,16 +12,24 @@ WORKERS ?= 2
 # Set to anything, what is installed is held to requirements.lock, by hash.
 LOCKED ?=
 PYTEST_ARGS ?=
+NIGHTLY ?=
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
-.PHONY: run test test-oldest test-other lint format docs chart lock setup clean
+.PHONY: run test nightly audit test-oldest test-other lint format docs chart lock setup clean
 
 run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
 	$(BIN)/python -m peg_on_hole_ros.cli.demo
 
 test: lint  ## every check: style, import contract, tests
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
+
+nightly: $(STAMP)  ## what takes too long for every push, with a table; NIGHTLY="--only live" for a part
+	$(BIN)/python tools/nightly.py $(NIGHTLY)
+
+audit: $(STAMP)  ## known vulnerabilities of all that requirements.lock names; asks PyPI
+	$(BIN)/python -m pip install -qq --disable-pip-version-check pip-audit
+	$(BIN)/pip-audit --require-hashes --disable-pip -r requirements.lock
 
 test-oldest: $(STAMP)  ## the tests with the oldest dependencies that setup.py allows, on ROS 2 Jazzy
 	rm -rf $(OLDEST)

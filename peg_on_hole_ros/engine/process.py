@@ -308,6 +308,7 @@ def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
     """Forget the mode: the estimate has begun anew."""
     if rules.judged:
         assessment.restart_mode(e.memory)
+        e.memory.declared[0].refuted = 1
     else:
         pose_only.take_as_closed(e.memory)
 

@@ -94,14 +94,21 @@ def contacts_of(memory: MemoryRecord) -> int:
 
     B1 and B2 become one at gamma0, and no mode has to be declared for it. Three beside the mode
     too: where an uncertain clearance alone leaves it open whether the peg is already in the hole,
-    only the equations of three contacts can tell, by learning it.
+    only the equations of three contacts can tell, by learning it. What has been refuted is weighed
+    as what it may become: a mode that is wrong is refuted again before it is declared.
     """
     d = memory.declared[0]
     if d.on_trial:
         return 3
-    if d.mode == THREE_POINT or d.mode == TWO_POINT:
+    mode = _weighed(d)
+    if mode in (THREE_POINT, TWO_POINT):
         return 2 if memory.numbers[BELOW] > 0.5 else 3
-    return 0 if d.mode == IN_AIR else -1
+    return 0 if mode == IN_AIR else -1
+
+
+@compiled
+def _weighed(d):
+    return d.candidate if d.refuted else d.mode
 
 
 @compiled
@@ -148,7 +155,7 @@ def assess(
     d.t_ns = t_ns
     since = 0.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
     # Constant rates say nothing for or against three contacts.
-    told = nis if d.mode == THREE_POINT or d.on_trial else -1.0
+    told = nis if _weighed(d) == THREE_POINT or d.on_trial else -1.0
     judge(f, m, dt, since, told, f[DETERMINANT], d.displaced)
     shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))  # type: ignore[call-arg]
     risk = Risk(*to_fixed_tuple(m[RISK:KNOWN], _RISKS))

@@ -5,6 +5,10 @@ from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.memory import IN_AIR, UNKNOWN
 from peg_on_hole_ros.record_types import DeclaredRecord, ThresholdsRecord
 
+# A motion that orientations have refuted is believed again once it has gone on for so long [s]. A
+# wrong setting is refuted every 25 ms, and must not be declared a mode in between.
+CONFIRMED = 0.05
+
 
 @compiled
 def forget_mode(d: DeclaredRecord) -> None:
@@ -12,6 +16,7 @@ def forget_mode(d: DeclaredRecord) -> None:
     d.mode = d.candidate = UNKNOWN
     d.since = d.last_free = d.last_touch = 0.0
     d.touching = d.onset = -1
+    d.refuted = 0
 
 
 @compiled
@@ -47,8 +52,9 @@ def declare_mode(d: DeclaredRecord, o: ThresholdsRecord, t: float, shown: Shown)
         best = d.mode if kept else UNKNOWN
     if best != d.candidate:
         d.candidate, d.since = best, t
-    if best != d.mode and t - d.since >= o.mode_dwell:
-        d.mode = best
+    dwell = max(o.mode_dwell, CONFIRMED) if d.refuted else o.mode_dwell
+    if best != d.mode and t - d.since >= dwell:
+        d.mode, d.refuted = best, 0
     _follow_touch(d, o, t, shown.free)
 
 

@@ -209,6 +209,7 @@ def test_motions_are_put_together():
     assert np.isnan(chart.overall([made_up("x", float("nan"))])[0].reactions)
 
 
+@pytest.mark.nightly
 def test_the_bound_is_of_samples_where_it_means_something(motion):
     bound = scenes.bound_along(motion)
     known = scenes.least_errors(motion, bound)

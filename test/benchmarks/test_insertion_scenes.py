@@ -20,7 +20,7 @@ def test_cases_are_three_hundred_and_drawn_again_the_same():
     assert plan_of(again) == plan_of(again) != plan_of(again._replace(set="tuning"))
 
 
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("number", [0, pytest.param(1, marks=pytest.mark.nightly)])
 def test_a_normal_insertion_is_never_stuck(number):
     truth = integrate(plan_of(Case("normal", number)))
     labels = labels_of(truth)

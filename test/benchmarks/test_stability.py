@@ -84,6 +84,7 @@ def test_reactions_that_are_not_told_are_no_error(monkeypatch):
     assert result.verdict is Verdict.UNTOLD and result.determined == 0.0
 
 
+@pytest.mark.nightly
 def test_a_place_is_what_is_simulated():
     truth = truth_at(Place(rate=400.0, size=0.02, lever=0.1, friction=0.3), Configuration())
     plan = truth.plan

@@ -44,6 +44,7 @@ def test_json_on_stdout_is_that_of_the_file(tmp_path, capsys):
     assert capsys.readouterr().out == (out / "plan.json").read_text()
 
 
+@pytest.mark.nightly
 def test_no_plan_is_an_answer(tmp_path, capsys):
     path = config(tmp_path, "monitor: {max_normal: [80.0, 80.0, 80.0]}")
     assert main(["plan", "--config", str(path), "--json"]) == 0

@@ -10,7 +10,11 @@ from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
 
-SCENES = ["closing_with_slip", "closing_without_slip", "working_cycle"]
+SCENES = [
+    "closing_with_slip",
+    "closing_without_slip",
+    pytest.param("working_cycle", marks=pytest.mark.nightly),
+]
 
 
 def noisier(name, times, seed=3, wrench=1.0):

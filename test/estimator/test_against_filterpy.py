@@ -33,7 +33,10 @@ def test_friction_is_known(levels):
     assert differences(cell, 1, rows).max() < LIMIT
 
 
-@pytest.mark.parametrize("name", ["closing_with_slip", "closing_without_slip"])
+@pytest.mark.parametrize(
+    "name",
+    ["closing_with_slip", pytest.param("closing_without_slip", marks=pytest.mark.nightly)],
+)
 def test_a_mixture_of_frictions_and_levels(name):
     recorded = truth(name)
     rows, noise = samples(recorded, count=200)
@@ -70,6 +73,7 @@ def test_all_are_open_and_friction_is_considered():
     assert differences(cell, 1, rows).max() < LIMIT
 
 
+@pytest.mark.nightly
 def test_a_peg_that_hangs_touches_down():
     recorded = truth("working_cycle")
     rows, noise = samples(recorded, count=1320)

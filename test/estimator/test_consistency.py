@@ -18,7 +18,9 @@ UNPROMISED = {
 }
 
 
-@pytest.fixture(scope="module", params=SAMPLES)
+@pytest.fixture(
+    scope="module", params=[*SAMPLES[:2], pytest.param(SAMPLES[2], marks=pytest.mark.nightly)]
+)
 def scored(request):
     seeds = SEEDS.get(request.param, MANY_SEEDS)
     return request.param, *score(truth(request.param), seeds)

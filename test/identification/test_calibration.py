@@ -114,6 +114,7 @@ def wrong(tmp_path_factory):
     return after
 
 
+@pytest.mark.nightly
 def test_what_was_put_in_is_written(wrong):
     found = from_parameters(read_parameters(wrong))
     assert found.scene.friction == pytest.approx(TRUE["friction"], rel=0.05)

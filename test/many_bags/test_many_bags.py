@@ -176,7 +176,7 @@ def under_way(out, name):
     return any(out.glob(f"{name}-*")) and not any(out.glob(f"{name}-*/result.json"))
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [pytest.param(1, marks=pytest.mark.nightly), 2])
 def test_a_worker_that_is_killed_loses_nothing(tmp_path, jobs):
     out, whole = tmp_path / "out", tmp_path / "whole"
     process = started(out, SHORT, jobs)

@@ -550,3 +550,46 @@ def test_a_load_counts_by_the_joint_noise_of_force_and_couple():
         x = over * (wrench + weight * np.array([*down, 0, 0, 0]))
         S = np.eye(6) + 6 * ROOM * over[:, None] * covariance * over
         assert found == pytest.approx(x @ np.linalg.solve(S, x), rel=1e-6)
+
+
+def play_closing(change):
+    """Modes of a closing whose samples are changed, and the pipeline's counts."""
+    scene = truth("closing_with_slip")
+    configuration = scene.plan.configuration
+    line = Pipeline(
+        replace(configuration, wrench=replace(configuration.wrench, adopt_found=False))
+    )
+    return [row.contact_mode for row in line.play(change(measure(scene, 1)))], line.counts
+
+
+def test_what_orientations_refute_again_and_again_is_no_mode():
+    """Of a wrench in other axes the contacts predict another motion, every 25 ms."""
+
+    def turned(samples):
+        for sample in samples:
+            if isinstance(sample, WrenchSample):
+                (a, b, c), (d, e, f) = sample.force, sample.torque
+                sample = sample._replace(force=(b, c, a), torque=(e, f, d))
+            yield sample
+
+    modes, counts = play_closing(turned)
+    assert counts["filter_restarted"] > 3
+    # Until it is refuted for the first time it is believed.
+    assert set(modes[50:150]) == {"unknown"}
+
+
+def test_a_peg_that_was_set_elsewhere_has_its_mode_again_within_a_tenth_of_a_second():
+    def without_a_part(samples):
+        """From 0.2 s to 0.4 s nothing is recorded, and the clock stands."""
+        samples = list(samples)
+        begin = samples[0].t_ns + 200_000_000
+        for sample in samples:
+            if sample.t_ns >= begin + 200_000_000:
+                yield sample._replace(t_ns=sample.t_ns - 200_000_000)
+            elif sample.t_ns < begin:
+                yield sample
+
+    modes, counts = play_closing(without_a_part)
+    assert counts["filter_restarted"] == 1
+    assert set(modes[100:200]) == {"three_point"} and "unknown" in modes[200:300]
+    assert set(modes[300:400]) == {"three_point"}

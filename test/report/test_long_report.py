@@ -62,6 +62,7 @@ def long_report(tmp_path_factory):
     return path
 
 
+@pytest.mark.nightly
 def test_ten_minutes_are_less_than_five_megabytes_and_keep_their_peak(long_report, opened):
     assert long_report.stat().st_size < 5_000_000
     shown = opened(long_report)
