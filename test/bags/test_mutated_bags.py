@@ -4,7 +4,10 @@ import re
 import subprocess
 import sys
 
+import numpy as np
+
 from benchmarks.mutated_bags import KINDS, Outcome
+from peg_on_hole_ros.bags.score import Errors
 from simulated import ROOT
 
 COPIES = 2 * len(KINDS)
@@ -38,3 +41,12 @@ def test_what_counts_as_a_fault():
         Outcome(4, 0.1, 6 * 10**8, error),
     ):
         assert outcome.fault(), outcome
+
+
+def test_a_truth_that_is_no_number_has_no_error():
+    errors = Errors()
+    truth = np.array([0.3, np.nan, 0.0, np.inf, 1e200, 5.0])
+    with np.errstate(over="ignore"):
+        errors.count_in(np.ones(6, bool), truth, np.ones(6), truth)
+    known = {name for name, value in errors.rmse().items() if value is not None}
+    assert known == {"gamma", "phi", "B2"}
