@@ -42,7 +42,7 @@ OUTPUTS |= {"/diagnostics": DIAGNOSTICS}
 WITHOUT_STAMP = {PREFIX + suffix for suffix in (*UNSTAMPED, "markers")}
 PERIOD = 0.001  # [s]
 DEPTH = 200
-# Until the middle of the first seconds a node is still learning the addresses of its readers.
+# What is sent first may come before a reader is known, and is not measured.
 WARM_UP = 2.0  # [s]
 NODE = ["-m", "peg_on_hole_ros.ros.node", "--ros-args", "--params-file"]
 PATIENCE = 300.0  # [s]

@@ -1,7 +1,7 @@
 """How far estimates are from the truth: reactions that are determined apart from the others."""
 
 from collections.abc import Callable
-from math import pi, sqrt
+from math import isfinite, nan, pi, sqrt
 
 import numpy as np
 
@@ -65,7 +65,9 @@ class Errors:
         return self._each(lambda i: self._inside[i] / self.count[i])
 
     def _each(self, of: Callable[[int], float]) -> dict[str, float | None]:
-        return {name: float(of(i)) if self.count[i] else None for i, name in enumerate(NAMES)}
+        # A truth that is damaged may be no number, or one that no sum holds.
+        found = (float(of(i)) if self.count[i] else nan for i in range(len(NAMES)))
+        return {name: value if isfinite(value) else None for name, value in zip(NAMES, found)}
 
 
 class Score(Errors):

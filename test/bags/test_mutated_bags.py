@@ -4,7 +4,10 @@ import re
 import subprocess
 import sys
 
+import numpy as np
+
 from benchmarks.mutated_bags import KINDS, Outcome
+from peg_on_hole_ros.bags.score import Errors
 from simulated import ROOT
 
 COPIES = 2 * len(KINDS)
@@ -17,8 +20,8 @@ def test_damaged_copies_end_as_documented():
     assert run.returncode == 0, run.stdout + run.stderr
     *_, last = run.stdout.splitlines()
     assert last == f"{COPIES} copies, 0 faults, 0 losses that were not told"
-    rows = re.findall(r"^\| (\w+) \| (\d+) \| \d+ \| (\d+) \| (\d+) \|", run.stdout, re.M)
-    assert [kind for kind, *_ in rows] == list(KINDS)
+    head, *rows = re.findall(r"^\| (\w+) \| (\d+) \| \d+ \| (\d+) \| (\d+) \|", run.stdout, re.M)
+    assert head == ("damage", "0", "3", "4") and [kind for kind, *_ in rows] == list(KINDS)
     # The damage is one: most of it is found, and much of it leaves something to be read.
     sound, unreadable, cut_short = (sum(int(row[i]) for row in rows) for i in (1, 2, 3))
     assert cut_short > sound and sound + unreadable + cut_short > COPIES
@@ -38,3 +41,12 @@ def test_what_counts_as_a_fault():
         Outcome(4, 0.1, 6 * 10**8, error),
     ):
         assert outcome.fault(), outcome
+
+
+def test_a_truth_that_is_no_number_has_no_error():
+    errors = Errors()
+    truth = np.array([0.3, np.nan, 0.0, np.inf, 1e200, 5.0])
+    with np.errstate(over="ignore"):
+        errors.count_in(np.ones(6, bool), truth, np.ones(6), truth)
+    known = {name for name, value in errors.rmse().items() if value is not None}
+    assert known == {"gamma", "phi", "B2"}
