@@ -47,8 +47,8 @@ LIMIT = 0.9
 SWITCHED = {
     "level": (("level", (10.0, 30.0, 500.0)), ("level", (1.0, 30.0, 500.0))),
     "time": (("time", (0.02, 0.02, 0.02)), ("time", (0.1, 0.1, 0.02))),
-    "up": (("up", (0.0, 30.0, 6.0)), ("up", (0.0, 300.0, 60.0))),
-    "down": (("down", 30.0), ("down", 300.0)),
+    "up": (("up", (0.0, 10.0, 2.0)), ("up", (0.0, 100.0, 20.0))),
+    "down": (("down", 10.0), ("down", 100.0)),
     "around_axes": (("around_axes", 0.0), ("around_axes", 1.0)),
     "top_waits": (("top_waits", 0.0),),
     "frictions": (("frictions", 1), ("frictions", 5)),
@@ -289,7 +289,7 @@ def main(arguments=None):
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--only", nargs="+", choices=SWITCHED, default=list(SWITCHED))
-    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--seeds", type=int, default=4, help="of each case (4)")
     parser.add_argument("--folder", type=Path, default=Path("out/ablation"))
     parser.add_argument("--page", type=Path, help="page whose table is renewed")
     options = parser.parse_args(arguments)
