@@ -20,6 +20,7 @@ from peg_on_hole_ros.estimator.state import (
     QUANTITIES,
     SCRATCH,
     STATE,
+    TILT,
     WIDTHS,
 )
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
