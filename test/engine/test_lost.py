@@ -129,7 +129,7 @@ def test_what_was_learnt_stays():
 
 
 @pytest.mark.xfail(
-    strict=False,
+    strict=True,
     reason="without orientations the wrench alone drives the rates until the motion is lost",
 )
 def test_wrenches_that_go_on_are_told_of_for_a_while_and_then_dropped():
@@ -148,7 +148,7 @@ def test_wrenches_that_go_on_are_told_of_for_a_while_and_then_dropped():
 
 
 @pytest.mark.xfail(
-    strict=False,
+    strict=True,
     reason="without orientations the wrench alone drives the rates until the motion is lost",
 )
 def test_a_longer_silence_that_is_allowed_is_no_loss():

@@ -128,7 +128,7 @@ def uncertain(configuration, force=2.0, torque=0.02, **more):
 
 
 @pytest.mark.xfail(
-    strict=False, reason="beside an unknown friction reactions are covered in 82 to 90 %"
+    strict=True, reason="beside an unknown friction reactions are covered in 82 to 90 %"
 )
 def test_a_bias_is_learnt_while_the_peg_slides():
     motion, shares = closing("reversals"), []

@@ -98,34 +98,6 @@ def axes(gamma):
     return np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
 
 
-@pytest.mark.xfail(strict=False, reason="loads are to be tested on reactions of the estimator")
-def test_load_that_is_there_counts_and_one_below_does_not():
-    F = np.array([0.0, 0.0, -20.0])
-    normal = solve_contact(SCENE, [0.12, 0, 0], [-0.1, 0, 2.0], F, [0, 0, 0]).normal.max()
-    tight = replace(MonitorOptions(), max_normal=(0.6 * normal,) * 3)
-    loose = replace(MonitorOptions(), max_normal=(2.0 * normal,) * 3)
-    turned = (*(axes(0.12).T @ F), 0, 0, 0)
-    assert risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=tight).load > 0.99
-    # It counts before it has been followed for long enough to lead anywhere.
-    assert risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=tight, times=3).load > 0.99
-    # The reactions of this estimate are known to a tenth, and may rise by as much in 0.1 s.
-    assert risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=loose).load < 0.01
-
-
-@pytest.mark.parametrize("times", [3, 100])
-@pytest.mark.xfail(strict=False, reason="loads are to be tested on reactions of the estimator")
-def test_a_load_is_of_the_contact_that_passes_its_own_limit(times):
-    F = np.array([0.0, 0.0, -20.0])
-    normal = solve_contact(SCENE, [0.12, 0, 0], [-0.1, 0, 2.0], F, [0, 0, 0]).normal
-    turned = np.concatenate([axes(0.12).T @ F, np.zeros(3)])
-    for i in range(3):
-        limits = [10.0 * normal.max()] * 3
-        limits[i] = 0.6 * normal[i]
-        options = replace(MonitorOptions(), max_normal=tuple(limits))
-        found = risk(0.12, (-0.1, 0, 2.0), wrench=turned, options=options, times=times)
-        assert found.load > 0.99 and found.loaded == i
-
-
 def test_combined_risk_is_that_of_any_cause_and_finite_everywhere():
     for gamma in (0.01, SCENE.gamma0, SCENE.gamma0 * (1 + 1e-9), 0.0652, 0.3, 1.2):
         for rates in ((0, 0, 0), (-0.16, 0, 0), (5.0, -3.0, 9.0)):
@@ -233,8 +205,38 @@ def closed_over_an_edge_of_friction():
     return integrate(plan_from_tree(configuration, tree))
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.xfail(strict=False, reason="in one of three an overload is foreseen at the jump")
+def limited(limits, seed=1):
+    """Alarms of overload of a closing under other limits of the reactions [N]."""
+    scene = truth("closing_with_slip")
+    configuration = scene.plan.configuration
+    monitor = replace(configuration.monitor, max_normal=tuple(map(float, limits)))
+    line = Pipeline(replace(configuration, monitor=monitor))
+    return [row.alarms[2] for row in line.play(measure(scene, seed))]
+
+
+@pytest.mark.parametrize("contact", range(3))
+def test_a_load_is_of_the_contact_that_passes_its_own_limit(contact):
+    normal = truth("closing_with_slip").normal
+    limits = 10.0 * normal.max(axis=0)
+    limits[contact] = 0.6 * normal[:, contact].min()
+    alarms = limited(limits)
+    # From when reactions are told, over its limit all along.
+    assert {alarm.level for alarm in alarms[150:]} == {2}
+    name = ("K", "B1", "B2")[contact]
+    assert {alarm.message.split(" is ")[0] for alarm in alarms[150:]} == {f"contact {name}"}
+
+
+def test_loads_below_their_limits_are_none():
+    alarms = limited(2.0 * truth("closing_with_slip").normal.max(axis=0))
+    assert {alarm.level for alarm in alarms} == {0}
+
+
+FORESEEN = pytest.mark.xfail(
+    strict=True, reason="the reactions by the old friction pass the limit ahead"
+)
+
+
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=FORESEEN), 1, 2])
 def test_no_load_is_foreseen_where_friction_jumps(seed):
     """The old friction makes twice the reactions of the wrench, until the new one is learnt."""
     scene = closed_over_an_edge_of_friction()
@@ -244,7 +246,6 @@ def test_no_load_is_foreseen_where_friction_jumps(seed):
     assert max(row.monitor.get("jamming_load", 0.0) for row in outputs) < 0.1
 
 
-@pytest.mark.xfail(strict=False, reason="loads are to be tested on reactions of the estimator")
 def test_no_load_is_foreseen_where_reactions_jump_to_another_level():
     """The shipped cycle reverses at 3.0 s: within 10 ms friction turns and the loads double."""
     bag = Bag(ROOT / "bags" / "working_cycle.mcap")
@@ -261,6 +262,6 @@ def test_no_load_is_foreseen_where_reactions_jump_to_another_level():
         if outputs is not None:
             seen.append((outputs.normal.max(), outputs.monitor.get("jamming_load", 0.0)))
     normal, load = np.array(seen[150:]).T
-    assert normal.min() < 70 and normal.max() > 120
+    assert normal.max() > max(120.0, 1.7 * normal.min())
     # A quarter of the limit of 500 N.
     assert load.max() < 0.1

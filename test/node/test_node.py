@@ -147,11 +147,10 @@ def test_sim_time_without_clock_is_said_and_estimates_go_on(peer):
         assert stop(process).count("use_sim_time is set, but no /clock has come") == 1
 
 
-@pytest.mark.xfail(strict=False, reason="a try that wedges at its end may be told as jammed")
 def test_sigterm_ends_it_cleanly_with_a_record_of_the_try_under_way(peer):
     with node_process() as process:
         peer.wait_for_matching()
-        send(peer, 4_000_000_000, 200)
+        send(peer, 4_000_000_000, 80)
         process.send_signal(signal.SIGTERM)
         text, _ = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
