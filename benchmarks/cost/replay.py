@@ -5,9 +5,10 @@ How many times faster than real time a recording is replayed, and in how much me
 
 The shipped working cycle is played again and again into one recording: wrenches at 1 kHz, joint
 states at 500 Hz, packed by zstd, without its truth. Printed are the processor's seconds of reading
-alone, of a replay with its summary, and of one that writes all topics, each in a process of its
-own, which has its compiled code at hand; the medians of the recording's length over them; and the
-most memory that each took.
+alone, of a replay with its summary, of one that writes all topics, of one with a report, and one
+whose joint states come 1.8 ms behind their wrenches, each in a process of its own, which has its
+compiled code at hand; the medians of the recording's length over them; and the most memory that
+each took.
 """
 
 import argparse
@@ -21,17 +22,22 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.plain import header, xyz
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.replay.run import sources_of, stored_configuration
 
 ROOT = Path(__file__).parents[2]
 SAMPLE = ROOT / "bags" / "working_cycle.mcap"
 # Between the end of one cycle and the begin of the next [ns].
 STEP_NS = 1_000_000
+# By so much joint states come late, where they do [ns].
+LATE_NS = 1_800_000
+_SUMMARY = "replay(bag, configuration, NodeOptions())"
 _TASKS = {
     "reading": "for batch in bag.batches(check_bag(bag, configuration)): pass",
-    "summary": "replay(bag, configuration, NodeOptions())",
+    "summary": _SUMMARY,
     "all topics": "replay(bag, configuration, NodeOptions(), {out!r})",
+    "report": "replay(bag, configuration, NodeOptions(), None, {out!r})",
+    "late": _SUMMARY,
 }
 _PROGRAM = """
 import resource, time
@@ -51,22 +57,29 @@ print(seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 
 
-def lengthened(path: Path, seconds: float) -> tuple[float, int]:
-    """Write the working cycle over and over; return how long that lasts [s], and its messages."""
+def lengthened(path: Path, seconds: float, late_ns: int = 0) -> tuple[float, int]:
+    """
+    Write the working cycle over and over, its joint states late by so much [ns].
+
+    Return how long that lasts [s], and its messages.
+    """
     bag = Bag(SAMPLE)
     configuration = stored_configuration(bag)
     sources = sources_of(configuration)
-    items = _items(bag, sources)
-    first, last = items[0].sample.t_ns, max(item.sample.t_ns for item in items)
+    items = [
+        (item.topic, item.sample, item.sample.t_ns + late_ns * (type(item.sample) is JointSample))
+        for item in _items(bag, sources)
+    ]
+    items.sort(key=lambda item: item[2])
+    first, last = items[0][2], items[-1][2]
     period, count = last - first + STEP_NS, 0
     metadata = {CONFIGURATION_METADATA: bag.metadata[CONFIGURATION_METADATA]}
     cycles = max(round(seconds * 1e9 / period), 1)
     with BagWriter(path, metadata=metadata) as writer:
         for cycle in range(cycles):
-            for item in items:
-                sample = item.sample
-                t_ns = sample.t_ns + cycle * period
-                writer.write(item.topic, *_message(sample, t_ns), t_ns)
+            for topic, sample, log_ns in items:
+                message = _message(sample, sample.t_ns + cycle * period)
+                writer.write(topic, *message, log_ns + cycle * period)
                 count += 1
     return cycles * period * 1e-9, count
 
@@ -92,12 +105,14 @@ def main(arguments=None) -> int:
     parser.add_argument("--out", type=Path)
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory(dir=options.out) as folder:
-        path, out = Path(folder) / "in.mcap", Path(folder) / "out.mcap"
+        path, late, out = (Path(folder) / name for name in ("in.mcap", "late.mcap", "out.mcap"))
         length, messages = lengthened(path, options.seconds)
+        lengthened(late, options.seconds, LATE_NS)
         print(f"{length:.0f} s, {messages} messages, {path.stat().st_size / 1e6:.1f} MB")
         print(f"{'':12s}{'CPU [s]':>9s}{'times real time':>17s}{'messages/s':>12s}{'MB':>7s}")
         for name, task in _TASKS.items():
-            program = _PROGRAM.format(path=str(path), task=task.format(out=str(out)))
+            source = str(late if name == "late" else path)
+            program = _PROGRAM.format(path=source, task=task.format(out=str(out)))
             found = [tuple(map(float, _run(program).split())) for _ in range(options.repetitions)]
             spent = median(seconds for seconds, _ in found)
             most = max(megabytes for _, megabytes in found)
