@@ -162,7 +162,8 @@ def test_a_peg_that_hangs_free_tells_a_bias():
     learnt = learning.learnt(np.zeros(6))
     assert 1.0 < told.free < 1.2 and not told.seconds
     stddev = [learnt[f"{name}_stddev"] for name in NAMES[2:8]]
-    np.testing.assert_allclose(told.together[2:8], stddev, rtol=0.1)
+    # The tilt, which both leave open, is told by how each takes the peg to move.
+    np.testing.assert_allclose(told.together[2:8], stddev, rtol=0.2)
     assert not told.seen[[0, 1, 8, 9]].any() and told.seen[2:8].all()
     text = observability_text.lines(told)
     assert "never surely slide" in text[0] and "s in the air" in text[0] and len(text) == 7
