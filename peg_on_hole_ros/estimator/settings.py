@@ -66,7 +66,7 @@ class Settings(NamedTuple):
     level: np.ndarray
     time: np.ndarray
     up: np.ndarray
-    down: float = 30.0
+    down: float = 50.0
     around_axes: float = 0.3
     top_waits: float = 1.0
     frictions: int = 7
@@ -99,7 +99,7 @@ def default_settings(**changed: Any) -> Settings:
     given = {
         "level": (3.0, 30.0, 500.0),
         "time": (0.05, 0.05, 0.02),
-        "up": (0.0, 30.0, 6.0),
+        "up": (0.0, 50.0, 10.0),
     } | changed
     for name in ("level", "time", "up"):
         given[name] = np.array(given[name], float)
