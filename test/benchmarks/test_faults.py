@@ -181,8 +181,8 @@ def test_the_table_tells_what_has_to_happen_and_what_falls_short(folder, tmp_pat
     assert found["closing"][CLEAN.name]["short"] == {}
     assert found["closing"][case.name]["short"] == {"told": "not told"}
     text = page(found, [CLEAN, case])
-    assert "| a little noise | told “noise of the force” within 0.3 s" in text
-    assert "| a little noise | closing | not told | ? |" in text
+    assert "| a little noise | told “noise of the force” within 0.3 s |" in text
+    assert "| ? | a little noise (closing: told) |" in text
     assert must(BY_NAME["tare in contact"]).startswith("counts `tare_refused`; “nothing taken”")
     # It goes on with what it has.
     told = []
