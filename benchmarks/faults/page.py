@@ -43,42 +43,28 @@ def page(found: dict[str, dict[str, dict]], cases: list[Case]) -> str:
     groups: dict[str, list[Case]] = {}
     for case in cases:
         groups.setdefault(case.group or case.name, []).append(case)
-    short: dict[str, dict[str, list[str]]] = {}
+    short: dict[str, list[str]] = {}
     for group, members in groups.items():
         cells = []
         for name in names:
             each = [found[name][case.name] for case in members if case.name in found[name]]
-            cells.append(_cell(each, members[0].told))
+            cells.append(_cell(each))
             for why, kinds in _short(members, name, found[name]).items():
-                of = short.setdefault(why, {}).setdefault(group, [])
-                of.append(f"{HEADS[name]}: {', '.join(kinds)}")
+                short.setdefault(why, []).append(f"{group}, {HEADS[name]}: {', '.join(kinds)}")
         rows.append(f"| {group} | {must(members[0])} | {' | '.join(cells)} |")
     text = "\n".join(rows)
     if short:
-        text += "\n\n### What falls short\n\n| why | where |\n|---|---|\n"
-        text += "\n".join(
-            f"| {why} | {'; '.join(map(_places, each.items()))} |" for why, each in short.items()
-        )
+        text += "\n\n### What falls short\n\n| rows | why |\n|---|---|\n"
+        text += "\n".join(f"| {len(of)} | {why} |" for why, of in short.items())
     return text
 
 
 def must(case: Case) -> str:
     """Return what has to happen with a case, in a few words."""
     parts = [f"not seen; gamma within {case.gamma * 1e3:g} mrad"] if case.unseen else []
-    if case.told:
-        parts.append(f"told “{case.told}” within {case.within:g} s")
-    if case.level:
-        parts.append(LEVELS[case.level])
-    if case.counts:
-        parts.append("counts " + ", ".join(f"`{name}`" for name in case.counts))
-    if case.answer:
-        parts.append(f"“{case.answer}”")
-    return "; ".join(parts)
-
-
-def _places(item):
-    fault, scenes = item
-    return f"{fault} ({'; '.join(scenes)})"
+    parts += ["told"] * bool(case.told) + [LEVELS[case.level]] * bool(case.level)
+    parts += ["counted"] * bool(case.counts)
+    return "; ".join(parts + [f"“{case.answer}”"] * bool(case.answer))
 
 
 def _short(members, scene, found):
@@ -96,7 +82,7 @@ def _short(members, scene, found):
     }
 
 
-def _cell(figures, told_of):
+def _cell(figures):
     """Return what happened, of several cases the worst; empty where the fault is not put in."""
     if not figures:
         return ""
@@ -105,14 +91,9 @@ def _cell(figures, told_of):
         values = [each[name] for each in figures if not isnan(each[name])]
         return of(values, default=float("nan"))
 
-    parts = [f"{_share(worst('angles'))}/{_share(worst('reactions'))}"]
+    text = f"{_share(worst('angles'))}/{_share(worst('reactions'))}"
     if not isnan(worst("angles_after")):
-        after = _share(worst("angles_after")), _share(worst("reactions_after"))
-        parts.append(f"then {after[0]}/{after[1]}")
-    told = [min(each["told"].values()) for each in figures if each["told"]]
-    if told_of and told:
-        parts.append(f"{max(told):.1f} s")
-    text = ", ".join(parts)
+        text += f"→{_share(worst('angles_after'))}/{_share(worst('reactions_after'))}"
     return f"**{text}**" if any(each["short"] for each in figures) else text
 
 
