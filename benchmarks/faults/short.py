@@ -25,6 +25,7 @@ WHY = {
     "end": "the recording ends within it: nothing comes after it that could count it",
     "back": "the mode is declared again a few milliseconds late",
     "hole": "in the hole the bounds of an insertion are too narrow, here a little more so",
+    "steps": "a stamp that is up to 4 ms off moves the angles by what the peg turns meanwhile",
     "small": "joints of this arm in degrees are within its limits, or point away",
 }
 

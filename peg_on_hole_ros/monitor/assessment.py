@@ -100,15 +100,9 @@ def contacts_of(memory: MemoryRecord) -> int:
     d = memory.declared[0]
     if d.on_trial:
         return 3
-    mode = _weighed(d)
-    if mode in (THREE_POINT, TWO_POINT):
+    if d.weighed == THREE_POINT or d.weighed == TWO_POINT:
         return 2 if memory.numbers[BELOW] > 0.5 else 3
-    return 0 if mode == IN_AIR else -1
-
-
-@compiled
-def _weighed(d):
-    return d.candidate if d.refuted else d.mode
+    return 0 if d.weighed == IN_AIR else -1
 
 
 @compiled
@@ -155,7 +149,7 @@ def assess(
     d.t_ns = t_ns
     since = 0.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
     # Constant rates say nothing for or against three contacts.
-    told = nis if _weighed(d) == THREE_POINT or d.on_trial else -1.0
+    told = nis if d.weighed == THREE_POINT or d.on_trial else -1.0
     judge(f, m, dt, since, told, f[DETERMINANT], d.displaced)
     shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))  # type: ignore[call-arg]
     risk = Risk(*to_fixed_tuple(m[RISK:KNOWN], _RISKS))

@@ -18,6 +18,7 @@ FIELDS = (
     ("mode", "i8", "", "contact mode: place in MODES"),
     ("candidate", "i8", "", "mode that waits for its dwell"),
     ("since", "f8", "s", "since when it does"),
+    ("weighed", "i8", "", "mode that wrenches are weighed with: that, or what it may become"),
     ("refuted", "i8", "", "whether orientations have refuted the motion since the mode"),
     ("touching", "i8", "", "whether contact is there"),
     ("last_free", "f8", "s", "when the evidence for air was strong last"),

@@ -13,7 +13,7 @@ CONFIRMED = 0.05
 @compiled
 def forget_mode(d: DeclaredRecord) -> None:
     """Forget all evidence."""
-    d.mode = d.candidate = UNKNOWN
+    d.mode = d.candidate = d.weighed = UNKNOWN
     d.since = d.last_free = d.last_touch = 0.0
     d.touching = d.onset = -1
     d.refuted = 0
@@ -48,10 +48,12 @@ def declare_mode(d: DeclaredRecord, o: ThresholdsRecord, t: float, shown: Shown)
         if probabilities[i] > probabilities[best]:
             best = i
     if probabilities[best] < o.mode_probability_on:
-        kept = probabilities[d.mode] >= o.mode_probability_off
-        best = d.mode if kept else UNKNOWN
+        kept = probabilities[d.weighed] >= o.mode_probability_off
+        best = d.weighed if kept else UNKNOWN
     if best != d.candidate:
         d.candidate, d.since = best, t
+    if best != d.weighed and t - d.since >= o.mode_dwell:
+        d.weighed = best
     dwell = max(o.mode_dwell, CONFIRMED) if d.refuted else o.mode_dwell
     if best != d.mode and t - d.since >= dwell:
         d.mode, d.refuted = best, 0
