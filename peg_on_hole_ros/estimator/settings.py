@@ -86,7 +86,7 @@ class Settings(NamedTuple):
     acceleration_start: float = 20.0
     free_acceleration: float = 2.0
     free_time: float = 0.02
-    zero_time: float = 200.0
+    zero_time: float = 120.0
     noise_count: float = 100.0
     noise_step: float = 10.0
     noise_margin: float = 0.3

@@ -96,11 +96,12 @@ UNKNOWN_ZERO = {
 
 @pytest.mark.parametrize("tilt", [0.02, 0.2])
 def test_a_zero_that_drifts_in_the_air_is_no_contact(tilt):
-    """By 2.3 N and 0.12 N m in the end, in the plane of the tilt, as K and B would load it."""
+    """By its stated deviation in a second, in the plane of the tilt, as K and B would load it."""
     line = Pipeline(from_parameters(UNKNOWN_ZERO))
-    rows = list(line.play(in_the_air(tilt, (0.67, 0.0, 0.0), (0.0, 0.033, 0.0))))
+    rows = list(line.play(in_the_air(tilt, (0.5, 0.0, 0.0), (0.0, 0.025, 0.0))))
     assert {row.contact_mode for row in rows[100:]} == {"open"}
-    assert rows[-1].monitor["bias_force_x"] == pytest.approx(2.3, abs=0.7)
+    # It is followed: what was learnt before would be 0.
+    assert 0.5 < rows[-1].monitor["bias_force_x"] < 2.0
 
 
 def test_a_press_that_grows_slowly_is_no_drift():
