@@ -59,7 +59,7 @@ def of(faulted, kind=WrenchSample):
     return [item.sample for item in faulted if isinstance(item.sample, kind)]
 
 
-@pytest.mark.parametrize("name", set(FAULTS) - {"loop", "clock_jump", "drift", "set_again"})
+@pytest.mark.parametrize("name", sorted({*FAULTS} - {"loop", "clock_jump", "drift", "set_again"}))
 def test_a_fault_stays_in_its_part_and_is_the_same_each_time(name):
     clean = recording()
     changed = {"force": 1e-3} if name == "unit" else {}
