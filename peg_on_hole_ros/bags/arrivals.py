@@ -44,7 +44,11 @@ def arrivals_of(
                 layout.names, batch.t_ns[at], batch.values[at, : layout.width], joints, orientation
             )
     t_ns = np.where(of_wrench, batch.t_ns, batch.t_ns - round(joints.delay * 1e9))
-    return Arrivals(of_wrench, t_ns, sound, batch.values[of_wrench, :6], rows[~of_wrench])
+    # A batch without any wrench that can be read may be narrower.
+    wrenches = np.full((np.count_nonzero(of_wrench), 6), np.nan)
+    read = batch.values[of_wrench, :6]
+    wrenches[:, : read.shape[1]] = read
+    return Arrivals(of_wrench, t_ns, sound, wrenches, rows[~of_wrench])
 
 
 def _orientations(names, t_ns, positions, joints, orientation):
