@@ -263,7 +263,8 @@ def lines(
     if unknown and result["duration"] > _DECLARED and not told and not causes:
         told.append(_UNKNOWN)
     shares = result["contact_mode"]
-    if shares.get("two_point", 0.0) > 0.5 and not shares.get("three_point"):
+    known = 1.0 - shares.get("unknown", 0.0)
+    if shares.get("two_point", 0.0) > 0.5 * known and not shares.get("three_point"):
         told.append(_NEVER.format(configuration.scene.gamma0))
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
     odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]

@@ -31,7 +31,7 @@ CELLS = {
     "ur_like": Limits(5e-4, 7.0, 0.95, 0.03),
     "ur_like_base": Limits(5e-4, 7.0, 0.95, 0.03),
     "franka_like": Limits(1e-3, 26.0, 0.75, 0.03),
-    "iiwa_like": Limits(8e-4, 8.0, 0.83, 0.03),
+    "iiwa_like": Limits(8e-4, 8.0, 0.80, 0.03),
 }
 TOUCHES = 1.70, 1.90  # [s]
 IN_THE_HOLE = 4.50
