@@ -14,7 +14,7 @@ from peg_on_hole_ros.bags.unpacking import MOST_CHUNK
 from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load, remark
-from peg_on_hole_ros.config.configuration import BY_NAME, checked
+from peg_on_hole_ros.config.configuration import BY_NAME, check_topics, checked
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.replay.bag_settings import settled
@@ -87,7 +87,9 @@ class Reading(NamedTuple):
             for name, topic in given.items()
             if topic is not None
         }
-        return replace(configuration, topics=replace(configuration.topics, **given))  # type: ignore[arg-type]
+        topics = replace(configuration.topics, **given)  # type: ignore[arg-type]
+        check_topics(topics)
+        return replace(configuration, topics=topics)
 
 
 AS_IT_IS = Reading()

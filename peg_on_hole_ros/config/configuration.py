@@ -12,7 +12,7 @@ from dataclasses import fields
 from math import isfinite, radians
 from typing import Any
 
-from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.config.options import Configuration, NodeOptions, Topics
 from peg_on_hole_ros.config.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
 from peg_on_hole_ros.errors import PegOnHoleError, slipped
 from peg_on_hole_ros.safe_text import MOST, cut, printable, shown
@@ -303,7 +303,18 @@ def _check_together(configuration):
             f"monitor.jamming_warn = {monitor.jamming_warn:g}: a risk of 0 would clear no alarm; "
             "make it smaller, such as a seventh of that"
         )
-    topics = configuration.topics
+    check_topics(configuration.topics)
+
+
+def check_topics(topics: Topics) -> None:
+    """
+    Refuse one topic for both.
+
+    Raises
+    ------
+    PegOnHoleError
+
+    """
     # A name without a slash lies in the root, or in the node's namespace, which often is the root.
     if topics.wrench.lstrip("/") == topics.joint_states.lstrip("/"):
         raise PegOnHoleError(

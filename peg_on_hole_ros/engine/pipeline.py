@@ -105,6 +105,8 @@ class Pipeline:
         self._measured: AngleMeasurement | None = None
         self._flag = False
         self._together = FEWEST
+        # Messages that are taken one by one before more are tried again, where order is poor.
+        self._one_by_one, self._patience = 0, 1
         # Where states are kept to go back to, once orientations have been late.
         self._room: Kept | None = None
         # Fates that arrival decides; those that going back decides anew are the processor's.
@@ -447,6 +449,9 @@ class Pipeline:
             What they give.
 
         """
+        if self._one_by_one:
+            self._one_by_one -= 1
+            return begin, None
         end, given = begin, []
         # What is looked at after each wrench is taken wrench by wrench.
         watched = self._expected.what or self._free.asked
@@ -455,22 +460,36 @@ class Pipeline:
         while easy and end < len(arrivals.t_ns) and not self._history.changed:
             most = min(self._together, len(arrivals.t_ns) - end)
             count = self._count_in_order(arrivals, end, most)
+            if count and not arrivals.of_wrench[end + count - 1]:
+                count = self._without_same(arrivals, end, count)
             rows = self._take_in_order(arrivals, end, end + count)
             late = 0
             if count < most and self._history.window_ns:
                 late, more = self._take_late(arrivals, end + count, most - count)
                 rows += more
+                # To look ahead costs more than few messages in one go save.
+                few = count + late < min(FEWEST, most)
+                self._patience = min(2 * self._patience, MOST) if few else 1
+                self._one_by_one = self._patience if few else 0
             given += rows
             end += count + late
             if count + late < most:
                 self._together = FEWEST
-                if not late:
+                if not late or self._one_by_one:
                     break
             else:
                 self._together = min(2 * self._together, MOST)
         if not given:
             return end, None
         return end, Rows(*map(np.concatenate, zip(*given)))
+
+    def _without_same(self, arrivals, begin, count):
+        """Leave out an orientation of the last wrench's own stamp, which corrects at once."""
+        some = slice(begin, begin + count)
+        at, t_ns = np.flatnonzero(arrivals.of_wrench[some]), arrivals.t_ns[some]
+        first = int(at[-1]) + 1 if len(at) else 0
+        stamp = t_ns[first - 1] if first else self.processor.t_ns
+        return first if t_ns[first] == stamp else count
 
     def _count_in_order(self, arrivals, begin, most, **reach):
         return count_in_order(

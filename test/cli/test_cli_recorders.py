@@ -194,6 +194,11 @@ def test_topics_by_option_come_before_any_configuration(tmp_path, capsys):
     assert main(["calibrate", str(path), *options, "--out", str(tmp_path / "c.yaml")]) == 3
     assert "only 0 joint states" in capsys.readouterr().err
     assert main(["inspect", str(path), "--wrench-topic", "/a b"]) == 2
+    one = ("--wrench-topic", "/cell/ft", "--joints-topic", "cell/ft")
+    written = ("--out", str(tmp_path / "d.yaml"))
+    for command, more in (("inspect", ()), ("replay", ()), ("calibrate", written)):
+        assert main([command, str(path), *one, *more]) == 2
+        assert "they have to be two" in capsys.readouterr().err
 
 
 @pytest.fixture

@@ -126,7 +126,14 @@ def joint_states_behind_and_wrenches_ahead(samples):
     return joint_states_behind(ahead(samples))
 
 
+def ends_with_an_orientation_of_the_last_stamp(samples):
+    last = [s for s in samples if isinstance(s, WrenchSample)][-1]
+    behind = [s for s in samples if isinstance(s, JointSample)][-1]
+    return [*samples, behind._replace(t_ns=last.t_ns)]
+
+
 STREAMS = (
+    ends_with_an_orientation_of_the_last_stamp,
     joint_states_behind,
     joint_states_far_behind,
     joint_states_behind_at_times,
