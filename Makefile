@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
 OTHER := .venv-other
-EXTRAS ?= ros,report,watch,parquet,cluster,urdf,dev,docs
+EXTRAS ?= ros,report,watch,foxglove,parquet,cluster,urdf,dev,docs
 WORKERS ?= 2
 # Set to anything, what is installed is held to requirements.lock, by hash.
 LOCKED ?=

@@ -76,6 +76,7 @@ setup(
         "report": ["matplotlib>=3.7", "plotly>=6.0"],
         "urdf": ["pin==4.1.0"],
         "watch": ["websockets>=13.1"],
+        "foxglove": ["foxglove-sdk>=0.27"],
         "parquet": ["pyarrow>=14"],
         "cluster": ["distributed>=2023.12"],
         "docs": ["mkdocs>=1.6", "mkdocs-material>=9.5", "mkdocstrings[python]>=0.26"],

@@ -385,13 +385,22 @@ def _watch(commands):
         commands,
         "watch",
         "live page of a running node in a browser, on this machine only unless told otherwise",
-        "  peg-on-hole watch\n  peg-on-hole watch --node /cell/peg_on_hole --port 9000",
+        "  peg-on-hole watch\n  peg-on-hole watch --node /cell/peg_on_hole --port 9000\n"
+        "  peg-on-hole watch --foxglove",
     )
     command.add_argument(
         "--node", metavar="NAME", default="/peg_on_hole", help="full name; default /peg_on_hole"
     )
     command.add_argument(
-        "--port", metavar="P", type=int, default=8470, help="default 8470; 0: any that is free"
+        "--port",
+        metavar="P",
+        type=int,
+        help="default 8470, for Foxglove 8765; 0: any that is free",
+    )
+    command.add_argument(
+        "--foxglove",
+        action="store_true",
+        help="serve the node's topics to the Foxglove app in place of a page",
     )
     command.add_argument(
         "--host",

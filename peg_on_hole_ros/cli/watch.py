@@ -1,26 +1,57 @@
-"""`peg-on-hole watch`: a live page of a running node, for a cell without RViz."""
+"""`peg-on-hole watch`: a running node on a live page or in the Foxglove app, without RViz."""
 
 import argparse
 import asyncio
 import re
+from importlib import import_module
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.report.live_page import drawn, live_page
 
+PAGE_PORT = 8470
+# Where the app looks unless told otherwise.
+FOXGLOVE_PORT = 8765
+_LIBRARIES = {
+    "websockets": "pip install websockets",
+    "foxglove": "pip install foxglove-sdk",
+}
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
-    if not 0 <= arguments.port <= 65535:
-        raise PegOnHoleError(f"--port = {arguments.port} is not within 0 to 65535")
+    port = arguments.port
+    if port is None:
+        port = FOXGLOVE_PORT if arguments.foxglove else PAGE_PORT
+    if not 0 <= port <= 65535:
+        raise PegOnHoleError(f"--port = {port} is not within 0 to 65535")
     if not _NAME.fullmatch(arguments.node):
         raise PegOnHoleError(
             f"--node = {arguments.node} is not the full name of a node, such as /cell/peg_on_hole"
         )
-    server, subscriptions = _needed()
-    watched = subscriptions.Watched(arguments.node)
+    try:
+        if arguments.foxglove:
+            _foxglove(arguments.node, arguments.host, port)
+        else:
+            _page(arguments.node, arguments.host, port)
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _foxglove(node, host, port):
+    app = _needed("foxglove_app")
+
+    def ready(address):
+        print(f"the topics of {node} for Foxglove: {address} (Ctrl-C ends it)", flush=True)
+
+    app.run(node, host, port, ready)
+
+
+def _page(node, host, port):
+    server, subscriptions = _needed("server"), _needed("subscriptions")
+    watched = subscriptions.Watched(node)
 
     def hello():
         settings = drawn(watched.configuration or Configuration())
@@ -36,29 +67,24 @@ def run(arguments: argparse.Namespace) -> int:
         return made
 
     def ready(address):
-        print(f"the page of {arguments.node}: {address} (Ctrl-C ends it)", flush=True)
+        print(f"the page of {node}: {address} (Ctrl-C ends it)", flush=True)
 
-    page = live_page(arguments.node)
+    page = live_page(node)
     try:
-        asyncio.run(server.run(arguments.host, arguments.port, page, frame, hello, ready))
-    except KeyboardInterrupt:
-        pass
+        asyncio.run(server.run(host, port, page, frame, hello, ready))
     finally:
         watched.close()
-    return 0
 
 
-def _needed():
+def _needed(module):
     try:
-        from peg_on_hole_ros.watch import server, subscriptions
+        return import_module(f"peg_on_hole_ros.watch.{module}")
     except ModuleNotFoundError as error:
         name = error.name or ""
         if not name or name.startswith("peg_on_hole_ros"):
             raise
-        remedy = (
-            "pip install websockets"
-            if name.startswith("websockets")
-            else "source ROS 2's setup.bash, or install its wheels: pip install '.[ros]'"
+        remedy = _LIBRARIES.get(
+            name.split(".")[0],
+            "source ROS 2's setup.bash, or install its wheels: pip install '.[ros]'",
         )
         raise PegOnHoleError(f"watch needs {name}: {remedy}") from None
-    return server, subscriptions

@@ -1,8 +1,7 @@
 """
 The topics of a node, taken twenty times a second and not one by one.
 
-Nothing here waits for a message, and best effort asks nothing of the node: however slow a page is,
-the node does not notice.
+Nothing here waits for a message: however slow a page is, the node does not notice.
 """
 
 import time
@@ -11,7 +10,6 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
@@ -19,13 +17,11 @@ from peg_on_hole_ros.config.configuration import BY_NAME, from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.output import LATCHED, TOPICS
-from peg_on_hole_ros.messages.ros_messages import message_class
 from peg_on_hole_ros.watch.frames import WHOLE, Frames
+from peg_on_hole_ros.watch.taking import DEPTH, subscribe, taken
 
 LAST = ("contacts_stddev", "pose", "contact/k", "contact/b1", "contact/b2")
 CHANGES = ("contact_mode", "alarms")
-# Half a second at 4 kHz.
-_DEPTH = 2000
 # Without an estimate for so long it is said [s].
 SILENCE = 1.0
 
@@ -69,27 +65,16 @@ class Watched:
 
     def _subscribe(self, topic):
         latched = topic in LATCHED
-        qos = QoSProfile(
-            depth=1 if topic in LAST else 100 if topic in CHANGES else _DEPTH,
-            reliability=(ReliabilityPolicy.RELIABLE if latched else ReliabilityPolicy.BEST_EFFORT),
-            durability=(
-                DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-            ),
-        )
-        return self._node.create_subscription(
-            message_class(TOPICS[topic]),
-            f"{self.name}/{topic}",
-            lambda message: None,
-            qos,
-            raw=topic in WHOLE,
-        )
+        depth = 1 if topic in LAST else 100 if topic in CHANGES else DEPTH
+        name = f"{self.name}/{topic}"
+        return subscribe(self._node, name, TOPICS[topic], latched, topic in WHOLE, depth)
 
     def frame(self) -> dict:
         """Take what has arrived; return a frame, ready for JSON, see `Frames`, with `status`."""
         self._ask()
-        arrived = {topic: self._taken(topic) for topic in (*WHOLE, *CHANGES)}
+        arrived = {topic: taken(self._subscriptions[topic]) for topic in (*WHOLE, *CHANGES)}
         for topic in LAST:
-            for message in self._taken(topic):
+            for message in taken(self._subscriptions[topic]):
                 self._latest[topic] = message
         scene = (self.configuration or Configuration()).scene
         frame = self.frames.frame(arrived, self._latest, scene)
@@ -97,17 +82,6 @@ class Watched:
             self._arrived_at = time.monotonic()
         frame["status"] = self._status()
         return frame
-
-    def _taken(self, topic):
-        found, subscription = [], self._subscriptions[topic]
-        # At most a queue: a publisher that is faster must not hold this up for ever.
-        for _ in range(_DEPTH):
-            with subscription.handle:
-                taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-            if taken is None:
-                break
-            found.append(taken[0])
-        return found
 
     def _ask(self):
         """Have the node say its settings, whenever it has come anew."""
