@@ -1,7 +1,7 @@
 """
 Another engine's reactions against the estimate's, over traces with one setting for all.
 
-    python -m benchmarks.engines.engine_traces [--seeds 20]
+    python -m benchmarks.engines.engine_traces [--seeds 20] [--page docs/engine.md]
 
 `data/mujoco_traces.npz` holds four motions that MuJoCo 4.0.0 simulated, by a simulation that
 shares nothing with this package, nor with `mujoco_peg.py`: a rim of 1440 boxes, a peg of 48 mm
@@ -28,6 +28,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from benchmarks.grid.score import bound_along
+from benchmarks.resumable import put_between
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
@@ -47,6 +48,12 @@ AROUND = 21
 RATES_OVER = 9
 # Of the friction that the bound is taken with [m/s].
 BOUND_SCALE = 2e-5
+FIRST_SEED = 3000
+MARKS = "<!-- engine -->", "<!-- end of engine -->"
+HEAD = """\
+| motion | N, mean | RMS error over it | bound over it; error over the bound | within 95 % bounds | \
+determined | without noise: error; within bounds |
+|---|---|---|---|---|---|---|"""
 
 
 def names() -> list[str]:
@@ -195,30 +202,39 @@ def _rms(values):
     return np.sqrt((values**2).mean(axis=0))
 
 
+def row(name, noisy, exact) -> str:
+    """Return the table's row of a trace, by its figures with noise and without."""
+    over = "" if noisy["sound"] > 0.995 else f" (in {noisy['sound']:.0%})".replace("%", " %")
+    cells = (
+        f"`{name}`",
+        _three(noisy["mean"], 0),
+        f"{_three(100 * noisy['relative'], 1)} %",
+        f"{_three(100 * noisy['bound'], 1)} %; {_three(noisy['over_bound'], 1)}{over}",
+        f"{_three(100 * noisy['coverage'], 0)} %",
+        f"{100 * noisy['determined']:.0f} %",
+        f"{_three(100 * exact['relative'], 1)} %; {_three(100 * exact['coverage'], 0)} %",
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def _three(values, digits):
+    return ", ".join(f"{value:.{digits}f}" for value in values)
+
+
 def main(arguments=None):
-    """Print the table."""
+    """Print the table; put it into a page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--seeds", type=int, default=20, help="noise seeds a trace (20)")
+    parser.add_argument("--page", type=Path, help="page whose table is renewed")
     options = parser.parse_args(arguments)
+    rows = [HEAD]
+    print(HEAD)
     for name in names():
-        truth = trace(name)
-        end = min(truth.slides, len(truth.t_ns)) / 1000
-        print(f"{name}: 0.3 to {end:.3f} s, {', '.join(CONTACTS)}")
-        for noise in (True, False):
-            found = score(name, range(3000, 3000 + (options.seeds if noise else 1)), noise)
-            shown = "; ".join(
-                f"{kind} {np.array2string(100 * found[kind], precision=2)} %"
-                for kind in ("relative", "coverage", "stated")
-            )
-            mean = np.array2string(found["mean"], precision=1)
-            print(f"  {'noise' if noise else 'as is'}: {shown}; mean {mean} N; determined "
-                  f"{100 * found['determined']:.1f} %", flush=True)  # fmt: skip
-            if noise:
-                bound, over = (
-                    np.array2string(scale * found[kind], precision=2)
-                    for kind, scale in (("bound", 100), ("over_bound", 1))
-                )
-                print(f"  bound {bound} %, error over it {over}, in {found['sound']:.0%}")
+        noisy = score(name, range(FIRST_SEED, FIRST_SEED + options.seeds))
+        rows.append(row(name, noisy, score(name, range(FIRST_SEED, FIRST_SEED + 1), noise=False)))
+        print(rows[-1], flush=True)
+    if options.page:
+        put_between(options.page, *MARKS, "\n".join(rows))
 
 
 if __name__ == "__main__":
