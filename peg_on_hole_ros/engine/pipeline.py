@@ -360,11 +360,20 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
-        row = self._row(sample)
-        return None if row is None else self._expected.judged(outputs_of(sample.t_ns, row))
+        row = self.row_of(sample)
+        return None if row is None else self.outputs(sample.t_ns, row)
 
-    def _row(self, sample):
-        """Return the row of a wrench, see `on_wrench`."""
+    def outputs(self, t_ns: int, row: np.ndarray) -> Outputs:
+        """Return the outputs of a row; where a motion is expected its alarms are none."""
+        return self._expected.judged(outputs_of(t_ns, row))
+
+    @property
+    def expecting(self) -> bool:
+        """Whether a motion was announced, so that `outputs` may differ from their row."""
+        return bool(self._expected.what)
+
+    def row_of(self, sample: WrenchSample) -> np.ndarray | None:
+        """Take a wrench as `on_wrench` does; return its outputs as a row, see `output_row`."""
         fault = wrench_fault(sample)
         if fault:
             self._arrival_counts[f"wrench_dropped_{fault}"] += 1
@@ -377,7 +386,7 @@ class Pipeline:
             self._arrival_counts["wrench_dropped_repeated_stamp"] += 1
             return None
         if sample.t_ns < now_ns and self._take_back(sample.t_ns):
-            return self._row(sample)
+            return self.row_of(sample)
         far = now_ns - sample.t_ns > CLOCK_JUMP_NS
         if self._clock_went_back("wrench", sample.t_ns, far):
             self._restart()

@@ -47,8 +47,8 @@ class Description(NamedTuple):
 
 
 # Places of the attributes in the one array, in their order.
-_COVARIANCE, _NORMAL, _STDDEV, _SLIP, _SLIP_STDDEV = 6, 42, 45, 48, 51
-_FORCE, _POINT, _POSITION, _ROTATION, _POSE = 54, 63, 72, 75, 84
+STATE, COVARIANCE, NORMAL, STDDEV, SLIP, SLIP_STDDEV = 0, 6, 42, 45, 48, 51
+FORCE, POINT, POSITION, ROTATION, POSE = 54, 63, 72, 75, 84
 SIZE = 120
 
 
@@ -120,22 +120,22 @@ def describe(
     for i in range(6):
         out[i] = m[X + i]
         for j in range(6):
-            out[_COVARIANCE + 6 * i + j] = m[P + 6 * i + j]
+            out[COVARIANCE + 6 * i + j] = m[P + 6 * i + j]
     for i in range(1, 3):
         out[i] -= 2.0 * pi * ceil((out[i] - pi) / (2.0 * pi))
     tilt = tilt_on_contacts(p, m[X])
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
         stddev = sqrt(max(m[REACTIONS + 21 + 7 * i], 0.0))
-        out[_NORMAL + i] = 0.0
-        out[_STDDEV + i] = stddev if on_contacts > 0 else wide
-        out[_SLIP + i] = m[SPEEDS + 2 * i]
-        out[_SLIP_STDDEV + i] = sqrt(max(m[SPEEDS + 2 * i + 1], 0.0))
+        out[NORMAL + i] = 0.0
+        out[STDDEV + i] = stddev if on_contacts > 0 else wide
+        out[SLIP + i] = m[SPEEDS + 2 * i]
+        out[SLIP_STDDEV + i] = sqrt(max(m[SPEEDS + 2 * i + 1], 0.0))
     if on_contacts > 0:
-        fill_pushing(m, out, _NORMAL)
+        fill_pushing(m, out, NORMAL)
     if on_contacts == 2:
-        two_point_forces(p, m, out, _NORMAL, _FORCE, _POINT)
+        two_point_forces(p, m, out, NORMAL, FORCE, POINT)
     else:
-        contact_forces(p, m, tilt, out, _NORMAL, _FORCE, _POINT)
+        contact_forces(p, m, tilt, out, NORMAL, FORCE, POINT)
     # Two contacts that give leave the depth open.
-    fill_pose(p, m, peg_height, on_contacts != 3, out, _POSITION, _ROTATION, _POSE)
+    fill_pose(p, m, peg_height, on_contacts != 3, out, POSITION, ROTATION, POSE)

@@ -79,8 +79,7 @@ class Encoder:
             All float64 of each, in the order of the message.
 
         """
-        self(message)
-        data, runs = self._templates[self._split(message)[0]]  # type: ignore[misc]
+        data, runs = self.template(message)
         found = np.tile(np.frombuffer(data, np.uint8), (len(t_ns), 1))
         seconds, nanoseconds = np.divmod(t_ns, 1_000_000_000)
         at = len(_ENCAPSULATION)
@@ -90,6 +89,11 @@ class Encoder:
             piece = np.ascontiguousarray(numbers[:, first:last], "<f8")
             found[:, offset : offset + 8 * (last - first)] = _bytes(piece)
         return found
+
+    def template(self, message: dict) -> tuple[bytes, tuple]:
+        """Return a message of fixed layout, and (offset, first, last, ...) of its numbers."""
+        self(message)
+        return self._templates[self._split(message)[0]]  # type: ignore[misc]
 
     def walk(self, message: dict, places: list[int] | None = None) -> bytes:
         """Return the encoded message by its definition; note where each float64 lies."""

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.estimator.description import described_rows
-from peg_on_hole_ros.messages.output import POSE_FLOOR, Message, estimate_messages
-from peg_on_hole_ros.messages.plain import quaternions
+from peg_on_hole_ros.messages.output import Message, estimate_messages
+from peg_on_hole_ros.messages.published import WIDTHS, published
 from peg_on_hole_ros.monitor.memory import IN_AIR, MODES
 from peg_on_hole_ros.monitor.output_row import AT, FLAG, MODE, MONITOR
 from peg_on_hole_ros.monitor.outputs import outputs_of
@@ -56,6 +56,10 @@ class OutputColumns:
     def __len__(self) -> int:
         """Return the number of stamps."""
         return len(self.t_ns)
+
+    def row(self, i: int) -> np.ndarray:
+        """Return the numbers of one stamp, see `output_row`."""
+        return self._rows[i]
 
     def outputs(self, i: int) -> Outputs:
         """Return all of one stamp."""
@@ -128,18 +132,7 @@ class OutputColumns:
 
     def topics(self) -> list[Topic]:
         """Return the topics of the estimate in the order in which they are published."""
-        f = self._fields
-        (x, y, z), (X, Y, Z) = np.moveaxis(f.contact_point, 2, 0), np.moveaxis(self.force, 2, 0)
-        torque = np.stack([y * Z - z * Y, z * X - x * Z, x * Y - y * X], axis=2)
-        covariance = (f.pose_covariance + POSE_FLOOR).reshape(len(self), -1)
-        numbers = (
-            self.state,
-            self.state_stddev,
-            np.hstack([self.closed, f.slip_speed, self.normal]),
-            np.hstack([f.slip_speed_stddev, f.normal_stddev]),
-            self.monitor,
-            *(np.hstack([self.force[:, i], torque[:, i]]) for i in range(3)),
-            np.hstack([f.position, quaternions(f.rotation), covariance]),
-        )
+        ends = np.cumsum(list(WIDTHS.values()))
+        numbers = np.split(published(self._rows), ends[:-1], axis=1)
         first = self.messages(0)
         return [Topic(*message, columns) for message, columns in zip(first, numbers, strict=True)]

@@ -1,14 +1,18 @@
 """A record of each try to insert a peg, from the messages that the node publishes."""
 
 import json
+from collections.abc import Sequence
 from math import isfinite, nan
+from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.description import NORMAL
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.determined import determined_reactions
 from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime
+from peg_on_hole_ros.monitor.output_row import AT
 from peg_on_hole_ros.records import CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].
@@ -18,6 +22,20 @@ SILENCE_NS = 1_000_000_000
 LEVELS = ("OK", "WARN", "ERROR")
 # An alarm that flickers would fill the record; further ones are only counted.
 MOST_ALARMS = 100
+
+
+class _Came(NamedTuple):
+    """What a try is made of at one stamp: messages, reactions [N], age and latency of contact."""
+
+    said: dict[str, dict]
+    loads: Sequence[float] | None
+    touch: Sequence[float]
+
+
+def _told(fields):
+    monitor = fields.get("monitor")
+    values = dict(zip(monitor["name"], monitor["position"])) if monitor else {}
+    return [values.get(f"contact_{name}", nan) for name in ("age", "latency")]
 
 
 def json_line(record: dict) -> str:
@@ -42,8 +60,8 @@ class Cycles:
         self._open_ns: int | None = None
         self._passed = PassedTime()
         self._seen_ns: int | None = None
-        # The first stamp after a silence, and its messages.
-        self._held: tuple[int, list[Message]] | None = None
+        # The first stamp after a silence, and what came with it.
+        self._held: tuple[int, _Came] | None = None
         self._begin()
 
     def _begin(self):
@@ -59,6 +77,18 @@ class Cycles:
 
     def add(self, t_ns: int, messages: list[Message]) -> list[dict]:
         """Take the messages of one stamp [ns]; return the records of tries that end with them."""
+        fields = {topic: message for topic, _, message in messages}
+        return self._add(t_ns, _Came(fields, determined_reactions(fields), _told(fields)))
+
+    def add_row(self, t_ns: int, row: np.ndarray, said: list[Message]) -> list[dict]:
+        """Take an estimate as a row, and what is said beside it, as `add` would its messages."""
+        fields = {topic: message for topic, _, message in said}
+        determined = row[AT.reactions_determined] == 1.0
+        loads = row[NORMAL : NORMAL + 3].tolist() if determined else None
+        touch = float(row[AT.contact_age]), float(row[AT.contact_latency])
+        return self._add(t_ns, _Came(fields, loads, touch))
+
+    def _add(self, t_ns, came):
         ended = []
         if self._held is not None:
             (held_ns, held), self._held = self._held, None
@@ -70,9 +100,9 @@ class Cycles:
             ended += self._take(held_ns, held)
         silent = self._seen_ns is not None and t_ns - self._seen_ns > SILENCE_NS
         if silent and self._start_ns is not None:
-            self._held = t_ns, messages
+            self._held = t_ns, came
             return ended
-        return ended + self._take(t_ns, messages)
+        return ended + self._take(t_ns, came)
 
     def take(self, columns: OutputColumns) -> list[tuple[int, list[dict]]]:
         """Take many stamps, as `add` would each; return what ends with each, by its place."""
@@ -88,8 +118,8 @@ class Cycles:
             if quiet:
                 first += quiet
                 continue
-            messages = columns.messages(first, said.get(first, ()))
-            records = self.add(int(t_ns[first]), messages)
+            beside = said.get(first, [])
+            records = self.add_row(int(t_ns[first]), columns.row(first), beside)
             if records:
                 ended.append((first, records))
             first += 1
@@ -132,9 +162,9 @@ class Cycles:
         self._mode, self._open_ns = "", None
         return [record]
 
-    def _take(self, t_ns, messages):
+    def _take(self, t_ns, came):
         self._seen_ns = t_ns
-        fields = {topic: message for topic, _, message in messages}
+        fields = came.said
         # No time passes between the stamps before a fall and those after.
         ended = self._under_way() if self._passed.take(t_ns) else []
         if "contact_mode" in fields:
@@ -146,9 +176,9 @@ class Cycles:
         touching |= self._start_ns is not None and self._mode == "unknown"
         if touching:
             if self._start_ns is None:
-                self._start(t_ns, fields.get("monitor"))
+                self._start(t_ns, came.touch)
             self._open_ns, self._last_ns = None, t_ns
-            self._add_loads(fields)
+            self._add_loads(came.loads)
         elif self._start_ns is not None:
             self._open_ns = t_ns if self._open_ns is None else self._open_ns
             if t_ns - self._open_ns >= PAUSE_NS:
@@ -170,16 +200,13 @@ class Cycles:
     def _under_way(self):
         return [] if self._start_ns is None else [self._end("unfinished")]
 
-    def _start(self, t_ns, monitor):
+    def _start(self, t_ns, touch):
         self._start_ns = t_ns
-        if monitor:
-            values = dict(zip(monitor["name"], monitor["position"]))
-            age, latency = (values.get(f"contact_{name}", nan) for name in ("age", "latency"))
-            if isfinite(age) and isfinite(latency):
-                self._start_ns, self._latency = t_ns - round(age * 1e9), latency
+        age, latency = touch
+        if isfinite(age) and isfinite(latency):
+            self._start_ns, self._latency = t_ns - round(age * 1e9), latency
 
-    def _add_loads(self, fields):
-        loads = determined_reactions(fields)
+    def _add_loads(self, loads):
         if loads is None or self._mode != "three_point":
             return
         for i, normal in enumerate(loads):

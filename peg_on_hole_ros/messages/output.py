@@ -68,6 +68,8 @@ POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
 ALARM_PERIOD_NS = 100_000_000
 _NOT_DETERMINED = (nan, nan, nan)
 _NEVER = np.iinfo(np.int64).max
+# What is said changes with these of a row.
+_WATCHED = [MODE, FLAG, *range(ALARMS + LEVEL, SIZE, ALARM_WIDTH)]
 _KNOWN = frozenset(MONITOR_NAMES)
 HARDWARE_ID = "peg_on_hole"
 
@@ -99,6 +101,8 @@ class OutputStream:
         self._worst: int | None = None
         self._mode: str | None = None
         self._transition: bool | None = None
+        # Of the row that was last looked at, if nothing else was since.
+        self._watched: list[float] | None = None
 
     def set_markers_rate(self, rate: float) -> None:
         """Take another rate of the markers [Hz]; 0: none."""
@@ -111,6 +115,7 @@ class OutputStream:
     def said(self, outputs: Outputs) -> list[Message]:
         """Return what is published beside the estimate: on change, and from time to time."""
         messages: list[Message] = []
+        self._watched = None
         if outputs.transition != self._transition:
             self._transition = outputs.transition
             messages.append(("transition", BOOL, {"data": bool(outputs.transition)}))
@@ -133,10 +138,19 @@ class OutputStream:
             messages.append(("markers", MARKERS, _markers(outputs, self._scene)))
         return messages
 
+    def said_of_row(self, t_ns: int, row: np.ndarray) -> list[Message]:
+        """Return what `said` would of the outputs of a row, which are built only if need be."""
+        watched = row[_WATCHED].tolist()
+        if watched == self._watched and not self._anything_due(t_ns):
+            return []
+        messages = self.said(outputs_of(t_ns, row))
+        self._watched = watched
+        return messages
+
     def said_of(self, rows: Rows) -> list[tuple[int, list[Message]]]:
         """Return what `said` would with one stamp of many after the other, by place."""
-        t_ns, levels = rows.t_ns, rows.values[:, ALARMS:SIZE].reshape(len(rows.t_ns), -1)
-        watched = np.hstack([rows.values[:, [MODE, FLAG]], levels[:, LEVEL::ALARM_WIDTH]])
+        t_ns = rows.t_ns
+        watched = rows.values[:, _WATCHED]
         changes = np.flatnonzero((watched[1:] != watched[:-1]).any(axis=1)) + 1
         places, found, i = iter(changes.tolist()), [], 0
         change = next(places, len(t_ns))
@@ -148,6 +162,11 @@ class OutputStream:
                 change = next(places, len(t_ns))
             i = min(change, *(max(int(np.searchsorted(t_ns, due)), i + 1) for due in self._dues()))
         return found
+
+    def _anything_due(self, t_ns):
+        alarms = self._alarms_ns is not None and _due(t_ns, self._alarms_ns, ALARM_PERIOD_NS)
+        period = self._markers_period_ns
+        return alarms or (period is not None and _due(t_ns, self._markers_ns, period))
 
     def _dues(self):
         """Return the stamps from which on alarms and markers are due again [ns]."""

@@ -55,30 +55,38 @@ def quaternions(rotations: np.ndarray) -> np.ndarray:
 
     """
     found = np.empty((len(rotations), 4))
-    _fill_quaternions(np.ascontiguousarray(rotations), found)
+    _fill_quaternions(np.ascontiguousarray(rotations).reshape(-1, 9), found)
     return found
+
+
+@compiled
+def fill_quaternion(R: np.ndarray, first: int, q: np.ndarray, to: int) -> None:
+    """Fill in x, y, z, w of the rotation matrix that stands row by row from a place on."""
+    trace = R[first] + R[first + 4] + R[first + 8]
+    i, most = 3, trace
+    for k in range(2, -1, -1):
+        if R[first + 4 * k] >= most:
+            i, most = k, R[first + 4 * k]
+    if i == 3:
+        q[to] = R[first + 7] - R[first + 5]
+        q[to + 1] = R[first + 2] - R[first + 6]
+        q[to + 2] = R[first + 3] - R[first + 1]
+        q[to + 3] = 1.0 + trace
+    else:
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q[to + i] = 1.0 - trace + 2.0 * R[first + 4 * i]
+        q[to + j] = R[first + 3 * j + i] + R[first + 3 * i + j]
+        q[to + k] = R[first + 3 * k + i] + R[first + 3 * i + k]
+        q[to + 3] = R[first + 3 * k + j] - R[first + 3 * j + k]
+    x, y, z, w = q[to], q[to + 1], q[to + 2], q[to + 3]
+    scale = 1.0 / sqrt(x * x + y * y + z * z + w * w)
+    if w < 0.0:
+        scale = -scale
+    for k in range(4):
+        q[to + k] *= scale
 
 
 @compiled
 def _fill_quaternions(rotations, found):
     for n in range(len(rotations)):
-        R, q = rotations[n], found[n]
-        trace = R[0, 0] + R[1, 1] + R[2, 2]
-        i, most = 3, trace
-        for k in range(2, -1, -1):
-            if R[k, k] >= most:
-                i, most = k, R[k, k]
-        if i == 3:
-            q[0], q[1], q[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
-            q[3] = 1.0 + trace
-        else:
-            j, k = (i + 1) % 3, (i + 2) % 3
-            q[i] = 1.0 - trace + 2.0 * R[i, i]
-            q[j] = R[j, i] + R[i, j]
-            q[k] = R[k, i] + R[i, k]
-            q[3] = R[k, j] - R[j, k]
-        scale = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        if q[3] < 0.0:
-            scale = -scale
-        for k in range(4):
-            q[k] *= scale
+        fill_quaternion(rotations[n], 0, found[n], 0)

@@ -4,7 +4,10 @@ import json
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from peg_on_hole_ros.config.configuration import (
     BY_NAME,
@@ -21,7 +24,10 @@ from peg_on_hole_ros.measurements.measurement import PegJoints
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import Cycles, json_line
 from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
-from peg_on_hole_ros.messages.output import STRING, Message, OutputStream
+from peg_on_hole_ros.messages.estimate_bytes import EstimateEncoder
+from peg_on_hole_ros.messages.output import STRING, Message, OutputStream, estimate_messages
+from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
+from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, WrenchSample
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
@@ -38,6 +44,26 @@ def is_event(name: str) -> bool:
     if name.startswith(EXPECT):
         return name.removeprefix(EXPECT) in (*MODES, NOTHING)
     return name in ("reset", "tare", "payload") or name.startswith(SET)
+
+
+class Published(NamedTuple):
+    """
+    What a wrench makes known, as the node publishes it.
+
+    Attributes
+    ----------
+    estimate : list of (str, bytes)
+        Topic under the node's name and serialised message of all that comes with every stamp.
+    pose : callable
+        Returns header and pose, until the next wrench.
+    said : list of Message
+        What is published beside it.
+
+    """
+
+    estimate: list[tuple[str, bytes]]
+    pose: Callable[[], dict]
+    said: list[Message]
 
 
 class MessageStream:
@@ -76,6 +102,8 @@ class MessageStream:
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
         joints = configuration.joints
         self._joints_needed = joints.names
+        self._wrenches, self._joints = WrenchReader(), JointsReader(joints.names)
+        self._encoder: EstimateEncoder | None = None
         self._unusable: Counter[str] = Counter()
 
     @property
@@ -94,19 +122,58 @@ class MessageStream:
 
     def take_wrench(self, sample: WrenchSample | Malformed) -> list[Message]:
         """Take a wrench that was read, or what is wrong with it; return what it makes known."""
+        taken = self._row_of(sample)
+        if taken is None:
+            return []
+        t_ns, row = taken
+        messages = self._outputs.messages(self.pipeline.outputs(t_ns, row))
+        ended = self._cycles.add(t_ns, messages)
+        return messages + _told(ended) if ended else messages
+
+    def _row_of(self, sample: WrenchSample | Malformed) -> tuple[int, np.ndarray] | None:
         if isinstance(sample, Malformed):
             self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
-            return []
+            return None
         if self.refused:
             self._unusable["wrench_dropped_sensor_contradicted"] += 1
-            return []
-        outputs = self.pipeline.on_wrench(sample)
-        if outputs is None:
-            return []
-        self.t_ns = outputs.t_ns
-        messages = self._outputs.messages(outputs)
-        ended = self._cycles.add(outputs.t_ns, messages)
-        return messages + _told(ended) if ended else messages
+            return None
+        row = self.pipeline.row_of(sample)
+        if row is None:
+            return None
+        self.t_ns = sample.t_ns
+        return sample.t_ns, row
+
+    def publish_wrench(self, payload: bytes, read: Callable[[bytes], Any]) -> Published | None:
+        """
+        Take a serialised WrenchStamped; return the messages of `on_wrench`, most in bytes.
+
+        Parameters
+        ----------
+        payload : bytes
+        read : callable
+            Makes a message of it, or None; what differs in more than numbers needs that.
+
+        """
+        sample = self._wrenches.read(payload)
+        if sample is None:
+            message = read(payload)
+            if message is None:
+                return None
+            sample = wrench_sample(message)
+            self._wrenches.learn(payload, message.header.frame_id)
+        taken = self._row_of(sample)
+        if taken is None:
+            return None
+        t_ns, row = taken
+        if self.pipeline.expecting:
+            said = self._outputs.said(self.pipeline.outputs(t_ns, row))
+        else:
+            said = self._outputs.said_of_row(t_ns, row)
+        if self._encoder is None:
+            self._encoder = EstimateEncoder(estimate_messages(outputs_of(t_ns, row)))
+        estimate = self._encoder(t_ns, row)
+        ended = self._cycles.add_row(t_ns, row, said)
+        return Published(estimate, partial(self._encoder.pose, t_ns), said + _told(ended))
 
     def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
         """
@@ -172,6 +239,19 @@ class MessageStream:
     def on_joints(self, message: Any) -> None:
         """Take a sensor_msgs/JointState in any form."""
         self.take_joints(joint_sample(message, self._joints_needed))
+
+    def take_joints_bytes(self, payload: bytes, read: Callable[[bytes], Any]) -> None:
+        """Take a serialised JointState; `read` as in `publish_wrench`."""
+        sample = self._joints.read(payload)
+        if sample is None:
+            message = read(payload)
+            if message is None:
+                return
+            sample = joint_sample(message, self._joints_needed)
+            if isinstance(sample, JointSample):
+                counts = map(len, (message.position, message.velocity, message.effort))
+                self._joints.learn(payload, message.header.frame_id, sample.names, *counts)
+        self.take_joints(sample)
 
     def take_joints(self, sample: JointSample | Malformed) -> None:
         """Take a joint state that was read, or what is wrong with it."""

@@ -193,7 +193,9 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         if self._recording is not None:
             self._recording.close()
         if self._stream is not None:
-            self._publish(self._stream.finish())
+            ended = self._stream.finish()
+            self._outputs.say(ended)
+            self._log_cycles(ended)
 
     def _stop_listening(self):
         try:
@@ -238,15 +240,19 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._stream.undescribed("wrench")
             return self._diagnostics.received("wrench", 0)
         self._recording.wrench(payload)
+        published = self._stream.publish_wrench(payload, self._read_wrench)
+        if published is not None:
+            self._outputs.publish(published)
+            self._log_cycles(published.said)
+            now_ns = self.get_clock().now().nanoseconds
+            self._diagnostics.aged(now_ns - self._stream.t_ns if now_ns else None)
+        self._diagnostics.received("wrench", time.monotonic_ns() - begun, published is not None)
+
+    def _read_wrench(self, payload):
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
         if self._stream.frame is None and message is not None:
             self._warn(filter(None, [self._stream.take_frame(message.header.frame_id)]))
-        messages = [] if message is None else self._stream.on_wrench(message)
-        self._publish(messages)
-        if messages:
-            now_ns = self.get_clock().now().nanoseconds
-            self._diagnostics.aged(now_ns - self._stream.t_ns if now_ns else None)
-        self._diagnostics.received("wrench", time.monotonic_ns() - begun, bool(messages))
+        return message
 
     def _on_joints(self, payload):
         begun = time.monotonic_ns()
@@ -254,10 +260,11 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self._stream.undescribed("joints")
             return self._diagnostics.received("joints", 0)
         self._recording.joints(payload)
-        message = self._deserialised("joints", JOINTS_TYPE, payload)
-        if message is not None:
-            self._stream.on_joints(message)
+        self._stream.take_joints_bytes(payload, self._read_joints)
         self._diagnostics.received("joints", time.monotonic_ns() - begun)
+
+    def _read_joints(self, payload):
+        return self._deserialised("joints", JOINTS_TYPE, payload)
 
     def _failed(self, what, error):
         """Count and tell an error of the program, and begin anew: a cell needs its monitor."""
@@ -274,9 +281,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             throttle_duration_sec=QUIET,
         )
 
-    def _publish(self, messages):
-        self._outputs.publish(messages)
-        for suffix, _, fields in messages:
+    def _log_cycles(self, said):
+        for suffix, _, fields in said:
             if suffix == "cycle":
                 self.get_logger().info(f"cycle: {fields['data']}")
 

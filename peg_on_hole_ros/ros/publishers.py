@@ -8,6 +8,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS, Message
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
+from peg_on_hole_ros.messages.stream import Published
 from peg_on_hole_ros.messages.transforms import TOPIC, TRANSFORMS, Transforms
 
 
@@ -48,15 +49,21 @@ class Publishers:
             self._tf = node.create_lifecycle_publisher(kind, TOPIC, QoSProfile(depth=100))
             self._encode_tf = Encoder(TRANSFORMS)
 
-    def publish(self, messages: Iterable[Message]) -> None:
-        """Publish outputs in their order."""
+    def publish(self, published: Published) -> None:
+        """Publish what a wrench makes known, in its order."""
+        for suffix, payload in published.estimate:
+            self._outputs[suffix].publish(payload)
+        self.say(published.said)
+        if self._tf is not None:
+            transform = self._transforms.message(published.pose())
+            if transform is not None:
+                self._tf.publish(self._encode_tf(transform))
+
+    def say(self, messages: Iterable[Message]) -> None:
+        """Publish messages in their order."""
         for suffix, _, fields in messages:
             # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes.
             self._outputs[suffix].publish(self._encoders[suffix](fields))
-            if suffix == "pose" and self._tf is not None:
-                transform = self._transforms.message(fields)
-                if transform is not None:
-                    self._tf.publish(self._encode_tf(transform))
 
     def diagnostics(self, fields: dict) -> None:
         """Publish a diagnostic_msgs/DiagnosticArray on /diagnostics."""

@@ -8,6 +8,8 @@ import pytest
 import rclpy
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, node_process
@@ -69,9 +71,9 @@ def test_what_was_lost_before_is_not_reported_again_and_what_no_report_told_is(c
         node.trigger_activate()
         feed(node, 1000)
         feed(node, 1000)
-        whole, node._stream.pipeline.on_wrench = node._stream.pipeline.on_wrench, fail
+        whole, node._stream.pipeline.row_of = node._stream.pipeline.row_of, fail
         feed(node, 1001)
-        node._stream.pipeline.on_wrench = whole
+        node._stream.pipeline.row_of = whole
         assert report(node)["filter"][0] == ERROR
         feed(node, 1002)
         node.arrivals.wrench(b"")
@@ -109,11 +111,11 @@ def test_an_activation_that_fails_says_why_and_leaves_nothing(topic, capfd):
 def monitored(node, *stamps_ms):
     """Return the values that exist on ~/monitor after a joint state and a wrench of each stamp."""
     told, publish = [], node._outputs.publish
-    node._outputs.publish = told.extend
+    node._outputs.publish = told.append
     feed(node, *stamps_ms)
     node._outputs.publish = publish
-    (*_, last) = (fields for topic, _, fields in told if topic == "monitor")
-    values = zip(last["name"], last["position"], strict=True)
+    last = deserialize_message(dict(told[-1].estimate)["monitor"], JointState)
+    values = zip(last.name, last.position, strict=True)
     return {name: value for name, value in values if not isnan(value)}
 
 

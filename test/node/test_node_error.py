@@ -26,7 +26,7 @@ import sys
 from peg_on_hole_ros.ros.node import main
 from peg_on_hole_ros.engine.pipeline import Pipeline
 
-def on_wrench(self, sample, whole=Pipeline.on_wrench):
+def row_of(self, sample, whole=Pipeline.row_of):
     if {BAD_NS.start} <= sample.t_ns < {BAD_NS.stop}:
         raise RuntimeError("made up")
     return whole(self, sample)
@@ -34,7 +34,7 @@ def on_wrench(self, sample, whole=Pipeline.on_wrench):
 def tare(self):
     raise ZeroDivisionError("made up too")
 
-Pipeline.on_wrench, Pipeline.tare = on_wrench, tare
+Pipeline.row_of, Pipeline.tare = row_of, tare
 sys.exit(main())
 """
 
@@ -104,7 +104,7 @@ def test_an_error_costs_the_estimate_and_not_the_node(tmp_path):
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, SystemExit])
 def test_what_is_to_end_the_program_does(stop):
-    def on_wrench(sample):
+    def row_of(sample):
         raise stop
 
     init([])
@@ -112,7 +112,7 @@ def test_what_is_to_end_the_program_does(stop):
         node = PegOnHoleNode([])
         node.trigger_configure()
         node.trigger_activate()
-        node._stream.pipeline.on_wrench = on_wrench
+        node._stream.pipeline.row_of = row_of
         node.arrivals.joints(Encoder(JOINTS_TYPE)(joints(MS)))
         node.arrivals.wrench(Encoder(WRENCH_TYPE)(wrench(MS)))
         with pytest.raises(stop):
