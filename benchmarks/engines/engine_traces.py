@@ -33,7 +33,7 @@ from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInpu
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.records import CONTACTS, WrenchSample
+from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study.bound import Meaning
 
@@ -51,8 +51,8 @@ BOUND_SCALE = 2e-5
 FIRST_SEED = 3000
 MARKS = "<!-- engine -->", "<!-- end of engine -->"
 HEAD = """\
-| motion | N, mean | RMS error over it | bound over it; error over the bound | within 95 % bounds | \
-determined | without noise: error; within bounds |
+| motion | N, mean | RMS error over it | bound over it; error over the bound | \
+within 95 % bounds | determined | without noise: error; within bounds |
 |---|---|---|---|---|---|---|"""
 
 
