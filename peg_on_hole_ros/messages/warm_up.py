@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.messages.stream import message_stream
@@ -30,6 +31,7 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
     configuration = replace(configuration, joints=joints)
     stream = message_stream(configuration)
     scene = configuration.scene
+    encode = Encoder(WRENCH_TYPE)
     zero = {"x": 0.0, "y": 0.0, "z": 0.0}
     # Slip in all directions, long enough for a contact mode to be declared, a rest, then on to two
     # points.
@@ -45,5 +47,9 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
         position = {"name": list(ANGLES), "position": [gamma, 1e-3 * k, 2e-3 * k]}
         wrench = {"header": header(t_ns), "wrench": {"force": zero, "torque": zero}}
         stream.on_joints(convert(JOINTS_TYPE, {"header": header(t_ns), **position}))
-        for _, ros_type, fields in stream.on_wrench(convert(WRENCH_TYPE, wrench)):
+        message = convert(WRENCH_TYPE, wrench)
+        if k % 2:
+            stream.publish_wrench(encode(wrench), lambda _, made=message: made)
+            continue
+        for _, ros_type, fields in stream.on_wrench(message):
             convert(ros_type, fields)

@@ -103,6 +103,11 @@ def told(tmp_path_factory):
     """Run all commands in one folder, in the order in which they are read."""
     folder = tmp_path_factory.mktemp("reader")
     run = reader(folder)
+    # Of `bags/` as many as the pages name.
+    (folder / "bags").unlink()
+    (folder / "bags").mkdir()
+    for name in {name for line in RUN for name in re.findall(r"bags/(\w+\.mcap)", line)}:
+        (folder / "bags" / name).symlink_to(ROOT / "bags" / name)
     found = {line: run(line) for line in RUN}
     return folder, found
 

@@ -181,8 +181,23 @@ def replayed(bag, configuration, path):
     return told, doubts, messages, statistics.channel_message_counts
 
 
-@pytest.mark.parametrize("stream", STREAMS, ids=lambda stream: stream.__name__)
-@pytest.mark.parametrize("window", [0.05, 0.0])
+# Without a window there is no going back: one of each way to leave the order.
+WITHOUT_WINDOW = in_order, late, joint_states_behind, silence, pushed_by_the_peg
+
+
+@pytest.mark.parametrize(
+    ("stream", "window"),
+    [
+        *((stream, 0.05) for stream in STREAMS),
+        *((stream, 0.0) for stream in WITHOUT_WINDOW),
+        *(
+            pytest.param(stream, 0.0, marks=pytest.mark.nightly)
+            for stream in STREAMS
+            if stream not in WITHOUT_WINDOW
+        ),
+    ],
+    ids=lambda value: getattr(value, "__name__", str(value)),
+)
 def test_in_one_go_is_as_one_by_one(stream, window, tmp_path, monkeypatch):
     configuration = truth(SCENE).plan.configuration
     kalman = replace(configuration.filter, late_window=window)
