@@ -201,6 +201,8 @@ def assess(
     # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
     known = fabs(rate) > 3.0 * spread and motion[CALM] >= _CALM
     moves = 1.0 - rest if known else 0.0
+    # Of a trend that is noise a peg at rest closes in every other instant.
+    surely = closing if known else 0.0
     determinant = path = slipping = 0.0
     if f[X] > p.gamma0 * (1.0 + _EDGE):
         path, determinant, slipping = wedging_ahead(
@@ -219,7 +221,7 @@ def assess(
         over, loaded = _load(f, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
         stops, grows, more = _pushed(
-            p, f, motion, j, ahead, rest_rate, dt, since, closing, rate, turn
+            p, f, motion, j, ahead, rest_rate, dt, since, surely, rate, turn
         )
         pushed = max(grows, more)
         stall = min(closing * stops * grows + rest * pushed, 1.0)

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks.scenes.draw import Case, plan_of
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import MonitorOptions
@@ -192,6 +193,17 @@ def test_a_peg_that_its_holder_brings_to_rest_is_no_stall():
     # It comes to rest from 5.2 s on, and is held still until 6.3 s.
     held = (t > 1.5) & (t < 6.3)
     assert not (seen(outputs, "jamming_stall") & held).any()
+
+
+@pytest.mark.parametrize("number", [9, 13, 38])
+def test_a_press_at_rest_is_no_jam(number):
+    """Set down, pressed more, closed, stopped, and pressed again, all by the holder's program."""
+    scene = integrate(plan_of(Case("held", number, "tuning")))
+    t, outputs = played(scene)
+    rest = np.abs(scene.rates[np.searchsorted(scene.t_ns, np.round(t * 1e9)), 0]) < 1e-3
+    push = np.linalg.norm(scene.force, axis=1)
+    assert rest.sum() > 200 and push.max() > 2.0 * push[0]
+    assert {row.alarms[0].level for row in outputs} == {0}
 
 
 @cache
