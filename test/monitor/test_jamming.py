@@ -244,7 +244,6 @@ def test_loads_below_their_limits_are_none():
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.xfail(strict=True, reason="the reactions by the old friction pass the limit ahead")
 def test_no_load_is_foreseen_where_friction_jumps(seed):
     """The old friction makes twice the reactions of the wrench, until the new one is learnt."""
     scene = closed_over_an_edge_of_friction()
