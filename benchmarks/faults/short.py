@@ -7,7 +7,7 @@ from pathlib import Path
 LIST = Path(__file__).with_name("short.csv")
 # By the word that the list has for it.
 WHY = {
-    "touch": "the cell's peg touches down on one side, near the threshold of the risk anyway",
+    "unit": "a torque in another unit pushes the peg until the wrench is doubted",
     "silent": "an orientation is awaited for filter.max_joint_gap; then the mode is unknown",
     "mixed": "joints that are mixed up or stand still make another motion, near enough at times",
     "rest": "a peg that rests moves no value either",

@@ -236,6 +236,33 @@ def _retry(draw):
     return setting, start, phases
 
 
+def _held(draw):
+    """Return a peg that is pressed while it rests, by command: set down, then in the middle."""
+    setting = setting_of(draw, press=draw.even(0.4e-3, 1e-3), noise=draw.log(0.5, 8.0))
+    rates, still = _rates(setting), [0.0, 0.0, 0.0]
+    before, after = draw.even(0.15, 0.3), draw.even(0.1, 0.2)
+    tilt = setting.speed * (before + after + 0.15) + draw.even(0.01, 0.05)
+    angles = [setting.scene.gamma0 + tilt, 0.0, 0.0]
+    presses = [[0.0, 0.0, -setting.press * draw.log(1.5, 5.0)] for _ in range(2)]
+    on_three = {"kind": "contact", "rates": still}
+    if draw.chance(0.5):
+        start = {"angles": angles, "rates": still, "offset": [0.0, 0.0, 0.003]}
+        begin = {
+            "approach": {"kind": "free", "duration": 0.15, "rates": still, "offset": still},
+            "press": {**on_three, "duration": 0.12, "offset": [0.0, 0.0, -setting.press]},
+        }
+    else:
+        start = {"angles": angles, "rates": still, "offset": [0.0, 0.0, -setting.press]}
+        begin = {"lead": {**on_three, "duration": LEAD_IN}}
+    return setting, start, begin | {
+        "press_more": {**on_three, "duration": draw.even(0.1, 0.3), "offset": presses[0]},
+        "close": {"kind": "contact", "duration": before, "rates": rates},
+        "stop": {**on_three, "duration": draw.even(0.06, 0.15)},
+        "press_again": {**on_three, "duration": draw.even(0.1, 0.25), "offset": presses[1]},
+        "go_on": {"kind": "contact", "duration": after, "rates": rates},
+    }  # fmt: skip
+
+
 FAMILY = {
     "insertion": _insertion,
     "wedge": _wedge,
@@ -246,4 +273,5 @@ FAMILY = {
     "clearance": _clearance,
     "contact_loss": _contact_loss,
     "retry": _retry,
+    "held": _held,
 }

@@ -117,11 +117,11 @@ def _transition(t, margin, kind):
 
 
 def _commanded_speed(truth, t):
-    """Return how fast the holder's program moves the peg's surface or presses, about [m/s]."""
+    """Return how fast the holder's program turns the peg, at its surface, about [m/s]."""
     knots, coefficients = holder_program(truth.plan)
     rates = np.array([evaluate(knots, coefficients, x + truth.plan.lead_in)[1] for x in t])
     radius = truth.plan.configuration.scene.hole_diameter / 2
-    return radius * np.abs(rates[:, :3]).sum(axis=1) + np.abs(rates[:, 3:]).sum(axis=1)
+    return radius * np.abs(rates[:, :3]).sum(axis=1)
 
 
 def _stops(truth, t):
@@ -131,8 +131,8 @@ def _stops(truth, t):
     speed = np.where(wedged, 0.0, truth.slip_speed.max(axis=1))
     before = _fastest_before(speed, contact, t)
     still = contact & ((speed < np.minimum(STILL, STILL_SHARE * before)) | wedged)
-    driven = _commanded_speed(truth, t) > PUSHING
-    pushed = still & driven
+    commanded = _commanded_speed(truth, t)
+    pushed = still & (commanded > PUSHING)
     load = np.linalg.norm(truth.moment, axis=1), np.linalg.norm(truth.force, axis=1)
     found = []
     for first, last in stretches(still):
@@ -145,7 +145,9 @@ def _stops(truth, t):
         grown = max(x[last] / max(x[first], 1e-9) for x in load)
         stays = last == len(t) - 1
         found.append((first, last, "wedge" if stays and grown >= HELD else "stall"))
-    slowed = contact & driven & (speed < SLOWED_SHARE * before)
+    # A program that slows down itself brings the peg to rest: nothing hinders it.
+    goes_on = commanded > SLOWED_SHARE * _fastest_before(commanded, contact, t)
+    slowed = contact & goes_on & (commanded > PUSHING) & (speed < SLOWED_SHARE * before)
     for first, last in stretches(slowed):
         stops = any(first <= b and a <= last for a, b, _ in found)
         if t[last] - t[first] >= SHORTEST_STOP and not stops:

@@ -201,6 +201,8 @@ def assess(
     # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
     known = fabs(rate) > 3.0 * spread and motion[CALM] >= _CALM
     moves = 1.0 - rest if known else 0.0
+    # Of a trend that is noise a peg at rest closes in every other instant.
+    surely = closing if known else 0.0
     determinant = path = slipping = 0.0
     if f[X] > p.gamma0 * (1.0 + _EDGE):
         path, determinant, slipping = wedging_ahead(
@@ -219,7 +221,7 @@ def assess(
         over, loaded = _load(f, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
         stops, grows, more = _pushed(
-            p, f, motion, j, ahead, rest_rate, dt, since, closing, rate, turn
+            p, f, motion, j, ahead, rest_rate, dt, since, surely, rate, turn
         )
         pushed = max(grows, more)
         stall = min(closing * stops * grows + rest * pushed, 1.0)
@@ -326,26 +328,24 @@ def _load(f, j, options, dt, time, usable):
     if not usable:
         break_course(j)
         return 0.0, 0.0
-    horizon = min(options[1], time) if time >= 0.0 else options[1]
-    most = now = load_ahead.NOTHING
-    total = first = then = 0.0
+    total = 0.0
     j[UNBROKEN] += dt
     for i in range(3):
-        N, variance, limit = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i], options[5 + i]
+        N, variance = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i]
         total += fabs(N)
-        if follow_load(j, LOADS, i, N, variance, limit, dt):
+        if follow_load(j, LOADS, i, N, variance, options[5 + i], dt):
             j[UNBROKEN] = 0.0
-        ahead = over_limit(j, LOADS, i, variance, limit, horizon)
-        if ahead > most:
-            most, then = ahead, float(i)
-        present = (N - limit) / sqrt(max(variance, 1e-12))
-        if present > now:
-            now, first = present, float(i)
     j[TOTAL] += (min(dt / _QUICK, 1.0) if j[TOTAL] > 0.0 else 1.0) * (total - j[TOTAL])
     # A load that jumps shows no course, but it is there.
+    horizon = 0.0
     if j[UNBROKEN] > _LOADED:
-        return below(most), then
-    return below(now), first
+        horizon = min(options[1], time) if time >= 0.0 else options[1]
+    most, which = load_ahead.NOTHING, 0.0
+    for i in range(3):
+        over = over_limit(j, LOADS, i, f[REACTIONS + 21 + 7 * i], options[5 + i], horizon)
+        if over > most:
+            most, which = over, float(i)
+    return below(most), which
 
 
 @compiled

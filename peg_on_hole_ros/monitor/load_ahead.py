@@ -63,16 +63,29 @@ def follow_load(
     known = variance < (_KNOWN * size) ** 2
     if m[a + _VARIANCE] == 0.0:
         if known:
-            for n in range(CHANNEL):
-                m[a + n] = 0.0
-            m[a], m[a + 3] = normal, max(variance, 1e-12)
-            m[a + 6], m[a + 8] = (size / _CHANGES) ** 2, acceleration * acceleration
+            _begin(m, a, normal, variance, size)
         return False
     carry(m, a, dt, acceleration, _MEMORY, 0.0)
-    if not known and m[a + _VARIANCE] > (_KNOWN * max(m[a], _LEAST * limit)) ** 2:
-        # Not determined for long, as at rest: what it was says no more where it goes.
-        m[a + _VARIANCE] = 0.0
-    return known and correct(m, a, normal - m[a], variance, dt, acceleration, _JUMP)
+    if not known:
+        if m[a + _VARIANCE] > (_KNOWN * max(m[a], _LEAST * limit)) ** 2:
+            # Not determined for long, as at rest: what it says no more where it goes.
+            m[a + _VARIANCE] = 0.0
+        return False
+    off = normal - m[a]
+    if off * off > _JUMP * (m[a + _VARIANCE] + variance):
+        # A step has no rate.
+        _begin(m, a, normal, variance, size)
+        return True
+    correct(m, a, off, variance, dt, acceleration, _JUMP)
+    return False
+
+
+@compiled
+def _begin(m, a, normal, variance, size):
+    for n in range(CHANNEL):
+        m[a + n] = 0.0
+    m[a], m[a + _VARIANCE] = normal, max(variance, 1e-12)
+    m[a + 6], m[a + 8] = (size / _CHANGES) ** 2, (size / (_CHANGES * _CHANGES)) ** 2
 
 
 @compiled

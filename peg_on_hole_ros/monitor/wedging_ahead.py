@@ -66,7 +66,8 @@ def wedging_ahead(
         if end == gamma:
             break
     worst = 0.0
-    if least < inf:
+    # A peg that opens is not wedged where it is, and leaves what is singular behind.
+    if least < inf and rate < rest_rate:
         spread = _DETERMINANT_STDDEV
         if uncertain > 0.0:
             slope = determinant_at(shifted, _PRESLIDING, where, rates, f[WORK:]) - least
