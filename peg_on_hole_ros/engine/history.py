@@ -12,10 +12,10 @@ from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 # Wrenches that are kept at most: 1.5 s, the longest `filter.late_window` and the longest
 # `joints.delay` together, at 8 kHz.
 MAX_KEPT = 12_000
-# A snapshot takes some 11 kB, and a fifth of the time that a wrench does. It is due with every
+# A snapshot takes some 50 kB, and a fifth of the time that a wrench does. It is due with every
 # eighth wrench while all comes in order: going back then begins up to seven wrenches earlier than
 # it would have to. After a late message it is due with each wrench for a while, and kept for the
-# latest DENSE: who goes back farther is not held up by seven more. So MAX_KEPT take some 25 MB.
+# latest DENSE: who goes back farther is not held up by seven more. So MAX_KEPT take some 90 MB.
 STRIDE = 8
 ALERT = 1000
 DENSE = 256

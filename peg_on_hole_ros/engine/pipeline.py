@@ -543,7 +543,7 @@ class Pipeline:
         given, taken, wrenches = self._process_runs(stretch, self._room)
         if wrenches == len(stretch.t_ns):
             first = max(0, wrenches - len(self._room.beside))
-            before = self.processor.snapshot_of(self._room, first % len(self._room.beside))
+            before = self._room.of(first % len(self._room.beside))
             history.hold(stretch.run(first, wrenches, taken, before, begin_ns))
         else:
             # Another setting is used from a wrench on, and what came before counts no more.
