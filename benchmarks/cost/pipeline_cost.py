@@ -67,7 +67,7 @@ def timed(line: Pipeline) -> list:
         (pipeline, "outputs_of", OUTPUTS),
         (line, "orientation", INPUT),
         (line.processor, "snapshot", LATE),
-        (line._history, "append", LATE),
+        (line._placing.history, "append", LATE),
     ]
 
 

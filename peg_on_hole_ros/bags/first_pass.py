@@ -9,24 +9,26 @@ from typing import NamedTuple
 import numpy as np
 from mcap.records import Channel, Schema, Statistics
 
-from peg_on_hole_ros.bags.log_times import LogTimes
+from peg_on_hole_ros.bags.log_times import ABOUT, LogTimes
 from peg_on_hole_ros.bags.message_places import Rows, gathered, unpacked
 from peg_on_hole_ros.bags.schemas import serving
 
 # Encapsulation, then the stamp.
 _STAMP = np.dtype([("form", "<u2"), ("options", "<u2"), ("sec", "<i4"), ("nanosec", "<u4")])
 _LITTLE_ENDIAN = 0x0100
+# Messages whose log times are decided together.
+_TOGETHER = 4096
 
 
 class Block(NamedTuple):
     """
-    A chunk, a run of messages outside chunks, or the messages of an SQLite file of some time.
+    A chunk, a run of messages outside chunks, or a stretch of the messages of an SQLite file.
 
     Attributes
     ----------
     file, start, length : int
         Index of the file; where the chunk's content, or the run of records, lies in it. Of an
-        SQLite file the least and the greatest log time [ns].
+        SQLite file ids of the first and the last message.
     chunk : bool
     first_ns, last_ns : int
         Least and greatest log time in it, wrong ones replaced [ns].
@@ -51,6 +53,15 @@ class Block(NamedTuple):
         log_ns = rows.log_ns.copy()
         log_ns[self.wrong] = self.place_ns
         return rows._replace(log_ns=log_ns)
+
+
+class _Read(NamedTuple):
+    # A block with channels and log times of its messages, which of them have a stamp, and these.
+    block: Block
+    channel: np.ndarray
+    log_ns: np.ndarray
+    at: np.ndarray
+    stamp_ns: np.ndarray
 
 
 @dataclass
@@ -95,13 +106,19 @@ class Found:
         self._counts: Counter[int] = Counter()
         self._stamped: dict[int, bool] = {}
         self._log_times = LogTimes()
+        # Messages by block whose log times are not yet decided.
+        self._open: list[_Read] = []
+        self._read = 0
 
     def add_channel(self, channel: Channel) -> None:
         """Take a channel; its schema has to be there, if it has one."""
         known = self.channels.get(channel.id)
-        self.channels[channel.id] = channel
         if known == channel:
             return
+        if known is not None:
+            # What came so far is of the one before.
+            self._decide(0)
+        self.channels[channel.id] = channel
         info = self.topics.setdefault(channel.topic, TopicInfo(channel.topic))
         schema = self.schemas.get(channel.schema_id)
         name = schema.name if schema else ""
@@ -133,23 +150,20 @@ class Found:
         self.check(np.unique(rows.channel).tolist())
         if not len(rows.channel):
             return
-        wrong, place_ns = self._wrong(rows, most)
-        block = block._replace(wrong=wrong, place_ns=place_ns)
-        log_ns = block.in_place(rows).log_ns
-        block = block._replace(first_ns=int(log_ns.min()), last_ns=int(log_ns.max()))
-        self.blocks.append(block)
-        replaced = np.bincount(rows.channel[wrong], minlength=int(rows.channel.max()) + 1)
-        for number in np.unique(rows.channel).tolist():
-            info = self.topics[self.channels[number].topic]
-            of = log_ns[rows.channel == number]
-            first, last = int(of.min()), int(of.max())
-            info.first_ns = min(info.first_ns, first) if info.count else first
-            info.last_ns = max(info.last_ns, last) if info.count else last
-            info.count += len(of)
-            info.wrong_log_times += int(replaced[number])
-            self._counts[number] += len(of)
+        at, stamp_ns = self._stamps(rows, most)
+        self._open.append(_Read(block, rows.channel, rows.log_ns, at, stamp_ns))
+        self._counts.update(dict(zip(*_counted(rows.channel))))
+        self._read += len(rows.channel)
+        # A file of small chunks is decided as one of large ones.
+        if self._read >= _TOGETHER:
+            self._decide(ABOUT)
 
-    def _wrong(self, rows, most):
+    def finish(self) -> None:
+        """Take note that no messages follow."""
+        self._decide(0)
+
+    def _stamps(self, rows, most):
+        """Return which messages have a stamp, and the stamps [ns]."""
         channels = [number for number, stamped in self._stamped.items() if stamped]
         places = np.flatnonzero(np.isin(rows.channel, channels))
         stamped = unpacked(rows.of(places), most)
@@ -157,9 +171,43 @@ class Found:
         stamp = gathered(stamped.data, stamped.start[long], _STAMP)
         good = (stamp["form"] == _LITTLE_ENDIAN) & (stamp["nanosec"] < 1_000_000_000)
         t_ns = stamp["sec"].astype(np.int64) * 1_000_000_000 + stamp["nanosec"]
-        at = places[long[good]]
-        wrong, place_ns = self._log_times.placed(rows.log_ns[at], t_ns[good])
-        return at[wrong], place_ns
+        return places[long[good]], t_ns[good]
+
+    def _decide(self, behind):
+        """Decide of log times, of blocks that have so many messages behind them."""
+        reads = self._open
+        ends = np.cumsum([len(each.at) for each in reads])
+        stamped = int(ends[-1]) if reads else 0
+        done = int(np.searchsorted(ends, max(stamped - behind, 0), "right"))
+        if not done:
+            return
+        count, some = int(ends[done - 1]), slice(int(ends[done - 1]) + behind)
+        log_ns = np.concatenate([each.log_ns[each.at] for each in reads])[some]
+        stamp_ns = np.concatenate([each.stamp_ns for each in reads])[some]
+        wrong, place_ns = self._log_times.placed(log_ns, stamp_ns, count)
+        for read, end in zip(reads[:done], ends.tolist()):
+            first = end - len(read.at)
+            of = slice(*np.searchsorted(wrong, [first, end]))
+            self._take(read, read.at[wrong[of] - first], place_ns[of])
+        self._open = reads[done:]
+        self._read = sum(len(each.channel) for each in self._open)
+
+    def _take(self, read, wrong, place_ns):
+        """Take the messages of a block whose log times have been decided."""
+        channel, log_ns = read.channel, read.log_ns.copy()
+        log_ns[wrong] = place_ns
+        first, last = int(log_ns.min()), int(log_ns.max())
+        block = read.block._replace(first_ns=first, last_ns=last)
+        self.blocks.append(block._replace(wrong=wrong, place_ns=place_ns))
+        replaced = np.bincount(channel[wrong], minlength=int(channel.max()) + 1)
+        for number in np.unique(channel).tolist():
+            info = self.topics[self.channels[number].topic]
+            of = log_ns[channel == number]
+            first, last = int(of.min()), int(of.max())
+            info.first_ns = min(info.first_ns, first) if info.count else first
+            info.last_ns = max(info.last_ns, last) if info.count else last
+            info.count += len(of)
+            info.wrong_log_times += int(replaced[number])
 
     def lost(self, statistics: Statistics) -> str:
         """Return how many messages its statistics count that were not there, or nothing."""
@@ -180,3 +228,7 @@ class Found:
             f"{lost} of {total} messages that its index counts are not in it ({topics}): a part "
             "was cut out"
         )
+
+
+def _counted(channel):
+    return (each.tolist() for each in np.unique(channel, return_counts=True))

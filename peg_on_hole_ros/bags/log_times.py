@@ -2,8 +2,8 @@
 Log times that cannot be: messages whose stamp says better than the log time when they came.
 
 A log time is taken for wrong where two things hold. Log time less stamp differs from what it is
-for the messages about it, and the log time lies farther from those about it in the file than the
-stamp does. A stamp that is wrong, or a recording that was played again, fails the second.
+for most messages about it, and the log time lies farther from most of those about it in the file
+than the stamp does. A stamp that is wrong, or a recording that was played again, fails the second.
 """
 
 import numpy as np
@@ -11,9 +11,12 @@ import numpy as np
 # Transport takes less, and clocks that are apart by less cost one message at most [ns].
 FAR_NS = 1_000_000_000
 # Messages about one that it is compared with, on either side; fewer than _FEWEST tell nothing.
-_ABOUT, _FEWEST = 16, 9
-# In a bag that is played slowly they are apart: so many of their quartile ranges are near.
+# Of so many more than half are hardly ever wrong where a third of all are.
+ABOUT, _FEWEST = 64, 9
+# In a bag that is played slowly they are apart: so many times what half of them span is near.
 _WIDTHS = 3.0
+# Messages that are looked at together: their neighbours take memory.
+_TOGETHER = 4096
 
 
 class LogTimes:
@@ -22,7 +25,9 @@ class LogTimes:
     def __init__(self) -> None:
         self._log = self._stamp = np.empty(0, np.int64)
 
-    def placed(self, log_ns: np.ndarray, stamp_ns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def placed(
+        self, log_ns: np.ndarray, stamp_ns: np.ndarray, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
         """
         Return which log times are wrong, and what takes their place.
 
@@ -30,60 +35,72 @@ class LogTimes:
         ----------
         log_ns, stamp_ns : ndarray of int64, shape (n,)
             Of messages with a stamp, in the order of the file [ns].
+        count : int
+            So many of them are decided. The others come again, and should be ABOUT or more.
 
         Returns
         -------
         wrong : ndarray of int64, shape (m,)
             Places of those in `log_ns`.
         place_ns : ndarray of int64, shape (m,)
-            Their stamps with the median distance of stamp and log time [ns].
+            Their stamps with the distance of log time and stamp of those about them [ns].
 
         """
         before = len(self._log)
         log, stamp = np.append(self._log, log_ns), np.append(self._stamp, stamp_ns)
-        nothing = np.empty(0, np.int64)
-        if len(log) < _FEWEST:
-            self._log, self._stamp = log, stamp
-            return nothing, nothing
         offset = log - stamp
-        usual = _median(offset)
-        suspect = np.flatnonzero(np.abs(offset - usual) > FAR_NS)
-        place = stamp + usual
-        wrong = suspect[_wrong(suspect, log, place)]
-        good = np.ones(len(log), bool)
+        suspect = np.flatnonzero(np.abs(offset - _median(offset)) > FAR_NS)
+        suspect = suspect[(suspect >= before) & (suspect < before + count)]
+        parts = np.split(suspect, range(_TOGETHER, len(suspect), _TOGETHER))
+        found = [_out_of_place(part, log, stamp) for part in parts]
+        wrong = np.concatenate([at for at, _ in found])
+        good = np.ones(before + count, bool)
         good[wrong] = False
-        self._log, self._stamp = log[good][-_ABOUT:], stamp[good][-_ABOUT:]
-        wrong = wrong[wrong >= before]
-        return wrong - before, place[wrong]
+        decided = slice(before + count)
+        self._log, self._stamp = log[decided][good][-ABOUT:], stamp[decided][good][-ABOUT:]
+        return wrong - before, np.concatenate([place for _, place in found])
 
 
-def _wrong(suspect, log, place):
-    # In seconds: it is a matter of these, and 64 bits of nanoseconds do not fit a float.
-    times, far = log * 1e-9, FAR_NS * 1e-9
-    steps = np.arange(1, _ABOUT + 1)
-    sides = [_beside(suspect, times, side) for side in (-steps, steps)]
-
-    def away(seconds, widths):
+def _out_of_place(suspect, log, stamp):
+    """Return which of some log times are wrong, and their places in time [ns]."""
+    # Less what they are about: 64 bits of nanoseconds do not fit a float.
+    logged, offset = log[suspect], log - stamp
+    seconds, places, near = [], [], []
+    for steps in (-np.arange(1, ABOUT + 1), np.arange(1, ABOUT + 1)):
+        about, wide, enough = _beside(suspect, log, steps)
+        place = stamp[suspect] + _beside(suspect, offset, steps)[0]
         # A recorder's own clock may jump: what fits either side is in its place.
-        return np.min([np.abs(seconds - middle) - widths * wide for middle, wide in sides], axis=0)
+        away = np.abs(logged - about).astype(float)
+        seconds.append(np.where(enough, [away, away - _WIDTHS * wide], np.inf))
+        near.append(np.where(enough, np.abs(place - about).astype(float), np.inf))
+        places.append(place)
+    away, beyond = np.min(seconds, axis=0)
+    side = np.argmin(near, axis=0)
+    wrong = (beyond > FAR_NS) & (np.min(near, axis=0) + FAR_NS < away)
+    return suspect[wrong], np.where(side, places[1], places[0])[wrong]
 
-    logged = times[suspect]
-    out = away(logged, _WIDTHS) > far
-    return out & (away(place[suspect] * 1e-9, 0.0) + far < away(logged, 0.0))
 
+def _beside(suspect, values, steps):
+    """
+    Return the middle of most values on one side of each, what they span, and whether they do.
 
-def _beside(suspect, times, steps):
-    """Return median and quartile range of the times on one side of each; infinite: too few."""
+    Most are the half that lie closest together: what the others are does not matter.
+    """
     at = suspect[:, None] + steps
-    there = (at >= 0) & (at < len(times))
+    there = (at >= 0) & (at < len(values))
     # Those that are not there come last.
-    found = np.sort(np.where(there, times[np.clip(at, 0, len(times) - 1)], np.inf), axis=1)
+    found = np.where(there, values[np.clip(at, 0, len(values) - 1)], np.iinfo(np.int64).max)
+    found.sort(axis=1)
     count, rows = there.sum(axis=1), np.arange(len(suspect))
-    low, middle, high = (found[rows, np.maximum(count * k // 4 - 1, 0)] for k in (1, 2, 3))
+    last = np.arange(len(steps)) + count[:, None] // 2
+    inside = last < count[:, None]
+    ends = np.take_along_axis(found, np.where(inside, last, 0), axis=1)
+    begin = np.argmin(np.where(inside, ends - found, np.iinfo(np.int64).max), axis=1)
+    middle = found[rows, begin + count // 4]
+    wide = (found[rows, begin + count // 2] - found[rows, begin]).astype(float)
     enough = count >= _FEWEST
-    low, high = np.where(enough, low, 0.0), np.where(enough, high, 0.0)
-    return np.where(enough, middle, np.inf), high - low
+    return np.where(enough, middle, 0), np.where(enough, wide, 0.0), enough
 
 
 def _median(values):
-    return np.partition(values, len(values) // 2)[len(values) // 2]
+    return np.partition(values, len(values) // 2)[len(values) // 2] if len(values) else 0

@@ -93,6 +93,8 @@ def scan_file(
         except OSError as error:  # of the disk
             found.damage = f"unreadable after byte {stream.tell()}: {error.strerror}"
             return found
+        finally:
+            found.finish()
     if not index:
         raise BagError(f"{path} is {found.damage}")
     # Of a recording in parts the last one may have been opened and never written.

@@ -1,5 +1,6 @@
-"""Recordings in SQLite, through rosbags, as stretches of messages in order of their log times."""
+"""Recordings in SQLite as stretches of messages in the order in which they were recorded."""
 
+import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,8 +17,13 @@ from peg_on_hole_ros.bags.message_places import LATEST, Rows
 from peg_on_hole_ros.bags.unpacking import MOST_CHUNK, ZstdFile
 from peg_on_hole_ros.errors import BagError
 
-# Of messages of a stretch; those of one log time stay together [bytes].
+# Of messages of a stretch [bytes].
 _STRETCH = 1 << 20
+# By log time, as rosbags reads them, one that is wrong would have lost its place.
+_MESSAGES = (
+    "SELECT id, topic_id, timestamp, data FROM messages WHERE id BETWEEN ? AND ? ORDER BY id"
+)
+_MOST_ID = 2**63 - 1
 _ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
 
 
@@ -29,6 +35,11 @@ class SqliteFile:
     ----------
     path : Path
         `.db3`, or `.db3.zstd`, which is unpacked into a temporary folder first.
+
+    Attributes
+    ----------
+    count : int
+        Number of all messages.
 
     Raises
     ------
@@ -43,9 +54,13 @@ class SqliteFile:
         with self._errors():
             if path.suffix in (".zstd", ".zst"):
                 path = self._unpacked(path)
-            self._reader = Reader(path)
-            self._reader.open()
-        self._channels = {each.id: each for each in self._reader.connections}
+            # It knows the topics of every version.
+            reader = Reader(path)
+            reader.open()
+            self._channels, self.count = list(reader.connections), reader.message_count
+            reader.close()
+            where = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
+            self._messages = sqlite3.connect(where, uri=True)
 
     def _unpacked(self, path):
         self._folder = tempfile.TemporaryDirectory(prefix="peg_on_hole_")
@@ -71,7 +86,7 @@ class SqliteFile:
 
     def declare(self, found: Found) -> None:
         """Tell of topics, types and definitions."""
-        for each in self._channels.values():
+        for each in self._channels:
             encoding = _ENCODINGS.get(each.msgdef.format, "")
             data = each.msgdef.data.encode() if encoding else b""
             found.schemas[each.id] = Schema(
@@ -89,33 +104,29 @@ class SqliteFile:
             )
 
     def stretches(self) -> Iterator[tuple[int, int, Rows]]:
-        """Yield first and last log time [ns] and messages of each stretch, by log time."""
-        collected = _Collected()
+        """Yield ids of first and last message, and the messages, of each stretch."""
+        collected, first = _Collected(), None
         with self._errors():
-            for channel, log_ns, data in self._reader.messages():
-                if collected.size >= _STRETCH and log_ns != collected.times[-1]:
-                    yield collected.times[0], collected.times[-1], collected.rows()
-                    collected = _Collected()
-                collected.add(channel.id, log_ns, data)
-        if collected.times:
-            yield collected.times[0], collected.times[-1], collected.rows()
+            for number, *message in self._messages.execute(_MESSAGES, (-_MOST_ID, _MOST_ID)):
+                first = number if first is None else first
+                collected.add(*message)
+                if collected.size >= _STRETCH:
+                    yield first, number, collected.rows()
+                    collected, first = _Collected(), None
+        if first is not None:
+            yield first, number, collected.rows()
 
-    def rows(self, first_ns: int, last_ns: int) -> Rows:
-        """Return the messages of a stretch."""
+    def rows(self, first: int, last: int) -> Rows:
+        """Return the messages of a stretch, by ids of the first and the last."""
         collected = _Collected()
         with self._errors():
-            for channel, log_ns, data in self._reader.messages((), first_ns, last_ns + 1):
-                collected.add(channel.id, log_ns, data)
+            for _, *message in self._messages.execute(_MESSAGES, (first, last)):
+                collected.add(*message)
         return collected.rows()
-
-    @property
-    def count(self) -> int:
-        """Number of all messages."""
-        return self._reader.message_count
 
     def close(self) -> None:
         """Close the file."""
-        self._reader.close()
+        self._messages.close()
         if self._folder:
             self._folder.cleanup()
 
@@ -124,13 +135,13 @@ class _Collected:
     """Messages one by one, to be arrays."""
 
     def __init__(self):
-        self.times: list[int] = []
         self.size = 0
+        self._times: list[int] = []
         self._parts: list[bytes] = []
         self._channels: list[int] = []
 
     def add(self, channel, log_ns, data):
-        self.times.append(log_ns)
+        self._times.append(log_ns)
         self._channels.append(channel)
         self._parts.append(data)
         self.size += len(data)
@@ -138,7 +149,7 @@ class _Collected:
     def rows(self):
         length = np.array([len(part) for part in self._parts], np.int64)
         end = np.cumsum(length)
-        log_ns = np.clip(np.array(self.times, np.int64), 0, LATEST)
+        log_ns = np.clip(np.array(self._times, np.int64), 0, LATEST)
         channel = np.array(self._channels, np.int64)
         return Rows(b"".join(self._parts), channel, log_ns, end - length, end)
 
@@ -164,5 +175,6 @@ def scan_sqlite(
     except (BagError, ValueError) as error:
         found.damage = f"damaged: {error}"
     finally:
+        found.finish()
         file.close()
     return found

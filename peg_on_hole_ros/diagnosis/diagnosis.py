@@ -53,7 +53,7 @@ class Diagnosis:
 
     """
 
-    def __init__(self, configuration: Configuration, taken_off: bool) -> None:
+    def __init__(self, configuration: Configuration, taken_off: np.ndarray) -> None:
         self._taken_off = np.array(taken_off)
         self._stated = configuration.wrench
         self._all = hypotheses(configuration.wrench)

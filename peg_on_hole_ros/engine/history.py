@@ -12,10 +12,10 @@ from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 # Wrenches that are kept at most: 1.5 s, the longest `filter.late_window` and the longest
 # `joints.delay` together, at 8 kHz.
 MAX_KEPT = 12_000
-# A snapshot takes some 11 kB, and a fifth of the time that a wrench does. It is due with every
+# A snapshot takes some 50 kB, and a fifth of the time that a wrench does. It is due with every
 # eighth wrench while all comes in order: going back then begins up to seven wrenches earlier than
 # it would have to. After a late message it is due with each wrench for a while, and kept for the
-# latest DENSE: who goes back farther is not held up by seven more. So MAX_KEPT take some 25 MB.
+# latest DENSE: who goes back farther is not held up by seven more. So MAX_KEPT take some 90 MB.
 STRIDE = 8
 ALERT = 1000
 DENSE = 256
@@ -135,15 +135,9 @@ class History:
         self._appended += len(run.t_ns)
         if self._units and self._units[-1].wrench.t_ns < oldest:
             self._units.clear()
-        while runs[0].t_ns[-1] < oldest or sum(len(each.t_ns) for each in runs) > MAX_KEPT:
-            runs.popleft()
-
-    @property
-    def begin_ns(self) -> int | None:
-        """The stamp behind which an orientation has a place [ns]; None: nothing is kept."""
-        if self._units:
-            return self._units[0].begin_ns
-        return self._runs[0].begin_ns if self._runs else None
+        count = sum(len(each.t_ns) for each in runs)
+        while runs[0].t_ns[-1] < oldest or count - len(runs[0].t_ns) >= MAX_KEPT:
+            count -= len(runs.popleft().t_ns)
 
     def last_units(self, now_ns: int) -> list[Unit]:
         """Return the units of the window before a stamp [ns], the first one with a snapshot."""
@@ -184,21 +178,13 @@ class History:
             return
         # What is kept begins with a snapshot.
         count = self._until_snapshot()
-        while count and (len(units) > MAX_KEPT or units[count - 1].wrench.t_ns < oldest):
+        while count and (len(units) - count >= MAX_KEPT or units[count - 1].wrench.t_ns < oldest):
             for _ in range(count):
                 units.popleft()
             count = self._until_snapshot()
 
-    def ends_with(self, unit: Unit) -> bool:
-        """Return whether a unit is the newest, and nothing was put in before it since."""
-        if self._runs:
-            return False
-        units = self._units
-        last = len(units) - 1
-        return last >= 0 and units[last] is unit and self._first in (None, last)
-
     def take_back(self) -> list[AngleMeasurement]:
-        """Forget the newest unit, see `ends_with`; return its orientations, in order."""
+        """Forget the newest unit; return its orientations, in order."""
         unit = self._units.pop()
         self._first, self.wrenches, self.joints = None, 0, 0
         if not self._units:
@@ -231,11 +217,9 @@ class History:
             self._units[-1].after.append(measurement)
             self.joints += self.changed
 
-    def put_joints(self, measurement: AngleMeasurement, now_ns: int) -> bool:
-        """Put a late orientation in its place; False if that lies before what is kept."""
-        i = self._place(measurement.t_ns, now_ns)
-        if i is None:
-            return False
+    def put_joints(self, measurement: AngleMeasurement) -> None:
+        """Put a late orientation in its place."""
+        i = self._place(measurement.t_ns)
         joints = self._units[i].joints
         at = len(joints)
         while at and joints[at - 1].t_ns > measurement.t_ns:
@@ -243,37 +227,24 @@ class History:
         joints.insert(at, measurement)
         self._change(i)
         self.joints += 1
-        return True
 
-    def has_wrench(self, t_ns: int, now_ns: int) -> bool:
-        """Return whether a wrench of this stamp [ns] has come within the window."""
-        if now_ns - t_ns > self.window_ns:
-            return False
-        self._spread()
-        return any(unit.wrench.t_ns == t_ns for unit in self._units)
-
-    def put_wrench(self, sample: WrenchSample, now_ns: int) -> bool:
-        """Put a late wrench in its place; False if that lies before what is kept."""
-        i = self._place(sample.t_ns, now_ns)
-        if i is None:
-            return False
+    def put_wrench(self, sample: WrenchSample) -> None:
+        """Put a late wrench in its place."""
+        i = self._place(sample.t_ns)
         later = self._units[i]
         joints = [joint for joint in later.joints if joint.t_ns <= sample.t_ns]
         later.joints = later.joints[len(joints) :]
         self._units.insert(i, Unit(sample, joints, later.before, later.begin_ns))
         self._change(i)
         self.wrenches += 1
-        return True
 
     def _change(self, i):
         self._first = i if self._first is None else min(i, self._first)
         self._alert = ALERT
 
-    def _place(self, t_ns, now_ns):
+    def _place(self, t_ns):
         self._spread()
         units = self._units
-        if not units or now_ns - t_ns > self.window_ns or t_ns <= units[0].begin_ns:
-            return None
         i = len(units) - 1
         while i and units[i - 1].wrench.t_ns >= t_ns:
             i -= 1

@@ -8,10 +8,7 @@ import numpy as np
 
 from peg_on_hole_ros.engine.history import Run, Unit
 from peg_on_hole_ros.engine.state import ORIENTATION
-from peg_on_hole_ros.records import AngleMeasurement, Arrivals
-
-# Wrenches that going back may reach over; beyond, messages are taken one by one.
-MOST_BACK = 1024
+from peg_on_hole_ros.records import AngleMeasurement
 
 
 class Stretch(NamedTuple):
@@ -91,12 +88,13 @@ class Stretch(NamedTuple):
 def stretch_of(
     units: Sequence[Unit],
     waiting: Sequence[AngleMeasurement],
-    arrivals: Arrivals,
-    begin: int,
-    end: int,
+    of_wrench: np.ndarray,
+    new_ns: np.ndarray,
+    wrenches: np.ndarray,
+    orientations: np.ndarray,
 ) -> Stretch:
     """
-    Return messages of some places in order behind what has been processed.
+    Return messages in order behind what has been processed.
 
     Parameters
     ----------
@@ -104,16 +102,11 @@ def stretch_of(
         That have been processed, as far as an orientation may reach back.
     waiting : sequence of AngleMeasurement
         Orientations that wait for the wrench of their time.
-    arrivals : Arrivals
-    begin, end : int
-        The stamps of their wrenches rise, and so do those of their orientations.
+    of_wrench, new_ns, wrenches, orientations : ndarray
+        See `Arrivals`; stamps of the wrenches rise, and so do those of the orientations.
 
     """
-    of_wrench, new_ns = arrivals.of_wrench[begin:end], arrivals.t_ns[begin:end]
-    before = int(np.count_nonzero(arrivals.of_wrench[:begin]))
     at, behind = np.flatnonzero(of_wrench), np.cumsum(of_wrench)[~of_wrench]
-    wrenches = arrivals.wrenches[before : before + len(at)]
-    orientations = arrivals.orientations[begin - before : end - before - len(at)]
     joint_ns, m = new_ns[~of_wrench], len(units)
     # An orientation of a wrench's own stamp that came after it is the next one's.
     had, where, held = [], [], []

@@ -9,15 +9,13 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import process as engine
 from peg_on_hole_ros.engine.history import Unit
-from peg_on_hole_ros.engine.kept import Kept, go_back, room
+from peg_on_hole_ros.engine.kept import Kept, go_back, keep, room
 from peg_on_hole_ros.engine.late_orientations import Stretch
 from peg_on_hole_ros.engine.state import (
     COUNTS,
     ENGINE,
     ORIENTATION,
     RULES,
-    restore,
-    snapshot,
 )
 from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
@@ -265,20 +263,12 @@ class Processor:
         """Return room for so many states to go back to."""
         return room(places, self.engine["held"]["state"])
 
-    def fill(self, kept: Kept, stretch: Stretch, before: tuple) -> None:
+    def fill(self, kept: Kept, stretch: Stretch, before: Kept) -> None:
         """Keep the states before those wrenches of a stretch that have been taken."""
         now = self.snapshot()
         self.restore(before)
         self.go_on(stretch, 0, stretch.begin, 0, kept)
         self.restore(now)
-
-    def snapshot_of(self, kept: Kept, place: int) -> tuple:
-        """Return a snapshot of a state that was kept."""
-        now = self.snapshot()
-        go_back(kept, place, self._words, self.engine["held"]["state"])
-        found = self.snapshot()
-        self.restore(now)
-        return found
 
     def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
         """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
@@ -327,13 +317,15 @@ class Processor:
             result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
             engine.note(e, rules, orientation, CORRECTIONS.index(result), nis)
 
-    def snapshot(self) -> tuple:
+    def snapshot(self) -> Kept:
         """Return everything that what follows depends on, for `restore`."""
-        return snapshot(self._memory)
+        kept = self.room(1)
+        keep(kept, 0, self._words, self.engine["held"]["state"])
+        return kept
 
-    def restore(self, kept: tuple) -> None:
+    def restore(self, kept: Kept) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        restore(self._memory, kept)
+        go_back(kept, 0, self._words, self.engine["held"]["state"])
 
 
 def _as_arrays(measurements):

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATES, HELD
 from peg_on_hole_ros.measurements.freshness import FRESHNESS
 from peg_on_hole_ros.measurements.innovations import INNOVATIONS
@@ -90,14 +89,3 @@ ENGINE = np.dtype(
 
 # What the engine remembers beside the estimate, in bytes.
 BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])  # type: ignore[index]
-
-
-def snapshot(memory: np.ndarray) -> tuple[np.ndarray, held.Snapshot]:
-    """Return everything that what follows depends on, of an array of ENGINE, shape (1,)."""
-    return memory.view(np.uint8)[BESIDE].copy(), held.snapshot(memory["held"])
-
-
-def restore(memory: np.ndarray, kept: tuple[np.ndarray, held.Snapshot]) -> None:
-    """Go back to a snapshot; what follows is then bit for bit what followed it."""
-    memory.view(np.uint8)[BESIDE], estimate = kept
-    held.restore(memory["held"], estimate)

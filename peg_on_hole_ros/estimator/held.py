@@ -1,7 +1,6 @@
 """A held peg's estimate, compiled: start, let go, predict, hold against, correct, weigh."""
 
 from math import isfinite, sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -70,36 +69,6 @@ HELD = np.dtype(
         ("state", STATE),
     ]
 )
-# What changes beside the components, in bytes.
-KEPT = slice(HELD.fields["noise"][1], HELD.fields["state"][1] + STATE.fields["x"][1])  # type: ignore[index]
-
-
-class Snapshot(NamedTuple):
-    """All that an estimate depends on, with the components that are alive."""
-
-    beside: np.ndarray
-    alive: np.ndarray
-    x: np.ndarray
-    P: np.ndarray
-
-
-def snapshot(memory: np.ndarray) -> Snapshot:
-    """Return all that an estimate depends on, of an array of HELD, shape (1,)."""
-    content = memory.view(np.uint8)
-    state = memory["state"][0]
-    frictions, w = state["frictions"], state["width"]
-    levels = state["components"] // max(frictions, 1)
-    alive = np.flatnonzero(np.repeat(state["alive"][:frictions] > 0.0, levels))
-    parts = state["x"][alive, :w], state["P"][alive, :w, :w]
-    return Snapshot(content[KEPT].copy(), alive, *parts)
-
-
-def restore(memory: np.ndarray, kept: Snapshot) -> None:
-    """Go back to a snapshot; what follows is then bit for bit what followed it."""
-    memory.view(np.uint8)[KEPT] = kept.beside
-    state = memory["state"][0]
-    w = state["width"]
-    state["x"][kept.alive, :w], state["P"][kept.alive, :w, :w] = kept.x, kept.P
 
 
 def fill_settings(record: np.void, settings: Settings) -> None:

@@ -11,6 +11,12 @@ from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED, fill_settings
+from peg_on_hole_ros.estimator.kept import (
+    KeptEstimates,
+    keep_estimate,
+    put_estimate_back,
+    room_for_estimates,
+)
 from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
 from peg_on_hole_ros.estimator.record import DETERMINANT, part
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
@@ -147,13 +153,15 @@ class HeldPeg:
         self._open_mean[:] = 0.0
         self._open_stddev[:] = self._stated
 
-    def snapshot(self) -> held.Snapshot:
+    def snapshot(self) -> KeptEstimates:
         """Return everything that the estimate depends on, for `restore`."""
-        return held.snapshot(self._memory)
+        kept = room_for_estimates(1, self.held["state"])
+        keep_estimate(kept, 0, self._memory.view(np.int64), self.held["state"])
+        return kept
 
-    def restore(self, kept: held.Snapshot) -> None:
+    def restore(self, kept: KeptEstimates) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        held.restore(self._memory, kept)
+        put_estimate_back(kept, 0, self._memory.view(np.int64), self.held["state"])
 
     def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""

@@ -16,7 +16,12 @@ _STAMP = struct.Struct("<iI")
 # Behind the encapsulation and the stamp.
 _TEXTS = 12
 _SIX = struct.Struct("<6d")
+_U32 = struct.Struct("<I")
 _SECOND = 1_000_000_000
+
+
+def _text_end(payload, at):
+    return at + 4 + _U32.unpack_from(payload, at)[0]
 
 
 class WrenchReader:
@@ -26,15 +31,13 @@ class WrenchReader:
         self._length = 0
         self._frame = b""
 
-    def learn(self, payload: bytes, frame: str) -> None:
-        """Take a message that has been read, and its frame_id."""
-        text = frame.encode(errors="surrogateescape") + b"\0"
-        self._frame = len(text).to_bytes(4, "little") + text
-        at = _TEXTS + len(self._frame)
+    def learn(self, payload: bytes) -> None:
+        """Take a message that ROS has read."""
+        self._length, at = 0, _text_end(payload, _TEXTS)
+        self._frame = payload[_TEXTS:at]
         self._numbers = at + (4 - at) % 8
-        self._length = self._numbers + _SIX.size
-        if not self._fits(payload):
-            self._length = 0
+        if payload[:4] == _LITTLE_ENDIAN and len(payload) == self._numbers + _SIX.size:
+            self._length = len(payload)
 
     def _fits(self, payload):
         return (
@@ -70,32 +73,29 @@ class JointsReader:
         self._length = 0
         self._same: list[tuple[int, int, bytes]] = []
 
-    def learn(self, payload: bytes, frame: str, names: tuple[str, ...], *counts: int) -> None:
-        """Take a message that has been read: frame_id, names, lengths of its three arrays."""
+    def learn(self, payload: bytes, names: tuple[str, ...]) -> None:
+        """Take a message that ROS has read, and the names in it."""
         self._names, self._length, self._same = names, 0, []
-        at = _TEXTS
-        for text in (frame, None, *names):
-            at += -at % 4
-            if text is None:
-                at = self._expect(at, len(names).to_bytes(4, "little"))
-            else:
-                data = text.encode(errors="surrogateescape") + b"\0"
-                at = self._expect(at, len(data).to_bytes(4, "little") + data)
-        starts = []
-        for count in counts:
-            at = self._expect(at + -at % 4, count.to_bytes(4, "little"))
+        if payload[:4] != _LITTLE_ENDIAN:
+            return
+        end = _text_end(payload, _TEXTS)
+        end += -end % 4 + 4
+        for _ in names:
+            end = _text_end(payload, end + -end % 4)
+        begin = _TEXTS
+        for array in range(3):
+            end += -end % 4 + 4
+            # A length is the same as before, and so is all before the first.
+            self._same.append((begin, end, payload[begin:end]))
+            count = _U32.unpack_from(payload, end - 4)[0]
             if count:
-                at += (4 - at) % 8
-            starts.append(at)
-            at += 8 * count
-        self._numbers, self._position = starts[0], struct.Struct(f"<{counts[0]}d")
-        self._length = at
-        if not self._fits(payload):
-            self._length = 0
-
-    def _expect(self, at, data):
-        self._same.append((at, at + len(data), data))
-        return at + len(data)
+                end += (4 - end) % 8
+            if array == 0:
+                self._numbers, self._position = end, struct.Struct(f"<{count}d")
+            end += 8 * count
+            begin = end + -end % 4
+        if len(payload) == end:
+            self._length = end
 
     def _fits(self, payload):
         return (

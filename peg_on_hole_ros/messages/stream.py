@@ -160,7 +160,7 @@ class MessageStream:
             if message is None:
                 return None
             sample = wrench_sample(message)
-            self._wrenches.learn(payload, message.header.frame_id)
+            self._wrenches.learn(payload)
         taken = self._row_of(sample)
         if taken is None:
             return None
@@ -249,8 +249,7 @@ class MessageStream:
                 return
             sample = joint_sample(message, self._joints_needed)
             if isinstance(sample, JointSample):
-                counts = map(len, (message.position, message.velocity, message.effort))
-                self._joints.learn(payload, message.header.frame_id, sample.names, *counts)
+                self._joints.learn(payload, sample.names)
         self.take_joints(sample)
 
     def take_joints(self, sample: JointSample | Malformed) -> None:

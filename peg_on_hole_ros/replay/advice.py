@@ -7,7 +7,7 @@ import numpy as np
 from peg_on_hole_ros.bags.batch import Batch, stretches
 from peg_on_hole_ros.config.configuration import BY_NAME
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine.pipeline import CLOCK_JUMP_NS
+from peg_on_hole_ros.engine.arrival_order import CLOCK_JUMP_NS
 from peg_on_hole_ros.replay.loops import Loop
 from peg_on_hole_ros.replay.topic_findings import Oddities
 

@@ -6,7 +6,7 @@ from heapq import heappop, heappush
 from peg_on_hole_ros.bags.batch import Item
 from peg_on_hole_ros.bags.reader import absolute
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine.pipeline import CLOCK_JUMP_NS
+from peg_on_hole_ros.engine.arrival_order import CLOCK_JUMP_NS
 
 
 def in_order(items: Iterable[Item], configuration: Configuration) -> Iterator[Item]:

@@ -98,7 +98,7 @@ def test_memory_is_bounded():
     line = pipeline(0.02)
     play(line, shuffled(samples, 15 * MS))
     # One wrench a millisecond.
-    assert 20 <= len(line._history._units) <= 20 + 2 * STRIDE
+    assert 20 <= len(line._placing.history._units) <= 20 + 2 * STRIDE
 
 
 def snapshots(history):
@@ -116,7 +116,8 @@ def test_memory_of_the_fastest_wrench_is_bounded():
             # A late joint state from somewhere within what is kept, and all since anew.
             kept = len(history._units)
             back = 1 + k * 37 % min(kept - 1, 4000)
-            late += history.put_joints(measurement(now - 100_000 * back), now)
+            history.put_joints(measurement(now - 100_000 * back))
+            late += 1
             for unit, with_snapshot in history.take_changed()[1]:
                 unit.before = 0 if with_snapshot else None
         assert history._units[0].before is not None

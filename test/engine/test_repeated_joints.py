@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 from late_samples import MS, ordered, pipeline, play, shuffled, total
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.engine.arrival_order import (
+    FATE,
+    MAX_STAMPS,
+    MAX_WAITING,
+    arrive,
+    new_order,
+)
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.engine.recent_stamps import MAX_STAMPS, RecentStamps
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
@@ -112,13 +119,23 @@ def test_a_reset_begins_anew_with_any_stamp():
 
 
 def test_stamps_that_are_kept_are_those_of_late_messages_and_bounded():
-    stamps = RecentStamps(50)
-    assert all(stamps.take(t, t) for t in range(1000))
-    assert len(stamps) <= 52
-    assert not stamps.take(960, 999)
+    order = new_order(from_parameters({}))[0]
+
+    def fates(of_wrench, t_ns):
+        t_ns, found = np.atleast_1d(t_ns), np.zeros(np.size(t_ns), np.int64)
+        kinds, sound = np.full(len(t_ns), of_wrench), np.ones(len(t_ns), bool)
+        assert arrive(order, kinds, t_ns, sound, True, found) == len(t_ns)
+        return found.tolist()
+
+    assert fates(False, 0) == [FATE.starts]
+    for t_ns in range(MS, 1000 * MS, MS):
+        assert fates(True, t_ns) == [FATE.taken] and fates(False, t_ns) == [FATE.same]
+    assert order["joints"] <= 52
+    assert fates(False, 960 * MS) == [FATE.joints_repeated]
     # A wrench that has stopped: the estimate stands still.
-    assert all(stamps.take(t, 1000) for t in range(1001, 3 * MAX_STAMPS))
-    assert len(stamps) == MAX_STAMPS
+    ahead = np.arange(1000 * MS, 1000 * MS + 3 * MAX_STAMPS)
+    assert fates(False, ahead) == len(ahead) * [FATE.waits]
+    assert order["joints"] == MAX_STAMPS and order["waiting"] == MAX_WAITING
 
 
 def test_bounds_hold_with_joint_states_sent_twice():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from late_samples import MS, ordered, pipeline, play, total
-from peg_on_hole_ros.engine.pipeline import MAX_WAITING
+from peg_on_hole_ros.engine.arrival_order import MAX_WAITING
 from peg_on_hole_ros.messages.cycles import Cycles
 from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import JointSample, WrenchSample
