@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.insertion.programs import PROGRAMS, plan_of
+from peg_on_hole_ros.measurements.measurement import angles_of
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.truth import integrate
 
@@ -21,15 +22,22 @@ AFTER = 0.05
 
 
 def engine_rows(name: str, scene: Scene) -> dict[str, np.ndarray]:
-    """Return t [s], tilt [rad], depth [m], force (n, 3), rim and edge [N] of a trace."""
+    """
+    Return a trace: t [s], tilt [rad], q (n, 3) [rad], depth [m], force and moment, rim, edge [N].
+
+    Force and moment (n, 3) act at the mass centre, in the hole's axes [N], [N m].
+
+    """
     with np.load(TRACES) as stored:
         pose, load = stored[f"pose_{name}"], stored[f"load_{name}"].astype(float)
     R = pose[:, 3:].reshape(-1, 3, 3)
     return {
         "t": 0.002 * np.arange(1, len(pose) + 1),
         "tilt": np.arctan2(np.hypot(R[:, 0, 2], R[:, 1, 2]), R[:, 2, 2]),
+        "q": np.array([angles_of(each) for each in R]),
         "depth": scene.mass_center_height * R[:, 2, 2] - pose[:, 2],
         "force": load[:, :3],
+        "moment": load[:, 3:6],
         "rim": load[:, 6],
         "edge": load[:, 7],
     }

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.insertion.labels import labels_of
+from benchmarks.insertion.estimates import SLIDES, Estimates, estimates_of, said
+from benchmarks.insertion.labels import friction_of, labels_of
 from benchmarks.insertion.scenes import SEEDS, Case, cases, plan_of
 from benchmarks.scenes.play import play, truth_of
 
@@ -44,6 +45,9 @@ class Score(NamedTuple):
         For each begin of a level after the transition: whether it was right.
     modes : Counter
         Samples by true and declared mode.
+    flag : float
+        After the transition [s]; NaN: there was none; infinite: it did not come.
+    estimates : Estimates
 
     """
 
@@ -51,6 +55,8 @@ class Score(NamedTuple):
     told: list[dict[str, bool]]
     alarms: dict[str, list[bool]]
     modes: Counter
+    flag: float
+    estimates: Estimates
 
 
 def score_of(case: Case, factor: float) -> Score:
@@ -80,7 +86,13 @@ def score_of(case: Case, factor: float) -> Score:
     for k in np.flatnonzero(labels.mode[1:] != labels.mode[:-1]):
         far &= np.abs(t - t[k]) > CHANGES
     pairs = zip(labels.mode[far].tolist(), record.mode[far].tolist(), strict=True)
-    return Score(case, stops, alarms, Counter(pairs))
+    slides = far & (labels.mode == "two_point") & (np.abs(truth.place_rate[:, 2]) > SLIDES)
+    normal = np.column_stack([truth.normal[:, 0], truth.normal[:, 1:].sum(axis=1)])
+    found = estimates_of(record, t, slides, normal, friction_of(truth))
+    flag = np.nan
+    if labels.transition is not None:
+        flag = float(t[record.flag].min(initial=np.inf)) - labels.transition
+    return Score(case, stops, alarms, Counter(pairs), flag, found)
 
 
 def main(arguments=None):
@@ -111,6 +123,15 @@ def main(arguments=None):
         row = {told: n for (mode, told), n in modes.items() if mode == true}
         shares = ", ".join(f"{k} {v / sum(row.values()):.1%}" for k, v in sorted(row.items()))
         print(f"{true:11} {sum(row.values()):7} samples: {shares}")
+    right = sum(n for (true, told), n in modes.items() if true == told)
+    print(f"mode right: {right / modes.total():.1%} of {modes.total()} samples")
+    flags = np.array([row.flag for row in found])
+    off = np.abs(flags[np.isfinite(flags)])
+    print(
+        f"flag: median {1e3 * np.median(off):.1f} ms off, 95 % {1e3 * np.quantile(off, 0.95):.1f} "
+        f"ms, missed {np.isinf(flags).sum()} of {np.isfinite(flags).sum() + np.isinf(flags).sum()}"
+    )
+    print(said([row.estimates for row in found]))
 
 
 if __name__ == "__main__":

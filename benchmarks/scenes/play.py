@@ -18,7 +18,7 @@ MODES = ("three_point", "two_point", "open", "unknown")
 # Between one try and the next, without messages [ns].
 PAUSE_NS = 1_000_000_000
 # What a truth depends on besides its plan.
-TRUTH_SOURCES = ("simulation", "mechanics/scene.py")
+TRUTH_SOURCES = ("sim", "mechanics/scene.py")
 ROW_FIELDS = tuple(
     f.name for f in fields(Truth) if f.name not in ("plan", "ended_by", "events")
 )  # fmt: skip
@@ -37,6 +37,8 @@ class Record(NamedTuple):
         Level of each alarm.
     monitor : dict of str to ndarray, shape (n,)
         NaN where a value did not exist.
+    normal, normal_stddev : ndarray, shape (n, 3)
+        Reactions [N].
 
     """
 
@@ -44,6 +46,8 @@ class Record(NamedTuple):
     flag: np.ndarray
     alarms: dict[str, np.ndarray]
     monitor: dict[str, np.ndarray]
+    normal: np.ndarray
+    normal_stddev: np.ndarray
 
 
 def truth_of(plan, folder: Path | None = None):
@@ -130,11 +134,13 @@ def _tried(pipeline, truth, seed, start_ns):
     mode, flag = np.full(n, "", "U16"), np.zeros(n, bool)
     alarms = {name: np.zeros(n, int) for name in ALARMS}
     monitor: dict[str, np.ndarray] = {}
+    normal, stddev = np.full((n, 3), np.nan), np.full((n, 3), np.nan)
     for outputs in pipeline.play(measure(truth, seed, start_ns)):
         k = int(np.searchsorted(truth.t_ns, outputs.t_ns - start_ns))
         mode[k], flag[k] = outputs.contact_mode, outputs.transition
+        normal[k], stddev[k] = outputs.normal, outputs.normal_stddev
         for alarm in outputs.alarms:
             alarms[alarm.name][k] = alarm.level
         for name, value in outputs.monitor.items():
             monitor.setdefault(name, np.full(n, np.nan))[k] = value
-    return Record(mode, flag, alarms, monitor)
+    return Record(mode, flag, alarms, monitor, normal, stddev)

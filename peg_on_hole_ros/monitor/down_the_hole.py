@@ -1,14 +1,15 @@
 """Whether a peg in the hole moves along it, by its tilt: at rest or sliding, and how fast."""
 
-from math import cos, exp, fabs, sin, sqrt
+from math import exp, fabs, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.insertion_depth import depth_at
 from peg_on_hole_ros.monitor.trend import is_number
 
-# On two points the tilt tells the depth, l sin(gamma) = D - d cos(gamma). Two models of the tilt
+# On two points the tilt tells the depth (`insertion_depth.depth_at`). Two models of the tilt
 # are run side by side, and mixed as an IMM (Blom and Bar-Shalom, IEEE Trans. AC-33, 1988): a peg
 # at rest, and one whose speed is smooth. docs/jamming.md, "In the hole", derives what is read.
 
@@ -20,6 +21,8 @@ LASTS = 0.5
 _CREEP = 1e-4
 # A peg of which nothing is known rests with this probability: most are on their way.
 _BEGINS = 0.3
+# Smaller tilts are none [rad].
+_UPRIGHT = 1e-6
 # Odds against rest, or for it, are never beyond this: either may begin at any time.
 _LEAST = 1e-6
 
@@ -38,10 +41,9 @@ def forget(m: np.ndarray, at: int) -> None:
 
 
 @compiled
-def depth_slope(p: SceneScalars, gamma: float) -> float:
-    """Return by how much the length in the hole changes with the tilt, -dl/dgamma [m/rad]."""
-    s = max(fabs(sin(gamma)), 1e-6)
-    return max((p.D * cos(gamma) - p.d) / (s * s), p.d)
+def _slope(p, gamma):
+    """Return by how much the depth falls with the tilt [m/rad]; upright it has no bound."""
+    return -depth_at(p.d, p.D, max(gamma, _UPRIGHT))[1]
 
 
 @compiled
@@ -68,7 +70,7 @@ def follow_depth(
     a, b = at + STILL, at + SLIDES
     # A tilt that is hardly known tells no depth, and is not to look like one.
     at_least = 2.0 * sqrt(variance)
-    fastest = SPEED / depth_slope(p, max(fabs(m[a]) if m[a + 1] > 0.0 else tilt, at_least))
+    fastest = SPEED / _slope(p, max(fabs(m[a]) if m[a + 1] > 0.0 else tilt, at_least))
     fresh = fastest * fastest
     if m[a + 1] == 0.0 or since < 0.0:
         m[a], m[a + 1] = tilt, variance
@@ -136,7 +138,7 @@ def stands(
     if m[at + _VARIANCE] == 0.0:
         return _BEGINS, 0.0
     b = at + SLIDES
-    slope = depth_slope(p, max(fabs(m[b]), sqrt(m[b + 2])))
+    slope = _slope(p, max(fabs(m[b]), sqrt(m[b + 2])))
     # Into the hole; only what moves there can stop.
     speed, variance = -slope * m[b + 1], slope * slope * m[b + 4]
     moves = below((speed - slow) / sqrt(variance))
@@ -160,6 +162,6 @@ def along_share(m: np.ndarray, at: int, p: SceneScalars, around: float) -> float
     if m[at + _VARIANCE] == 0.0:
         return 1.0
     b = at + SLIDES
-    slope = depth_slope(p, max(fabs(m[b]), sqrt(m[b + 2])))
+    slope = _slope(p, max(fabs(m[b]), sqrt(m[b + 2])))
     speed2 = slope * slope * (m[b + 1] * m[b + 1] + m[b + 4])
     return sqrt(speed2 / (speed2 + around * around))

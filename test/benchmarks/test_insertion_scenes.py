@@ -5,8 +5,10 @@ import pytest
 
 from benchmarks.insertion import engine as insertion_engine
 from benchmarks.insertion import programs as insertion_programs
+from benchmarks.insertion.estimates import engine_estimates, estimates_of
 from benchmarks.insertion.labels import PUSHED, labels_of
 from benchmarks.insertion.scenes import FAMILIES, Case, cases, plan_of
+from benchmarks.scenes.play import Record
 from peg_on_hole_ros.sim.truth import integrate
 
 pytestmark = pytest.mark.xdist_group("simulation")
@@ -56,3 +58,28 @@ def test_another_engine_agrees(name):
     for what in ("rim", "edge"):
         assert abs(found[f"{what}_mean"]) < 0.01
         assert found[what] < 0.06
+
+
+def test_reactions_of_another_engine_s_insertion_are_known():
+    """It slides on two points, turning; nothing was learnt on the rim before."""
+    found, record = engine_estimates("slides")
+    assert len(found.error) > 150 and (record.mode == "two_point").sum() > 150
+    assert (found.rms < 0.10).all()
+    assert (found.covered >= 0.80).all()
+
+
+def test_errors_count_where_the_peg_slides_and_is_told_to():
+    n = 1000
+    t, slides = np.arange(n) * 1e-3, np.arange(n) < 900
+    normal, friction = np.full((n, 2), 20.0), np.full(n, 0.2)
+    mode = np.where(np.arange(n) < 100, "open", "two_point")
+    told = np.tile([21.0, 8.0, 8.0], (n, 1))
+    monitor = {"friction": np.full(n, 0.23), "friction_stddev": np.full(n, 0.01)}
+    record = Record(mode, t > 0, {}, monitor, told, np.full((n, 3), 1.5))
+    found = estimates_of(record, t, slides, normal, friction)
+    assert len(found.error) == 800 and len(found.friction) == 400
+    assert found.rms == pytest.approx([0.05, 0.2])
+    # N_B is known to twice what each of its halves is.
+    assert found.covered.tolist() == [1.0, 1.0] and found.stddev[0].tolist() == [1.5, 3.0]
+    assert found.friction == pytest.approx(np.full(400, 0.15))
+    assert found.deviations == pytest.approx(np.full(400, 3.0))

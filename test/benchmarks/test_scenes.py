@@ -257,6 +257,8 @@ def said(**changes):
         "flag": np.zeros(N, bool),
         "alarms": {name: np.zeros(N, int) for name in ALARMS},
         "monitor": {},
+        "normal": np.zeros((N, 3)),
+        "normal_stddev": np.ones((N, 3)),
     }
     return Record(**rows | changes)
 
