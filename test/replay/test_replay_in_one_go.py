@@ -217,7 +217,7 @@ def drawn(bag, configuration):
 # Orientations of another time are far off the estimate, and what a wrong stamp draws ends sooner.
 @pytest.mark.parametrize(
     "stream",
-    sorted({*STREAMS} - {ahead, many_orientations_ahead, no_orientations}, key=STREAMS.index),
+    [s for s in STREAMS if s not in (ahead, many_orientations_ahead, no_orientations)],
 )
 def test_what_a_report_draws_of_the_input_is_the_same(stream, tmp_path, monkeypatch):
     configuration = truth(SCENE).plan.configuration
