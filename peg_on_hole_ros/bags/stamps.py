@@ -1,6 +1,7 @@
 """Statistics of one topic's stamps: period, gaps, order, distance from the recorder's clock."""
 
 import math
+from copy import deepcopy
 
 import numpy as np
 
@@ -10,6 +11,43 @@ OFFSET_LIMIT = 1.0  # [s]
 _PACE = 50.0
 _PACE_FROM = 0.5  # [s]
 _RESERVOIR = 4096
+# Messages that may be overtaken by ones that came later; one whose stamp falls by more is of
+# another recording [ns].
+_OVERTAKEN = 256
+_FALL_NS = 1_000_000_000
+
+
+class ByStamp:
+    """Messages in the order of their stamps, some behind those that come."""
+
+    def __init__(self) -> None:
+        self._t_ns, self._rows = np.empty(0, np.int64), np.empty((0, 0))
+
+    def take(self, t_ns: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return stamps and rows that no later one precedes, the last of those before first.
+
+        Parameters
+        ----------
+        t_ns : ndarray of int64, shape (n,)
+            In the order of a bag [ns].
+        rows : ndarray, shape (n, m)
+
+        """
+        if len(self._t_ns):
+            t_ns = np.concatenate([self._t_ns, t_ns])
+            rows = np.concatenate([self._rows, rows])
+        part = np.cumsum(np.diff(t_ns, prepend=t_ns[:1]) < -_FALL_NS)
+        order = np.lexsort((t_ns, part))
+        t_ns, rows = t_ns[order], rows[order]
+        first = max(len(t_ns) - _OVERTAKEN, 0)
+        self._t_ns, self._rows = t_ns[first:], rows[first:]
+        return t_ns[: first + 1], rows[: first + 1]
+
+    @property
+    def rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """The last of those that were returned, and all behind it."""
+        return self._t_ns, self._rows
 
 
 class StampStatistics:
@@ -35,11 +73,9 @@ class StampStatistics:
         self.span: tuple[int, int] | None = None
         self._logged: tuple[int, int] | None = None
         self._last: int | None = None
-        self._count = self._backwards = self._gaps = self._zeros = 0
+        self._count = self._backwards = self._zeros = 0
         self.repeated = 0
-        self._longest: int | None = None
-        self._periods: list[int] = []
-        self._stride = 1
+        self._by_stamp, self._periods = ByStamp(), _Periods(self._max_gap_ns)
         self._least, self._greatest, self._sum = math.inf, -math.inf, 0.0
 
     def add(self, t_ns: np.ndarray | int, log_ns: np.ndarray | int) -> None:
@@ -54,35 +90,27 @@ class StampStatistics:
         self._least = min(self._least, float(offset.min()))
         self._greatest = max(self._greatest, float(offset.max()))
         self._sum += float(offset.sum())
-        period = np.diff(t_ns if self._last is None else np.concatenate(([self._last], t_ns)))
-        # Number of the message that ends each period.
-        number = self._count + len(t_ns) - np.arange(len(period))[::-1]
+        step = np.diff(t_ns, prepend=t_ns[0] - 1 if self._last is None else self._last)
         self._count += len(t_ns)
         self._last = int(t_ns[-1])
-        if not len(period):
-            return
-        self._backwards += int((period < 0).sum())
-        self.repeated += int((period == 0).sum())
-        self._gaps += int((period > self._max_gap_ns).sum())
-        longest = int(period.max())
-        self._longest = longest if self._longest is None else max(self._longest, longest)
-        self._periods += period[number % self._stride == 0].tolist()
-        while len(self._periods) >= _RESERVOIR:
-            # Every second one is kept, and of those to come as well.
-            del self._periods[::2]
-            self._stride *= 2
+        self._backwards += int((step < 0).sum())
+        self.repeated += int((step == 0).sum())
+        in_order, _ = self._by_stamp.take(t_ns, np.empty((len(t_ns), 0)))
+        self._periods.add(np.diff(in_order))
 
     def summary(self) -> dict:
         """Return counts, times in seconds, and in `trouble` what a user has to look at."""
         if not self._count:
             return {"stamps": 0, "trouble": []}
+        periods = deepcopy(self._periods)
+        periods.add(np.diff(self._by_stamp.rest[0]))
         return {
             "stamps": self._count,
-            "median_period": self._median(),
+            "median_period": periods.median,
             "gaps": {
                 "limit": self._max_gap_ns * 1e-9,
-                "count": self._gaps,
-                "longest": None if self._longest is None else self._longest * 1e-9,
+                "count": periods.gaps,
+                "longest": None if periods.longest is None else periods.longest * 1e-9,
             },
             "backwards": self._backwards,
             "repeated": self.repeated,
@@ -91,14 +119,10 @@ class StampStatistics:
                 "greatest": self._greatest,
                 "mean": self._sum / self._count,
             },
-            "trouble": self._trouble(),
+            "trouble": self._trouble(periods.gaps),
         }
 
-    def _median(self):
-        forward = sorted(period for period in self._periods if period > 0)
-        return forward[len(forward) // 2] * 1e-9 if forward else None
-
-    def _trouble(self):
+    def _trouble(self, gaps):
         trouble = []
         if self._backwards:
             trouble.append(
@@ -110,9 +134,9 @@ class StampStatistics:
                 f"{self.repeated} stamps repeat the one before: a replay uses the first; a "
                 "driver that stamps in whole milliseconds, or sends twice"
             )
-        if self._gaps:
+        if gaps:
             trouble.append(
-                f"{self._gaps} gaps over {self._max_gap_ns * 1e-9:g} s (filter.max_gap): over one "
+                f"{gaps} gaps over {self._max_gap_ns * 1e-9:g} s (filter.max_gap): over one "
                 "of the wrench the peg is predicted without contact, over one of the joint "
                 "states it is not corrected"
             )
@@ -135,6 +159,33 @@ class StampStatistics:
         if self._zeros:
             trouble.append(f"{self._zeros} stamps are zero: the driver does not set them")
         return trouble
+
+
+class _Periods:
+    """From one stamp to the next: a sample of them, gaps, and the longest [ns]."""
+
+    def __init__(self, max_gap_ns):
+        self._max_gap_ns, self.gaps, self.longest = max_gap_ns, 0, None
+        self._some, self._stride, self._count = [], 1, 0
+
+    def add(self, period):
+        if not len(period):
+            return
+        number = self._count + np.arange(len(period))
+        self._count += len(period)
+        self.gaps += int((period > self._max_gap_ns).sum())
+        longest = int(period.max())
+        self.longest = longest if self.longest is None else max(self.longest, longest)
+        self._some += period[number % self._stride == 0].tolist()
+        while len(self._some) >= _RESERVOIR:
+            # Every second one is kept, and of those to come as well.
+            del self._some[1::2]
+            self._stride *= 2
+
+    @property
+    def median(self):
+        forward = sorted(period for period in self._some if period > 0)
+        return forward[len(forward) // 2] * 1e-9 if forward else None
 
 
 def _widened(span, times):

@@ -8,6 +8,7 @@ from statistics import median
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Stretch
+from peg_on_hole_ros.bags.stamps import ByStamp
 from peg_on_hole_ros.measurements.repeats import new_repeats, notice_all, said
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 
@@ -40,7 +41,8 @@ class Oddities:
         self._frames: Counter[str] = Counter()
         self._first: dict[str, np.ndarray] = {}
         self._changed: set[str] = set()
-        self._last: tuple[int, np.ndarray] | None = None
+        # Where messages come out of order, positions do not jump.
+        self._by_stamp = ByStamp()
         self._count = self._jumps = 0
         self._steps: dict[str, list[float]] = {"force": [], "torque": []}
         self._widest = 0.0
@@ -77,15 +79,15 @@ class Oddities:
                 steps = np.linalg.norm(np.diff(values[:, part], axis=0), axis=1)
                 self._steps[name] += steps[: _MOST_STEPS - len(self._steps[name])].tolist()
             return
-        if self._last is not None:
-            t_ns = np.concatenate(([self._last[0]], t_ns))
-            values = np.concatenate(([self._last[1]], values))
-        seconds = np.maximum(np.diff(t_ns) * 1e-9, 0.0)
+        self._look_for_jumps(*self._by_stamp.take(t_ns, values))
+
+    def _look_for_jumps(self, t_ns, values):
+        seconds = np.diff(t_ns) * 1e-9
         way = np.abs(np.diff(values, axis=0)).max(axis=1, initial=0.0)
-        jumps = way > np.maximum(_STEP, _FASTEST * seconds)
+        # Where stamps fall another recording begins.
+        jumps = (seconds >= 0.0) & (way > np.maximum(_STEP, _FASTEST * seconds))
         self._jumps += int(jumps.sum())
         self._widest = max(self._widest, float(way[jumps].max(initial=0.0)))
-        self._last = int(t_ns[-1]), values[-1]
 
     def noise(self, name: str) -> float | None:
         """Return at least what noise `force` or `torque` has [N], [N m]; None: few messages."""
@@ -96,6 +98,9 @@ class Oddities:
 
     def lines(self) -> list[str]:
         """Return what a user has to look at, a line for each oddity."""
+        if self._names:
+            self._look_for_jumps(*self._by_stamp.rest)
+            self._by_stamp = ByStamp()
         repeated = "" if self._repeats is None else said(self._repeats)
         told = [repeated] if repeated else []
         if len(self._frames) > 1:

@@ -15,6 +15,8 @@ from peg_on_hole_ros.report.tracks import MOST_DRAWN, Tracks, named
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 # A measurement is held against an estimate no further from it [ns]: rates do not last.
 _NEAR_NS = 100_000_000
+# Width of what is held of an orientation: angles and their covariance.
+_ORIENTATION = 12
 _MOST_WAITING = 10_000
 
 
@@ -46,20 +48,25 @@ class Inputs:
         self._last_ns: dict[str, int] = {}
         # Stamps and rows by table; orientations with their covariances likewise.
         self._waiting: list[tuple[str, np.ndarray, np.ndarray]] = []
-        self._orientations: list[tuple[np.ndarray, np.ndarray]] = []
+        # Orientations that wait for an output that has taken them: stamp, stamp of the wrench
+        # before them, and row.
+        self._stamps = self._behind = np.empty(0, np.int64)
+        self._measured = np.empty((0, _ORIENTATION))
+        self._wrench_ns = np.iinfo(np.int64).min
 
     def read(self, sample: object) -> None:
         """Take a wrench or a joint state; one that cannot be read is left out."""
         if isinstance(sample, WrenchSample):
             row = np.array([[*sample.force, *sample.torque]])
             self._take_wrenches(np.array([sample.t_ns]), row)
+            self._wrench_ns = sample.t_ns
             return
         if not isinstance(sample, JointSample):
             return
         measured = self._orientation(sample)
         if isinstance(measured, AngleMeasurement):
             t_ns = np.array([sample.t_ns - self._delay_ns])
-            self._take_orientations(t_ns, measured.row.reshape(1, -1))
+            self._take_orientations(t_ns, measured.row.reshape(1, -1), self._wrench_ns)
 
     def take_inputs(self, arrivals: Arrivals, begin: int, end: int) -> None:
         """Take messages by their places, all of them sound."""
@@ -68,16 +75,22 @@ class Inputs:
         last = first + int(np.count_nonzero(of_wrench))
         self._take_wrenches(t_ns[of_wrench], arrivals.wrenches[first:last])
         rows = arrivals.orientations[begin - first : end - last]
-        self._take_orientations(t_ns[~of_wrench], rows)
+        wrench_ns = np.concatenate([[self._wrench_ns], t_ns[of_wrench]])
+        behind = wrench_ns[np.cumsum(of_wrench)[~of_wrench]]
+        self._take_orientations(t_ns[~of_wrench], rows, behind)
+        self._wrench_ns = int(wrench_ns[-1])
 
     def _take_wrenches(self, t_ns, rows):
         self._wait("wrench", t_ns, rows)
         self._note_intervals("wrench", t_ns)
 
-    def _take_orientations(self, t_ns, rows):
+    def _take_orientations(self, t_ns, rows, wrench_ns):
         self._note_intervals("joints", t_ns)
-        self._orientations.append((t_ns, rows[:, :12]))
-        del self._orientations[:-_MOST_WAITING]
+        latest = slice(-_MOST_WAITING, None)
+        behind = np.broadcast_to(wrench_ns, len(t_ns))
+        self._stamps = np.concatenate([self._stamps, t_ns])[latest]
+        self._behind = np.concatenate([self._behind, behind])[latest]
+        self._measured = np.concatenate([self._measured, rows[:, :_ORIENTATION]])[latest]
 
     def _note_intervals(self, source, t_ns):
         if len(t_ns):
@@ -102,18 +115,16 @@ class Inputs:
         self._take_outputs(columns.t_ns, columns.state[:, :6])
 
     def _take_outputs(self, t_ns, state):
-        for stamps, rows in self._orientations:
-            # The output that came after it, as those that were in order had it.
-            after = np.minimum(np.searchsorted(t_ns, stamps), len(t_ns) - 1)
-            ahead_ns = stamps - t_ns[after]
-            near = np.abs(ahead_ns) <= _NEAR_NS
-            now, rates = state[after, :3], state[after, 3:6]
-            error = rows[:, :3] - now - rates * (ahead_ns * 1e-9)[:, np.newaxis]
-            error[:, 1:] -= 2 * pi * np.round(error[:, 1:] / (2 * pi))
-            error, covariance = error[near, :, np.newaxis], rows[near, 3:].reshape(-1, 3, 3)
-            squared = np.swapaxes(error, 1, 2) @ np.linalg.solve(covariance, error)
-            self._wait("innovations", stamps[near], squared.reshape(-1, 1))
-        self._orientations.clear()
+        # The first output that has taken it: of its stamp or after, and of a wrench behind it.
+        after = np.searchsorted(t_ns, np.maximum(self._stamps, self._behind + 1))
+        there = np.flatnonzero(after < len(t_ns))
+        there = there[np.argsort(after[there], kind="stable")]
+        self._hold_against(t_ns[after[there]], state[after[there]], there)
+        left = after == len(t_ns)
+        # One that was wrong, or of a time before the clock was set back, waits no longer.
+        left &= np.abs(self._stamps - t_ns[-1]) <= _NEAR_NS
+        self._stamps, self._behind = self._stamps[left], self._behind[left]
+        self._measured = self._measured[left]
         run, now_ns = self._tracks.runs[-1], self._tracks.passed_ns
         for name, stamps, rows in self._waiting:
             if len(stamps):
@@ -123,6 +134,16 @@ class Inputs:
                 self._latest[name] = int(passed[-1])
                 self._rows[name].add_all(passed, rows)
         self._waiting.clear()
+
+    def _hold_against(self, t_ns, state, which):
+        stamps, rows = self._stamps[which], self._measured[which]
+        ahead_ns = stamps - t_ns
+        near = np.abs(ahead_ns) <= _NEAR_NS
+        error = rows[:, :3] - state[:, :3] - state[:, 3:6] * (ahead_ns * 1e-9)[:, np.newaxis]
+        error[:, 1:] -= 2 * pi * np.round(error[:, 1:] / (2 * pi))
+        error, covariance = error[near, :, np.newaxis], rows[near, 3:].reshape(-1, 3, 3)
+        squared = np.swapaxes(error, 1, 2) @ np.linalg.solve(covariance, error)
+        self._wait("innovations", stamps[near], squared.reshape(-1, 1))
 
     def tables(self, most: int = MOST_DRAWN) -> dict[str, dict[str, np.ndarray]]:
         """Return columns by table and name: WRENCH [N], [N m], `squared`, `interval` [ms]."""

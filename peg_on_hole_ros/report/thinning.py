@@ -8,7 +8,7 @@ import numpy as np
 Reduction = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 # Rows that are held at most; what a plot is given is thinned further.
-MOST_HELD = 200_000
+MOST_HELD = 32_768
 _STAGE = 8192
 
 

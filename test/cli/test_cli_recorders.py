@@ -3,6 +3,7 @@
 import json
 import os
 
+import numpy as np
 import pytest
 from mcap.opcode import Opcode
 
@@ -15,7 +16,19 @@ from peg_on_hole_ros.bags.writer import (
 )
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import from_parameters
-from recorded import INPUTS, PACK, UNPACKED, Row, definition, described, motion, records, write
+from recorded import (
+    INPUTS,
+    PACK,
+    UNPACKED,
+    Row,
+    definition,
+    described,
+    joints,
+    motion,
+    records,
+    wrench,
+    write,
+)
 from small_bags import MS
 from small_bags import write_bag as write_small
 
@@ -289,3 +302,40 @@ def test_a_description_travels_in_the_bag(tmp_path, capsys):
     with BagWriter(tmp_path / "c.mcap", from_parameters({})):
         pass
     assert "peg_on_hole_urdf" not in Bag(tmp_path / "c.mcap").metadata
+
+
+def test_joint_states_out_of_order_have_their_period_and_do_not_jump(tmp_path, capsys):
+    """At 500 Hz and 1 rad/s, each up to 40 ms on its way."""
+    rows, rng = [], np.random.default_rng(4)
+    for i in range(3000):
+        t_ns = 10**9 + i * MS
+        rows.append(Row("/wrench", t_ns, wrench(t_ns)))
+        if i % 2 == 0:
+            position = (0.3 + 1e-4 * np.sin(i), 1e-3 * i, 0.0)
+            log_ns = t_ns + int(rng.integers(0, 40)) * MS
+            rows.append(Row("/joint_states", log_ns, joints(t_ns, position)))
+    rows.sort(key=lambda row: row.log_ns)
+    path = str(write(tmp_path / "a.mcap", rows, chunk_size=20_000))
+    assert main(["inspect", path, "--json"]) == 0
+    inspected = json.loads(capsys.readouterr().out)
+    clock = inspected["clock"]["/joint_states"]
+    assert clock["median_period"] == pytest.approx(2e-3, rel=1e-9)
+    assert clock["backwards"] > 500 and clock["gaps"]["count"] == 0
+    assert not any("jump" in line for line in inspected["oddities"]["/joint_states"])
+    assert inspected["clock"]["/wrench"]["gaps"]["longest"] == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_two_publishers_of_one_joint_do_jump(tmp_path, capsys):
+    """In turn, and each in order: positions are 0.3 rad apart."""
+    rows = motion(1000)
+    rows = [
+        row._replace(data=joints(row.log_ns, (0.3 * (i % 4 < 2), 0.0, 0.0)))
+        if row.topic == "/joint_states"
+        else row
+        for i, row in enumerate(rows)
+    ]
+    path = str(write(tmp_path / "a.mcap", rows))
+    assert main(["inspect", path, "--json"]) in (0, 3)
+    lines = json.loads(capsys.readouterr().out)["oddities"]["/joint_states"]
+    (line,) = [line for line in lines if "jump" in line]
+    assert line.startswith("positions jump ") and "by up to 0.3" in line

@@ -229,7 +229,11 @@ def drawn(bag, configuration):
     return inputs.tables()
 
 
-@pytest.mark.parametrize("stream", [in_order, joint_states_behind, silence])
+# Orientations of another time are far off the estimate, and what a wrong stamp draws ends sooner.
+@pytest.mark.parametrize(
+    "stream",
+    [s for s in STREAMS if s not in (ahead, many_orientations_ahead, no_orientations)],
+)
 def test_what_a_report_draws_of_the_input_is_the_same(stream, tmp_path, monkeypatch):
     configuration = truth(SCENE).plan.configuration
     topics = replace(configuration.topics, wrench="/wrench", joint_states="/joint_states")
@@ -240,9 +244,7 @@ def test_what_a_report_draws_of_the_input_is_the_same(stream, tmp_path, monkeypa
     expected = drawn(bag, configuration)
     assert found.keys() == expected.keys()
     for name, table in expected.items():
-        for column in {*table} - {"squared"}:
+        for column in table:
             np.testing.assert_array_equal(found[name][column], table[column])
-    if stream is not joint_states_behind:
-        # Of many, late ones too are held against the output of their own time.
-        squared = (each["innovations"]["squared"] for each in (found, expected))
-        np.testing.assert_array_equal(*squared)
+    squared = expected["innovations"]["squared"]
+    assert len(squared) > 100 and np.median(squared) < 4.0
