@@ -13,6 +13,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
+from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
 from peg_on_hole_ros.engine.announced_motion import Expected
 from peg_on_hole_ros.engine.free_peg import FreeFor, not_free, turns
 from peg_on_hole_ros.engine.history import History, Unit
@@ -25,8 +26,8 @@ from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements.measurement import PegJoints, wrench_fault
-from peg_on_hole_ros.monitor.memory import IN_AIR
-from peg_on_hole_ros.monitor.output_row import FLAG, MODE
+from peg_on_hole_ros.monitor.memory import IN_AIR, THREE_POINT
+from peg_on_hole_ros.monitor.output_row import AT, FLAG, MODE
 from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import (
@@ -50,6 +51,8 @@ TARE_NS = 500_000_000
 FEWEST, MOST = 32, 4096
 # Stamps that fall by more begin another window of the diagnosis.
 DUE_NS = 100_000_000
+# Where a row has what each kind of setting would cost that the motion does not tell.
+_DOUBTS = [getattr(AT, f"doubt_{kind.name}") for kind in KINDS]
 
 
 class _Leap(NamedTuple):
@@ -174,6 +177,7 @@ class Pipeline:
         self._diagnosis.restart()
         self._air.restart()
         self._rim.restart()
+        self._untold.restart()
         self._measured = None
 
     def reset(self) -> Answer:
@@ -425,6 +429,9 @@ class Pipeline:
         if self._diagnosis.unsure:
             self._arrival_counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
+        self._untold.count(len(rows.t_ns))
+        rests = rows.values[:, MODE, None] == THREE_POINT
+        rows.values[:, _DOUBTS] = np.where(rests, self._untold.costs, np.nan)
         self._told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
 
@@ -644,6 +651,7 @@ class Pipeline:
         self._diagnosis = Diagnosis(self.configuration, taken_off)
         self._air = FreeAir(self.configuration, self.processor.reduction)
         self._rim = RimMotion(self.configuration)
+        self._untold = Untold(self.configuration)
 
     def _diagnose(self, sample):
         """Try what else the wrench may mean; what is sure takes the place of what is stated."""
@@ -656,7 +664,10 @@ class Pipeline:
             self._air.take(sample, self._measured.q, free)
         in_air = self._told is None or self._told[1][MODE] == IN_AIR
         self._rim.take(self._measured, in_air)
-        others = self._air.finding, self._low_pass.finding, self._rim.finding
+        self._look_at_untold(sample.t_ns)
+        others = (
+            self._air.finding, self._low_pass.finding, self._rim.finding, self._untold.finding,
+        )  # fmt: skip
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue
@@ -672,6 +683,12 @@ class Pipeline:
                 self._arrival_counts["setting_adopted"] += 1
                 self._rebuild()
                 return
+
+    def _look_at_untold(self, t_ns):
+        row = None if self._told is None else self._told[1]
+        rests = row is not None and row[MODE] == THREE_POINT
+        known = rests and row[AT.reactions_determined] == 1.0
+        self._untold.take(t_ns, self.processor.filter if rests else None, known)
 
     def _as_found(self, configuration):
         wrench = replace(configuration.wrench, **(self._mounted | self._adopted))
