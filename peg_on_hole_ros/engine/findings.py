@@ -12,11 +12,17 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
+from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.monitor.memory import IN_AIR, THREE_POINT
+from peg_on_hole_ros.monitor.output_row import AT, MODE
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Stamps that fall by more begin another window of the diagnosis.
 DUE_NS = 100_000_000
+# Where a row has what each kind of setting would cost that the motion does not tell.
+_UNTOLD = slice(AT.doubt_friction, AT.doubt_friction + len(KINDS))
 
 
 class Findings:
@@ -51,12 +57,14 @@ class Findings:
         self._diagnosis = Diagnosis(configuration, taken_off)
         self._air = FreeAir(configuration, reduction)
         self._rim = RimMotion(configuration)
+        self._untold = Untold(configuration)
 
     def restart(self) -> None:
         """Forget what a motion has told so far."""
         self._diagnosis.restart()
         self._air.restart()
         self._rim.restart()
+        self._untold.restart()
 
     def forget_zero(self) -> None:
         """Forget what was found of the zero: a tare has taken it."""
@@ -104,12 +112,19 @@ class Findings:
         """Take many wrenches [ns], shape (n, 6)."""
         self._low_pass.take_all(t_ns, wrenches)
 
+    def tell_untold(self, rows: np.ndarray) -> None:
+        """Put into rows that are told what settings that are not would cost."""
+        self._untold.count(len(rows))
+        rests = rows[:, MODE, None] == THREE_POINT
+        rows[:, _UNTOLD] = np.where(rests, self._untold.costs, np.nan)
+
     def take(
         self,
         sample: WrenchSample,
         measured: AngleMeasurement,
         stands_still: bool,
-        in_air: bool | None,
+        told: np.ndarray | None,
+        peg: HeldPeg,
     ) -> bool:
         """
         Try what else a wrench that is due may mean.
@@ -121,8 +136,10 @@ class Findings:
             The latest orientation.
         stands_still : bool
             Whether the wrench repeats one value.
-        in_air : bool or None
-            Whether the peg was told to be in the air; None: nothing was told.
+        told : ndarray or None
+            Row that was told last; None: nothing was told.
+        peg : HeldPeg
+            The estimate.
 
         Returns
         -------
@@ -133,9 +150,14 @@ class Findings:
         diagnosis, known = self._diagnosis, self._diagnosis.finding
         diagnosis.take(sample, measured)
         if not diagnosis.unsure and not stands_still:
-            self._air.take(sample, measured.q, in_air is True)
-        self._rim.take(measured, in_air is not False)
-        others = self._air.finding, self._low_pass.finding, self._rim.finding
+            self._air.take(sample, measured.q, told is not None and told[MODE] == IN_AIR)
+        self._rim.take(measured, told is None or told[MODE] == IN_AIR)
+        rests = told is not None and told[MODE] == THREE_POINT
+        determined = told is not None and told[AT.reactions_determined] == 1.0
+        self._untold.take(sample.t_ns, peg if rests else None, determined)
+        others = (
+            self._air.finding, self._low_pass.finding, self._rim.finding, self._untold.finding,
+        )  # fmt: skip
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue

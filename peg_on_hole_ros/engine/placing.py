@@ -14,8 +14,8 @@ from peg_on_hole_ros.engine.history import History, Unit
 from peg_on_hole_ros.engine.kept import Kept
 from peg_on_hole_ros.engine.processing import Processor
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP
-from peg_on_hole_ros.monitor.output_row import FLAG, MODE
+from peg_on_hole_ros.monitor.memory import NO_STAMP
+from peg_on_hole_ros.monitor.output_row import FLAG
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
@@ -209,6 +209,7 @@ class Placing:
         if self.findings.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
+        self.findings.tell_untold(rows.values)
         self.told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
 
@@ -216,9 +217,10 @@ class Placing:
         """Hold a wrench against the settings; return whether others are used from here on."""
         if self.measured is None:
             return False
-        in_air = None if self.told is None else bool(self.told[1][MODE] == IN_AIR)
+        told = None if self.told is None else self.told[1]
         still = self.processor.wrench_stands_still
-        other = self.findings.take(sample, self.measured, still, in_air)
+        peg = self.processor.filter
+        other = self.findings.take(sample, self.measured, still, told, peg)
         if other:
             self.rebuild()
         return other
