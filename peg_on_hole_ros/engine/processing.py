@@ -7,10 +7,11 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine import process as engine
+from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.history import Unit
 from peg_on_hole_ros.engine.kept import Kept, go_back, keep, room
 from peg_on_hole_ros.engine.late_orientations import Stretch
+from peg_on_hole_ros.engine.process import process
 from peg_on_hole_ros.engine.state import (
     COUNTS,
     ENGINE,
@@ -120,7 +121,7 @@ class Processor:
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
         self.filter.let_go()
-        engine.restart(self.engine, self.rules)
+        steps.restart(self.engine, self.rules)
 
     def forget(self) -> None:
         """Forget what was learnt, after `restart`; the tare stays."""
@@ -139,7 +140,7 @@ class Processor:
         """Start from an orientation."""
         self.engine["motion"]["t_ns"] = measurement.t_ns
         self.filter.start(measurement.q, measurement.covariance)
-        engine.begin(self.engine)
+        steps.begin(self.engine)
 
     @property
     def oriented(self) -> bool:
@@ -253,7 +254,7 @@ class Processor:
         """
         s, ends, room = stretch, stretch.ends.copy(), self._no_room if kept is None else kept
         rows, went = np.empty((max(last - first, 1), SIZE)), np.zeros(2, np.int64)
-        count = engine.process(
+        count = process(
             self.engine, self._words, self.rules, s.t_ns, s.wrenches, ends, s.placed, s.stamps,
             s.orientations, 0.0, room, first, last, taken, went, rows,
         )  # fmt: skip
@@ -275,47 +276,47 @@ class Processor:
         stamps, orientations = _as_arrays([measurement])
         if not self.in_one_piece:
             return self._correct(self.engine, stamps.item(), orientations[0], lateness)
-        engine.process(
+        process(
             self.engine, self._words, self.rules, *_NO_WRENCH, stamps, orientations,
             float(lateness), self._no_room, 0, 0, 0, np.zeros(2, np.int64), _NO_ROW,
         )  # fmt: skip
         return None
 
-    # What follows calls the steps of `engine.process` one by one, with a filter that has its own.
+    # What follows calls the steps one by one, with a filter that has its own.
 
     def _step(self, stretch):
         e, rules, t_ns, row = self.engine, self.rules, int(stretch.t_ns[0]), np.empty((1, SIZE))
-        silent = engine.begin_unit(e, rules, t_ns)
+        silent = steps.begin_unit(e, rules, t_ns)
         for stamp, orientation in zip(stretch.stamps.tolist(), stretch.orientations):
             self._advance(e, rules, stamp)
             self._correct(e, stamp, orientation, 0.0)
         self._advance(e, rules, t_ns)
-        if not engine.told(e, rules):
+        if not steps.told(e, rules):
             return Rows(stretch.t_ns[:0], row[:0])
-        contacts = engine.reduce(e, t_ns, stretch.wrenches[0], silent)
+        contacts = steps.reduce(e, t_ns, stretch.wrenches[0], silent)
         self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
         self.filter.mark(t_ns)
-        engine.judge(e, rules, t_ns, contacts, row[0])
+        steps.judge(e, rules, t_ns, contacts, row[0])
         return Rows(stretch.t_ns, row)
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost
-        dt = engine.approach(e, rules, t_ns)
+        dt = steps.approach(e, rules, t_ns)
         if dt > 0.0:
             self.filter.predict(dt)
-            engine.check_upright(e, rules)
+            steps.check_upright(e, rules)
         if self._lost and not was_lost:
             self.filter.let_go()
 
     def _correct(self, e, stamp, orientation, lateness):
         rules = self.rules
-        kind = engine.measure(e, rules, stamp, orientation, lateness)
-        if kind == engine.BEGINS:
+        kind = steps.measure(e, rules, stamp, orientation, lateness)
+        if kind == steps.BEGINS:
             self.filter.start(e["q"].copy(), e["R"].copy())
-            engine.begin(e)
-        elif kind == engine.NEWS:
+            steps.begin(e)
+        elif kind == steps.NEWS:
             result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
-            engine.note(e, rules, orientation, CORRECTIONS.index(result), nis)
+            steps.note(e, rules, orientation, CORRECTIONS.index(result), nis)
 
     def snapshot(self) -> Kept:
         """Return everything that what follows depends on, for `restore`."""

@@ -1,0 +1,286 @@
+"""What one orientation or wrench does, step by step: predict, correct, weigh, judge; compiled."""
+
+from math import isfinite, nan, pi, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.engine.state import AT as COUNT
+from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
+from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.estimator.held import GATED, RESET, USED
+from peg_on_hole_ros.estimator.record import SCENE, SPREAD
+from peg_on_hole_ros.estimator.state import BIAS, TILT
+from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
+from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
+from peg_on_hole_ros.measurements.measurement import reduce_wrench
+from peg_on_hole_ros.measurements.repeats import held as messages_of
+from peg_on_hole_ros.measurements.wrench_noise import NOISY, factor, follow_wrench, forget_noise
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor import assessment, pose_only
+from peg_on_hole_ros.monitor.assessment import contacts_of
+from peg_on_hole_ros.monitor.memory import NO_STAMP, UNKNOWN
+from peg_on_hole_ros.monitor.output_row import AT
+from peg_on_hole_ros.monitor.place_check import misfit
+from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
+
+# On contacts whose reactions have not been told for so long a peg is at rest [ns].
+RESTS_NS = 100_000_000
+# What an orientation is: a correction, a start where the motion was lost, or a repeated value.
+NEWS, BEGINS, OLD = range(3)
+
+
+@compiled
+def restart(e: EngineRecord, rules: RulesRecord) -> None:
+    """Let go of the motion; what was learnt stays, and what was counted."""
+    d = e.motion[0]
+    d.t_ns = d.oriented_ns = NO_STAMP
+    d.slid_ns = 0
+    forget_noise(e.wrench_noise)
+    d.in_contact = d.touching = d.blind = d.lost = 0
+    held.let_go(e.held)
+    e.held.state.noise[:] = 1.0
+    forget_innovations(e.innovations)
+    if rules.judged:
+        assessment.restart(e.memory)
+    else:
+        pose_only.restart_unjudged(e.memory)
+
+
+@compiled
+def begin(e: EngineRecord) -> None:
+    """Take note of a start by an orientation of the present stamp."""
+    d = e.motion[0]
+    d.oriented_ns, d.lost = d.t_ns, 0
+    e.counts[COUNT.joints_used] += 1
+
+
+@compiled
+def begin_unit(e: EngineRecord, rules: RulesRecord, t_ns: int) -> bool:
+    """Return whether a wrench comes after a silence."""
+    # The estimate stands where the wrench before, or the start, has left it.
+    silent = (t_ns - e.motion[0].t_ns) * 1e-9 > rules.max_gap
+    e.counts[COUNT.gap] += silent
+    return silent
+
+
+@compiled
+def advance(e: EngineRecord, rules: RulesRecord, t_ns: int) -> None:
+    """Predict up to a stamp [ns]."""
+    dt = approach(e, rules, t_ns)
+    if dt > 0.0:
+        held.move_on(e.held, dt)
+        check_upright(e, rules)
+
+
+@compiled
+def approach(e: EngineRecord, rules: RulesRecord, t_ns: int) -> float:
+    """Come to a stamp [ns]; return the time to be predicted [s], 0 where there is none."""
+    d = e.motion[0]
+    dt = (t_ns - d.t_ns) * 1e-9
+    d.t_ns = t_ns
+    if not d.lost and t_ns - d.oriented_ns > rules.lost_ns:
+        _lose(e, rules)
+    return 0.0 if d.lost else dt
+
+
+@compiled
+def check_upright(e: EngineRecord, rules: RulesRecord) -> None:
+    """Lose a motion beyond a quarter turn: there is no tilt, and what is told would not be so."""
+    if not -0.5 * pi < e.held.state.mean[0] < 0.5 * pi:
+        _lose(e, rules)
+
+
+@compiled
+def _lose(e, rules):
+    """Let go of a motion that nothing is known of; the next orientation begins another."""
+    t_ns = e.motion[0].t_ns
+    restart(e, rules)
+    e.motion[0].t_ns, e.motion[0].lost = t_ns, 1
+    e.counts[COUNT.motion_lost] += 1
+
+
+@compiled
+def correct(
+    e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
+) -> None:
+    """
+    Correct by an orientation.
+
+    Parameters
+    ----------
+    e : record of ENGINE
+    rules : record of RULES
+    stamp : int
+        Of the orientation [ns].
+    orientation : ndarray, shape (ORIENTATION,)
+    lateness : float
+        How long before the estimate's stamp it was [s].
+
+    """
+    kind = measure(e, rules, stamp, orientation, lateness)
+    if kind == BEGINS:
+        held.start(e.held, rules.gates, e.q, e.R)
+        begin(e)
+    elif kind == NEWS:
+        result, nis = held.correct(e.held, rules.gates, e.q, e.R)
+        note(e, rules, orientation, result, nis)
+
+
+@compiled
+def measure(
+    e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
+) -> int:
+    """Put an orientation into `q` and `R`, as of now; return NEWS, BEGINS or OLD."""
+    s, kind = e.held.state, NEWS
+    for i in range(3):
+        e.q[i] = orientation[i]
+        for j in range(3):
+            e.R[i, j] = orientation[3 + 3 * i + j]
+    if e.motion[0].lost:
+        kind = BEGINS
+        turned = lateness * rules.gates.initial_rate_stddev
+        for i in range(3):
+            e.R[i, i] += turned * turned
+    elif is_news(e.fresh, stamp, e.q, e.R[0, 0], s.mean, s.covariance[0, 0]):
+        for i in range(3):
+            e.q[i] += lateness * s.mean[3 + i]
+            for j in range(3):
+                e.R[i, j] += lateness * lateness * s.covariance[3 + i, 3 + j]
+    else:
+        kind = OLD
+        e.counts[COUNT.joints_dropped_repeated_value] += 1
+    return kind
+
+
+@compiled
+def note(
+    e: EngineRecord, rules: RulesRecord, orientation: np.ndarray, result: int, nis: float
+) -> None:
+    """Take note of what became of an orientation, see `held.hold_against`."""
+    d, s, memory = e.motion[0], e.held.state, e.memory
+    if s.noise[0] > NOISY:
+        e.counts[COUNT.joints_noisy] += 1
+        d.noise = sqrt(s.noise[0])
+    if isfinite(nis):
+        known = result == USED and rules.white
+        e.counts[COUNT.innovations_too_large] += add_innovation(
+            e.innovations, nis, s.innovation, known, d.in_contact == 1, d.touching == 1
+        )
+    if result == GATED:
+        e.counts[COUNT.joints_gated] += 1
+        return
+    e.counts[COUNT.joints_used] += 1
+    d.oriented_ns, d.blind = d.t_ns, 0
+    if rules.judged:
+        for i in range(3):
+            for j in range(3):
+                e.R[i, j] *= s.noise[0]
+        assessment.take_orientation(memory, d.t_ns, e.q, e.R, result == USED)
+        if orientation[PLACE.start] == orientation[PLACE.start]:
+            _note_place(e, orientation)
+    if result >= RESET:
+        e.counts[COUNT.filter_restarted] += 1
+        restart_mode(e, rules)
+
+
+@compiled
+def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
+    """Forget the mode: the estimate has begun anew."""
+    if rules.judged:
+        assessment.restart_mode(e.memory)
+        e.memory.declared[0].refuted = 1
+    else:
+        pose_only.take_as_closed(e.memory)
+
+
+@compiled
+def _note_place(e, orientation):
+    f, d = e.held.record, e.memory.declared[0]
+    R = orientation[3:12].reshape(3, 3)
+    S = orientation[PLACE_R].reshape(3, 3)
+    found = misfit(orientation[Q], R, orientation[PLACE], S, f[SCENE], f[SCENE + 1], f[SPREAD + 3])
+    d.offset, d.deviations, d.displaced = found.offset, found.deviations, found.evidence
+
+
+@compiled
+def told(e: EngineRecord, rules: RulesRecord) -> bool:
+    """Count a wrench; return whether there is an estimate to be told."""
+    d = e.motion[0]
+    if d.lost:
+        e.counts[COUNT.wrench_dropped_without_orientation] += 1
+        return False
+    e.counts[COUNT.wrench_used] += 1
+    # Without any orientation for long, what the peg is doing is a guess: it is not told.
+    since = (d.t_ns - d.oriented_ns - rules.delay_ns) * 1e-9
+    if since > rules.max_joint_gap or e.fresh.turning[STILL] == 1.0:
+        e.counts[COUNT.joints_gap] += 1 - d.blind
+        d.blind = 1
+    return True
+
+
+@compiled
+def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
+    """Put a wrench as received into `u`; return which contacts it is weighed with."""
+    if is_new_wrench(e.fresh, t_ns, wrench):
+        follow_wrench(e.wrench_noise, wrench, e.variance, e.held.constants)
+    noisier = factor(e.wrench_noise)
+    e.counts[COUNT.wrench_noisy] += noisier > 1.0
+    times = noisier * messages_of(e.fresh.wrench)
+    for i in range(6):
+        e.wrench[i] = wrench[i]
+        for j in range(6):
+            # A value that comes n times tells as much as if it came once.
+            e.held.noise[i, j] = times * e.covariance[i, j]
+    reduce_wrench(e.reduction, e.wrench, e.held.state.mean, held.gravity(e.held), e.u)
+    # What has touched before a silence need not touch after it.
+    still = e.fresh.turning[WRENCH_STILL] == 1.0
+    return -1 if silent or still or e.motion[0].blind else contacts_of(e.memory)
+
+
+@compiled
+def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: int, row: np.ndarray) -> None:
+    """Fill in what is told after a wrench that was weighed with so many contacts."""
+    d, memory = e.motion[0], e.memory
+    e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
+    d.in_contact = 1 if contacts == 3 else 0
+    f = e.held.record
+    blind = d.blind == 1 or e.fresh.turning[WRENCH_STILL] == 1.0
+    o, stddev, height = rules.thresholds, rules.force_stddev, rules.peg_height
+    if rules.judged:
+        misfits = e.innovations.told[0].misfit
+        assessment.assess(f, memory, o, stddev, height, t_ns, misfits, blind, row)
+    else:
+        pose_only.look(f, memory, o, stddev, height, t_ns, blind, row)
+    # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
+    # wrong makes the mode doubtful as well, and is not to hide behind that.
+    if contacts != 3 or row[AT.reactions_determined] > 0.0:
+        d.slid_ns = t_ns
+    doubtful = rules.judged and memory.declared[0].mode == UNKNOWN
+    slides = contacts == 3 and t_ns - d.slid_ns < RESTS_NS
+    d.touching = 1 if slides or doubtful else 0
+    if e.innovations.told[0].large:
+        # What the motion contradicts is not known, however small its spread.
+        row[AT.reactions_determined] = 0.0
+    _tell_settings(e, rules, row)
+
+
+@compiled
+def _tell_settings(e, rules, row):
+    """Fill in what is told of innovations, tare, bias and tilt."""
+    t, s = e.innovations.told[0], e.held.state
+    row[AT.nis_median] = t.median
+    row[AT.nis_drift] = t.drift if rules.white else nan
+    row[AT.joints_noise] = sqrt(s.noise[0])
+    for i in range(6):
+        row[AT.bias_force_x + i] = e.tared[i]
+    bias, tilt, steps = e.held.at[BIAS], e.held.at[TILT], e.reduction
+    if bias >= 0:
+        for i in range(6):
+            row[AT.bias_force_x + i] = s.mean[bias + i] + steps.sign * steps.tare[i]
+            variance = s.covariance[bias + i, bias + i]
+            row[AT.bias_force_x_stddev + i] = sqrt(max(variance, 0.0))
+    if tilt >= 0:
+        for i in range(2):
+            row[AT.hole_tilt_x + i] = s.mean[tilt + i]
+            variance = s.covariance[tilt + i, tilt + i]
+            row[AT.hole_tilt_x_stddev + i] = sqrt(max(variance, 0.0))
