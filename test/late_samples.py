@@ -27,6 +27,11 @@ def ordered(duration_ms=300):
     return [s for s in moved if s.t_ns - moved[0].t_ns < duration_ms * MS]
 
 
+def undoubted(monitor):
+    """Leave out what a motion does not tell: a look at the estimate is not taken back."""
+    return {name: value for name, value in monitor.items() if not name.startswith("doubt_")}
+
+
 def shuffled(samples, most_ns, seed=3):
     """Return samples as they arrive with delays up to most_ns; begin and end stay in order."""
     rng = np.random.default_rng(seed)

@@ -22,6 +22,7 @@ from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.diagnosis.untold import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.cycles import json_line
 from peg_on_hole_ros.messages.output import LATCHED, PREFIX
@@ -60,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.cycles:
         lines = [json_line(record) + "\n" for record in result["cycles"]]
         write_text(arguments.cycles, "".join(lines))
-    print(_text(result, score, doubts))
+    print(_text(result, score, doubts, words(result["untold"], configuration)))
     if not configuration.monitor.modes:
         print(UNJUDGED)
     if bag.damage:
@@ -222,7 +223,7 @@ class _Writer:
         self._writer.write_columns(PREFIX, columns)
 
 
-def _text(result, score, doubts):
+def _text(result, score, doubts, untold):
     messages = result["messages"]
     transition = result["transition_time"]
     lines = [
@@ -241,6 +242,7 @@ def _text(result, score, doubts):
         "",
         _largest(result["max_normal"]),
     ]
+    lines += [untold] if untold else []
     if result["cycles"]:
         begun, head = result["start_time"], CYCLE_HEAD
         if any(cycle["start_time"] < begun for cycle in result["cycles"]):

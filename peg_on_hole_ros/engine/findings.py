@@ -12,6 +12,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
+from peg_on_hole_ros.diagnosis.untold import Untold
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
@@ -29,6 +30,11 @@ class Findings:
     reduction : WrenchReduction
     counts : Counter
         Counted up: `setting_contradicted`, `setting_adopted`, `tare` is looked at.
+
+    Attributes
+    ----------
+    untold : Untold
+        What the present motion does not tell.
 
     """
 
@@ -51,12 +57,14 @@ class Findings:
         self._diagnosis = Diagnosis(configuration, taken_off)
         self._air = FreeAir(configuration, reduction)
         self._rim = RimMotion(configuration)
+        self.untold = Untold(configuration)
 
     def restart(self) -> None:
         """Forget what a motion has told so far."""
         self._diagnosis.restart()
         self._air.restart()
         self._rim.restart()
+        self.untold.restart()
 
     def forget_zero(self) -> None:
         """Forget what was found of the zero: a tare has taken it."""
@@ -135,7 +143,9 @@ class Findings:
         if not diagnosis.unsure and not stands_still:
             self._air.take(sample, measured.q, in_air is True)
         self._rim.take(measured, in_air is not False)
-        others = self._air.finding, self._low_pass.finding, self._rim.finding
+        others = (
+            self._air.finding, self._low_pass.finding, self._rim.finding, self.untold.finding,
+        )  # fmt: skip
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue

@@ -6,6 +6,11 @@ from typing import Any
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 
 _BIAS = tuple(f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
+# What the present motion may leave untold, by what it would cost.
+UNTOLD = (
+    "friction", "clearance", "force_along", "force_across", "torque", "hole_tilt", "gamma",
+    "lever",
+)  # fmt: skip
 LEARNT = (*_BIAS, "hole_tilt_x", "hole_tilt_y")
 
 # The names in `~/monitor`: one list in one order for the life of a node, whatever is known.
@@ -45,6 +50,7 @@ MONITOR_NAMES = (
     "joints_noise",
     *LEARNT,
     *(f"{name}_stddev" for name in LEARNT),
+    *(f"doubt_{name}" for name in UNTOLD),
 )
 
 # Of an alarm: its level (below zero: it has never been looked at), which of its texts, whether it

@@ -1,14 +1,19 @@
 """The figures of a replay, taken from the messages that the node would have published."""
 
+from math import isfinite, nan
+
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.determined import determined_reactions
 from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime
+from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES, UNTOLD
 from peg_on_hole_ros.records import CONTACTS
 
 VERSION = 1
 # An alarm that flickers would fill the summary; further changes are only counted.
 MOST_ALARMS = 1000
+# Places of what the motion may leave untold.
+_UNTOLD = [MONITOR_NAMES.index(f"doubt_{name}") for name in UNTOLD]
 
 
 class Summary:
@@ -29,6 +34,7 @@ class Summary:
         self._passed = PassedTime()
         self._transition: float | None = None
         self._max_normal: list[float] | None = None
+        self._untold: list[float] | None = None
         self._levels: dict[str, int] = {}
         self._alarms: list[dict] = []
         self._alarm_changes = 0
@@ -43,6 +49,9 @@ class Summary:
         normal = determined_reactions(fields)
         if normal is not None:
             self._max_normal = list(map(max, self._max_normal or normal, normal))
+        if "monitor" in fields:
+            told = dict(zip(fields["monitor"]["name"], fields["monitor"]["position"]))
+            self._add_untold([told.get(f"doubt_{name}", nan) for name in UNTOLD])
         if fields.get("transition", {"data": False})["data"] and self._transition is None:
             self._transition = self._passed.ns * 1e-9
         if "contact_mode" in fields:
@@ -61,6 +70,10 @@ class Summary:
         if len(normal):
             most = normal.max(axis=0).tolist()
             self._max_normal = list(map(max, self._max_normal or most, most))
+        told = columns.monitor[:, _UNTOLD]
+        known = told[~(told != told).all(axis=1)]
+        if len(known):
+            self._add_untold(known[-1].tolist())
         begun = 0
         for i, messages in columns.said:
             fields = {topic: message for topic, _, message in messages}
@@ -74,6 +87,10 @@ class Summary:
                 self._add_alarms(passed, fields["alarms"]["status"])
         self._count_mode(n - begun)
         self._passed.take_all(t_ns)
+
+    def _add_untold(self, costs):
+        if any(map(isfinite, costs)):
+            self._untold = costs
 
     def _count_mode(self, stamps):
         if stamps:
@@ -104,6 +121,7 @@ class Summary:
             "duration": self._passed.ns * 1e-9,
             "transition_time": self._transition,
             "max_normal": dict(zip(CONTACTS, self._max_normal or [None] * 3)),
+            "untold": dict(zip(UNTOLD, self._untold or [None] * len(UNTOLD))),
             "contact_mode": {
                 mode: count / self.outputs for mode, count in sorted(self._modes.items())
             },

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from late_samples import MS, ordered, pipeline, play, total
+from late_samples import MS, ordered, pipeline, play, total, undoubted
 from peg_on_hole_ros.engine.arrival_order import MAX_WAITING
 from peg_on_hole_ros.messages.cycles import Cycles
 from peg_on_hole_ros.messages.output import OutputStream
@@ -80,7 +80,8 @@ def test_a_wrench_far_ahead_is_undone_by_the_next(ahead_ms):
     for a, b in zip(found, expected):
         np.testing.assert_array_equal(a.state, b.state)
         np.testing.assert_array_equal(a.normal_stddev, b.normal_stddev)
-        assert a.contact_mode == b.contact_mode and a.monitor == b.monitor
+        assert a.contact_mode == b.contact_mode
+        assert undoubted(a.monitor) == undoubted(b.monitor)
     # A joint state that came in between was late for the wrong one.
     events = apart(second.counts, first.counts)
     assert events.pop("wrench_dropped_ahead") == 1 and set(events) <= {"joints_late"}

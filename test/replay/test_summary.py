@@ -10,6 +10,7 @@ from peg_on_hole_ros.messages.output import (
     STRING,
     joint_state,
 )
+from peg_on_hole_ros.monitor.output_row import UNTOLD
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.summary import Summary
 
@@ -63,6 +64,7 @@ def test_figures_are_those_of_the_messages():
         "duration": pytest.approx(0.004, abs=1e-12),
         "transition_time": pytest.approx(0.002, abs=1e-12),
         "max_normal": {"K": 4.0, "B1": 20.0, "B2": 3.0},
+        "untold": dict.fromkeys(UNTOLD),
         "contact_mode": {"three_point": 0.4, "two_point": 0.6},
         "alarms": [
             {"name": "overload", "level": "WARN", "message": "overload 1"},

@@ -1,0 +1,254 @@
+"""What settings the present motion cannot tell, and what each that is off would cost."""
+
+from math import hypot, nan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.estimator.contact import straighten
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.record import SCENE, SPREAD, part
+from peg_on_hole_ros.estimator.state import (
+    CLEARANCE,
+    FRICTION,
+    OPEN,
+    SCRATCH,
+    TILT,
+    places,
+)
+from peg_on_hole_ros.estimator.update import orientation_slopes
+from peg_on_hole_ros.measurements.measurement import skew
+from peg_on_hole_ros.mechanics.kernel import scene_of
+
+# Between two looks [ns]: wrenches between tell one another's news.
+PERIOD_NS = 50_000_000
+# Nats by which the stated friction has to be refuted, and looks in a row.
+REFUTED, LOOKS = 8.0, 3
+_AT, _N = places(("clearance",))
+_TILT_AT, _TILT_N = places(("tilt",))
+_MOTION = slice(0, FRICTION)
+
+
+class Kind(NamedTuple):
+    """
+    One kind of setting that may be off.
+
+    Attributes
+    ----------
+    name : str
+        In `~/monitor`, after `doubt_`.
+    width : int
+        How many components it has.
+    typical : float
+        By how much it may be off where nothing is stated.
+    unit, what : str
+
+    """
+
+    name: str
+    width: int
+    typical: float
+    unit: str
+    what: str
+
+
+# Torques are those of a hole of 50 mm; the clearance is a share.
+KINDS = (
+    Kind("friction", 1, 0.05, "", "of friction"),
+    Kind("clearance", 1, 0.1, "of it", "of clearance"),
+    Kind("force_along", 1, 5.0, "N", "along the peg"),
+    Kind("force_across", 2, 5.0, "N", "across the peg"),
+    Kind("torque", 3, 0.1, "N m", "of the torque's zero"),
+    Kind("hole_tilt", 2, 0.01, "rad", "of the hole's direction"),
+    Kind("gamma", 1, 2e-3, "rad", "of gamma"),
+    Kind("lever", 1, 2e-3, "m", "of the sensor's height"),
+)
+_KIND_OF = np.repeat(np.arange(len(KINDS)), [kind.width for kind in KINDS])
+_FRICTION, _CLEARANCE, _TILT, _GAMMA, _LEVER = 0, 1, slice(8, 10), 10, 11
+_FORCE, _ZERO = slice(2, 5), slice(2, 8)
+
+
+class Untold:
+    """
+    Holds the six equations against settings that may be off, while a peg slides on three contacts.
+
+    Each look tells something of all of them together, with reactions and motion open. What is
+    left of the offset that each may have, times what it moves the reactions by, is its cost. A
+    quantity that the estimator learns gives way to the others, as it would.
+
+    Parameters
+    ----------
+    configuration : Configuration
+
+    Attributes
+    ----------
+    costs : ndarray, shape (8,)
+        Of KINDS, at the contact that it moves most [N]; NaN: not on three contacts.
+    finding : Finding or None
+        Where what is learnt of friction refutes what is stated.
+
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        scene, wrench = configuration.scene, configuration.wrench
+        options, stated = configuration.filter, _stated(configuration)
+        learns = (
+            options.friction, options.clearance, *[options.wrench_bias] * 3, options.hole_tilt,
+        )  # fmt: skip
+        learnt = (stated > 0.0) & [*(how == "estimated" for how in learns), False, False]
+        offsets = offsets_of(configuration)
+        self._prior = 1.0 / np.square(offsets[_KIND_OF])
+        self._learnt = learnt[_KIND_OF]
+        self._lever = np.array(wrench.sensor_xyz) - [0.0, 0.0, scene.mass_center_height]
+        self._scene = scene
+        self._scratch = np.zeros(1, SCRATCH)[0]
+        self.finding: Finding | None = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what a motion has told."""
+        self.costs = np.full(len(KINDS), nan)
+        self._told = np.zeros((len(_KIND_OF), len(_KIND_OF)))
+        self._looked_ns: int | None = None
+        self._refuted = self._wrenches = 0
+
+    def count(self, wrenches: int) -> None:
+        """Take note of so many wrenches that were told."""
+        self._wrenches += wrenches
+
+    def take(self, t_ns: int, peg: HeldPeg, determined: bool) -> None:
+        """
+        Take the estimate at a stamp [ns], of a peg that was told to be on three contacts.
+
+        Parameters
+        ----------
+        t_ns : int
+        peg : HeldPeg
+        determined : bool
+            Whether its reactions were told to be known.
+
+        """
+        if self._looked_ns is not None and 0 <= t_ns - self._looked_ns < PERIOD_NS:
+            return
+        self._looked_ns, wrenches = t_ns, max(self._wrenches, 1)
+        self._wrenches = 0
+        if determined:
+            self._look(peg, wrenches)
+            friction, variance = peg.record.item(SCENE + 7), peg.record.item(SPREAD)
+            self._test(friction, sqrt(max(variance, 0.0)))
+
+    def _look(self, peg, wrenches):
+        slopes, reactions, noise = self._slopes(peg, wrenches)
+        try:
+            over = np.linalg.inv(noise)
+            seen = reactions.T @ over
+            gain = np.linalg.solve(seen @ reactions, seen)
+        except np.linalg.LinAlgError:
+            return
+        told = self._told + slopes.T @ over @ (slopes - reactions @ gain @ slopes)
+        if not np.isfinite(told).all():
+            return
+        self._told = 0.5 * (told + told.T)
+        scale = np.sqrt(self._prior)
+        scaled = self._told / np.outer(scale, scale) + np.eye(len(scale))
+        # Twice its deviation, as for a bound; no more than it may be off at all.
+        left = np.minimum(1.0, 2.0 * np.sqrt(np.diagonal(np.linalg.inv(scaled)))) / scale
+        moved = gain @ slopes
+        sizes = np.zeros((3, len(KINDS)))
+        for i, kind in enumerate(_KIND_OF):
+            moves = moved[:, i]
+            learnt = self._learnt & (kind != _KIND_OF)
+            if learnt.any():
+                # Those give way to it.
+                both = np.ix_(learnt, learnt)
+                own = self._told[both] + np.diag(self._prior[learnt])
+                moves = moves - moved[:, learnt] @ np.linalg.solve(own, self._told[learnt, i])
+            sizes[:, kind] += np.square(moves * left[i])
+        self.costs = np.sqrt(sizes.max(axis=0))
+
+    def _slopes(self, peg, wrenches):
+        """Return slopes of the six equations by settings, by reactions, and what is not known."""
+        # By the record of the last wrench: an orientation of its stamp may have come since.
+        s, n, scratch, record = peg.state, _N, self._scratch, peg.record
+        p = scene_of(part(record, "SCENE"))
+        x, P, y = np.zeros(n + 3), np.zeros((OPEN, OPEN)), part(record, "Y")
+        x[:6], x[6:9], x[FRICTION], x[n:] = part(record, "X"), y[:3], p.f, y[3:]
+        P[:6, :6] = part(record, "P", (6, 6))
+        u, held = part(record, "U").copy(), peg.held
+        constants = peg.constants
+        straighten(
+            p, x, P, n, _AT, u, held["noise"], held["bias_map"], float(s.load[0]),
+            constants.direction_share, constants.inertia, s.friction_force2, scratch,
+        )  # fmt: skip
+        E, columns = scratch["E"][:, : n + 3].copy(), scratch["columns"]
+        by_wrench = -columns[:, 3:9]
+        slopes = np.zeros((6, len(_KIND_OF)))
+        slopes[:, _FRICTION], slopes[:, _CLEARANCE] = E[:, FRICTION], E[:, _AT[CLEARANCE]]
+        # What the sensor reads too much is taken for a wrench on the peg.
+        sensed = np.eye(6)
+        sensed[3:, :3] = skew(self._lever)
+        # Along comes before across.
+        slopes[:, _ZERO] = (by_wrench @ sensed)[:, [2, 0, 1, 3, 4, 5]]
+        turned = np.zeros((6, _TILT_N))
+        orientation_slopes(x, _TILT_AT, _TILT_N, turned)
+        by_turn = turned[:3, _TILT_AT[TILT] :]
+        slopes[:, _TILT] = -columns[:, 9:11] - E[:, :3] @ by_turn
+        slopes[:, _GAMMA] = E[:, 0]
+        slopes[:, _LEVER] = by_wrench[:, 3:] @ [-u[1], u[0], 0.0]
+        # The mean acceleration between two looks is what the rates have changed by.
+        period = 1e-9 * PERIOD_NS
+        P[6:9, 6:9] = 2.0 / period**2 * P[3:6, 3:6]
+        E_motion = E[:, _MOTION]
+        # Noise of the wrench is that of each; a force of unknown direction lasts, and the motion.
+        noise = scratch["R"] / wrenches + constants.direction_time / period * scratch["unknown"]
+        noise += E_motion @ P[_MOTION, _MOTION] @ E_motion.T
+        return slopes, E[:, n:], noise
+
+    def _test(self, friction, stddev):
+        """Hold what is learnt of friction against what is stated, as a likelihood ratio."""
+        stated = self._scene.friction_stddev
+        open_ = stated**2 - stddev**2
+        if not self._learnt[_FRICTION] or not open_ > 0.0:
+            return
+        nats = 0.5 * (friction - self._scene.friction) ** 2 / open_
+        self._refuted = self._refuted + 1 if nats > REFUTED else 0
+        if self._refuted >= LOOKS and self.finding is None:
+            off = abs(friction - self._scene.friction) / hypot(stated, stddev)
+            self.finding = Finding(
+                f"friction is learnt as {friction:.3f} with {stddev:.2g}, {off:.1f} deviations "
+                f"from scene.friction = {self._scene.friction:g} with {stated:g}: it is another, "
+                "or makes up for a force along the peg, a lever or a weight that is off",
+                {},
+                "scene",
+            )
+
+
+def _stated(configuration):
+    """Return what is stated of how far each of KINDS may be off; 0: nothing, shape (8,)."""
+    scene, wrench = configuration.scene, configuration.wrench
+    clearance = scene.clearance_stddev / (scene.hole_diameter - scene.peg_diameter)
+    return np.array(
+        [
+            scene.friction_stddev, clearance, wrench.bias_force_stddev, wrench.bias_force_stddev,
+            wrench.bias_torque_stddev, configuration.joints.hole_tilt_stddev, 0.0, 0.0,
+        ]
+    )  # fmt: skip
+
+
+def offsets_of(configuration: Configuration) -> np.ndarray:
+    """Return by how much each of KINDS may be off: as stated, else as is typical, shape (8,)."""
+    typical, stated = np.array([kind.typical for kind in KINDS]), _stated(configuration)
+    typical[4] *= configuration.scene.hole_diameter / 0.05
+    return np.where(stated > 0.0, stated, typical)
+
+
+def words(costs: dict[str, float | None], configuration: Configuration) -> str:
+    """Return what costs by name [N] mean, the dearest first, as one line; nothing below 1 N."""
+    told = []
+    for kind, offset in zip(KINDS, offsets_of(configuration).tolist()):
+        if (cost := costs[kind.name]) is not None and cost >= 1.0:
+            told.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
+    found = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(told, reverse=True)]
+    return f"not told by the last motion: {'; '.join(found)}" if found else ""
