@@ -118,22 +118,18 @@ class Untold:
         """Take note of so many wrenches that were told."""
         self._wrenches += wrenches
 
-    def take(self, t_ns: int, peg: HeldPeg | None, determined: bool) -> None:
+    def take(self, t_ns: int, peg: HeldPeg, determined: bool) -> None:
         """
-        Take the estimate at a stamp [ns].
+        Take the estimate at a stamp [ns], of a peg that was told to be on three contacts.
 
         Parameters
         ----------
         t_ns : int
-        peg : HeldPeg or None
-            None: it was not told last to be on three contacts.
+        peg : HeldPeg
         determined : bool
             Whether its reactions were told to be known.
 
         """
-        if peg is None:
-            self.restart()
-            return
         if self._looked_ns is not None and 0 <= t_ns - self._looked_ns < PERIOD_NS:
             return
         self._looked_ns, wrenches = t_ns, max(self._wrenches, 1)

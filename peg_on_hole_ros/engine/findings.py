@@ -12,8 +12,7 @@ from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
-from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.diagnosis.untold import Untold
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.monitor.memory import IN_AIR, THREE_POINT
 from peg_on_hole_ros.monitor.output_row import AT, MODE
@@ -36,6 +35,11 @@ class Findings:
     counts : Counter
         Counted up: `setting_contradicted`, `setting_adopted`, `tare` is looked at.
 
+    Attributes
+    ----------
+    untold : Untold
+        What the present motion does not tell.
+
     """
 
     def __init__(
@@ -57,14 +61,14 @@ class Findings:
         self._diagnosis = Diagnosis(configuration, taken_off)
         self._air = FreeAir(configuration, reduction)
         self._rim = RimMotion(configuration)
-        self._untold = Untold(configuration)
+        self.untold = Untold(configuration)
 
     def restart(self) -> None:
         """Forget what a motion has told so far."""
         self._diagnosis.restart()
         self._air.restart()
         self._rim.restart()
-        self._untold.restart()
+        self.untold.restart()
 
     def forget_zero(self) -> None:
         """Forget what was found of the zero: a tare has taken it."""
@@ -150,13 +154,10 @@ class Findings:
         diagnosis, known = self._diagnosis, self._diagnosis.finding
         diagnosis.take(sample, measured)
         if not diagnosis.unsure and not stands_still:
-            self._air.take(sample, measured.q, told is not None and told[MODE] == IN_AIR)
-        self._rim.take(measured, told is None or told[MODE] == IN_AIR)
-        rests = told is not None and told[MODE] == THREE_POINT
-        determined = told is not None and told[AT.reactions_determined] == 1.0
-        self._untold.take(sample.t_ns, peg if rests else None, determined)
+            self._air.take(sample, measured.q, in_air is True)
+        self._rim.take(measured, in_air is not False)
         others = (
-            self._air.finding, self._low_pass.finding, self._rim.finding, self._untold.finding,
+            self._air.finding, self._low_pass.finding, self._rim.finding, self.untold.finding,
         )  # fmt: skip
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:

@@ -8,19 +8,22 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.diagnosis.untold import KINDS
 from peg_on_hole_ros.engine import arrival_order
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.history import History, Unit
 from peg_on_hole_ros.engine.kept import Kept
 from peg_on_hole_ros.engine.processing import Processor
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.monitor.memory import NO_STAMP
-from peg_on_hole_ros.monitor.output_row import FLAG
+from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT
+from peg_on_hole_ros.monitor.output_row import AT, FLAG, MODE
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
 # A tare takes so many wrenches at most.
 RECENT = 100
+# Where a row has what each kind of setting would cost that the motion does not tell.
+_DOUBTS = [getattr(AT, f"doubt_{kind.name}") for kind in KINDS]
 
 
 class Placing:
@@ -209,7 +212,9 @@ class Placing:
         if self.findings.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
-        self.findings.tell_untold(rows.values)
+        untold, rests = self.findings.untold, rows.values[:, MODE, None] == THREE_POINT
+        untold.count(len(rows.t_ns))
+        rows.values[:, _DOUBTS] = np.where(rests, untold.costs, np.nan)
         self.told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
 
@@ -219,8 +224,13 @@ class Placing:
             return False
         told = None if self.told is None else self.told[1]
         still = self.processor.wrench_stands_still
-        peg = self.processor.filter
-        other = self.findings.take(sample, self.measured, still, told, peg)
+        row = None if self.told is None else self.told[1]
+        if row is not None and row[MODE] == THREE_POINT:
+            known = row[AT.reactions_determined] == 1.0
+            self.findings.untold.take(sample.t_ns, self.processor.filter, known)
+        else:
+            self.findings.untold.restart()
+        other = self.findings.take(sample, self.measured, still, in_air)
         if other:
             self.rebuild()
         return other
