@@ -14,14 +14,10 @@ from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
 from peg_on_hole_ros.diagnosis.untold import Untold
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
-from peg_on_hole_ros.monitor.memory import IN_AIR, THREE_POINT
-from peg_on_hole_ros.monitor.output_row import AT, MODE
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Stamps that fall by more begin another window of the diagnosis.
 DUE_NS = 100_000_000
-# Where a row has what each kind of setting would cost that the motion does not tell.
-_UNTOLD = slice(AT.doubt_friction, AT.doubt_friction + len(KINDS))
 
 
 class Findings:
@@ -116,19 +112,12 @@ class Findings:
         """Take many wrenches [ns], shape (n, 6)."""
         self._low_pass.take_all(t_ns, wrenches)
 
-    def tell_untold(self, rows: np.ndarray) -> None:
-        """Put into rows that are told what settings that are not would cost."""
-        self._untold.count(len(rows))
-        rests = rows[:, MODE, None] == THREE_POINT
-        rows[:, _UNTOLD] = np.where(rests, self._untold.costs, np.nan)
-
     def take(
         self,
         sample: WrenchSample,
         measured: AngleMeasurement,
         stands_still: bool,
-        told: np.ndarray | None,
-        peg: HeldPeg,
+        in_air: bool | None,
     ) -> bool:
         """
         Try what else a wrench that is due may mean.
@@ -140,10 +129,8 @@ class Findings:
             The latest orientation.
         stands_still : bool
             Whether the wrench repeats one value.
-        told : ndarray or None
-            Row that was told last; None: nothing was told.
-        peg : HeldPeg
-            The estimate.
+        in_air : bool or None
+            Whether the peg was told to be in the air; None: nothing was told.
 
         Returns
         -------

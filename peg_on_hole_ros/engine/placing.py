@@ -222,7 +222,7 @@ class Placing:
         """Hold a wrench against the settings; return whether others are used from here on."""
         if self.measured is None:
             return False
-        told = None if self.told is None else self.told[1]
+        in_air = None if self.told is None else bool(self.told[1][MODE] == IN_AIR)
         still = self.processor.wrench_stands_still
         row = None if self.told is None else self.told[1]
         if row is not None and row[MODE] == THREE_POINT:
