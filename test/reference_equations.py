@@ -247,7 +247,7 @@ def two_points(
 
     W = slopes(lambda u: balance(x, u), u)
     R = W @ cell.wrench_noise @ W.T
-    R[2, 2] += max(o.free_time / max(dt, 1e-4), 1.0) * (m * o.free_acceleration) ** 2
+    R[2, 2] += _walked(cell, dt)
     crossing = (arms[0] + arms[1]) / 2
     lateral = np.append([0, 1.0, 0], np.cross(crossing, [0, 1.0, 0]))
     R += load**2 * np.outer(lateral, lateral)
@@ -264,6 +264,11 @@ def _scalars(scene: OpenScene) -> SceneScalars:
     return SceneScalars(*scene[:7], scene.friction[1, 0], *scene.gravity)
 
 
+def _walked(cell, dt):
+    """Return the variance of the force of a holder whose speed walks, over a sample [N^2]."""
+    return (cell.scene.peg_mass * cell.settings.free_walk) ** 2 / max(dt, 1e-4)
+
+
 def hanging(cell: Cell, x: np.ndarray, u: np.ndarray, dt: float) -> Linear:
     """Return the balance of a peg that nothing touches; how its holder moves it is noise."""
     # A weight tells nothing of the angles that orientations do not tell far better.
@@ -273,10 +278,9 @@ def hanging(cell: Cell, x: np.ndarray, u: np.ndarray, dt: float) -> Linear:
         weight = scene.peg_mass * to_peg @ _gravity(cell, x)
         return u + np.append(weight, np.zeros(3)) - cell.bias_map @ cell.value(x, state.BIAS)
 
-    moved = scene.peg_mass * o.free_acceleration
-    turned = scene.transverse_inertia * o.level[len(o.level) // 2]
-    late = max(o.free_time / max(dt, 1e-4), 1.0)
-    R = cell.wrench_noise + late * np.diag(np.square([moved] * 3 + [turned] * 3))
+    turned = max(o.time[-1] / max(dt, 1e-4), 1.0)
+    turned *= (scene.transverse_inertia * o.level[len(o.level) // 2]) ** 2
+    R = cell.wrench_noise + np.diag([_walked(cell, dt)] * 3 + [turned] * 3)
     return Linear(-balance(x), slopes(balance, x), R)
 
 

@@ -113,8 +113,7 @@ class Component(KalmanFilter):
                 measured, unknown, turned = model.contact(look[0], point, P, *look[1:])
             else:
                 measured, unknown, turned = model.two_points(look[0], point, P, *look[1:], dt)
-            doubt = self.cell.settings.friction_doubt * turned
-            least = (doubt * max(point[FRICTION], self.cell.scene.friction)) ** 2
+            least = (turned * max(point[FRICTION], self.cell.scene.friction)) ** 2
             self.x, self.P = x.copy(), P.copy()
             noise = wider * measured.R + late * unknown
             value = self.correct(Linear(measured.residual, measured.E, noise), point, least=least)
@@ -169,7 +168,7 @@ class ReferenceEstimator:
         """Start from an orientation; parameters as for `step.start`."""
         o, several = self.cell.settings, len(self.frictions) > 1
         at = np.linspace(-o.reach, o.reach, len(self.frictions)) if several else np.zeros(1)
-        width = o.width * (at[1] - at[0]) if several else 1.0
+        width = 0.5 * (at[1] - at[0]) if several else 1.0
         values = np.maximum(friction + at * friction_stddev, 0.0)
         self.alive = values > 0.0
         self.alive[-1] = True
@@ -227,7 +226,9 @@ class ReferenceEstimator:
     def _changes(self, time):
         """Return the probabilities of changes from a level (row) to another, shape (m, m)."""
         o, m = self.cell.settings, self.levels
-        M = time * (np.triu(np.tile(o.up, (m, 1)), 1) + o.down * np.tri(m, k=-1))
+        M = time * (
+            np.triu(np.tile(o.up, (m, 1)), 1) + (o.up[1] if m > 1 else 0.0) * np.tri(m, k=-1)
+        )
         if o.top_waits and self.alive.sum() > 1:
             M[:, -1] = 0.0
         return M + np.diag(1 - M.sum(axis=1))
@@ -261,7 +262,7 @@ class ReferenceEstimator:
 
     def _grow(self, i, seen):
         o, noise = self.cell.settings, self.noises[i]
-        surplus = min(seen, o.noise_step) - 1 - o.noise_margin / noise
+        surplus = min(seen, o.outlier) - 1
         self.noises[i] = np.clip(noise * np.exp(surplus / o.noise_count), 1.0, o.noise_most)
 
     @property
@@ -273,7 +274,7 @@ class ReferenceEstimator:
         """Take a wrench; parameters as for `step.weigh`."""
         o, dt, n = self.cell.settings, self.since_wrench, self.cell.n
         self.since_wrench = 0.0
-        self._follow_load(u, dt)
+        self.load = self._load_of(u)
         begins, self.in_contact = not self.in_contact, True
         drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
         if contacts not in (2, 3) or self.since_start < o.settling or drifts:
@@ -287,7 +288,7 @@ class ReferenceEstimator:
             for component in levels
         }
         found, doubt, nis = self._by_equations(u, contacts, dt, o.passes if begins else 1)
-        misfit = nis > o.wrench_gate and not begins
+        misfit = nis > 6 * o.outlier and not begins
         self.spiked = self.spiked + 1 if misfit else 0
         if self.spiked == 1:
             for component, (x, P) in before.items():
@@ -315,12 +316,10 @@ class ReferenceEstimator:
                 )
         return found, doubt, (self.weight * nis).sum()
 
-    def _follow_load(self, u, dt):
+    def _load_of(self, u):
         scene = self.cell.scene
         force, couple = np.linalg.norm(u[:3]), np.linalg.norm(u[3:])
-        now = force + 2 * couple / scene.peg_diameter + scene.peg_mass * 9.81
-        share = 1.0 if self.load is None else min(dt / self.cell.settings.load_time, 1.0)
-        self.load = now if self.load is None else self.load + share * (now - self.load)  # type: ignore[assignment]
+        return force + 2 * couple / scene.peg_diameter + scene.peg_mass * 9.81
 
     def _in_air(self, u, dt, hangs):
         """Let reactions be unknown; a peg that hangs free tells the bias."""
@@ -329,7 +328,7 @@ class ReferenceEstimator:
             for component in levels:
                 component.x[n:] = 0.0
                 component.forget(o.reaction_prior * self.load, o.acceleration_start)
-                if hangs and self.cell.is_open(BIAS):
+                if hangs and self.cell.is_open(BIAS) and np.isfinite(o.time[0]):
                     component.correct(model.hanging(self.cell, component.x, u, dt))
 
     def _reweigh(self, found):

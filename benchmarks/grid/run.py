@@ -1,8 +1,8 @@
 """
 Hold the estimator to its promises over the published grid of motions, noise and start errors.
 
-    python -m benchmarks.grid.run [--seeds 32] [--every 3] [--quick] [--held-out]
-        [--against CHECKOUT] [--folder out/grid] [--csv FILE] [--page docs/grid.md]
+    python -m benchmarks.grid.run [--seeds 32] [--first-seed 140000] [--every 3] [--quick]
+        [--held-out] [--against CHECKOUT] [--folder out/grid] [--csv FILE] [--page docs/grid.md]
 
 Each cell is a motion (clearance, friction, speed, kind) at a noise level; its figures are kept in
 the folder as soon as they are there, so that a run which was stopped goes on where it was. Figures
@@ -45,7 +45,8 @@ HERE = Path(__file__).parent
 OWN = [HERE / name for name in ("cells.py", "score.py", "player.py", "consistency.py")]
 SPREAD = 0.05
 FIRST_SEED = 140_000
-FIRST_START_SEED = 190_000
+# From a noise seed to one with start errors.
+TO_START_SEED = 50_000
 # Which of the cells are taken with `--every`, whatever the seeds.
 CHOICE = 5
 MARKS = "<!-- tables -->", "<!-- end of tables -->"
@@ -65,11 +66,21 @@ class Asked:
         Standard deviation of what is known of friction; what the estimator starts from is drawn.
     checkout : Path or None
         Another than this one.
+    first : int
+        Of the noise seeds.
 
     """
 
-    def __init__(self, folder: Path, seeds: int, spread: float = SPREAD, checkout=None):
+    def __init__(
+        self,
+        folder: Path,
+        seeds: int,
+        spread: float = SPREAD,
+        checkout: Path | None = None,
+        first: int = FIRST_SEED,
+    ):
         self.folder, self.seeds, self.spread, self.checkout = folder, seeds, spread, checkout
+        self.first = first
         package = checkout / PACKAGE.name if checkout else PACKAGE
         self.key = sources_key(ESTIMATE, OWN, package)
 
@@ -80,18 +91,21 @@ class Asked:
     def kept(self, motion: Motion, noise: str):
         """Return a cell's figures if they are those asked for, else None."""
         asked = {"key": self.key, "seeds_asked": self.seeds, "friction_stddev": self.spread}
+        asked["first_seed"] = self.first
         return kept_tree(self.file(motion, noise), asked)
 
     def score(self, motion: Motion, noise: str, truth, end: str, exact) -> None:
         """Compute and keep the figures of a cell."""
         cell = {
-            "key": self.key, "seeds_asked": self.seeds, "motion": motion._asdict(),
+            "key": self.key, "seeds_asked": self.seeds, "first_seed": self.first,
+            "motion": motion._asdict(),
             "noise": noise, "friction_stddev": self.spread, "end": end,
             "duration": 0.0 if truth is None else len(truth.t_ns) * 1e-3,
         }  # fmt: skip
         if truth is not None:
-            first = range(FIRST_SEED, FIRST_SEED + self.seeds)
-            start = range(FIRST_START_SEED, FIRST_START_SEED + max(1, self.seeds // 10))
+            few = max(1, self.seeds // 10)
+            first = range(self.first, self.first + self.seeds)
+            start = range(first.start + TO_START_SEED, first.start + TO_START_SEED + few)
             player = _elsewhere(self.checkout).play if self.checkout else play
             cell |= score_cell(truth, noise, first, start, exact, self.spread, player)
         keep(self.file(motion, noise), cell)
@@ -143,6 +157,7 @@ def main(arguments=None):
     """Run the grid, print the summary, write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--seeds", type=int, help="noise seeds a cell (32; quick: 4)")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="(140000)")
     parser.add_argument("--every", type=int, default=1, help="one cell of so many (1: all)")
     parser.add_argument("--quick", action="store_true", help="12 motions, nominal noise")
     parser.add_argument("--held-out", action="store_true", help="two motions kept from tuning")
@@ -163,8 +178,8 @@ def main(arguments=None):
         parser.error(f"--against {options.against}: no folder {PACKAGE.name} there")
     motions = QUICK if options.quick else FULL_HELD_OUT if options.held_out else FULL
     cells = cells_of(motions, ("nominal",) if options.quick else tuple(NOISE), options.every)
-    of = partial(Asked, options.folder, seeds, options.friction_stddev)
-    asked = [of()] + ([of(options.against)] if options.against else [])
+    of = partial(Asked, options.folder, seeds, options.friction_stddev, first=options.first_seed)
+    asked = [of()] + ([of(checkout=options.against)] if options.against else [])
     found = collect(cells, asked) if options.summary else run(cells, asked, options.workers, _say)
     if not found:
         parser.error(

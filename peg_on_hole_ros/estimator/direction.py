@@ -132,6 +132,7 @@ def slip_moments(
     mean = 0.5 * total
     ratio = speed2 / mean
     blend = (across * ratio + 2.0 * mean) / (ratio + 2.0)
+    # Of a spread that is even the mean direction (a quotient of Bessel functions) within 1.3 %.
     s2 = share * (1.0 + 1.55 / (1.0 + 0.27 * ratio)) * blend
     w = 1.0 / (speed2 + s2)
     left = max(1.0 - speed2 * w - w * across - s2 * s2 * w * w * w * along, 0.0)

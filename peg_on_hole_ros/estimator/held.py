@@ -30,8 +30,6 @@ USED, GATED, RESET, LOST = range(4)
 # Places in `begin` of HELD: friction and its deviation at the next start, orientations that were
 # refused in a row.
 BEGIN_FRICTION, BEGIN_STDDEV, REFUSED = range(3)
-# By so many standard deviations of what was learnt a tilt may move.
-SURE = 3.0
 
 
 # The tuned constants for compiled code, with how many levels there are.
@@ -104,7 +102,7 @@ def doubt_tilt(h: HeldRecord) -> None:
     for i in range(at, at + 2):
         begun = h.open_stddev[i - OPEN]
         moved, taken = s.mean[i] - h.open_mean[i - OPEN], max(begun * begun - C[i, i], 0.0)
-        more = max(h.doubt[i - at], moved * moved - (SURE * SURE) * taken)
+        more = max(h.doubt[i - at], moved * moved - h.constants.tilt_sure**2 * taken)
         if not (more > 0.0 and C[i, i] > 0.0):
             continue
         h.doubt[i - at] = more

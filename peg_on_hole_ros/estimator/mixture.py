@@ -59,7 +59,7 @@ def _mix(s, scratch, o, n, first, shut, time):
         for j in range(levels):
             if i == j:
                 continue
-            change = (o.up[j] if j > i else o.down) * time
+            change = (o.up[j] if j > i else o.up[1]) * time
             if shut and j == top:
                 change = 0.0
             share[i, j] = change * s.weight[first + i]

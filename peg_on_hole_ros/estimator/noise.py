@@ -49,7 +49,7 @@ def grow(noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
     """Follow one variance by what was seen over what was expected; NaN: none came before."""
     if not seen >= 0.0:
         return
-    surplus = min(seen, o.noise_step) - 1.0 - o.noise_margin / noise[i]
+    surplus = min(seen, o.outlier) - 1.0
     more = log(noise[i]) + surplus / o.noise_count
     noise[i] = exp(min(max(more, 0.0), log(o.noise_most)))
 

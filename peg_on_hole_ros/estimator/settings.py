@@ -9,6 +9,8 @@ class Settings(NamedTuple):
     """
     Constants of the estimator; an ablation switches one of them.
 
+    The last three are no constants: what a reduced estimator leaves out.
+
     Attributes
     ----------
     level, time : ndarray, shape (levels,)
@@ -17,81 +19,76 @@ class Settings(NamedTuple):
         An infinite time: accelerations are held until the next wrench, which finds them anew
         within the level; with a wide level the wrench drives the motion.
     up : ndarray, shape (levels,)
-        How often a second the motion changes to a level from one below it [1/s].
-    down : float
-        How often a second it changes back, to each level below [1/s].
+        How often a second the motion changes to a level from one below it [1/s]; it goes back to
+        each level below as often as it comes to the second.
     around_axes : float
         Acceleration about any axis in space, as a share of the level: a small tilt turns easily.
-    top_waits : float
-        1: the top level stays shut while frictions are being chosen, since it explains anything.
     frictions : int
-        Frictions that are followed at the start, evenly spread over the stated uncertainty.
-    reach, width : float
-        How far they reach [stated deviations], and how wide each is [distances between them].
+        Frictions that are followed at the start, evenly spread; each is half as wide as it is
+        far from the next: neighbours meet.
+    reach : float
+        How far they reach [stated deviations].
     dropped, merged : float
-        A friction goes below this weight, and joins another within so many deviations.
+        A friction goes below this weight, and joins another within so many deviations; both save
+        time.
     doubt : float
         How much less a sample tells of friction where its direction is unknown; see `mixture`.
-    friction_doubt : float
-        Friction is learnt no better than to this share of what a slip elsewhere would make of it.
     direction_time : float
         Friction of unknown direction is one force for so long, no white noise [s].
-    direction_share : float
-        Share of the rates' variance that makes the direction of slip uncertain.
     reaction_prior : float
-        What a reaction may be, over the load, before the wrench is looked at. Wide: it only
-        keeps the singular set finite.
-    load_time : float
-        The load is followed within this time [s].
-    wrench_gate : float
-        A wrench with a mean NIS beyond it is a spike and counts little; two in a row are none.
+        What a reaction may be, over the load, before the wrench is looked at.
     settling : float
-        After a start only orientations are used for so long [s].
-    passes : int
-        How often the equations are straightened anew with the first wrench.
+        After a start only orientations are used for so long [s]: rates of any size leave the
+        direction of friction open.
     acceleration_start : float
         Deviation of accelerations at the start [rad/s^2].
-    free_acceleration, free_time : float
-        How a holder moves a peg in the air [m/s^2], and for how long one way [s].
+    passes : int
+        How often the equations are straightened anew with the first wrench, far from which the
+        state may be.
+    free_walk : float
+        In the air, and along the hole, a holder's speed walks by so much [m/s per root second].
     zero_time : float
         In the air a zero wanders by its stated deviation in this time [s].
-    noise_count, noise_step, noise_margin, noise_most : float
-        The variance of orientations is followed over so many; one counts as so much at most; so
-        much more than stated is none; and it is so many times the stated one at most.
+    tilt_sure : float
+        A tilt may move by so many deviations of what was learnt; see `held`.
+    outlier : float
+        So many times the variance that is expected: a wrench beyond it is a spike and counts
+        little, two in a row are none; what tells of more noise counts as so much at most.
+    noise_count, noise_most : float
+        The variance of orientations, and of the wrench, is followed over so many, and is so many
+        times the stated one at most, for more is another unit.
     inertia : float
         0: accelerations are left out of the equations, as in a quasi-static balance.
+    direction_share : float
+        0: friction points against the mean slip, however uncertain that is.
+    top_waits : float
+        0: the top level is open while frictions are being chosen, and explains anything.
 
     """
 
     level: np.ndarray
     time: np.ndarray
     up: np.ndarray
-    down: float = 50.0
     around_axes: float = 0.3
-    top_waits: float = 1.0
     frictions: int = 7
     reach: float = 2.5
-    width: float = 0.5
     dropped: float = 1e-4
     merged: float = 0.5
     doubt: float = 20.0
-    friction_doubt: float = 0.7
     direction_time: float = 0.01
-    direction_share: float = 1.0
     reaction_prior: float = 3.0
-    load_time: float = 0.01
-    wrench_gate: float = 60.0
     settling: float = 0.020
-    passes: int = 4
     acceleration_start: float = 20.0
-    free_acceleration: float = 2.0
-    free_time: float = 0.02
+    passes: int = 4
+    free_walk: float = 0.283
     zero_time: float = 120.0
+    tilt_sure: float = 3.0
+    outlier: float = 10.0
     noise_count: float = 100.0
-    noise_step: float = 10.0
-    noise_margin: float = 0.3
     noise_most: float = 400.0
     inertia: float = 1.0
+    direction_share: float = 1.0
+    top_waits: float = 1.0
 
 
 def default_settings(**changed: Any) -> Settings:

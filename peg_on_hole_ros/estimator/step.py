@@ -13,7 +13,6 @@ from peg_on_hole_ros.estimator.mixture import (
     merge,
     reweigh,
 )
-from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     BIAS,
@@ -22,7 +21,6 @@ from peg_on_hole_ros.estimator.state import (
     OPEN,
     RATE,
     TILT,
-    State,
 )
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
 from peg_on_hole_ros.estimator.update import (
@@ -88,7 +86,7 @@ def start(
         # One without friction is a peg as well, where no other is left.
         s.alive[g] = 1.0 if f > 0.0 or g == frictions - 1 else 0.0
         own = np.exp(-0.5 * off * off) * s.alive[g]
-        wide = (o.width * spacing if frictions > 1 else 1.0) * friction_stddev
+        wide = (0.5 * spacing if frictions > 1 else 1.0) * friction_stddev
         shut = levels > 1 and frictions > 1 and o.top_waits > 0.0
         for j in range(g * levels, g * levels + levels):
             s.weight[j] = own / levels
@@ -113,7 +111,7 @@ def start(
     for j in range(levels * frictions):
         s.weight[j] /= total
     s.told[0] = 1.0
-    s.load[0] = -1.0
+    s.load[0] = 0.0
     s.since[0], s.since[1] = 0.0, -1.0
     s.step[0] = 0.0
     s.start_rates2[0] = rate_stddev * rate_stddev
@@ -217,17 +215,11 @@ def orient(
 
 
 @compiled
-def follow_load(
-    s: StateRecord | State, o: SettingsRecord | Settings, p: SceneScalars, u: np.ndarray, dt: float
-) -> None:
-    """Follow how much the rim may carry: what the wrench and the weight can amount to there."""
+def load_of(p: SceneScalars, u: np.ndarray) -> float:
+    """Return how much the rim may carry: what a wrench and the weight can amount to there [N]."""
     force = sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
     couple = sqrt(u[3] * u[3] + u[4] * u[4] + u[5] * u[5])
-    now = force + 2.0 * couple / p.d + p.m * _GRAVITY
-    if s.load[0] < 0.0:
-        s.load[0] = now
-    else:
-        s.load[0] += (now - s.load[0]) * min(dt / o.load_time, 1.0)
+    return force + 2.0 * couple / p.d + p.m * _GRAVITY
 
 
 @compiled
@@ -269,7 +261,7 @@ def weigh(
     """
     dt = s.step[0]
     s.step[0] = 0.0
-    follow_load(s, o, p, u, dt)
+    s.load[0] = load_of(p, u)
     s.nis[1] = np.nan
     prior = (o.reaction_prior * s.load[0]) ** 2
     if contacts == 2 and np.isinf(o.time[0]):
@@ -282,9 +274,10 @@ def weigh(
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
             _forget(s.P[j], n, n, prior)
+            # A motion that the wrench drives leaves nothing to tell a bias from.
             if np.isinf(o.time[j % o.levels]):
                 _forget(s.P[j], ACCELERATION, n, o.acceleration_start**2)
-            if contacts == 0 and at[BIAS] >= 0 and s.alive[j // o.levels] > 0.0:
+            elif contacts == 0 and at[BIAS] >= 0 and s.alive[j // o.levels] > 0.0:
                 _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
         combine(s, n)
         return
@@ -298,7 +291,7 @@ def weigh(
     nis = _correct_all(
         s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, o.passes if begins else 1, 1.0
     )  # fmt: skip
-    misfit = nis > o.wrench_gate and not begins
+    misfit = nis > o.outlier * _EQUATIONS and not begins
     s.spiked[0] = s.spiked[0] + 1.0 if misfit else 0.0
     if s.spiked[0] == 1.0:
         for j in range(s.components):
@@ -385,12 +378,17 @@ def _forget(P, first, n, prior):
 
 
 @compiled
+def _moved(o, p, dt):
+    """Return the variance of the force of a holder that moves the peg, over a sample."""
+    return (p.m * o.free_walk) ** 2 / max(dt, _LEAST_STEP)
+
+
+@compiled
 def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
     """Correct one component by the balance of a peg that hangs free; only the bias is told."""
-    late = max(o.free_time / max(dt, _LEAST_STEP), 1.0)
-    moved = late * (p.m * o.free_acceleration) ** 2
+    late = max(o.time[o.levels - 1] / max(dt, _LEAST_STEP), 1.0)
     turned = late * (p.Ie * o.level[o.levels // 2]) ** 2
-    balance_free(p, x, n, at, u, noise, bias_map, moved, turned, scratch)
+    balance_free(p, x, n, at, u, noise, bias_map, _moved(o, p, dt), turned, scratch)
     for a in range(6):
         scratch.residual[a] = -scratch.residual[a]
     update(
@@ -418,17 +416,17 @@ def _by_equations(
                 for b in range(w):
                     P[a, b] = P_before[a, b]
         if s.contacts[0] == 2.0:
-            moved = max(o.free_time / max(dt, _LEAST_STEP), 1.0) * (p.m * o.free_acceleration) ** 2
             turned = straighten_two_points(
                 p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
-                moved, s.friction_force2, scratch,
+                _moved(o, p, dt), s.friction_force2, scratch,
             )  # fmt: skip
         else:
             turned = straighten(
                 p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
                 s.friction_force2, scratch,
             )  # fmt: skip
-        least = (o.friction_doubt * turned * max(x[FRICTION], p.f)) ** 2
+        # Friction is learnt no better than to what a slip elsewhere would make of it.
+        least = (turned * max(x[FRICTION], p.f)) ** 2
         E, residual, R = scratch.E, scratch.residual, scratch.R
         for a in range(6):
             t = -residual[a]

@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimator.methods import CONSTANTS
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN
-from peg_on_hole_ros.estimator.step import follow_load
+from peg_on_hole_ros.estimator.step import load_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
@@ -97,7 +97,7 @@ class Balance(HeldPeg):
             super().weigh(u, contacts)
             return
         self._u[:] = u
-        follow_load(s, o, self.scalars, self._u, s.step[0])
+        s.load[0] = load_of(self.scalars, self._u)
         s.since[1] = max(s.since[1], 0.0) + s.step[0]
         s.step[0] = 0.0
         x, P = s.x[0], s.P[0]

@@ -11,7 +11,7 @@ from peg_on_hole_ros.estimator.methods import CONSTANTS
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
-from peg_on_hole_ros.estimator.step import follow_load
+from peg_on_hole_ros.estimator.step import load_of
 from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalance, wrench_noise
@@ -53,7 +53,7 @@ class Unscented(HeldPeg):
             super().weigh(u, contacts)
             return
         self._u[:] = u
-        follow_load(s, o, self.scalars, self._u, s.step[0])
+        s.load[0] = load_of(self.scalars, self._u)
         s.since[1] += s.step[0]
         s.step[0] = 0.0
         x, P = s.x[0], s.P[0]
