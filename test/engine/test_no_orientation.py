@@ -123,6 +123,21 @@ def test_no_transition_is_told_of_a_guess():
     assert outputs.state[0] < gamma0 and not any(flags)
 
 
-def test_a_silence_that_is_allowed_changes_nothing(truth):
-    counts, outputs = played(truth, 0.5)
-    assert counts["joints_gap"] == 0 and outputs[195].contact_mode == "three_point"
+def test_a_silence_that_is_allowed_changes_nothing_while_the_tilt_is_known(truth):
+    _, outputs = played(truth, 0.5)
+    assert {outputs[k].contact_mode for k in range(150, 240) if k in outputs} == {"three_point"}
+
+
+@pytest.mark.parametrize("ends", [0.2, 0.45])
+def test_no_transition_is_told_by_a_tilt_that_nobody_measures(ends):
+    """Closing, the joint states end: the wrench alone tells neither side of gamma0."""
+    line, samples = pipeline(), ordered(650)
+    begun = samples[0].t_ns
+    left = [s for s in samples if isinstance(s, WrenchSample) or s.t_ns < begun + ends * 1e3 * MS]
+    outputs = list(line.play(left))
+    gamma0 = line.scene.gamma0
+    told = [o for o in outputs if o.contact_mode != "unknown" and o.t_ns > begun + ends * 1e3 * MS]
+    # Its tilt was measured well above, and goes on for some time without.
+    assert told and not any(o.transition for o in outputs)
+    assert all(o.state[0] > gamma0 for o in told)
+    assert outputs[-1].contact_mode == "unknown" and line.counts["joints_gap"] == 1
