@@ -168,6 +168,9 @@ class _Periods:
         self._max_gap_ns, self.gaps, self.longest = max_gap_ns, 0, None
         self._some, self._stride, self._count = [], 1, 0
 
+    def __len__(self):
+        return len(self._some)
+
     def add(self, period):
         if not len(period):
             return
