@@ -85,7 +85,10 @@ def stuck_in_hole(
     for_rest = 0.5 * max(m[at + BEYOND], 0.0) ** 2 - (1.0 - locks) * log(width)
     # Inside says nothing, for friction may be stated too low.
     for_rest = exp(min(max(for_rest, 0.0), MOST))
+    moves = 1.0 - rests
     rests *= for_rest / (1.0 + rests * (for_rest - 1.0))
+    # What speaks for rest speaks against a motion that stops.
+    stops *= (1.0 - rests) / moves
     stuck = held * pressed * (rests + stops * kept)
     return stuck, stuck * locks * (1.0 - kept), insertion, margin
 

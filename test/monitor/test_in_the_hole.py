@@ -72,8 +72,9 @@ def test_a_peg_that_slides_in_is_not_stuck(peg, loads, depth, speed, stated):
 def test_a_peg_that_is_pushed_and_rests_is_stuck(peg, loads, depth, share, stated):
     scene = PEGS[peg]
     tilts = [tilt_at(scene, depth)] * 450
-    _, _, level = played(configuration(scene, stated), tilts, loads, scene.friction, share)
+    _, risk, level = played(configuration(scene, stated), tilts, loads, scene.friction, share)
     assert (level[300:] == ERROR).all()
+    assert np.nanmax(risk) <= 1.0
 
 
 @pytest.mark.parametrize("share", [0.0, -0.5])
