@@ -32,7 +32,7 @@ class Truth:
         [ns], increasing.
     values : ndarray, shape (n, 6)
         gamma, psi, phi [rad], unwrapped, and the normal reactions at K, B1, B2 [N], NaN where they
-        are not known.
+        are not known. On two points B1 and B2 are each half of B, as in an estimate.
     mode_ns : ndarray of int64, shape (m,)
         When a contact mode begins [ns].
     modes : list of str, length m
@@ -51,6 +51,10 @@ class Truth:
         self.values[:, :3] = np.unwrap(self.values[:, :3], axis=0)
         self.mode_ns = np.asarray(mode_ns, dtype=np.int64)
         self.modes = list(modes)
+        # In the hole the lower edge has one contact, which a simulator may give one name of two.
+        two = np.array([False, *(mode == TWO_POINT for mode in self.modes)])
+        in_hole = two[np.searchsorted(self.mode_ns, self.t_ns, side="right")]
+        self.values[in_hole, 4:] = self.values[in_hole, 4:].mean(axis=1, keepdims=True)
 
     def at(self, t_ns: int) -> np.ndarray | None:
         """Return the six values at a stamp, linear between two; None outside of what is known."""

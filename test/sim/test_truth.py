@@ -38,6 +38,12 @@ def test_truth_is_linear_between_stamps_and_unwrapped():
     assert truth().at(10 * S + 1) is None
 
 
+def test_in_the_hole_the_lower_edge_has_one_contact_under_two_names():
+    values = [[0.1, 0.0, 0.0, 5.0, 6.0, 8.0], [0.1, 0.0, 0.0, 5.0, 0.0, 8.0]]
+    truth = Truth([0, 10], values, [0, 5], ["three_point", "two_point"])
+    assert truth.values[:, 3:].tolist() == [[5.0, 6.0, 8.0], [5.0, 4.0, 4.0]]
+
+
 def test_error_spread_and_coverage():
     score = Score(truth())
     # Off by 1, 2 and 3 standard deviations of 0.5: the last lies outside 95 %.
