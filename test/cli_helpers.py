@@ -27,6 +27,27 @@ def largest_file(size):
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
+@contextmanager
+def watching(begin, *options):
+    """Run `watch` on a port; yield the address that follows the begin of its line."""
+    program = [sys.executable, "-m", "peg_on_hole_ros.cli.main", "watch", *options]
+    process = subprocess.Popen(
+        program,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        line = process.stdout.readline()
+        assert line.startswith(begin), line
+        yield line.removeprefix(begin).split()[0]
+    finally:
+        process.send_signal(2)
+        rest, _ = process.communicate(timeout=60)
+        assert process.returncode == 0 and rest == ""
+
+
 def command(*arguments, cwd=None):
     """Run the real command in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

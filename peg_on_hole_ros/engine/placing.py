@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
-from peg_on_hole_ros.diagnosis.untold import KINDS
 from peg_on_hole_ros.engine import arrival_order
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.history import History, Unit
@@ -16,14 +15,12 @@ from peg_on_hole_ros.engine.kept import Kept
 from peg_on_hole_ros.engine.processing import Processor
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT
-from peg_on_hole_ros.monitor.output_row import AT, FLAG, MODE
+from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
 # A tare takes so many wrenches at most.
 RECENT = 100
-# Where a row has what each kind of setting would cost that the motion does not tell.
-_DOUBTS = [getattr(AT, f"doubt_{kind.name}") for kind in KINDS]
 
 
 class Placing:
@@ -214,7 +211,7 @@ class Placing:
             doubt(rows.values, self._flag)
         untold, rests = self.findings.untold, rows.values[:, MODE, None] == THREE_POINT
         untold.count(len(rows.t_ns))
-        rows.values[:, _DOUBTS] = np.where(rests, untold.costs, np.nan)
+        rows.values[:, DOUBTS] = np.where(rests, untold.costs, np.nan)
         self.told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
 

@@ -10,7 +10,7 @@ from peg_on_hole_ros.estimator.description import described_rows
 from peg_on_hole_ros.messages.output import Message, estimate_messages
 from peg_on_hole_ros.messages.published import WIDTHS, published
 from peg_on_hole_ros.monitor.memory import IN_AIR, MODES
-from peg_on_hole_ros.monitor.output_row import AT, FLAG, MODE, MONITOR
+from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE, MONITOR
 from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.records import Outputs, Rows
 
@@ -84,6 +84,11 @@ class OutputColumns:
     def monitor(self) -> np.ndarray:
         """A value for each of MONITOR_NAMES, NaN for what does not exist, shape (n, k)."""
         return self._rows[:, MONITOR:MODE]
+
+    @property
+    def doubts(self) -> np.ndarray:
+        """What each of UNTOLD would cost [N], NaN where that does not exist, shape (n, 8)."""
+        return self._rows[:, DOUBTS]
 
     @property
     def determined(self) -> np.ndarray:

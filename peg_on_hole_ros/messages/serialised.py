@@ -24,27 +24,31 @@ def _text_end(payload, at):
     return at + 4 + _U32.unpack_from(payload, at)[0]
 
 
-class WrenchReader:
-    """Reads serialised geometry_msgs/WrenchStamped like one that was learnt."""
+class _Learnt:
+    """The length of a message that was read, and the parts of it in which others are the same."""
 
     def __init__(self) -> None:
         self._length = 0
-        self._frame = b""
-
-    def learn(self, payload: bytes) -> None:
-        """Take a message that ROS has read."""
-        self._length, at = 0, _text_end(payload, _TEXTS)
-        self._frame = payload[_TEXTS:at]
-        self._numbers = at + (4 - at) % 8
-        if payload[:4] == _LITTLE_ENDIAN and len(payload) == self._numbers + _SIX.size:
-            self._length = len(payload)
+        self._same: list[tuple[int, int, bytes]] = []
 
     def _fits(self, payload):
         return (
             len(payload) == self._length
             and payload[:4] == _LITTLE_ENDIAN
-            and payload[_TEXTS : _TEXTS + len(self._frame)] == self._frame
+            and all(payload[begin:end] == data for begin, end, data in self._same)
         )
+
+
+class WrenchReader(_Learnt):
+    """Reads serialised geometry_msgs/WrenchStamped like one that was learnt."""
+
+    def learn(self, payload: bytes) -> None:
+        """Take a message that ROS has read."""
+        self._length, at = 0, _text_end(payload, _TEXTS)
+        self._same = [(_TEXTS, at, payload[_TEXTS:at])]
+        self._numbers = at + (4 - at) % 8
+        if payload[:4] == _LITTLE_ENDIAN and len(payload) == self._numbers + _SIX.size:
+            self._length = len(payload)
 
     def read(self, payload: bytes) -> WrenchSample | Malformed | None:
         """Return the sample, as `wrench_sample` does; None: it has to be read as any other."""
@@ -57,7 +61,7 @@ class WrenchReader:
         return checked_wrench(WrenchSample(sec * _SECOND + nanosec, numbers[:3], numbers[3:]))
 
 
-class JointsReader:
+class JointsReader(_Learnt):
     """
     Reads serialised sensor_msgs/JointState like one that was learnt.
 
@@ -69,9 +73,8 @@ class JointsReader:
     """
 
     def __init__(self, needed: tuple[str, ...]) -> None:
+        super().__init__()
         self._needed = needed
-        self._length = 0
-        self._same: list[tuple[int, int, bytes]] = []
 
     def learn(self, payload: bytes, names: tuple[str, ...]) -> None:
         """Take a message that ROS has read, and the names in it."""
@@ -96,13 +99,6 @@ class JointsReader:
             begin = end + -end % 4
         if len(payload) == end:
             self._length = end
-
-    def _fits(self, payload):
-        return (
-            len(payload) == self._length
-            and payload[:4] == _LITTLE_ENDIAN
-            and all(payload[begin:end] == data for begin, end, data in self._same)
-        )
 
     def read(self, payload: bytes) -> JointSample | Malformed | None:
         """Return the sample, as `joint_sample` does; None: it has to be read as any other."""

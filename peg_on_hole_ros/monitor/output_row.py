@@ -69,3 +69,5 @@ FLAG = MODE + 1
 ALARMS = FLAG + 1
 SIZE = ALARMS + 3 * ALARM_WIDTH
 AT: Any = namedtuple("AT", MONITOR_NAMES)(*range(MONITOR, MODE))
+# Of the row: what each of UNTOLD would cost.
+DOUBTS = slice(AT.doubt_friction, AT.doubt_friction + len(UNTOLD))

@@ -6,14 +6,12 @@ from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.determined import determined_reactions
 from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES, UNTOLD
+from peg_on_hole_ros.monitor.output_row import UNTOLD
 from peg_on_hole_ros.records import CONTACTS
 
 VERSION = 1
 # An alarm that flickers would fill the summary; further changes are only counted.
 MOST_ALARMS = 1000
-# Places of what the motion may leave untold.
-_UNTOLD = [MONITOR_NAMES.index(f"doubt_{name}") for name in UNTOLD]
 
 
 class Summary:
@@ -70,7 +68,7 @@ class Summary:
         if len(normal):
             most = normal.max(axis=0).tolist()
             self._max_normal = list(map(max, self._max_normal or most, most))
-        told = columns.monitor[:, _UNTOLD]
+        told = columns.doubts
         known = told[~(told != told).all(axis=1)]
         if len(known):
             self._add_untold(known[-1].tolist())

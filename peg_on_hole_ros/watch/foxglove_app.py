@@ -95,10 +95,10 @@ def run(name: str, host: str, port: int, ready: Callable[[str], None]) -> None:
         The address cannot be had.
 
     """
-    asked, seen = _Asked(), foxglove.Context()
+    asked, channels = _Asked(), foxglove.Context()
     try:
         server = foxglove.start_server(
-            name=name, host=host, port=port, server_listener=asked, context=seen,
+            name=name, host=host, port=port, server_listener=asked, context=channels,
             message_backlog_size=_WAITING,
         )  # fmt: skip
     except RuntimeError as error:
@@ -114,7 +114,7 @@ def run(name: str, host: str, port: int, ready: Callable[[str], None]) -> None:
     of_node = {f"{name}/{topic}": kind for topic, kind in TOPICS.items()}
     latched = {f"{name}/{topic}" for topic in LATCHED}
     topics = [
-        _Topic(node, seen, topic, kind, topic in latched)
+        _Topic(node, channels, topic, kind, topic in latched)
         for topic, kind in {**of_node, "/diagnostics": DIAGNOSTICS}.items()
     ]
     try:

@@ -1,17 +1,14 @@
 """`watch --foxglove`: a real node, the real command, and a client of the app's protocol."""
 
 import json
-import os
 import socket
 import struct
-import subprocess
-import sys
 import threading
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 
 import pytest
 
-from cli_helpers import ROOT, command
+from cli_helpers import ROOT, command, watching
 from dds_peer import node_process
 
 rclpy = pytest.importorskip("rclpy")
@@ -30,25 +27,8 @@ pytestmark = [pytest.mark.xdist_group("dds"), pytest.mark.timeout(600)]
 BAG = ROOT / "bags" / "closing_with_slip.mcap"
 
 
-@contextmanager
 def served():
-    """Run the command; yield its address."""
-    program = [sys.executable, "-m", "peg_on_hole_ros.cli.main", "watch", "--foxglove"]
-    process = subprocess.Popen(
-        [*program, "--port", "0"],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        line = process.stdout.readline()
-        assert line.startswith("the topics of /peg_on_hole for Foxglove: ws://127.0.0.1:"), line
-        yield line.split()[6]
-    finally:
-        process.send_signal(2)
-        rest, _ = process.communicate(timeout=60)
-        assert process.returncode == 0 and rest == ""
+    return watching("the topics of /peg_on_hole for Foxglove: ", "--foxglove", "--port", "0")
 
 
 class App:
@@ -100,6 +80,7 @@ def test_what_is_looked_at_comes_byte_for_byte_and_the_rest_is_not_taken():
         asking = rclpy.create_node("asking")
         app = App(address, state, mode)
         try:
+            assert address.startswith("ws://127.0.0.1:")
             assert set(app.channels) == {PREFIX + t for t in TOPICS} | {"/diagnostics"}
             assert app.channels[state]["encoding"] == "cdr"
             assert app.channels[state]["schemaEncoding"] == "ros2msg"

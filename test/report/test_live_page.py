@@ -1,18 +1,14 @@
 """The live page: a real node, the real command, a real browser."""
 
 import json
-import os
 import socket
-import subprocess
-import sys
 import urllib.error
 import urllib.request
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
-from cli_helpers import ROOT, command, fails
+from cli_helpers import ROOT, command, fails, watching
 from dds_peer import node_process
 
 pytest.importorskip("rclpy")
@@ -33,25 +29,8 @@ BAG = ROOT / "bags" / "closing_with_slip.mcap"
 WARN = 0.625
 
 
-@contextmanager
-def watching(port=0):
-    """Run the command; yield its address."""
-    program = [sys.executable, "-m", "peg_on_hole_ros.cli.main", "watch"]
-    process = subprocess.Popen(
-        [*program, "--port", str(port)],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
-        line = process.stdout.readline()
-        assert line.startswith("the page of /peg_on_hole: http://127.0.0.1:"), line
-        yield line.split()[4]
-    finally:
-        process.send_signal(2)
-        rest, _ = process.communicate(timeout=60)
-        assert process.returncode == 0 and rest == ""
+def page_served(port=0):
+    return watching("the page of /peg_on_hole: ", "--port", str(port))
 
 
 class Live:
@@ -80,7 +59,8 @@ class Live:
 
 @pytest.fixture(scope="module")
 def address():
-    with watching() as found:
+    with page_served() as found:
+        assert found.startswith("http://127.0.0.1:")
         yield found
 
 
@@ -215,11 +195,11 @@ def test_frames_come_some_twenty_times_a_second(live, address):
 
 
 def test_it_comes_back_by_itself(shown, live):
-    with watching() as address:
+    with page_served() as address:
         port = int(address.split(":")[-1].strip("/"))
         seen = shown(address)
     seen.wait_for_status("does not answer: has it ended?")
-    with watching(port):
+    with page_served(port):
         # It has found the node again, of which nothing comes.
         seen.wait_for_status("no estimate for")
         # Longer than what was played; to stamps of before it the node says nothing.
