@@ -10,6 +10,7 @@ one that Python calls.
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
+from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
@@ -60,6 +61,12 @@ class _PartCompiler(CompilerBase):
 
 
 class _PartDispatcher(CPUDispatcher):
+    def get_call_template(self, args, kws):
+        # One for all numbers: else each literal would be a kind of its own.
+        args = tuple(types.unliteral(each) for each in args)
+        kws = {name: types.unliteral(each) for name, each in kws.items()}
+        return super().get_call_template(args, kws)
+
     def add_overload(self, cres):
         self.overloads[tuple(cres.signature.args)] = cres
 
