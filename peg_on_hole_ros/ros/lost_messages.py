@@ -10,6 +10,8 @@ from rclpy.subscription import Subscription
 
 # Publishers come and go for days.
 _MOST_PUBLISHERS = 64
+# Taken at a time; a publisher may be faster than this end.
+_MOST_TAKEN = 256
 
 
 class Numbered:
@@ -88,3 +90,15 @@ def subscribe(
     # Best effort matches publishers of both kinds.
     qos = QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
     return node.create_subscription(kind, topic, counted, qos, raw=True)
+
+
+def take_waiting(subscription: Subscription) -> int:
+    """Hand on what a subscription of `subscribe` holds; return how many messages that were."""
+    handle, kind = subscription.handle, subscription.msg_type
+    with handle:
+        for count in range(_MOST_TAKEN):
+            given = handle.take_message(kind, True)
+            if given is None:
+                return count
+            subscription.callback(given)
+    return _MOST_TAKEN

@@ -36,7 +36,7 @@ from peg_on_hole_ros.ros.arrivals import Arrivals
 from peg_on_hole_ros.ros.arrivals_file import Recording
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.lifecycle import aloud
-from peg_on_hole_ros.ros.lost_messages import subscribe
+from peg_on_hole_ros.ros.lost_messages import subscribe, take_waiting
 from peg_on_hole_ros.ros.publishers import Publishers
 from peg_on_hole_ros.ros.robot_description import RobotDescription
 from peg_on_hole_ros.safe_text import printable, shown
@@ -222,6 +222,10 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
                     made.destroy()
             self._description = self._expecting = None
             self._services_made, self._outputs, self._stream = [], None, None
+
+    def take_waiting(self) -> int:
+        """Take what has come and waits in DDS; return how many messages that were."""
+        return sum(take_waiting(subscription) for subscription in self._while_active)
 
     def process(self, most: int | None = None) -> None:
         """Work off what has arrived, or so many, the sources merged by their stamps."""

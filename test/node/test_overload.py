@@ -41,13 +41,24 @@ class Busy:
         self.rate, self.stopping = rate, stopping
         self.worked, self.answered_after = 0, None
         self.events = Events(self)
+        self.held = deque()
         self.t_ns = 0
 
     def come(self):
         for _ in range(self.rate):
             self.t_ns += MS
-            payload = ENCODE["wrench"](wrench(self.t_ns))
-            self.events.waiting.append(lambda payload=payload: self.arrivals.wrench(payload))
+            self.held.append(ENCODE["wrench"](wrench(self.t_ns)))
+            self.events.waiting.append(self.take)
+
+    def take(self):
+        if self.held:
+            self.arrivals.wrench(self.held.popleft())
+
+    def take_waiting(self):
+        count = len(self.held)
+        while self.held:
+            self.take()
+        return count
 
     def answer(self):
         self.answered_after = self.worked - ASKED
