@@ -1,6 +1,6 @@
 """Truth of a simulated bag."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +9,7 @@ from peg_on_hole_ros.bags.columns import NO_LAYOUT
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.messages.output import JOINT_STATE, STRING
+from peg_on_hole_ros.messages.passed_time import Run
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 STATE_TOPIC = "/truth/state"
@@ -71,6 +72,16 @@ class Truth:
         """Return the contact mode that holds at a stamp; empty before the first."""
         i = int(np.searchsorted(self.mode_ns, t_ns, side="right"))
         return self.modes[i - 1] if i else ""
+
+    def mode_changes(self, runs: Iterable[Run]) -> list[tuple[int, str]]:
+        """Return the passed time [ns] of each change of mode along stamps, and the mode."""
+        changes = []
+        for run in runs:
+            changes.append((run.before_ns, self.mode_at(run.first_ns)))
+            for t_ns, mode in zip(self.mode_ns.tolist(), self.modes):
+                if run.first_ns < t_ns <= run.last_ns:
+                    changes.append((run.passed(t_ns), mode))
+        return changes
 
     def transitions_ns(self) -> list[int]:
         """Return when three-point contact became two-point contact [ns]."""

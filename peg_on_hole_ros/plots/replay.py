@@ -121,21 +121,10 @@ def _draw_truth(axes, t, runs, truth):
         axis.legend(loc=axis.get_legend()._loc, ncols=4)
 
 
-def _true_modes(runs, truth):
-    """Return the passed time [ns] of each change of the true mode, and the mode."""
-    changes = []
-    for run in runs:
-        changes.append((run.before_ns, truth.mode_at(run.first_ns)))
-        for t_ns, mode in zip(truth.mode_ns.tolist(), truth.modes):
-            if run.first_ns < t_ns <= run.last_ns:
-                changes.append((run.passed(t_ns), mode))
-    return changes
-
-
 def _modes(axis, series, truth):
     rows = [("estimate", series.modes)]
     if truth is not None:
-        rows.insert(0, ("truth", _true_modes(series.runs, truth)))
+        rows.insert(0, ("truth", truth.mode_changes(series.runs)))
     for y, (_, changes) in enumerate(rows):
         ends = [t for t, _ in changes[1:]] + [series.passed_ns]
         for (begin, mode), end in zip(changes, ends):

@@ -26,7 +26,7 @@ from peg_on_hole_ros.report.provenance import (
     versions,
 )
 from peg_on_hole_ros.report.tracks import Tracks
-from peg_on_hole_ros.report.truth import true_columns, true_modes
+from peg_on_hole_ros.report.truth import true_columns
 
 
 class Replay(NamedTuple):
@@ -161,7 +161,7 @@ def _model(found):
     if found.score:
         truth = Source("truth", style="truth")
         tables["truth"] = true_columns(found.score.truth, tracks.runs, estimate)
-        modes = {"estimate": tracks.modes, "truth": true_modes(found.score.truth, tracks.runs)}
+        modes = {"estimate": tracks.modes, "truth": found.score.truth.mode_changes(tracks.runs)}
     panels = [
         *estimate_panels([Source("estimate")], configuration, truth),
         *input_panels(configuration),

@@ -40,14 +40,3 @@ def true_columns(
     if not times:
         return {"t": np.empty(0)}
     return named(*thinned(np.concatenate(times), np.concatenate(rows), most), QUANTITIES)
-
-
-def true_modes(truth: Truth, runs: list[Run]) -> list[tuple[int, str]]:
-    """Return the passed time [ns] of each change of the true mode, and the mode."""
-    changes = []
-    for run in runs:
-        changes.append((run.before_ns, truth.mode_at(run.first_ns)))
-        for t_ns, mode in zip(truth.mode_ns.tolist(), truth.modes):
-            if run.first_ns < t_ns <= run.last_ns:
-                changes.append((run.passed(t_ns), mode))
-    return changes

@@ -95,10 +95,11 @@ def subscribe(
 def take_waiting(subscription: Subscription) -> int:
     """Hand on what a subscription of `subscribe` holds; return how many messages that were."""
     handle, kind = subscription.handle, subscription.msg_type
+    numbered: Any = subscription.callback
     with handle:
         for count in range(_MOST_TAKEN):
             given = handle.take_message(kind, True)
             if given is None:
                 return count
-            subscription.callback(given)
+            numbered(given)
     return _MOST_TAKEN
