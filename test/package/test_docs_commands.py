@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from cli_helpers import ROOT, reader
-from peg_on_hole_ros.cli.main import parser
+from peg_on_hole_ros.cli.arguments import parser
 
 # The tutorial begins: what later pages repeat of it has been run.
 PAGES = [

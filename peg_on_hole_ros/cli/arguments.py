@@ -1,0 +1,394 @@
+"""Arguments of `peg-on-hole`: commands, options, help texts."""
+
+import argparse
+
+from peg_on_hole_ros import __version__
+from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.startup.one_line import PROGRAM
+
+# Values that may begin with a minus sign, which argparse would take for an option.
+_SIGNED = ("--state", "--wrench")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Tells what is wrong with arguments in one line, with the usage of the command meant."""
+
+    def error(self, message):
+        """Refuse the arguments."""
+        usage = " ".join(self.format_usage().split())
+        raise PegOnHoleError(f"{message}; {usage}")
+
+    def parse_known_args(self, args=None, namespace=None):
+        """Parse; a command refuses itself what it does not know, else the top would, for it."""
+        parsed, rest = super().parse_known_args(args, namespace)
+        if rest and self.prog not in (PROGRAM, f"{PROGRAM} node"):
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        return parsed, rest
+
+
+_DESCRIPTION = """\
+Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
+points, transition to two-point contact and risk of jamming, from wrench and joint states."""
+
+_EPILOG = """\
+BAG is an .mcap or .db3 file (also .zstd) or a rosbag2 folder. CONFIG is a ROS 2 parameters file;
+without one replay, inspect and calibrate use the configuration in the bag, if it has one, and
+else, as all others, the defaults of config/peg_on_hole.yaml.
+exit codes: 0 done; 2 bad arguments or configuration; 3 bag unreadable or without the needed
+topics (inspect needs none); 4 ended early on a cut-off or damaged bag, with what was read kept;
+70 a fault of the program"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all subcommands."""
+    top = _Parser(
+        prog=PROGRAM,
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for add in (
+        _replay, _simulate, _solve, _plan, _chart, _stability, _inspect, _calibrate, _compare,
+        _node, _watch,
+    ):  # fmt: skip
+        add(commands)
+    return top
+
+
+def _command(commands, name, text, example):
+    return commands.add_parser(
+        name,
+        help=text,
+        description=text[0].upper() + text[1:] + ".",
+        epilog=f"example:\n{example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def _config(command, **more):
+    command.add_argument("--config", metavar="CONFIG", help="ROS 2 parameters file", **more)
+
+
+def _bag(command, many=False):
+    what = ".mcap or .db3 file (also .zstd of it), or rosbag2 folder"
+    if many:
+        command.add_argument(
+            "bags", metavar="BAG", nargs="+", help=f"{what}; of many also folders and patterns"
+        )
+    else:
+        command.add_argument("bag", metavar="BAG", help=what)
+    for name, what in (("wrench", "wrench"), ("joints", "joint states")):
+        command.add_argument(
+            f"--{name}-topic", metavar="TOPIC", help=f"read the {what} there, whatever is stated"
+        )
+    command.add_argument(
+        "--max-chunk",
+        metavar="MIB",
+        type=float,
+        default=64.0,
+        help="most that a chunk may take unpacked [MiB]; default 64",
+    )
+    command.add_argument(
+        "--bag-urdf",
+        action="store_true",
+        help="let the configuration in the bag name the file that is read as URDF",
+    )
+
+
+def _replay(commands):
+    command = _command(
+        commands,
+        "replay",
+        "run the estimator over a bag, as the node would have run",
+        "  peg-on-hole replay bags/working_cycle.mcap --out estimate.mcap --summary summary.json\n"
+        "  peg-on-hole replay recordings/ --jobs 4 --out night --report",
+    )
+    command.epilog += (
+        "\n\nSeveral BAGs, --jobs or --dask: each bag's summary and report go into a folder of "
+        "its own in DIR,\na table of all tries into bags.csv and bags.parquet, a page into "
+        "index.html. What is done is not\ndone again unless bag, settings or program change. The "
+        "exit code is the worst of all bags, in the\norder 0, 4, 3, 2, 70."
+    )
+    _bag(command, many=True)
+    _config(command)
+    command.add_argument(
+        "--out", metavar="OUT.mcap|DIR", help="write the node's topics; of many bags a folder"
+    )
+    command.add_argument(
+        "--report",
+        metavar="REPORT.html",
+        nargs="?",
+        const=True,
+        help="write a page with plots; of many bags one each: give no name",
+    )
+    command.add_argument("--summary", metavar="SUMMARY.json", help="write the figures as JSON")
+    command.add_argument(
+        "--cycles", metavar="CYCLES.jsonl", help="write a record of each try, a line of JSON each"
+    )
+    command.add_argument(
+        "--smooth", action="store_true", help="add the smoothed state to OUT.mcap (offline only)"
+    )
+    command.add_argument(
+        "--jobs", metavar="N", type=int, help="many bags: processes that replay them; default 1"
+    )
+    command.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="many bags: scheduler of a dask cluster that replays them",
+    )
+    command.add_argument(
+        "--estimates", action="store_true", help="many bags: write the node's topics of each, too"
+    )
+
+
+def _simulate(commands):
+    command = _command(
+        commands,
+        "simulate",
+        "make a bag with known truth: a compliant holder sets the peg on the hole",
+        "  peg-on-hole simulate --config config/working_cycle.yaml --out working_cycle.mcap",
+    )
+    _config(command, required=True)
+    command.add_argument("--out", metavar="BAG.mcap", required=True, help="bag to write")
+
+
+def _solve(commands):
+    command = _command(
+        commands,
+        "solve",
+        "motion from forces, forces for a motion, or any mix, at one state",
+        "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --wrench 0,0,-10,0,0.3,0 --json\n"
+        "  peg-on-hole solve --state 0.2,0,0,-0.16,0,2 --frame auxiliary \\\n"
+        "      --unknown N_K,N_B1,N_B2,M_h,M_e,M_z --known F_z=-10",
+    )
+    _config(command)
+    command.add_argument(
+        "--state",
+        required=True,
+        metavar="G,P,F,DG,DP,DF",
+        help="gamma, psi, phi [rad] and their rates [rad/s]",
+    )
+    command.add_argument(
+        "--wrench",
+        metavar="FX,FY,FZ,MX,MY,MZ",
+        help="on the peg at its mass centre, hole axes, without gravity [N], [N m]; default 0",
+    )
+    command.add_argument(
+        "--unknown",
+        metavar="NAME,...",
+        help="what is asked for, one to six of: ddgamma, ddpsi, ddphi [rad/s^2], N_K, N_B1, N_B2 "
+        "[N], F_x, F_y, F_z [N], M_x, M_y, M_z [N m] of the applied wrench at the mass centre",
+    )
+    command.add_argument(
+        "--known",
+        metavar="NAME=VALUE,...",
+        action="append",
+        help="with --unknown: values of the others; what is not named is 0",
+    )
+    command.add_argument(
+        "--frame",
+        choices=("hole", "auxiliary", "moving", "peg"),
+        help="with --unknown: axes of the wrench: hole (x, y, z; the default), auxiliary "
+        "(h, e, z), moving (eps, eta, zeta) or peg (1, 2, 3)",
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _plan(commands):
+    command = _command(
+        commands,
+        "plan",
+        "closing, slip and slide rates that keep loads and wedging under limits",
+        "  peg-on-hole plan --config config/plan_cell.yaml --out plan",
+    )
+    command.epilog += (
+        "\n\nThe cell is described by the groups scene, plan and monitor.max_normal of CELL.yaml. "
+        "Where no\nmotion keeps the limits the answer says what would do, and the exit code is 0."
+    )
+    command.add_argument(
+        "--config", metavar="CELL.yaml", required=True, help="ROS 2 parameters file"
+    )
+    command.add_argument(
+        "--out",
+        metavar="DIR",
+        help="folder for plan.json, plan.png and plan.svg, made if missing",
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _chart(commands):
+    command = _command(
+        commands,
+        "chart",
+        "how far estimators are off against what a wrench costs",
+        "  peg-on-hole chart --out chart",
+    )
+    _study(command)
+
+
+def _stability(commands):
+    command = _command(
+        commands,
+        "stability",
+        "where estimators hold, err or diverge: rate, size, lever, speed, friction, clearance",
+        "  peg-on-hole stability --out stability --quick",
+    )
+    _study(command)
+
+
+def _study(command):
+    command.add_argument(
+        "--out", metavar="DIR", required=True, help="folder for PNG, SVG and CSV, made if missing"
+    )
+    command.add_argument("--quick", action="store_true", help="coarser, within a minute")
+    _config(command)
+
+
+def _inspect(commands):
+    command = _command(
+        commands,
+        "inspect",
+        "topics, types, rates, gaps, clock trouble of a bag, and what a replay would use",
+        "  peg-on-hole inspect recording/\n"
+        "  peg-on-hole inspect recording/ --config cell.yaml --observability",
+    )
+    _bag(command)
+    _config(command)
+    command.add_argument(
+        "--observability",
+        action="store_true",
+        help="run the filter, and say which parameters the motion tells of",
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _calibrate(commands):
+    command = _command(
+        commands,
+        "calibrate",
+        "friction, biases, noise, delay, hole tilt and clearance from a recording, with intervals",
+        "  peg-on-hole calibrate recording.mcap --out calibrated.yaml\n"
+        "  peg-on-hole replay recording.mcap --config calibrated.yaml",
+    )
+    _bag(command)
+    command.add_argument(
+        "--out", metavar="CONFIG.yaml", required=True, help="configuration to write"
+    )
+    command.add_argument("--config", metavar="START.yaml", help="configuration to start from")
+    instead = command.add_mutually_exclusive_group()
+    instead.add_argument(
+        "--payload",
+        action="store_true",
+        help="find payload and zero instead, where the peg hangs free and still at three tilts "
+        "or more",
+    )
+    instead.add_argument(
+        "--presses",
+        action="store_true",
+        help="find wrench.acts_on and sensor_rpy instead, where a hand has pushed the still peg "
+        "up at its lower end, along its x, and along its y",
+    )
+
+
+def _compare(commands):
+    command = _command(
+        commands,
+        "compare",
+        "differences between two outputs, or of one bag under two configurations",
+        "  peg-on-hole compare before.mcap after.mcap\n"
+        "  peg-on-hole compare low_friction.yaml high_friction.yaml --bag recording.mcap",
+    )
+    command.add_argument("a", metavar="A", help="output of replay or node; with --bag: CONFIG")
+    command.add_argument("b", metavar="B", help="the other")
+    command.add_argument("--bag", metavar="BAG", help="replay it with A and with B, compare that")
+    command.add_argument(
+        "--prefix",
+        metavar="NODE",
+        action="append",
+        help="of several outputs in a recording, as in /cell/peg_on_hole; twice: A's and B's",
+    )
+    command.add_argument(
+        "--report", metavar="REPORT.html", help="write a page with both drawn over each other"
+    )
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _node(commands):
+    command = _command(
+        commands,
+        "node",
+        "start the ROS 2 node; the same as `ros2 run peg_on_hole_ros peg_on_hole`",
+        "  peg-on-hole node --config config/peg_on_hole.yaml\n"
+        "  peg-on-hole node --config cell.yaml --ros-args -r __ns:=/cell -p scene.friction:=0.3",
+    )
+    _config(command)
+    # For the help alone: _parsed keeps what is for ROS from argparse.
+    command.add_argument("--ros-args", nargs="...", metavar="...", help="all that is for ROS")
+
+
+def _watch(commands):
+    command = _command(
+        commands,
+        "watch",
+        "live page of a running node in a browser, on this machine only unless told otherwise",
+        "  peg-on-hole watch\n  peg-on-hole watch --node /cell/peg_on_hole --port 9000\n"
+        "  peg-on-hole watch --foxglove",
+    )
+    command.add_argument(
+        "--node", metavar="NAME", default="/peg_on_hole", help="full name; default /peg_on_hole"
+    )
+    command.add_argument(
+        "--port",
+        metavar="P",
+        type=int,
+        help="default 8470, for Foxglove 8765; 0: any that is free",
+    )
+    command.add_argument(
+        "--foxglove",
+        action="store_true",
+        help="serve the node's topics to the Foxglove app in place of a page",
+    )
+    command.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to listen on; default 127.0.0.1; whoever reaches another one sees the page",
+    )
+
+
+def parsed(arguments: list[str]) -> argparse.Namespace:
+    """
+    Return what is asked for, its `command` among it.
+
+    Raises
+    ------
+    PegOnHoleError
+        The arguments cannot be used; with the usage of the command that is meant.
+
+    """
+    if arguments[:1] != ["node"]:
+        return parser().parse_args(_joined(arguments))
+    own, ros = _apart(arguments)
+    node, others = parser().parse_known_args(own)
+    # The node refuses the others: it is started by `ros2 run` as well.
+    return argparse.Namespace(command="node", config=node.config, others=others, ros=ros)
+
+
+def _apart(arguments):
+    """Return own arguments, and those of ROS: from `--ros-args` to `--` or the end."""
+    own, ros, inside = [], [], False
+    for word in arguments:
+        inside |= word == "--ros-args"
+        (ros if inside else own).append(word)
+        inside &= word != "--"
+    return own, ros
+
+
+def _joined(arguments):
+    joined, rest = [], iter(arguments)
+    for word in rest:
+        value = next(rest, None) if word in _SIGNED else None
+        joined.append(word if value is None else f"{word}={value}")
+    return joined
