@@ -4,6 +4,8 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.bag_and_configuration import (
     Reading,
@@ -19,6 +21,7 @@ from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
 from peg_on_hole_ros.measurements.measurement import NamedPositions
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.stream import orientation_of
+from peg_on_hole_ros.records import AngleMeasurement
 from peg_on_hole_ros.replay.advice import Seen, apart, remedy, shifted
 from peg_on_hole_ros.replay.bag_settings import settled
 from peg_on_hole_ros.replay.run import BadFile, check_bag, sources_of
@@ -42,7 +45,6 @@ def run(arguments: argparse.Namespace) -> int:
     result = inspect(bag, configuration, orientation, str(error) if error else None)
     told = None
     if arguments.observability and result["replay"]["possible"]:
-        # It compiles the filter; the rest of the command does without.
         from peg_on_hole_ros.cli import observability_text
 
         with Progress("filtering") as progress:
@@ -65,7 +67,7 @@ def _stored(bag, default, reading):
         orientation = orientation_of(configuration.joints)
     except PegOnHoleError as error:
         # All else that the bag holds is told nevertheless.
-        return configuration, NamedPositions(configuration.joints.names), error
+        return configuration, _Unplaced(configuration.joints.names), error
     return _whole(bag, configuration, orientation)
 
 
@@ -79,7 +81,20 @@ def _whole(bag, configuration, orientation):
             orientation = orientation_of(whole.joints)
         return whole, orientation, None
     except PegOnHoleError as error:
-        return configuration, NamedPositions(configuration.joints.names), error
+        return configuration, _Unplaced(configuration.joints.names), error
+
+
+class _Unplaced:
+    """Of a robot whose description is not to be had there are only positions."""
+
+    def __init__(self, names):
+        self._positions = NamedPositions(names)
+
+    def __call__(self, sample):
+        found = self._positions(sample)
+        if isinstance(found, str):
+            return found
+        return AngleMeasurement(sample.t_ns, np.zeros(3), np.eye(3))
 
 
 def _ended(bag, error):

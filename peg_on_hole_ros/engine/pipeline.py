@@ -61,7 +61,7 @@ class Pipeline:
         make: Callable[..., HeldPeg] = make_filter,
     ) -> None:
         self.scene = configuration.scene
-        self.orientation = orientation or PegJoints(configuration.joints)
+        self.orientation: Callable = orientation or PegJoints(configuration.joints)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._arrival_counts: Counter[str] = Counter()
         self._placing = Placing(configuration, make, self._arrival_counts)

@@ -3,7 +3,7 @@
 import json
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple, Protocol
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from peg_on_hole_ros.bags.arrival_record import EVENT_TOPIC
 from peg_on_hole_ros.bags.arrivals import arrivals_of
-from peg_on_hole_ros.bags.batch import Item
+from peg_on_hole_ros.bags.batch import Batch, Item
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
 from peg_on_hole_ros.config.configuration import from_parameters, node_options
@@ -19,6 +19,7 @@ from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.smoother import Smoother
+from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.output import STRING, Message, smoothed_messages
 from peg_on_hole_ros.messages.stream import (
@@ -231,7 +232,8 @@ def replay_bag(
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):
         seen.add(batch, sources)
-        for messages, columns in _played(stream, batch, configuration, sources, watch):
+        arrivals = arrivals_of(batch, sources, configuration.joints, stream.pipeline.orientation)
+        for messages, columns in played(stream, batch, arrivals, configuration, sources, watch):
             for sink in sinks:
                 if columns is None:
                     sink.add(stream.t_ns, messages)
@@ -266,10 +268,30 @@ def replay_bag(
     return Replayed(total, *told, seconds, read, seen, stream.t_ns, ending, stream.causes)
 
 
-def _played(stream, batch, configuration, sources, watch):
-    """Yield messages of one stamp, or columns of many, as a batch gives them."""
+def played(
+    stream: MessageStream,
+    batch: Batch,
+    arrivals: Arrivals,
+    configuration: Configuration,
+    sources: dict[str, str],
+    watch: Watch | None = None,
+) -> Iterator[tuple[list[Message], OutputColumns | None]]:
+    """
+    Hand a batch to a stream; yield messages of one stamp, or columns of many, as they come.
+
+    Parameters
+    ----------
+    stream : MessageStream
+    batch : Batch
+    arrivals : Arrivals
+        Of the batch.
+    configuration : Configuration
+    sources : dict of str to str
+        See `sources_of`.
+    watch : Watch, optional
+
+    """
     names = configuration.joints.names
-    arrivals = arrivals_of(batch, sources, configuration.joints, stream.pipeline.orientation)
     place = 0
     while place < len(batch):
         begin = place

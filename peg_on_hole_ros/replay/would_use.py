@@ -4,13 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from peg_on_hole_ros.bags.arrivals import arrivals_of
 from peg_on_hole_ros.bags.batch import Batch
 from peg_on_hole_ros.bags.stamps import StampStatistics
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.messages.decode import Malformed
-from peg_on_hole_ros.records import AngleMeasurement
-from peg_on_hole_ros.replay.rehearsal import rehearsal
-from peg_on_hole_ros.replay.run import fates, hand_over
+from peg_on_hole_ros.messages.stream import MessageStream
+from peg_on_hole_ros.replay.run import fates, played
 
 # What messages are dropped for that another topic, or the order of them, decides.
 _OF_ORDER = (
@@ -27,7 +28,7 @@ class WouldUse:
     ----------
     configuration : Configuration
     orientation : callable
-        From a JointSample to its orientation, or to the reason why there is none.
+        From a JointSample to an AngleMeasurement, or to the reason why there is none.
     sources : dict of str to str
         Topics that are there, as of `sources_of`.
 
@@ -46,35 +47,30 @@ class WouldUse:
         orientation: Callable,
         sources: dict[str, str],
     ) -> None:
-        self._orientation, self._sources = orientation, sources
-        self._names = configuration.joints.names
+        self._configuration, self._sources = configuration, sources
         max_gap = configuration.filter.max_gap
         self.statistics = {topic: StampStatistics(max_gap) for topic in sources}
         self.usable = dict.fromkeys(sources.values(), 0)
-        self._oriented = False
-        self.stream = rehearsal(configuration, self._measured)
-
-    def _measured(self, sample):
-        measurement = self._orientation(sample)
-        self._oriented = not isinstance(measurement, str)
-        if self._oriented and not isinstance(measurement, AngleMeasurement):
-            # Of a robot whose description is not to be had there are only positions.
-            measurement = AngleMeasurement(sample.t_ns, np.zeros(3), np.eye(3))
-        return measurement
+        self.stream = MessageStream(configuration, Pipeline(configuration, orientation), 0.0)
 
     def add(self, batch: Batch) -> None:
         """Take a batch."""
-        kept = {topic: [] for topic in self.statistics}
-        for item in batch.items(self._names):
-            sample, self._oriented = item.sample, True
-            hand_over(self.stream, item, self._sources)
-            if item.topic not in kept or isinstance(sample, Malformed) or not self._oriented:
-                continue
-            self.usable[self._sources[item.topic]] += 1
-            kept[item.topic].append((sample.t_ns, item.log_ns))
-        for topic, times in kept.items():
-            if times:
-                self.statistics[topic].add(*np.array(times).T)
+        joints, orientation = self._configuration.joints, self.stream.pipeline.orientation
+        arrivals = arrivals_of(batch, self._sources, joints, orientation)
+        usable, t_ns = arrivals.sound.copy(), batch.t_ns.copy()
+        for i in np.flatnonzero(~usable).tolist():
+            sample = batch.item(i, joints.names).sample
+            if not isinstance(sample, Malformed) and hasattr(sample, "t_ns"):
+                of_wrench = arrivals.of_wrench[i]
+                usable[i] = of_wrench or not isinstance(orientation(sample), str)
+                t_ns[i] = sample.t_ns
+        for number, topic in enumerate(batch.types):
+            at = np.flatnonzero(usable & (batch.topic == number))
+            if topic in self.statistics and len(at):
+                self.usable[self._sources[topic]] += len(at)
+                self.statistics[topic].add(t_ns[at], batch.log_ns[at])
+        for _ in played(self.stream, batch, arrivals, self._configuration, self._sources):
+            pass
 
     def span(self, topic: str) -> tuple[int, int] | None:
         """Return the least and the greatest stamp of what is well-formed [ns]."""

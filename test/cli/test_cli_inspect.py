@@ -8,9 +8,12 @@ from mcap.writer import Writer
 
 from arm import OPTIONS
 from cli_helpers import config, fails
+from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import from_parameters
+from recorded import INPUTS, Row, write
+from simulated import ROOT
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
 
 
@@ -125,3 +128,32 @@ def test_all_that_is_unreadable_is_counted_together(tmp_path, capsys):
             writer.add_message(wrenches, 10**9 + i, b"\0\1\0\0" + bytes(size), 10**9 + i)
         writer.finish()
     assert told(capsys, tmp_path / "b.mcap")["dropped"] == {"/wrench: unreadable": 5}
+
+
+@pytest.mark.parametrize(
+    ("text", "silent"),
+    [
+        # The peg turns while nobody says so: what comes next is no motion of it.
+        ("{}", (2.5, 5.5)),
+        ("{}", (3.0, 7.5)),
+        # What the data say in place of a setting decides what fits from then on.
+        ("wrench: {acts_on: robot}", (1.0, 1.0)),
+    ],
+)
+def test_what_a_replay_would_use_is_what_it_uses(tmp_path, capsys, text, silent):
+    found = list(Bag(ROOT / "bags" / "working_cycle.mcap").with_payloads(INPUTS))
+    begin, end = (found[0][0].log_ns + round(each * 1e9) for each in silent)
+    rows = [
+        Row(message.topic, message.log_ns, payload)
+        for message, payload in found
+        if message.topic == "/wrench" or not begin <= message.log_ns < end
+    ]
+    path, settings = tmp_path / "a.mcap", config(tmp_path, text)
+    write(path, rows)
+    would = told(capsys, path, "--config", settings)
+    summary = tmp_path / "summary.json"
+    assert main(["replay", str(path), "--config", str(settings), "--summary", str(summary)]) == 0
+    capsys.readouterr()
+    messages = json.loads(summary.read_text())["messages"]
+    assert sum(would["used"].values()) == messages["used"]
+    assert sum(would["dropped"].values()) == sum(messages["dropped"].values())
