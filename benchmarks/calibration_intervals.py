@@ -1,7 +1,7 @@
 """
 How often the 95 % intervals of `calibrate` hold the truth, over drawn cells and starts.
 
-    python benchmarks/calibration_intervals.py [--runs 50] [--seed 1]
+    python -m benchmarks.calibration_intervals [--runs 50] [--seed 1]
 
 Each run draws what a cell is (bias, delay, noise) and a start that is off it in all that is
 searched for, simulates a recording of one of three motions, and calibrates: ten seconds each.

@@ -1,7 +1,7 @@
 """
 Hold plans, and what they say of plain closing, against simulation in drawn cells.
 
-    python benchmarks/plans.py [--cells 300] [--seed 0] [--looser 1] [--bare]
+    python -m benchmarks.plans [--cells 300] [--seed 0] [--looser 1] [--bare]
         [--csv plans.csv]
 
 Each cell draws peg, clearance, friction with its spread, holder, limits and rates. The plan is

@@ -2,7 +2,7 @@
 """
 Messages read a second: this package's batches beside rosbags and mcap-ros2-support, in one run.
 
-    python benchmarks/reading.py [--seconds 60] [--repeat 3]
+    python -m benchmarks.cost.reading [--seconds 60] [--repeat 3]
 
 A bag of 1 kHz wrenches and 500 Hz joint states is made in a temporary folder. Each reader gives
 the stamps and numbers of all messages; their sums have to agree. Readers take turns, and the

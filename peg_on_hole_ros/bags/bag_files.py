@@ -55,8 +55,9 @@ class BagFiles(NamedTuple):
     def remedy(self) -> str:
         """Return what to do with files that do not belong together, for an error message."""
         return (
-            "name one file, or, if they are one recording, have its metadata.yaml written: "
-            f"ros2 bag reindex -s mcap {self.path}"
+            "name one file; or have each replayed by itself: replay with --jobs 1; or, if they "
+            f"are one recording, have its metadata.yaml written: ros2 bag reindex -s mcap "
+            f"{self.path}"
         )
 
 

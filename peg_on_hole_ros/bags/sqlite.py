@@ -3,8 +3,9 @@
 import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
+from shutil import copyfile
 
 import numpy as np
 from mcap.records import Channel, Schema
@@ -54,6 +55,9 @@ class SqliteFile:
         with self._errors():
             if path.suffix in (".zstd", ".zst"):
                 path = self._unpacked(path)
+            log = path.with_name(path.name + "-wal")
+            if log.is_file() and log.stat().st_size:
+                path = self._with_log(path, log)
             # It knows the topics of every version.
             reader = Reader(path)
             reader.open()
@@ -68,6 +72,16 @@ class SqliteFile:
         with ZstdFile(path) as packed, target.open("wb") as out:
             while piece := packed.read(_STRETCH):
                 out.write(piece)
+        return target
+
+    def _with_log(self, path, log):
+        """Copy a file with what a recorder that was killed had not yet put into it."""
+        self._folder = tempfile.TemporaryDirectory(prefix="peg_on_hole_")
+        target = Path(self._folder.name) / path.name
+        for source in (path, log):
+            copyfile(source, target.with_name(source.name))
+        with closing(sqlite3.connect(target)) as database:
+            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         return target
 
     @contextmanager

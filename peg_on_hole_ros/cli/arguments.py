@@ -114,7 +114,10 @@ def _replay(commands):
     _bag(command, many=True)
     _config(command)
     command.add_argument(
-        "--out", metavar="OUT.mcap|DIR", help="write the node's topics; of many bags a folder"
+        "--out",
+        metavar="OUT.mcap|DIR",
+        help="write the node's topics: a file, or, without .mcap, a rosbag2 folder; of many bags "
+        "a folder with the results of each",
     )
     command.add_argument(
         "--report",

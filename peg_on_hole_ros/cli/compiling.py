@@ -1,4 +1,4 @@
-"""A line and progress on a terminal while functions are compiled."""
+"""A line while functions are compiled, and progress on a terminal."""
 
 import sys
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from peg_on_hole_ros.cli.progress import Progress
 def compiling_shown() -> Iterator[None]:
     """Show what is compiled within, if anything is."""
     # A command that does not import numba compiles nothing; to import it takes a while.
-    if "numba" not in sys.modules or not sys.stderr.isatty():
+    if "numba" not in sys.modules:
         yield
         return
     from peg_on_hole_ros.startup.compiling import COMPILING, watched

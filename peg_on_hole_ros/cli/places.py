@@ -1,7 +1,9 @@
 """Places that commands write to: checked before the work, and none of what is read."""
 
-from collections.abc import Iterable
-from contextlib import suppress
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 
 from peg_on_hole_ros.bags.writer import part_of
@@ -150,3 +152,35 @@ def out_folder(path: str, config: str | None = None) -> Path:
     except OSError as error:
         raise PegOnHoleError(f"cannot make the folder {folder}: {error.strerror}") from None
     return folder
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """
+    Keep others of this program from writing results into a folder.
+
+    Raises
+    ------
+    PegOnHoleError
+        Another one does.
+
+    """
+    held = os.open(folder, os.O_RDONLY)
+    try:
+        _lock(held, folder)
+        yield
+    finally:
+        os.close(held)
+
+
+def _lock(held, folder):
+    """Lock a folder for as long as this process, or its file descriptor, lives."""
+    try:
+        flock(held, LOCK_EX | LOCK_NB)
+    except BlockingIOError:
+        raise PegOnHoleError(
+            f"another replay writes into {folder}: wait for it, or name another folder"
+        ) from None
+    except OSError:
+        # A file system without locks.
+        pass

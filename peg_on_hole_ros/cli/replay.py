@@ -9,6 +9,7 @@ from typing import Any
 
 from peg_on_hole_ros.bags.bag_files import bag_files
 from peg_on_hole_ros.bags.reader import Bag, absolute
+from peg_on_hole_ros.bags.rosbag2_folder import is_folder_name, rosbag2_folder
 from peg_on_hole_ros.bags.score import (
     Score,
     flag_lines,
@@ -49,12 +50,19 @@ def run(arguments: argparse.Namespace) -> int:
         raise PegOnHoleError("--estimates is for many bags: of one, --out OUT.mcap writes them")
     if arguments.smooth and not arguments.out:
         raise PegOnHoleError("--smooth adds topics to an output: name one with --out OUT.mcap")
+    if arguments.out and is_folder_name(arguments.out):
+        with rosbag2_folder(Path(arguments.out)) as file:
+            return _one_bag(arguments, str(file))
+    return _one_bag(arguments, arguments.out)
+
+
+def _one_bag(arguments, out):
     texts = arguments.report, arguments.summary, arguments.cycles
     bag, configuration, node, _ = open_recording(
-        arguments.bags[0], arguments.config, [arguments.out], texts, Reading.of(arguments)
+        arguments.bags[0], arguments.config, [out], texts, Reading.of(arguments)
     )
     result, score, doubts = replay(
-        bag, configuration, node, arguments.out, arguments.report, arguments.smooth
+        bag, configuration, node, out, arguments.report, arguments.smooth
     )
     if arguments.summary:
         write_text(arguments.summary, to_json(result) + "\n")

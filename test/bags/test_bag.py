@@ -370,8 +370,8 @@ def test_a_last_part_that_was_never_written_leaves_those_before_it(tmp_path, des
 
 
 REMEDY = (
-    "name one file, or, if they are one recording, have its metadata.yaml written: "
-    "ros2 bag reindex -s mcap {path}"
+    "name one file; or have each replayed by itself: replay with --jobs 1; or, if they are one "
+    "recording, have its metadata.yaml written: ros2 bag reindex -s mcap {path}"
 )
 
 

@@ -1,7 +1,9 @@
 """Whatever recorders write is read: storages, packings, versions, definitions; all the same."""
 
 import shutil
+import sqlite3
 import subprocess
+from contextlib import closing
 
 import pytest
 from mcap.writer import CompressionType
@@ -74,6 +76,16 @@ def test_folders_of_every_version_split_and_packed(tmp_path, expected, version, 
     assert samples(Bag(folder)) == expected
 
 
+def put_rows(bag):
+    with bag:
+        connections = {
+            topic: bag.add_connection(topic, kind, typestore=STORE)
+            for topic, kind in INPUTS.items()
+        }
+        for row in ROWS:
+            bag.write(connections[row.topic], row.log_ns, row.data)
+
+
 @pytest.mark.parametrize("storage", list(StoragePlugin))
 @pytest.mark.parametrize("mode", list(CompressionMode))
 @pytest.mark.parametrize("version", [8, 9])
@@ -86,13 +98,7 @@ def test_folders_of_another_recorder(tmp_path, expected, storage, mode, version)
         if storage is StoragePlugin.SQLITE3 and mode is CompressionMode.STORAGE:
             pytest.skip("a storage that packs by itself")
         bag.set_compression(mode, CompressionFormat.ZSTD)
-    with bag:
-        connections = {
-            topic: bag.add_connection(topic, kind, typestore=STORE)
-            for topic, kind in INPUTS.items()
-        }
-        for row in ROWS:
-            bag.write(connections[row.topic], row.log_ns, row.data)
+    put_rows(bag)
     assert samples(Bag(folder)) == expected
     # The file alone, too.
     assert samples(Bag(next(f for f in folder.iterdir() if f.suffix != ".yaml"))) == expected
@@ -112,6 +118,26 @@ def test_a_file_in_sqlite_that_is_damaged(tmp_path):
     file.write_bytes(data)
     with pytest.raises(BagError, match=f"^{file} is no bag in SQLite: .* malformed$"):
         Bag(file)
+
+
+def test_what_a_killed_recorder_left_beside_a_file_in_sqlite_is_read(tmp_path, expected):
+    whole, path = tmp_path / "whole", tmp_path / "killed"
+    put_rows(Rosbag2Writer(whole, version=9, storage_plugin=StoragePlugin.SQLITE3))
+    path.mkdir()
+    shutil.copy(whole / "metadata.yaml", path)
+    (file,) = whole.glob("*.db3")
+    with closing(sqlite3.connect(file)) as database:
+        database.execute("PRAGMA journal_mode=WAL")
+        last = "CREATE TABLE held AS SELECT * FROM messages WHERE id > 5"
+        database.executescript(f"{last}; DELETE FROM messages WHERE id > 5")
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        database.execute("INSERT INTO messages SELECT * FROM held")
+        database.commit()
+        # Before it is closed, which would put them into the file.
+        for name in (file.name, f"{file.name}-wal"):
+            shutil.copy(whole / name, path / name)
+    assert samples(Bag(path)) == expected
+    assert not list(path.glob("*-shm"))
 
 
 def test_a_file_that_was_unpacked_by_hand_is_read_for_that_of_the_description(tmp_path, expected):

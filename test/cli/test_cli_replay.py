@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from rosbags.rosbag2 import Reader as Rosbag2Reader
 
 from cli_helpers import ROOT, SCHEMA, fails
 from json_schema import check
@@ -54,6 +55,31 @@ def test_smoothed_state_is_added_and_changes_nothing_else(bag, replayed, tmp_pat
     capsys.readouterr()
     message = "--smooth adds topics to an output: name one with --out OUT.mcap"
     fails(capsys, 2, message, *arguments)
+
+
+def test_a_name_without_suffix_is_a_rosbag2_folder(bag, replayed, tmp_path, capsys):
+    out = tmp_path / "estimate"
+    assert main(["replay", str(bag), "--out", str(out)]) == 0
+    file = Bag(replayed[0])
+    with Rosbag2Reader(out) as folder:
+        counts = {each.topic: each.msgcount for each in folder.connections}
+        latched = {each.topic for each in folder.connections if each.ext.offered_qos_profiles}
+        span = folder.start_time, folder.end_time - 1
+        payloads = [bytes(payload) for each, _, payload in folder.messages()]
+    assert counts == {name: info.count for name, info in file.topics.items()}
+    assert span == (
+        min(info.first_ns for info in file.topics.values()),
+        max(info.last_ns for info in file.topics.values()),
+    )
+    assert latched == {f"/peg_on_hole/{n}" for n in ("transition", "contact_mode", "alarm_level")}
+    assert payloads == [payload for _, payload in file.with_payloads(file.topics)]
+    capsys.readouterr()
+    full = f"cannot write {out}: the folder has something in it; name another"
+    fails(capsys, 2, full, "replay", bag, "--out", f"{out}/")
+    # Of what cannot be replayed nothing is left.
+    other = tmp_path / "other"
+    fails(capsys, 3, "there is no bag gone.mcap", "replay", "gone.mcap", "--out", other)
+    assert not other.exists()
 
 
 def test_summary_fits_its_schema_and_counts_every_message(replayed):
@@ -170,8 +196,8 @@ def test_places_that_cannot_be_written_are_refused_before_the_work(bag, tmp_path
     fails(
         capsys,
         2,
-        f"cannot write {tmp_path / 'x'}: two outputs have this place",
-        *("replay", bag, "--out", tmp_path / "x", "--summary", tmp_path / "x"),
+        f"cannot write {tmp_path / 'x.mcap'}: two outputs have this place",
+        *("replay", bag, "--out", tmp_path / "x.mcap", "--summary", tmp_path / "x.mcap"),
     )
 
 

@@ -14,6 +14,7 @@ import pytest
 
 from cli_helpers import ROOT, config, fails
 from peg_on_hole_ros.cli.main import main
+from peg_on_hole_ros.cli.places import alone_in
 from recorded import described, motion, write
 
 BAGS = ROOT / "bags"
@@ -205,6 +206,25 @@ def test_what_was_done_when_all_was_killed_is_kept_and_no_worker_goes_on(tmp_pat
     told, _ = process.communicate(timeout=120)
     assert process.returncode == 0
     assert told.count("(done before)") == 1 and "2 bags: 2 read whole; 1 done before" in told
+
+
+def test_two_do_not_write_into_one_folder(tmp_path, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    bag = write(tmp_path / "a.mcap", motion(40))
+    with alone_in(out):
+        told = f"another replay writes into {out}: wait for it, or name another folder"
+        fails(capsys, 2, told, "replay", bag, "--jobs", 1, "--out", out)
+    replay(out, bag, "--jobs", 1)
+
+
+def test_a_bag_that_links_lead_to_in_circles_has_its_shortest_name(tmp_path, capsys):
+    folder = tmp_path / "shift" / "night"
+    folder.mkdir(parents=True)
+    bag = write(folder / "a.mcap", motion(40))
+    (folder / "again").symlink_to(folder.parent)
+    replay(tmp_path / "out", folder.parent / "**" / "*.mcap", "--jobs", 1)
+    assert capsys.readouterr().out.startswith(f"{bag}: ")
 
 
 @pytest.mark.parametrize(

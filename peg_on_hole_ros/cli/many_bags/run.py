@@ -13,11 +13,12 @@ from peg_on_hole_ros.cli.many_bags.table import PARQUET, rows_of, write_tables
 from peg_on_hole_ros.cli.many_bags.task import Task, settings_hash
 from peg_on_hole_ros.cli.many_bags.which_bags import named_bags
 from peg_on_hole_ros.cli.many_bags.workers import on_cluster, on_this_machine
-from peg_on_hole_ros.cli.places import out_folder, write_text
+from peg_on_hole_ros.cli.places import alone_in, out_folder, write_text
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.report.page import library
 from peg_on_hole_ros.report.shift_page import shift_page
 from peg_on_hole_ros.robot.urdf_source import TOPIC, urdf_path
@@ -40,10 +41,17 @@ def run(arguments: argparse.Namespace) -> int:
     _check(arguments)
     configuration, _ = load(arguments.config)
     out = out_folder(arguments.out, arguments.config)
+    with alone_in(out):
+        return _run(arguments, configuration, out)
+
+
+def _run(arguments, configuration, out):
     tasks = _tasks(arguments, configuration, out)
     if arguments.dask:
         found = on_cluster(tasks, arguments.dask)
     else:
+        # Compiled once, and told, before several processes would each do so.
+        warm(configuration)
         # More processes than bags would only start.
         found = on_this_machine(tasks, min(arguments.jobs or 1, len(tasks)))
     results = {}

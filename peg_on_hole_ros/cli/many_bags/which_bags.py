@@ -67,10 +67,11 @@ def _matches(argument):
         raise PegOnHoleError("the path of the bag is empty; name a bag, a folder or a pattern")
     if os.path.lexists(argument):
         return [Path(argument)]
-    matches = sorted(glob.glob(argument, recursive=True))
+    matches = sorted(glob.glob(argument, recursive=True), key=len, reverse=True)
     if not matches:
         raise BagError(f"there is no bag {argument}")
-    return map(Path, matches)
+    # `**` follows links, in circles too: the shortest way to each is its name.
+    return sorted({os.path.realpath(match): Path(match) for match in matches}.values())
 
 
 def _bags(path, out):
