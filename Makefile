@@ -17,13 +17,13 @@ NIGHTLY ?=
 
 SUPPORTED := import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))
 
-.PHONY: run test nightly audit test-oldest test-other compiled lint format docs chart lock setup clean
+.PHONY: run test nightly audit test-oldest test-other lint format docs chart lock setup clean
 
 run: $(STAMP)  ## play the sample bag into the real node over DDS, compare with the truth
 	$(BIN)/python -m peg_on_hole_ros.cli.demo
 
 test: $(STAMP)  ## every check: style, import contract, tests
-	$(MAKE) --jobs 2 lint compiled
+	$(MAKE) --jobs 2 compiled-estimator compiled-simulation lint
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
 nightly: $(STAMP)  ## what takes too long for every push, with a table; NIGHTLY="--only live" for a part
@@ -41,8 +41,8 @@ test-oldest: $(STAMP)  ## the tests with the oldest dependencies that setup.py a
 	$(OLDEST)/bin/python -m pip install -qq --disable-pip-version-check --no-deps --editable .
 	$(OLDEST)/bin/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
-compiled: $(STAMP)
-	$(BIN)/python tools/compiled.py
+compiled-%: $(STAMP)
+	$(BIN)/python tools/compiled.py $*
 
 test-other:  ## the tests on another Python: make test-other PYTHON=/path/to/python3.12
 	$(MAKE) setup VENV=$(OTHER)

@@ -29,18 +29,21 @@ COLCON = [
     "setuptools<80",
 ]
 
-CHECKS = [
+TESTS = [
     "hypothesis>=6.100",
+    # With 9.2 the groups of pytest-xdist 3.8 have no effect, and no word of it.
+    "pytest>=8,<9.2",
+    "pytest-timeout>=2.3",
+    "pytest-xdist>=3.6",
+]
+
+CHECKS = [
     "import-linter>=2.1",
     "mpmath>=1.3",
     # With another release other remarks are needed, as with ruff.
     "mypy==2.4.1",
     # Drives the browser that the machine has; it brings none.
     "playwright>=1.45",
-    # With 9.2 the groups of pytest-xdist 3.8 have no effect, and no word of it.
-    "pytest>=8,<9.2",
-    "pytest-timeout>=2.3",
-    "pytest-xdist>=3.6",
     "ruff==0.17.5",
     "sympy>=1.12",
 ]
@@ -80,7 +83,9 @@ setup(
         "parquet": ["pyarrow>=14"],
         "cluster": ["distributed>=2023.12"],
         "docs": ["mkdocs>=1.6", "mkdocs-material>=9.5", "mkdocstrings[python]>=0.26"],
-        "dev": COLCON + CHECKS,
+        # For a run of tests of node and command line; "dev" has what all others need.
+        "test": TESTS,
+        "dev": COLCON + TESTS + CHECKS,
     },
     zip_safe=False,
     author="peg_on_hole developers",

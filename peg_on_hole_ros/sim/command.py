@@ -1,8 +1,9 @@
 """What the holder is told to do: angles and offset as quintics, smooth to the acceleration."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
+
+from peg_on_hole_ros.mechanics.compiling import compiled
 
 
 def quintic(start: ArrayLike, end: ArrayLike, duration: float) -> np.ndarray:
@@ -33,7 +34,7 @@ def quintic(start: ArrayLike, end: ArrayLike, duration: float) -> np.ndarray:
     return np.stack([c0, c1, c2, c3, c4, c5], axis=-1)
 
 
-@njit(cache=True)
+@compiled
 def evaluate(knots: np.ndarray, coefficients: np.ndarray, t: float) -> np.ndarray:
     """
     Return value, rate and acceleration of every channel at a time.

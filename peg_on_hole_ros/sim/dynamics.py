@@ -1,8 +1,8 @@
 """The six equations of `mechanics.reference` as compiled scalars, for the truth's integrator."""
 
 import numpy as np
-from numba import njit
 
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 
 # Closer to gamma0 than this [rad] a trial state of the integrator is taken back to it.
@@ -26,7 +26,7 @@ def scene_numbers(scene: Scene) -> np.ndarray:
     )
 
 
-@njit(cache=True)
+@compiled
 def rotation(q: np.ndarray) -> np.ndarray:
     """Return R_HP = Rz(psi) Ry(-gamma) Rz(phi), shape (3, 3)."""
     s, c = np.sin(q[0]), np.cos(q[0])
@@ -45,7 +45,7 @@ def rotation(q: np.ndarray) -> np.ndarray:
     return R
 
 
-@njit(cache=True)
+@compiled
 def angular_velocity(q: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return omega = gamma' eps + psi' z + phi' zeta in hole axes [rad/s], shape (3,)."""
     s, c, sp, cp = np.sin(q[0]), np.cos(q[0]), np.sin(q[1]), np.cos(q[1])
@@ -58,7 +58,7 @@ def angular_velocity(q: np.ndarray, rates: np.ndarray) -> np.ndarray:
     )
 
 
-@njit(cache=True)
+@compiled
 def angular_acceleration(q: np.ndarray, rates: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
     """Return the rate of `angular_velocity` in hole axes [rad/s^2], shape (3,)."""
     sp, cp = np.sin(q[1]), np.cos(q[1])
@@ -74,7 +74,7 @@ def angular_acceleration(q: np.ndarray, rates: np.ndarray, acceleration: np.ndar
     return out
 
 
-@njit(cache=True)
+@compiled
 def three_points(p: np.ndarray, gamma: float) -> tuple[float, ...]:
     """
     Return the geometry of three-point contact.
@@ -107,7 +107,7 @@ def three_points(p: np.ndarray, gamma: float) -> tuple[float, ...]:
     return s, c, a1, a2, S1, S2, b, h_c, z_c, dh_c, dz_c, 2 * a2 / s - dz_c, dh_c - 2 * S2 / s
 
 
-@njit(cache=True)
+@compiled
 def contacts(
     p: np.ndarray, q: np.ndarray, rates: np.ndarray, scale: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -157,7 +157,7 @@ def contacts(
     return points, velocity, direction, J
 
 
-@njit(cache=True)
+@compiled
 def six_equations(
     p: np.ndarray, q: np.ndarray, rates: np.ndarray, F: np.ndarray, M: np.ndarray, scale: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -214,7 +214,7 @@ def six_equations(
     return A, r
 
 
-@njit(cache=True)
+@compiled
 def solve6(A: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Return y of A y = r by elimination with partial pivoting; A and r are overwritten."""
     n = r.size
@@ -240,7 +240,7 @@ def solve6(A: np.ndarray, r: np.ndarray) -> np.ndarray:
     return r
 
 
-@njit(cache=True)
+@compiled
 def motion(
     p: np.ndarray, q: np.ndarray, rates: np.ndarray, F: np.ndarray, M: np.ndarray, scale: float
 ) -> np.ndarray:
@@ -249,7 +249,7 @@ def motion(
     return solve6(A, r)
 
 
-@njit(cache=True)
+@compiled
 def determinant(p: np.ndarray, q: np.ndarray, rates: np.ndarray, scale: float) -> float:
     """
     Return the determinant of the six equations over its frictionless value.

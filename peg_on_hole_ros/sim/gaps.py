@@ -1,8 +1,8 @@
 """How far a peg is off each of its three touching points, by the shapes of peg and rim."""
 
 import numpy as np
-from numba import njit
 
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.sim.dynamics import three_points
 
 # To first order in the offset from the touching pose a gap would be the offset's share along the
@@ -15,7 +15,7 @@ _STEPS, _LONGEST, _FURTHEST = 30, 0.1, 1.2
 CLEAR = 1.0
 
 
-@njit(cache=True)
+@compiled
 def contact_gaps(
     p: np.ndarray, gamma: float, offset: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -52,7 +52,7 @@ def contact_gaps(
     return points, normals, gaps
 
 
-@njit(cache=True)
+@compiled
 def _side(d, D, s, c, P, point, normal, gaps):
     """Fill in K: the rim against the peg's side."""
     # The side cuts the rim's plane in an ellipse; K is where it is farthest from the hole's axis.
@@ -81,7 +81,7 @@ def _side(d, D, s, c, P, point, normal, gaps):
     gaps[0] = length - d / 2
 
 
-@njit(cache=True)
+@compiled
 def _edge(d, D, s, c, P, side, i, point, normal, gaps):
     """Fill in B1 or B2: the rim against the edge of the peg's end."""
     cu = -P[2] / (d / 2 * s)

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.dynamics import angular_velocity, rotation, three_points
 from peg_on_hole_ros.sim.holder import cross, mass_centre
@@ -59,14 +59,14 @@ def guided_state(
     return x
 
 
-@njit(cache=True)
+@compiled
 def hole_axes(psi: float, v: np.ndarray) -> np.ndarray:
     """Return a vector of (h, e, z) in hole axes, shape (3,)."""
     s, c = np.sin(psi), np.cos(psi)
     return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]])
 
 
-@njit(cache=True)
+@compiled
 def guided_contacts(
     p: np.ndarray, x: np.ndarray, loaded: int, normal: np.ndarray, scale: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -128,7 +128,7 @@ def guided_contacts(
     return points, forces, slip
 
 
-@njit(cache=True)
+@compiled
 def newton_euler(
     p: np.ndarray, x: np.ndarray, points: np.ndarray, forces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

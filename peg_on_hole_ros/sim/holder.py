@@ -1,9 +1,9 @@
 """The compliant holder: a spring and damper of six directions between commanded and true pose."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.dynamics import (
@@ -49,7 +49,7 @@ def holder_numbers(
     return np.array([*lever, stiffness, damping, rotational_stiffness, rotational_damping])
 
 
-@njit(cache=True)
+@compiled
 def touching(p: np.ndarray, gamma: float) -> np.ndarray:
     """
     Return the mass centre of the touching pose in the plane (h, z), and derivatives by gamma.
@@ -80,7 +80,7 @@ def touching(p: np.ndarray, gamma: float) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
+@compiled
 def mass_centre(p: np.ndarray, x: np.ndarray) -> np.ndarray:
     """
     Return the mass centre's position, velocity and acceleration in hole axes.
@@ -122,7 +122,7 @@ def mass_centre(p: np.ndarray, x: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
+@compiled
 def rotation_vector(R: np.ndarray) -> np.ndarray:
     """Return the rotation vector of R [rad], for angles below about 3 rad, shape (3,)."""
     w = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
@@ -131,7 +131,7 @@ def rotation_vector(R: np.ndarray) -> np.ndarray:
     return w * (angle / sine) if sine > 1e-12 else w
 
 
-@njit(cache=True)
+@compiled
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b, shape (3,)."""
     return np.array(
@@ -139,7 +139,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     )
 
 
-@njit(cache=True)
+@compiled
 def holder_pull(
     p: np.ndarray, holder: np.ndarray, command: np.ndarray, true: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +178,7 @@ def holder_pull(
     return F, M
 
 
-@njit(cache=True)
+@compiled
 def holder_wrench(
     p: np.ndarray, holder: np.ndarray, command: np.ndarray, state: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -188,7 +188,7 @@ def holder_wrench(
     return holder_pull(p, holder, command, true)
 
 
-@njit(cache=True)
+@compiled
 def contact_motion(
     p: np.ndarray,
     holder: np.ndarray,
@@ -207,7 +207,7 @@ def contact_motion(
     return out
 
 
-@njit(cache=True)
+@compiled
 def state_rate(
     t: float,
     state: np.ndarray,
@@ -224,7 +224,7 @@ def state_rate(
     return out
 
 
-@njit(cache=True)
+@compiled
 def state_rate_jacobian(
     t: float,
     state: np.ndarray,

@@ -9,8 +9,8 @@ rests, without creep, and forces can be locked in between two contacts.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.dynamics import angular_velocity, rotation
 from peg_on_hole_ros.sim.holder import cross, rotation_vector
@@ -37,7 +37,7 @@ def surface_of(mass: float, stiffness: float) -> Surface:
     return Surface(stiffness, ALONG * stiffness, damping, np.sqrt(ALONG) * damping)
 
 
-@njit(cache=True)
+@compiled
 def contact_forces(
     p: np.ndarray,
     height: float,
@@ -121,7 +121,7 @@ def contact_forces(
     return points, forces, strained, slips, normal, azimuth, gaps
 
 
-@njit(cache=True)
+@compiled
 def commanded(
     p: np.ndarray, knots: np.ndarray, coefficients: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -139,7 +139,7 @@ def commanded(
     return C + lever, R, v + cross(w, lever), w
 
 
-@njit(cache=True)
+@compiled
 def pull(
     p: np.ndarray,
     holder: np.ndarray,
@@ -165,7 +165,7 @@ def pull(
     return F, M
 
 
-@njit(cache=True)
+@compiled
 def acceleration(
     p: np.ndarray,
     F: np.ndarray,

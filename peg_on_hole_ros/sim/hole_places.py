@@ -1,7 +1,8 @@
 """Where a peg that is in a hole, or on its rim, touches: rim against side, edge against wall."""
 
 import numpy as np
-from numba import njit
+
+from peg_on_hole_ros.mechanics.compiling import compiled
 
 # Slots: two of the rim against the peg's side, two of the peg's lower edge against the wall.
 SLOTS = 4
@@ -15,7 +16,7 @@ _STEPS, _LONGEST = 40, 0.2
 _TOGETHER, _APART = 0.5, 1.2
 
 
-@njit(cache=True)
+@compiled
 def _climb(alpha, beta, kappa, u):
     """Return the local maximum of alpha cos u + beta sin u + kappa cos(u)^2 uphill of u."""
     for _ in range(_STEPS):
@@ -30,7 +31,7 @@ def _climb(alpha, beta, kappa, u):
     return u
 
 
-@njit(cache=True)
+@compiled
 def farthest(alpha: float, beta: float, kappa: float) -> tuple[int, np.ndarray]:
     """
     Return the local maxima of alpha cos u + beta sin u + kappa cos(u)^2 over a turn.
@@ -61,7 +62,7 @@ def farthest(alpha: float, beta: float, kappa: float) -> tuple[int, np.ndarray]:
     return 2, out
 
 
-@njit(cache=True)
+@compiled
 def touching_places(
     p: np.ndarray, height: float, C: np.ndarray, R: np.ndarray, before: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -115,7 +116,7 @@ def touching_places(
     return points, normals, gaps, azimuth, share
 
 
-@njit(cache=True)
+@compiled
 def _rim(d, D, height, s, hx, hy, zeta, P, found, form):
     """Fill rows and form; return how many rows."""
     along = np.sum(P * zeta)
@@ -141,7 +142,7 @@ def _rim(d, D, height, s, hx, hy, zeta, P, found, form):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _edge(d, D, s, c, hx, hy, P, found, form):
     """Fill rows and form; return how many rows."""
     radius = d / 2
@@ -190,12 +191,12 @@ def _edge(d, D, s, c, hx, hy, P, found, form):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _height(alpha, beta, kappa, u):
     return alpha * np.cos(u) + beta * np.sin(u) + kappa * np.cos(u) ** 2
 
 
-@njit(cache=True)
+@compiled
 def _shares(alpha, beta, kappa, u, v, between):
     """
     Return the shares of one contact's stiffness of two neighbouring places, the nearer first.
@@ -220,7 +221,7 @@ def _shares(alpha, beta, kappa, u, v, between):
     return 1 - 0.5 * near * parted, 0.5 * near * parted + 1 - near
 
 
-@njit(cache=True)
+@compiled
 def _into_slots(found, count, form, first, before, points, normals, gaps, azimuth, share):
     """Give the two nearest of what was found to the slots that they were in."""
     if count == 0:

@@ -7,8 +7,8 @@ differences, both with one coefficient.
 """
 
 import numpy as np
-from numba import njit
 
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.sim.hole_forces import acceleration, commanded, contact_forces, pull
 
 # Largest step [s], and how often one that finds no solution is halved.
@@ -21,7 +21,7 @@ _ITERATIONS, _JACOBIANS = 6, 6
 _LEFT, _LEFT_TURNING = 1e-10, 1e-8
 
 
-@njit(cache=True)
+@compiled
 def turned(theta: np.ndarray) -> np.ndarray:
     """Return the rotation by a small vector, shape (3, 3)."""
     x, y, z = theta
@@ -40,7 +40,7 @@ def turned(theta: np.ndarray) -> np.ndarray:
     return R
 
 
-@njit(cache=True)
+@compiled
 def _turning(theta, w):
     """Return the rate of a small rotation vector at an angular velocity."""
     x = theta[1] * w[2] - theta[2] * w[1]
@@ -53,7 +53,7 @@ def _turning(theta, w):
     return out
 
 
-@njit(cache=True)
+@compiled
 def _evaluate(model, command, base, ah, R_n, shift, azimuth, V):
     """Return residual, acceleration, position, rotation vector and contacts at a velocity."""
     p, height, surface, holder = model
@@ -68,12 +68,12 @@ def _evaluate(model, command, base, ah, R_n, shift, azimuth, V):
     return V - base[6:] - ah * acc, acc, C, theta, R, F, M, contact
 
 
-@njit(cache=True)
+@compiled
 def _small(r):
     return np.abs(r[:3]).max() < _LEFT and np.abs(r[3:]).max() < _LEFT_TURNING
 
 
-@njit(cache=True)
+@compiled
 def _solve(model, command, base, ah, R_n, shift, azimuth, V, J):
     """Return whether a stage was solved, its velocity and the Jacobian used."""
     r = _evaluate(model, command, base, ah, R_n, shift, azimuth, V)[0]
@@ -112,7 +112,7 @@ def _solve(model, command, base, ah, R_n, shift, azimuth, V, J):
     return False, V, J
 
 
-@njit(cache=True)
+@compiled
 def _step(model, knots, coefficients, t, h, C, R, V, acc, shift, slips, azimuth, J):
     """Return whether a step succeeded, and the state behind it."""
     p = model[0]
@@ -143,7 +143,7 @@ def _step(model, knots, coefficients, t, h, C, R, V, acc, shift, slips, azimuth,
     return True, C2, R2, V2, acc2, contact[2], contact[3], contact[5], J
 
 
-@njit(cache=True)
+@compiled
 def advance(
     model: tuple,
     knots: np.ndarray,

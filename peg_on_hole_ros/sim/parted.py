@@ -9,10 +9,10 @@ and jam by themselves: nothing here solves for reactions.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.integrate import Radau
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.contact_run import MAX_STEP, Model
 from peg_on_hole_ros.sim.dynamics import angular_velocity, solve6
@@ -78,7 +78,7 @@ def parted_state(
     return out
 
 
-@njit(cache=True)
+@compiled
 def pushes(
     p: np.ndarray, x: np.ndarray, scale: float, stiffness: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -124,7 +124,7 @@ def pushes(
     return points, forces, normal, slip
 
 
-@njit(cache=True)
+@compiled
 def parted_motion(
     t: float,
     y: np.ndarray,
@@ -155,7 +155,7 @@ def parted_motion(
     return out
 
 
-@njit(cache=True)
+@compiled
 def parted_rate(
     t: float,
     y: np.ndarray,
@@ -173,7 +173,7 @@ def parted_rate(
     return out
 
 
-@njit(cache=True)
+@compiled
 def parted_jacobian(
     t: float,
     y: np.ndarray,
