@@ -4,10 +4,11 @@ Change one formula, constant or condition at a time, and count which changes no 
     python -m benchmarks.mutations [--part monitor mechanics estimator] [--count 60] [--seed 1]
         [--minutes MINUTES] --out DIR
 
-Each mutation is made in a copy of the checkout, whose tests of that part run until one fails. In a
-copy without any they have to pass: else all would be noticed. Results are kept in DIR, so that a
-run which was stopped goes on. Ends with 1 where fewer than LEAST are noticed. JUDGED are survivors
-that change nothing a user could see.
+Each mutation is made in a copy of the checkout, whose tests of that part run until one fails; the
+first are those that name the module most. In a copy without any they have to pass: else all would
+be noticed. Results are kept in DIR: a run that was stopped goes on, and one with a larger count
+begins with those of a smaller. Ends with 1 where fewer than LEAST are noticed. JUDGED are
+survivors that change nothing a user could see.
 """
 
 import argparse
@@ -15,10 +16,10 @@ import ast
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from math import inf
 from pathlib import Path
@@ -40,6 +41,9 @@ SWAPPED = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt,
     ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
 }  # fmt: skip
+# What of them is compiled depends on none of the parts, but for how.
+KEPT, HOW = "sim_", "mechanics/compiling.py"
+FOLDER = "import os, peg_on_hole_ros; print(os.environ['NUMBA_CACHE_DIR'])"
 # By file, line and kind.
 JUDGED: set[str] = set()
 
@@ -110,26 +114,53 @@ def mutated(text: str, mutation: Mutation) -> str:
     return ast.unparse(ast.fix_missing_locations(tree))
 
 
-def noticed(mutation: Mutation | None, tests: list[str]) -> bool:
-    """Return whether a test fails with a mutation, or with none."""
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "checkout"
-        leave = shutil.ignore_patterns(".*", "out", "site", "__pycache__")
-        shutil.copytree(ROOT, copy, ignore=leave)
-        if mutation is not None:
-            path = copy / PACKAGE / mutation.path
-            path.write_text(mutated(path.read_text(encoding="utf-8"), mutation), encoding="utf-8")
-        environment = {
-            **os.environ, "PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy / "compiled"),
-        }  # fmt: skip
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
-        try:
-            done = subprocess.run(
-                [*command, *tests], cwd=copy, env=environment, capture_output=True, timeout=TIMEOUT
-            )
-        except subprocess.TimeoutExpired:
-            return True
-        return done.returncode != 0
+def in_order(tests: list[str], path: str) -> list[str]:
+    """Return the files of tests, those first that name a module most often for their length."""
+    module = Path(path)
+    files = [
+        file
+        for place in map(ROOT.joinpath, tests)
+        for file in ([place] if place.is_file() else sorted(place.rglob("test_*.py")))
+    ]
+
+    def named(file):
+        text = file.read_text(encoding="utf-8")
+        words = (module.stem, module.parent.name)
+        return [len(re.findall(rf"\b{word}\b", text)) / len(text) for word in words]
+
+    return [str(file.relative_to(ROOT)) for file in sorted(files, key=named, reverse=True)]
+
+
+def noticed(mutation: Mutation | None, tests: list[str], folder: Path) -> bool:
+    """Return whether a test fails with a mutation, or with none, in a copy in a folder."""
+    copy, compiled = folder.resolve() / "checkout", folder.resolve() / "compiled"
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "out", "site", "__pycache__"))
+    environment = {**os.environ, "PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(compiled)}
+    if mutation is not None:
+        path = copy / PACKAGE / mutation.path
+        path.write_text(mutated(path.read_text(encoding="utf-8"), mutation), encoding="utf-8")
+        tests = in_order(tests, mutation.path)
+    asked = [sys.executable, "-c", FOLDER]
+    told = subprocess.run(asked, cwd=copy, env=environment, capture_output=True, text=True)
+    # A package that cannot be imported has no folder; the tests tell.
+    own = Path(told.stdout.strip() or compiled)
+    kept = folder.resolve() / "kept"
+    if mutation is not None and mutation.path != HOW and kept.exists():
+        shutil.copytree(kept, own, dirs_exist_ok=True)
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+    try:
+        done = subprocess.run(
+            [*command, *tests], cwd=copy, env=environment, capture_output=True, timeout=TIMEOUT
+        )
+    except subprocess.TimeoutExpired:
+        return True
+    finally:
+        if mutation is None or mutation.path != HOW:
+            for found in own.glob(f"{KEPT}*"):
+                shutil.copytree(found, kept / found.name, dirs_exist_ok=True)
+        shutil.rmtree(compiled, ignore_errors=True)
+    return done.returncode != 0
 
 
 def main(arguments=None) -> int:
@@ -146,17 +177,17 @@ def main(arguments=None) -> int:
     for part in options.part:
         modules = sorted((ROOT / PACKAGE / part).rglob("*.py"))
         every = [m for path in modules if path.name not in NOT_MUTATED for m in sites(path)]
-        chosen = random.Random(options.seed).sample(every, min(options.count, len(every)))
+        chosen = random.Random(options.seed).sample(every, len(every))[: options.count]
         kept = options.out / f"{part}.json"
         results = json.loads(kept.read_text()) if kept.exists() else {}
         if "none" not in results:
-            if noticed(None, TESTS[part]):
+            if noticed(None, TESTS[part], options.out):
                 print(f"{part}: the tests fail without any mutation")
                 return 1
             results["none"] = False
         for mutation in chosen:
             if str(mutation) not in results and time.monotonic() < end:
-                results[str(mutation)] = noticed(mutation, TESTS[part])
+                results[str(mutation)] = noticed(mutation, TESTS[part], options.out)
                 kept.write_text(json.dumps(results, indent=1))
         counted = [m for m in map(str, chosen) if m in results and m not in JUDGED]
         share = sum(results[m] for m in counted) / max(len(counted), 1)

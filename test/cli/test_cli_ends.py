@@ -110,8 +110,9 @@ def test_a_reader_that_goes_changes_no_exit_code(tmp_path, monkeypatch, buffered
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
     assert unread("inspect", whole) == (0, "")
-    assert unread("--help") == (0, "")
-    for command in ("inspect", "replay"):
+    if not buffered:
+        assert unread("--help") == (0, "")
+    for command in ("inspect",) if buffered else ("inspect", "replay"):
         code, told = unread(command, cut)
         assert code == 4
         assert told.startswith(f"peg-on-hole: error: {cut} is cut off at byte ")

@@ -11,7 +11,7 @@ from peg_on_hole_ros.config.configuration import PARAMETERS
 from peg_on_hole_ros.config.parameters_file import write_parameters
 
 # As many times the profile's examples: one takes 3 ms, but for the whole file.
-MORE = settings.default.max_examples * 5
+MORE = settings.default.max_examples * 2
 UNFIT = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\u2028\u2029]")
 WHOLE = write_parameters({})
 

@@ -28,7 +28,7 @@ LEVELS = {"one level": ONE_LEVEL, "three levels": {}, "held": ONE_LEVEL | {"time
 @pytest.mark.parametrize("levels", LEVELS)
 def test_friction_is_known(levels):
     recorded = truth("closing_with_slip")
-    rows, noise = samples(recorded, count=300)
+    rows, noise = samples(recorded, count=150)
     cell = cell_of(with_scene(recorded, friction_stddev=0.0), noise, **LEVELS[levels])
     assert differences(cell, 1, rows).max() < LIMIT
 
@@ -39,7 +39,7 @@ def test_friction_is_known(levels):
 )
 def test_a_mixture_of_frictions_and_levels(name):
     recorded = truth(name)
-    rows, noise = samples(recorded, count=200)
+    rows, noise = samples(recorded, count=120)
     cell = cell_of(with_scene(recorded, friction=0.17, friction_stddev=0.05), noise)
     assert differences(cell, 7, rows).max() < LIMIT
 
@@ -48,7 +48,7 @@ def test_a_mixture_of_frictions_and_levels(name):
 def test_friction_is_open_where_the_slip_tells_little(learnt):
     """Its variance is bound from below while the slip may point elsewhere, or stays."""
     recorded = truth("closing_without_slip")
-    rows, noise = samples(recorded, count=200)
+    rows, noise = samples(recorded, count=120)
     scene = with_scene(recorded, friction_stddev=0.01)
     cell = cell_of(scene, noise, friction_learnt=learnt, **ONE_LEVEL)
     assert differences(cell, 1, rows).max() < LIMIT
@@ -60,14 +60,14 @@ def test_one_quantity_is_open(quantity, how):
     # A delay is only ever considered: its slope by the rates is that of no delay.
     considered = (quantity,) if how == "considered" or quantity == "delay" else ()
     recorded = truth("closing_with_slip")
-    rows, noise = samples(recorded, count=250)
+    rows, noise = samples(recorded, count=120)
     cell = cell_of(with_scene(recorded), noise, (quantity,), considered, **ONE_LEVEL)
     assert differences(cell, 1, rows).max() < LIMIT
 
 
 def test_all_are_open_and_friction_is_considered():
     recorded = truth("closing_with_slip")
-    rows, noise = samples(recorded, count=200)
+    rows, noise = samples(recorded, count=120)
     scene = with_scene(recorded)
     cell = cell_of(scene, noise, tuple(STATED), ("delay",), friction_learnt=False, **ONE_LEVEL)
     assert differences(cell, 1, rows).max() < LIMIT

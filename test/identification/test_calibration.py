@@ -125,17 +125,18 @@ def test_what_was_put_in_is_written(wrong):
     assert "the model explains the recording" in " ".join(heading.split())
 
 
-def test_intervals_hold_what_was_put_in_wherever_the_search_starts():
+@pytest.mark.parametrize(
+    ("friction", "clearance"),
+    [(0.12, 1.1e-4), pytest.param(0.3, 9e-5, marks=pytest.mark.nightly)],
+)
+def test_intervals_hold_what_was_put_in_wherever_the_search_starts(friction, clearance):
     truth, true = measured(**TRUE, tilt_x=0.0), coordinates(measured(**TRUE).plan.configuration)
-    held = 0
-    for friction, clearance in ((0.12, 1.1e-4), (0.3, 9e-5)):
-        start = changed(truth.plan.configuration, friction=friction, clearance=clearance)
-        found = calibrate(as_recording(truth, start), start)
-        assert found.nis < 3.2 < found.nis_before
-        at = [np.exp(x) if one.log else x for one, x in zip(QUANTITIES, true)]
-        held += sum(e.low <= t <= e.high for e, t in zip(found.estimates, at))
-    # Two searches end at one place, of one recording: 28 that err together.
-    assert held >= 24
+    start = changed(truth.plan.configuration, friction=friction, clearance=clearance)
+    found = calibrate(as_recording(truth, start), start)
+    assert found.nis < 3.2 < found.nis_before
+    at = [np.exp(x) if one.log else x for one, x in zip(QUANTITIES, true)]
+    # Of one recording: 14 that err together.
+    assert sum(e.low <= t <= e.high for e, t in zip(found.estimates, at)) >= 12
 
 
 def test_a_cell_that_is_right_is_left_as_it_is_and_what_is_not_told_is_named():
