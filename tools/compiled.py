@@ -12,6 +12,7 @@ import argparse
 import contextlib
 import io
 import sys
+import tempfile
 from dataclasses import replace
 from itertools import accumulate
 from pathlib import Path
@@ -51,7 +52,8 @@ def estimator() -> None:
     warm(Configuration())
     nothing = io.StringIO()
     with contextlib.redirect_stdout(nothing), contextlib.redirect_stderr(nothing):
-        main(["replay", str(BAG)])
+        with tempfile.TemporaryDirectory() as folder:
+            main(["replay", str(BAG), "--out", f"{folder}/out.mcap"])
     configuration = stored_configuration(Bag(BAG))
     samples = list(bag_samples(BAG, configuration))
     runs.run(configuration, samples[:FEW], perf_counter)
