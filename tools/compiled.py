@@ -51,9 +51,12 @@ def estimator() -> None:
     """Replay in blocks and one by one, each estimator that is compared, and calibration."""
     warm(Configuration())
     nothing = io.StringIO()
-    with contextlib.redirect_stdout(nothing), contextlib.redirect_stderr(nothing):
-        with tempfile.TemporaryDirectory() as folder:
-            main(["replay", str(BAG), "--out", f"{folder}/out.mcap"])
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        contextlib.redirect_stdout(nothing),
+        contextlib.redirect_stderr(nothing),
+    ):
+        main(["replay", str(BAG), "--out", f"{folder}/out.mcap"])
     configuration = stored_configuration(Bag(BAG))
     samples = list(bag_samples(BAG, configuration))
     runs.run(configuration, samples[:FEW], perf_counter)
