@@ -17,6 +17,8 @@ _OWN_ERROR = "_internal_error"
 _OVERLOAD = "_dropped_overload"
 # Of the time; what the rest goes to is not the node's own work.
 _BUSY = 0.9
+# What seems so many times noisier than stated is no noise: values mean something else.
+_NO_NOISE = 7.0
 _TOO_SLOW = (
     "too slow for this input rate: messages wait, come late or are lost, whatever the clocks say; "
     "a wrench at a lower rate, a lower markers_rate, fewer subscribers, or a faster machine"
@@ -69,6 +71,7 @@ class Diagnostics:
         self._age_ns: int | None = None
         self._counts = dict(counts or {})
         self._shared = 0
+        self._noise = 1.0
 
     def received(self, source: str, busy_ns: int, outputs: bool = False) -> None:
         """Note one message from `wrench` or `joints`, and how long its callback took [ns]."""
@@ -182,8 +185,12 @@ class Diagnostics:
         # What the motion contradicts is wrong, whatever else is told, until another motion fits.
         if MISFIT_COUNT in new or health.get("misfit"):
             return _status("filter", ERROR, "; ".join(causes or [MISFIT]), health)
+        found = [health.get(f"{name}_noise", 1.0) for name in ("joints", "wrench")]
+        # A cause that is told stays told.
+        self._noise = max(self._noise, *found) if causes else 1.0
         if causes:
-            return _status("filter", WARN, "; ".join(causes), health)
+            level = ERROR if self._noise > _NO_NOISE else WARN
+            return _status("filter", level, "; ".join(causes), health)
         running = f"running; {model}" if model else "running"
         return _status("filter", OK, running if self._outputs else "no estimate", health)
 

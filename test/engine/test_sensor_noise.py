@@ -7,6 +7,7 @@ import pytest
 
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.ros.diagnostics import ERROR, WARN, Diagnostics
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
 
@@ -105,6 +106,18 @@ def test_noise_as_stated_is_not_told(name, seed):
     assert max(each.monitor["joints_noise"] for each in outputs) < 1.3
     # The law only ever widens what is stated.
     assert min(each.monitor["joints_noise"] for each in outputs) >= 1.0
+
+
+@pytest.mark.parametrize(("times", "level"), [(3.0, WARN), (10.0, ERROR)])
+def test_what_is_ten_times_noisier_is_an_error_as_long_as_it_is_told(times, level):
+    recorded, samples = noisier("closing_with_slip", 1.0, wrench=times)
+    line, _, _ = played(recorded, samples)
+    diagnostics = Diagnostics()
+    # A sensor that is calm again has its values wrong still.
+    for health in (line.health, line.health | {"wrench_noise": 1.0}):
+        report, _ = diagnostics.report(0, 10**9, {}, health, causes=line.causes)
+        status = next(each for each in report["status"] if each["name"].endswith("filter"))
+        assert status["level"] == level and "wrench.force_stddev" in status["message"]
 
 
 def test_a_reset_takes_the_noise_as_stated_again():
