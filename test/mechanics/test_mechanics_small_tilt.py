@@ -63,6 +63,16 @@ def test_inertia_across_the_hole():
     assert pressed == pytest.approx(across, rel=0.1)
 
 
+def test_friction_and_reactions_move_the_peg_along_the_hole():
+    # Closing pulls at K down the peg's axis, and at B1 and B2 up the hole's wall.
+    scene = Scene(peg_height=0.02, friction=0.5, gravity=(0.0, 0.0, 0.0))
+    found = small_tilt.reactions(scene, EXCESS, (-3.0, 0.0, 0.0))
+    gamma, f = scene.gamma0 + EXCESS, scene.friction
+    upward = found.K * (np.sin(gamma) - f * np.cos(gamma)) + f * found.B_sum
+    falls = scene.hole_diameter / scene.gamma0 + scene.mass_center_height
+    assert upward == pytest.approx(-scene.peg_mass * falls * 9.0, rel=1e-6)
+
+
 def test_inertia_out_of_the_plane_of_tilt():
     # A peg that slides while it closes is pushed sideways: by B1 and B2, without friction.
     scene = Scene(friction=0.0)
