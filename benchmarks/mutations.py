@@ -25,6 +25,8 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
+from scipy.stats import binomtest
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = "peg_on_hole_ros"
 TESTS = {
@@ -190,9 +192,15 @@ def main(arguments=None) -> int:
                 results[str(mutation)] = noticed(mutation, TESTS[part], options.out)
                 kept.write_text(json.dumps(results, indent=1))
         counted = [m for m in map(str, chosen) if m in results and m not in JUDGED]
-        share = sum(results[m] for m in counted) / max(len(counted), 1)
+        if not counted:
+            print(f"{part}: none was tried")
+            enough = False
+            continue
+        found = binomtest(sum(results[m] for m in counted), len(counted))
+        share, sure = found.statistic, found.proportion_ci(method="wilson")
         enough &= share >= LEAST
-        print(f"{part}: {share:.0%} of {len(counted)} mutations noticed; not noticed:")
+        between = f"95 % interval {sure.low:.0%} to {sure.high:.0%}"
+        print(f"{part}: {share:.0%} of {len(counted)} mutations noticed ({between}); not noticed:")
         print(*(f"  {m}" for m in counted if not results[m]), sep="\n")
     return int(not enough)
 
