@@ -9,12 +9,13 @@ import rigid_body_oracle as oracle
 from benchmarks.plans import Drawn, foreseen, simulated
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.planning.cell import Cell
-from peg_on_hole_ros.mechanics.planning.motion import motion_of
+from peg_on_hole_ros.mechanics.planning.motion import motion_of, path_of
 from peg_on_hole_ros.mechanics.planning.outlook import Cause
 from peg_on_hole_ros.mechanics.planning.profile import profile
 from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion, remedies
 from peg_on_hole_ros.mechanics.planning.spread import probability_below, quantile, spread_of
 from peg_on_hole_ros.mechanics.planning.steady import steady_loads
+from peg_on_hole_ros.mechanics.planning.windup import followed
 from peg_on_hole_ros.mechanics.planning.words import advice, as_data, in_words
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging
@@ -179,6 +180,22 @@ def test_a_soft_holder_takes_up_the_turn_at_first(plan):
     late = replace(CELL, rotational_stiffness=200.0)
     assert judge(KNOWN, late, LIMITS, plan.motion).expected is not None
     assert simulated(Drawn(SCENE, late, LIMITS, KNOWN), plan.motion).outcome != "through"
+
+
+def test_what_is_wound_up_and_turned_together_is_what_was_commanded():
+    """From the first of a turn on, and with the loads that its rates have by themselves."""
+    cell = replace(CELL, rotational_stiffness=600.0)
+    legs = [((-0.2, 0.0, 0.0), 0.14), ((-0.2, 0.0, 1.0), KNOWN.gamma0)]
+    motion = motion_of(0.2, (0, 0, 0), legs, KNOWN.gamma0, cell.max_acceleration)
+    path = path_of(motion, KNOWN.gamma0)
+    path = type(path)(*(part[..., path.gamma > KNOWN.gamma0 + 2e-3] for part in path))
+    loads, rates = followed(KNOWN, cell, path, path.gamma, np.array([KNOWN.friction]))
+    direct = steady_loads(KNOWN, cell, path.gamma, rates[:, 0], [KNOWN.friction])
+    np.testing.assert_allclose(loads.normal[:, 0], direct.normal[:, 0], rtol=0.03)
+    lag = direct.lag[1:, 0].sum(axis=0)
+    behind = (path.rates[1:] - rates[1:, 0]).sum(axis=0)[1:] @ np.diff(path.time)
+    assert np.ptp(lag) > 2e-3
+    assert behind == pytest.approx(lag[-1] - lag[0], abs=0.04 * np.ptp(lag))
 
 
 def test_a_turn_too_slow_chatters_where_one_not_much_faster_does_not():
