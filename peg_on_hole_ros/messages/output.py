@@ -18,6 +18,7 @@ from peg_on_hole_ros.monitor.output_row import (
     SIZE,
 )
 from peg_on_hole_ros.monitor.outputs import outputs_of
+from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import ANGLES, CONTACTS, Alarm, Outputs, Rows
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -89,11 +90,18 @@ class OutputStream:
         For the sizes of peg and hole and the friction cones.
     markers_rate : float
         Most marker messages per second of stamp time [Hz]; 0: none.
+    possible : StillPossible, optional
+        Says beside the alarms what helps.
 
     """
 
-    def __init__(self, scene: Scene, markers_rate: float = 10.0) -> None:
-        self._scene = scene
+    def __init__(
+        self,
+        scene: Scene,
+        markers_rate: float = 10.0,
+        possible: StillPossible | None = None,
+    ) -> None:
+        self._scene, self._possible = scene, possible
         self.set_markers_rate(markers_rate)
         self._markers_ns: int | None = None
         self._alarms_ns: int | None = None
@@ -123,11 +131,12 @@ class OutputStream:
             self._mode = outputs.contact_mode
             messages.append(("contact_mode", STRING, {"data": outputs.contact_mode}))
         levels = tuple((alarm.name, alarm.level) for alarm in outputs.alarms)
-        changed = levels != self._levels
+        changed = levels != self._levels or self._made_due
+        alarms = self._possible.beside(outputs) if self._possible else outputs.alarms
         # Alarms that nobody looks after are not published: their silence can be told.
         if levels and (changed or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS)):
             self._levels, self._alarms_ns = levels, outputs.t_ns
-            messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, outputs.alarms)))
+            messages.append(("alarms", DIAGNOSTICS, alarm_array(outputs.t_ns, alarms)))
         worst = max((level for _, level in levels), default=None)
         if worst != self._worst and worst is not None:
             self._worst = worst
@@ -163,14 +172,23 @@ class OutputStream:
             i = min(change, *(max(int(np.searchsorted(t_ns, due)), i + 1) for due in self._dues()))
         return found
 
+    @property
+    def _made_due(self):
+        return self._possible is not None and self._possible.due
+
     def _anything_due(self, t_ns):
         alarms = self._alarms_ns is not None and _due(t_ns, self._alarms_ns, ALARM_PERIOD_NS)
         period = self._markers_period_ns
-        return alarms or (period is not None and _due(t_ns, self._markers_ns, period))
+        return (
+            self._made_due
+            or alarms
+            or (period is not None and _due(t_ns, self._markers_ns, period))
+        )
 
     def _dues(self):
         """Return the stamps from which on alarms and markers are due again [ns]."""
-        dues = [_NEVER]
+        # What is made at the next stamp is due whenever that is.
+        dues = [_NEVER, *([-_NEVER] if self._made_due else [])]
         if self._alarms_ns is not None:
             dues.append(self._alarms_ns + ALARM_PERIOD_NS)
         if self._markers_period_ns is not None:

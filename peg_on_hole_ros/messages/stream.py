@@ -28,6 +28,7 @@ from peg_on_hole_ros.messages.estimate_bytes import EstimateEncoder
 from peg_on_hole_ros.messages.output import STRING, Message, OutputStream, estimate_messages
 from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
 from peg_on_hole_ros.monitor.outputs import outputs_of
+from peg_on_hole_ros.monitor.still_possible import StillPossible
 from peg_on_hole_ros.records import Answer, Arrivals, JointSample, WrenchSample
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
@@ -97,7 +98,8 @@ class MessageStream:
         self.t_ns: int | None = None
         self.frame: str | None = None
         self.refused = ""
-        self._outputs = OutputStream(configuration.scene, markers_rate)
+        self._possible = StillPossible(configuration)
+        self._outputs = OutputStream(configuration.scene, markers_rate, self._possible)
         self._cycles = Cycles()
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
         joints = configuration.joints
@@ -321,6 +323,7 @@ class MessageStream:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
         self.pipeline.retune(configuration, orientation_of(configuration.joints))
+        self._possible.configuration = configuration
         self._outputs.set_markers_rate(node.markers_rate)
         return Answer(True, f"set {', '.join(changed)}")
 

@@ -6,23 +6,16 @@ from peg_on_hole_ros.monitor.output_row import LEVEL, NOT_JUDGED, NUMBERS
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
 # Places of the causes of jamming, and of a lost contact that is not told apart, or is all of them.
-BY_LOAD, BY_HOLE, BY_STALL, BY_WEDGING_SLIP, BY_WEDGING = range(5)
+BY_LOAD, BY_HOLE, BY_STALL, BY_WEDGING = range(4)
 ANY, ALL = 3, 4
 # Which names an alarm's numbers have.
 PLAIN, HOLE = 1, 2
 
 # What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
 _NO_JAMMING = "nothing jams the peg ahead"
-# By cause, WARN and ERROR; the first is chosen where the mechanics shows that slip removes it.
-_WEDGING_SLIP = (
-    "the peg nears the tilt at which friction wedges it: turn it about its axis as it closes, "
-    "slip takes the singularity away",
-    "the peg wedges, or is about to: stop pushing, reverse the tilt, and turn it about its axis "
-    "as it closes again, slip takes the singularity away",
-)
+# By cause, WARN and ERROR.
 _WEDGING = (
-    "the peg nears the tilt at which friction wedges it, and turning does not help: close with "
-    "less friction, or from another tilt",
+    "the peg nears the tilt at which friction wedges it: do not close on like this",
     "the peg wedges, or is about to: stop pushing and reverse the tilt",
 )
 _STALL = (
@@ -63,7 +56,7 @@ _OVERLOAD = (
     ),
 )
 _TEXTS = (
-    ((_NO_JAMMING,) * 5, *zip(_LOAD, _IN_HOLE, _STALL, _WEDGING_SLIP, _WEDGING)),
+    ((_NO_JAMMING,) * 4, *zip(_LOAD, _IN_HOLE, _STALL, _WEDGING)),
     _CONTACT_LOSS,
     _OVERLOAD,
 )
@@ -71,7 +64,7 @@ _TEXTS = (
 WAS = "no longer above its threshold, and held for a while; it was: "
 _DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
 _RISK_NAMES = ("jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk")
-_ABOVE_NAMES = (*_RISK_NAMES, "determinant", "determinant_with_slip")
+_ABOVE_NAMES = (*_RISK_NAMES, "determinant")
 _HOLE_NAMES = (*_RISK_NAMES, "insertion_ratio", "whitney_margin")
 _LOSS_NAMES = (
     *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",

@@ -12,7 +12,6 @@ from peg_on_hole_ros.monitor.alarm_text import (
     BY_LOAD,
     BY_STALL,
     BY_WEDGING,
-    BY_WEDGING_SLIP,
     HOLE,
     PLAIN,
 )
@@ -39,8 +38,6 @@ from peg_on_hole_ros.monitor.output_row import (
 )
 from peg_on_hole_ros.record_types import LevelRecord, MemoryRecord, ThresholdsRecord
 
-# From here on the six equations' reactions are numbers to trust, a quarter of those frictionless.
-SAFE_DETERMINANT = 0.25
 _LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
 # A peg that slides is on three contacts once that has been told for so long [s]. One at rest may
 # bounce on one of them: there it takes as long as an alarm is held.
@@ -120,14 +117,12 @@ def has_cause(r: LevelRecord) -> bool:
 
 @compiled
 def jamming_cause(risk: Risk) -> int:
-    """Return the likeliest cause of a risk, WEDGING_SLIP where slip removes the singularity."""
+    """Return the likeliest cause of a risk."""
     if risk.load >= max(risk.wedging, risk.stall):
         return BY_LOAD
     if risk.insertion != 0.0:
         return BY_HOLE
-    if risk.stall > risk.wedging:
-        return BY_STALL
-    return BY_WEDGING_SLIP if risk.with_slip > SAFE_DETERMINANT else BY_WEDGING
+    return BY_STALL if risk.stall > risk.wedging else BY_WEDGING
 
 
 @compiled
@@ -180,7 +175,7 @@ def _follow_jamming(memory, o, t, risk):
         in_hole = risk.insertion != 0.0
         kept[KIND] = HOLE if in_hole else PLAIN
         kept[NUMBERS + 4] = risk.insertion if in_hole else risk.determinant
-        kept[NUMBERS + 5] = risk.margin if in_hole else risk.with_slip
+        kept[NUMBERS + 5] = risk.margin
     _say(said, kept, level, cause)
 
 

@@ -81,8 +81,6 @@ class Risk(NamedTuple):
         That of any, as if they were independent.
     determinant : float
         Of the six equations now, over its frictionless value; 0 below gamma0.
-    with_slip : float
-        The determinant where wedging is most likely, if the peg turned by SLIP times its closing.
     insertion : float
         l/d in two-point contact; 0 elsewhere.
     margin : float
@@ -97,7 +95,6 @@ class Risk(NamedTuple):
     load: float
     risk: float
     determinant: float
-    with_slip: float
     insertion: float
     margin: float
     loaded: float
@@ -181,9 +178,9 @@ def assess(
     moves = 1.0 - rest if known else 0.0
     # Of a trend that is noise a peg at rest closes in every other instant.
     surely = closing if known else 0.0
-    determinant = path = slipping = 0.0
+    determinant = path = 0.0
     if f[X] > p.gamma0 * (1.0 + EDGE):
-        path, determinant, slipping = wedging_ahead(
+        path, determinant = wedging_ahead(
             p, f, rate if known else 0.0, turn, turn_variance, rest_rate, horizon
         )
     over = loaded = stall = pushed = 0.0
@@ -218,7 +215,7 @@ def assess(
         stall = (contact * under * stands - wedging) / max(1.0 - wedging, 1e-9)
     out[0], out[1], out[2] = wedging, stall, load
     out[3] = 1.0 - (1.0 - wedging) * (1.0 - stall) * (1.0 - load)
-    out[4], out[5], out[6], out[7], out[8] = determinant, slipping, insertion, margin, loaded
+    out[4], out[5], out[6], out[7] = determinant, insertion, margin, loaded
 
 
 @compiled

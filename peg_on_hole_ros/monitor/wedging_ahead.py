@@ -17,8 +17,6 @@ _PRESLIDING = (1e-5, 1e-5, 1e-5)
 _POINTS, _END = 6, 3e-3
 # How far the determinant of rigid contact is that of a real one [-].
 _DETERMINANT_STDDEV = 0.03
-# Turning that is tried as a remedy, over the closing rate.
-SLIP = 10.0
 
 
 @compiled
@@ -30,9 +28,9 @@ def wedging_ahead(
     turn_variance: float,
     rest_rate: float,
     horizon: float,
-) -> tuple[float, float, float]:
+) -> tuple[float, float]:
     """
-    Return the probability of wedging on the way of a horizon, the determinant, that with slip.
+    Return the probability of wedging on the way of a horizon, and the determinant now.
 
     A peg at rest counts as one that is closed without turning: so a jammed one is pushed.
     """
@@ -75,13 +73,4 @@ def wedging_ahead(
                 spread = sqrt(spread * spread + slope * slope)
         worst = below(-least / spread)
     now = determinant_at(p, _COULOMB, gamma, rates, f[WORK:])
-    slipping = now
-    if worst > 0.5:
-        turned = (dgamma, dpsi, rates[2] + SLIP * fabs(dgamma))
-        slipping = determinant_at(p, _PRESLIDING, where, turned, f[WORK:])
-    return worst, _finite(now), _finite(slipping)
-
-
-@compiled
-def _finite(x):
-    return x if isfinite(x) else 0.0
+    return worst, now if isfinite(now) else 0.0

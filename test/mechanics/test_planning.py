@@ -12,7 +12,7 @@ from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.motion import motion_of, path_of
 from peg_on_hole_ros.mechanics.planning.outlook import Cause
 from peg_on_hole_ros.mechanics.planning.profile import profile
-from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion, remedies
+from peg_on_hole_ros.mechanics.planning.search import judge, kept, plan_motion, remedies
 from peg_on_hole_ros.mechanics.planning.spread import probability_below, quantile, spread_of
 from peg_on_hole_ros.mechanics.planning.steady import steady_loads
 from peg_on_hole_ros.mechanics.planning.windup import followed
@@ -229,20 +229,21 @@ def test_a_profile_ends_where_three_point_contact_does(plan):
 def test_advice_from_a_present_state():
     scene = Scene(friction_stddev=0.01)
     safe = advice(Scene(friction=0.05, friction_stddev=0.005), CELL, (1e4,) * 3, 0.1, [-0.1, 0, 0])
-    assert safe.startswith("go on without turning: the load at ")
+    assert safe.startswith("go on like this, push no more, and the load at ")
     turn = advice(scene, CELL, LIMITS, 0.1, [-0.16, 0, 0])
     rate, load = turn.split()[2], turn.split()[-2]
     assert turn == f"turn at {rate} rad/s and the load at K stays under {load} N"
     assert float(load) <= 200
     # What it says holds: the same closing with that turn, judged anew.
-    again = plan_motion(scene, CELL, LIMITS, 0.1, [-0.16, 0, 0])
-    assert again.motion.stages[-1].rates[2] == pytest.approx(float(rate), rel=0.05)
-    assert judge(scene, CELL, LIMITS, again.motion).peak_high[0] <= float(load)
+    legs = [((-0.16, 0, float(rate)), scene.gamma0)]
+    again = motion_of(0.1, (-0.16, 0, 0), legs, scene.gamma0, CELL.max_acceleration)
+    ahead = judge(scene, CELL, LIMITS, again)
+    assert kept(ahead, CELL) and ahead.peak_high[0] <= float(load)
     lighter = advice(scene, CELL, (100.0,) * 3, 0.08, [-0.16, 0, 0])
     assert lighter.startswith("push with at most ")
-    assert advice(scene, CELL, (20.0,) * 3, 0.07, [-0.16, 0, 0]).startswith(
-        "stop and back off: overload at "
-    )
+    none = advice(scene, CELL, (3.0,) * 3, 0.07, [-0.16, 0, 0])
+    assert none.startswith("no turning up to 2 rad/s keeps the limits, overload at ")
+    assert none.endswith("lift the peg off")
 
 
 @pytest.mark.parametrize(

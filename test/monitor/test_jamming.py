@@ -64,11 +64,7 @@ def test_wedging_is_seen_along_the_way_and_not_where_the_motion_does_not_lead():
     assert risk(0.085, (-0.16, 0, 0)).wedging > 0.99
     assert risk(0.115, (-0.16, 0, 0)).wedging < 0.01
     assert risk(0.085, (-0.02, 0, 0)).wedging < 0.01
-    near = risk(0.068, (-0.1, 0, 0))
-    assert near.wedging > 0.99
-    # The same tilt is no longer singular for a peg that turns.
-    turning = solve_contact(SCENE, [0.0645, 0, 0], [-0.1, 0, 1.0], *np.zeros((2, 3))).determinant
-    assert near.with_slip == pytest.approx(turning, rel=0.2)
+    assert risk(0.068, (-0.1, 0, 0)).wedging > 0.99
     # So slow a peg creeps through: K slides at some 1e-5 m/s only.
     assert risk(0.0655, (-0.02, 0, 0)).wedging < 0.01
     assert risk(0.085, (-0.16, 0, 2.0)).wedging < 0.01

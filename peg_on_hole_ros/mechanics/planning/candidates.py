@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
+from peg_on_hole_ros.mechanics.planning.fineness import Fineness
 from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Motion, motion_of
 from peg_on_hole_ros.mechanics.planning.outlook import margins
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below
 from peg_on_hole_ros.mechanics.planning.steady import steady_loads
 from peg_on_hole_ros.mechanics.scene import Scene
 
-# Rates of closing, of turning, and tilts at which turning is under way.
-_CLOSINGS, _TURNS, _TILTS = 6, 12, 70
+# The slowest turning that is looked at, as a share of the fastest.
 _LEAST_TURN = 0.01
 
 
@@ -43,7 +43,12 @@ class Candidates(NamedTuple):
 
 
 def candidates(
-    spread: Spread, cell: Cell, max_normal: Sequence[float], tilt: float, present: bool
+    spread: Spread,
+    cell: Cell,
+    max_normal: Sequence[float],
+    tilt: float,
+    present: bool,
+    fineness: Fineness,
 ) -> Candidates:
     """
     Return all candidates from a tilt on; ramps between their rates are left out.
@@ -58,14 +63,15 @@ def candidates(
         At the begin [rad].
     present : bool
         Whether turning has to begin at once.
+    fineness : Fineness
 
     """
-    alone, turning = _rates(cell)
+    alone, turning = _rates(cell, fineness)
     gamma0 = min(scene.gamma0 for scene in spread.scenes)
-    gamma = gamma0 + np.geomspace(tilt - gamma0, NEAREST, _TILTS)
+    gamma = gamma0 + np.geomspace(tilt - gamma0, NEAREST, fineness.tilts)
     rates = np.concatenate([alone, turning], axis=1)
     spanned = np.broadcast_to(rates[:, :, None], (*rates.shape, len(gamma)))
-    found = margins(spread, cell, max_normal, gamma, spanned)
+    found = margins(spread, cell, max_normal, gamma, spanned, fineness.chatter)
     count = alone.shape[1]
 
     def least(margin):
@@ -86,15 +92,15 @@ def candidates(
     )
 
 
-def _rates(cell):
+def _rates(cell, fineness):
     """Return rates of closing alone (3, a), and those with turns beside them (3, t)."""
-    closings = -np.geomspace(cell.max_closing_rate, cell.min_closing_rate, _CLOSINGS)
+    closings = -np.geomspace(cell.max_closing_rate, cell.min_closing_rate, fineness.closings)
     if cell.min_closing_rate == cell.max_closing_rate:
         closings = closings[:1]
-    shares = np.geomspace(_LEAST_TURN, 1, _TURNS)
+    shares = np.geomspace(_LEAST_TURN, 1, fineness.turns)
     turns = [(0.0, slip) for slip in cell.max_slip_rate * shares if slip]
     # Slide beside the fastest slip, or alone.
-    shares = shares[_TURNS // 2 :] if turns else shares
+    shares = shares[fineness.turns // 2 :] if turns else shares
     turns += [(slide, cell.max_slip_rate) for slide in cell.max_slide_rate * shares if slide]
     alone = np.array([[c, 0.0, 0.0] for c in closings])
     both = np.array([[c, *turn] for c in closings for turn in turns]).reshape(-1, 3)

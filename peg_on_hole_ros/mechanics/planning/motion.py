@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
+
 # Nearest to gamma0 that is looked at [rad].
 NEAREST = 3e-6
-# Samples of a ramp, and of a stage with constant rates.
-_RAMP, _STEADY = 9, 50
 
 
 class Stage(NamedTuple):
@@ -150,7 +150,7 @@ class Path(NamedTuple):
     rates: np.ndarray
 
 
-def path_of(motion: Motion, gamma0: float) -> Path:
+def path_of(motion: Motion, gamma0: float, fineness: Fineness = PLANNED) -> Path:
     """Return a motion in samples, dense towards gamma0."""
     begin, tilt, before = 0.0, motion.start_tilt, np.array(motion.start_rates)
     times, tilts, rates = [], [], []
@@ -158,12 +158,12 @@ def path_of(motion: Motion, gamma0: float) -> Path:
         target = np.array(stage.rates)
         if np.array_equal(target, before):
             # Even steps of the tilt, and of the logarithm of what is left of it until gamma0.
-            left = np.geomspace(tilt - gamma0, max(stage.tilt - gamma0, NEAREST), _STEADY)
+            left = np.geomspace(tilt - gamma0, max(stage.tilt - gamma0, NEAREST), fineness.stage)
             u = (tilt - gamma0 - left) / (tilt - stage.tilt)
-            u = np.unique(np.concatenate([u, np.linspace(0, u[-1], _STEADY // 2)]))
+            u = np.unique(np.concatenate([u, np.linspace(0, u[-1], fineness.stage // 2)]))
         else:
             # At rest there is no direction of slip.
-            u = np.linspace(0.02, 1, _RAMP)
+            u = np.linspace(0.02, 1, fineness.ramp)
         shape = 3 * u**2 - 2 * u**3
         way = u**3 - u**4 / 2
         times.append(begin + stage.duration * u)

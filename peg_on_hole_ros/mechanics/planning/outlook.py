@@ -8,6 +8,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.chatter import growth
+from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
 from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Path
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below, quantile
 from peg_on_hole_ros.mechanics.planning.steady import Steady, steady_loads
@@ -65,19 +66,31 @@ class Margins(NamedTuple):
     others: np.ndarray
 
 
-def path_margins(spread: Spread, cell: Cell, max_normal: Sequence[float], path: Path) -> Margins:
+def path_margins(
+    spread: Spread,
+    cell: Cell,
+    max_normal: Sequence[float],
+    path: Path,
+    fineness: Fineness = PLANNED,
+) -> Margins:
     """Return loads and margins along a path with its ramps."""
     found = []
     for scene in spread.scenes:
         inside = np.maximum(path.gamma, scene.gamma0 + NEAREST)
         loads, rates = followed(scene, cell, path, inside, spread.frictions)
-        grows = growth(scene, cell, inside, rates, spread.frictions, loads)
+        chatters = growth if fineness.chatter else _growth
+        grows = chatters(scene, cell, inside, rates, spread.frictions, loads)
         found.append(_of_scene(loads, grows, cell, max_normal, *_ends(scene, path.gamma)))
     return _stacked(found)
 
 
 def margins(
-    spread: Spread, cell: Cell, max_normal: Sequence[float], gamma: np.ndarray, rates: np.ndarray
+    spread: Spread,
+    cell: Cell,
+    max_normal: Sequence[float],
+    gamma: np.ndarray,
+    rates: np.ndarray,
+    chatter: bool = True,
 ) -> Margins:
     """
     Return loads and margins along steady closings.
@@ -92,6 +105,8 @@ def margins(
         Falling [rad].
     rates : ndarray, shape (3, ..., n)
         gamma', psi', phi' [rad/s].
+    chatter : bool
+        Whether it is looked for.
 
     Returns
     -------
@@ -105,7 +120,10 @@ def margins(
         inside = np.maximum(flat, scene.gamma0 + NEAREST)
         steady = steady_loads(scene, cell, inside, rates.reshape(3, -1), spread.frictions)
         ends = (np.broadcast_to(end, shape) for end in _ends(scene, gamma))
-        grows = _growth(scene, cell, inside, rates.reshape(3, -1), spread.frictions, steady)
+        grows = np.full(steady.determinant.shape, -np.inf)
+        if chatter:
+            flat_rates = rates.reshape(3, -1)
+            grows = _growth(scene, cell, inside, flat_rates, spread.frictions, steady)
         found.append(_of_scene(steady, grows, cell, max_normal, *ends))
     return _stacked(found)
 
@@ -114,7 +132,8 @@ def _growth(scene, cell, gamma, rates, frictions, steady):
     """Return the growth of vibrations, at a few of the frictions alone: it is dear."""
     at = np.unique([0, len(frictions) // 2, len(frictions) - 1])
     some = Steady(*(part[..., at, :] for part in steady))
-    found = growth(scene, cell, gamma, rates, frictions[at], some)
+    along = rates[:, at] if rates.ndim == 3 else rates
+    found = growth(scene, cell, gamma, along, frictions[at], some)
     nearest = np.argmin(np.abs(np.arange(len(frictions))[:, None] - at), axis=1)
     return found[nearest]
 

@@ -12,14 +12,11 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.planning.candidates import best_first, candidates, motions
 from peg_on_hole_ros.mechanics.planning.cell import AIMS, Cell, check_start
+from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
 from peg_on_hole_ros.mechanics.planning.motion import Motion, motion_of, path_of
 from peg_on_hole_ros.mechanics.planning.outlook import Outlook, outlook, path_margins
 from peg_on_hole_ros.mechanics.planning.spread import spread_of
 from peg_on_hole_ros.mechanics.scene import Scene
-
-# Shares of the allowed probabilities that candidates are asked for, before ramps are looked at,
-# and how many are looked at for each.
-_STRICTER, _TRIED = (1.0, 0.7, 0.4, 0.1, 0.0), 4
 
 
 class MotionPlan(NamedTuple):
@@ -52,6 +49,7 @@ def plan_motion(
     max_normal: Sequence[float],
     tilt: float | None = None,
     rates: ArrayLike | None = None,
+    fineness: Fineness = PLANNED,
 ) -> MotionPlan:
     """
     Return the motion to gamma0 that keeps wedging and loads within what is allowed.
@@ -67,6 +65,7 @@ def plan_motion(
         Present tilt [rad]; the cell's `start_tilt` by default.
     rates : array_like, shape (3,), optional
         Present gamma', psi', phi' [rad/s]; by default the peg has just been set down.
+    fineness : Fineness
 
     Returns
     -------
@@ -90,15 +89,21 @@ def plan_motion(
     check_start(scene, tilt, "plan.start_tilt" if rates is None else "gamma")
     if rates is not None:
         rates = require_finite("rates", "rad/s", rates, 3)
-        return _from_present(scene, cell, max_normal, tilt, rates)
-    return _search(scene, cell, max_normal, tilt, np.zeros(3), False)
+        return _from_present(scene, cell, max_normal, tilt, rates, fineness)
+    return _search(scene, cell, max_normal, tilt, np.zeros(3), False, fineness)
 
 
-def judge(scene: Scene, cell: Cell, max_normal: Sequence[float], motion: Motion) -> Outlook:
+def judge(
+    scene: Scene,
+    cell: Cell,
+    max_normal: Sequence[float],
+    motion: Motion,
+    fineness: Fineness = PLANNED,
+) -> Outlook:
     """Return what a given motion leads to."""
-    spread = spread_of(scene)
-    path = path_of(motion, min(s.gamma0 for s in spread.scenes))
-    found = path_margins(spread, cell, max_normal, path)
+    spread = spread_of(scene, fineness)
+    path = path_of(motion, min(s.gamma0 for s in spread.scenes), fineness)
+    found = path_margins(spread, cell, max_normal, path, fineness)
     return outlook(spread, found, path.gamma)
 
 
@@ -117,37 +122,39 @@ def _check(cell):
         )
 
 
-def _from_present(scene, cell, max_normal, tilt, rates):
+def _from_present(scene, cell, max_normal, tilt, rates, fineness):
     """Return what is possible at the present closing rate, or else at a slower one."""
     fastest = min(max(-rates[0], cell.min_closing_rate), cell.max_closing_rate)
     for slowest in dict.fromkeys((fastest, cell.min_closing_rate)):
         held = replace(cell, min_closing_rate=slowest, max_closing_rate=fastest)
-        found = _search(scene, held, max_normal, tilt, rates, True)
+        found = _search(scene, held, max_normal, tilt, rates, True, fineness)
         if found.possible:
             break
     return found
 
 
-def _search(scene, cell, max_normal, tilt, rates, present):
-    spread, end = spread_of(scene), scene.gamma0
+def _search(scene, cell, max_normal, tilt, rates, present, fineness):
+    spread, end = spread_of(scene, fineness), scene.gamma0
     plain = _plain(scene, cell, tilt, rates)
-    plain_outlook = judge(scene, cell, max_normal, plain)
-    table = candidates(spread, cell, max_normal, tilt, present)
+    plain_outlook = judge(scene, cell, max_normal, plain, fineness)
+    table = candidates(spread, cell, max_normal, tilt, present, fineness)
     order = best_first(table, cell, tilt, end, present)
     nearest = plain, plain_outlook
-    for share in _STRICTER:
+    for share in fineness.shares:
         allowed = (table.wedge <= share * cell.wedge_probability) & (
             table.overload <= share * cell.overload_probability
         )
         fit = (k for k in order if allowed.flat[k])
-        for motion in islice(motions(scene, table, fit, cell, tilt, rates), _TRIED):
-            ahead = judge(scene, cell, max_normal, motion)
+        for motion in islice(motions(scene, table, fit, cell, tilt, rates), fineness.tried):
+            ahead = judge(scene, cell, max_normal, motion, fineness)
             if kept(ahead, cell):
                 return MotionPlan(True, motion, ahead, plain, plain_outlook)
             nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
-    by_margin = np.argsort(-table.stated, axis=None)
-    for motion in islice(motions(scene, table, by_margin, cell, tilt, rates), _TRIED):
-        ahead = judge(scene, cell, max_normal, motion)
+    # What wedges is further than any load.
+    wedges = table.wedge > cell.wedge_probability
+    by_margin = np.lexsort((-table.stated.ravel(), wedges.ravel()))
+    for motion in islice(motions(scene, table, by_margin, cell, tilt, rates), fineness.tried):
+        ahead = judge(scene, cell, max_normal, motion, fineness)
         nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
     return MotionPlan(False, *nearest, plain, plain_outlook)  # type: ignore[call-arg]
 

@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
+from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
 from peg_on_hole_ros.mechanics.scene import Scene
 
 # Friction in standard deviations; what lies beyond counts as the outermost.
-_STEPS = np.linspace(-3.0, 3.0, 13)
+_OUTERMOST = 3.0
 # Clearance: Gauss's three nodes.
 _CLEARANCES = ((-np.sqrt(3.0), 1 / 6), (0.0, 2 / 3), (np.sqrt(3.0), 1 / 6))
 
@@ -42,9 +43,11 @@ class Spread(NamedTuple):
         return len(self.scenes) // 2, len(self.frictions) // 2
 
 
-def spread_of(scene: Scene) -> Spread:
+def spread_of(scene: Scene, fineness: Fineness = PLANNED) -> Spread:
     """Return the values that stand for a scene's friction and clearance."""
-    steps = _STEPS if scene.friction_stddev else np.zeros(1)
+    steps = np.zeros(1)
+    if scene.friction_stddev:
+        steps = np.linspace(-_OUTERMOST, _OUTERMOST, fineness.frictions)
     frictions = np.maximum(scene.friction + steps * scene.friction_stddev, 0.0)
     if not scene.clearance_stddev:
         return Spread((scene,), np.ones(1), frictions, steps)

@@ -1,14 +1,14 @@
 """A plan in words, and what is still possible from a present state in one sentence."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.outlook import Outlook
-from peg_on_hole_ros.mechanics.planning.search import MotionPlan, kept, plan_motion
+from peg_on_hole_ros.mechanics.planning.search import MotionPlan
+from peg_on_hole_ros.mechanics.planning.way_on import way_on
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import CONTACTS
 
@@ -47,75 +47,30 @@ def in_words(
 def advice(
     scene: Scene, cell: Cell, max_normal: Sequence[float], tilt: float, rates: ArrayLike
 ) -> str:
-    """
-    Return what keeps the limits from a present state, in one sentence.
-
-    Parameters
-    ----------
-    scene : Scene
-        With friction, and its spread, as they are known by now.
-    cell : Cell
-        Its `press` is the present push.
-    max_normal : sequence of 3 float
-        Limits of the reactions at K, B1, B2 [N].
-    tilt : float
-        [rad]
-    rates : array_like, shape (3,)
-        Present gamma', psi', phi' [rad/s].
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    PegOnHoleError
-        Where the tilt is none of three-point contact.
-
-    """
-    plan = plan_motion(scene, cell, max_normal, tilt, rates)
-    turns = np.any(np.asarray(rates, float)[1:])
-    if kept(plan.plain_outlook, cell) and not turns:
-        return f"go on without turning: {_most(plan.plain_outlook, max_normal)}"
-    if plan.possible:
-        return _sentence(plan, rates, max_normal)
-    for share in _LIGHTER:
-        lighter = replace(cell, press=tuple(share * x for x in cell.press))  # type: ignore[arg-type]
-        found = plan_motion(scene, lighter, max_normal, tilt, rates)
-        if found.possible:
-            return f"push with at most {share:.0%}, {_sentence(found, rates, max_normal)}"
-    ways = [f"turn of at most {cell.max_slip_rate:g} rad/s"] if cell.max_slip_rate else []
-    ways += [f"slide of at most {cell.max_slide_rate:g} rad/s"] if cell.max_slide_rate else []
-    cause, chance = plan.outlook.causes[0]
-    return (
-        f"stop and back off: {cause.value} with a probability of {_share(chance)}, "
-        f"whatever {' or '.join(ways) or 'the closing rate'}"
-    )
+    """Return what `way_on` found in one sentence; parameters are those of it."""
+    found = way_on(scene, cell, max_normal, tilt, rates)
+    if not found.possible:
+        ways = [f"turning up to {cell.max_slip_rate:g} rad/s"] if cell.max_slip_rate else []
+        ways += [f"sliding up to {cell.max_slide_rate:g} rad/s"] if cell.max_slide_rate else []
+        cause, chance = found.outlook.causes[0]
+        return (
+            f"no {' or '.join(ways) or 'closing'} keeps the limits, {cause.value} with a "
+            f"probability of {_share(chance)}: lift the peg off"
+        )
+    under = f"and the load at {CONTACTS[found.contact]} stays under {found.load:g} N"
+    if found.goes_on:
+        return f"go on like this, push no more, {under}"
+    lighter = f"push with at most {found.share:.0%}, " if found.share < 1 else ""
+    return f"{lighter}{_change(found.motion.stages[-1].rates, rates)} {under}"
 
 
-# Shares of the push that are tried where nothing else does.
-_LIGHTER = (0.7, 0.5, 0.3)
-
-
-def _sentence(plan, rates, max_normal):
-    closing, slide, slip = plan.motion.stages[-1].rates
-    do = [f"close at {-closing:.2g} rad/s"] if _slower(closing, rates) else []
+def _change(new, rates):
+    closing, slide, slip = new
+    slower = not np.isclose(closing, np.asarray(rates, float)[0], rtol=0.1)
+    do = [f"close at {-closing:.2g} rad/s"] if slower else []
     do += [f"turn at {slip:.2g} rad/s"] if slip else []
     do += [f"slide at {slide:.2g} rad/s"] if slide else []
-    return f"{', '.join(do) or 'stop turning'} and {_most(plan.outlook, max_normal)}"
-
-
-def _slower(closing, rates):
-    return not np.isclose(closing, rates[0], rtol=0.1)
-
-
-def _most(ahead: Outlook, max_normal):
-    """Return which load comes nearest to its limit, and what it stays under."""
-    k = int(np.argmax(np.array(ahead.peak_high) / max_normal))
-    # Two digits, rounded up: it is an upper end.
-    step = 10.0 ** (np.floor(np.log10(max(ahead.peak_high[k], 1e-3))) - 1)
-    top = np.ceil(ahead.peak_high[k] / step) * step
-    return f"the load at {CONTACTS[k]} stays under {min(top, max_normal[k]):g} N"
+    return ", ".join(do) or "stop turning"
 
 
 def _stage(stage, before):
