@@ -125,8 +125,12 @@ def correct(
         held.start(e.held, rules.gates, e.q, e.R)
         begin(e)
     elif kind == NEWS:
+        since = (e.motion[0].t_ns - e.motion[0].oriented_ns) * 1e-9
         result, nis = held.correct(e.held, rules.gates, e.q, e.R)
         note(e, rules, orientation, result, nis)
+        placed = orientation[PLACE.start] == orientation[PLACE.start]
+        if result == USED and placed and lateness == 0.0:
+            held.sink(e.held, -orientation[PLACE.start + 2], orientation[PLACE_R.stop - 1], since)
 
 
 @compiled

@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import step
+from peg_on_hole_ros.estimator import insertion_depth, step
 from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
@@ -194,6 +194,16 @@ def hold_against(
 def orient(h: HeldRecord, q: np.ndarray, R: np.ndarray) -> None:
     """Correct by an orientation that is used."""
     step.orient(h.state, h.scratch, h.constants, h.at, h.n, h.learnt, q, R)
+    _combine(h)
+
+
+@compiled
+def sink(h: HeldRecord, depth: float, variance: float, since: float) -> None:
+    """Correct by a measured depth [m], [m^2], so long after the one before [s]."""
+    p = scene_of(h.scene)
+    insertion_depth.sink(
+        h.state, h.scratch, h.constants, p, h.at, h.n, h.learnt, depth, variance, since
+    )
     _combine(h)
 
 

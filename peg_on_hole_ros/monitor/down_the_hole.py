@@ -4,9 +4,9 @@ from math import exp, fabs, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.insertion_depth import depth_at
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.insertion_depth import depth_at
 from peg_on_hole_ros.monitor.trend import is_number
 
 # On two points the tilt tells the depth (`insertion_depth.depth_at`). Two models of the tilt

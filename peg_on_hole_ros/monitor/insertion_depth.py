@@ -1,9 +1,10 @@
 """How deep a peg on two points is in the hole, by its tilt and the clearance."""
 
-from math import cos, nan, sin, sqrt
+from math import nan, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.insertion_depth import depth_at
 from peg_on_hole_ros.estimator.record import REACTIONS, SCENE, SPREAD, P, X, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -12,34 +13,6 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 SURE = 3.0
 # No diameter is that of two loaded surfaces to better than this [m].
 SURFACE = 1e-6
-
-
-@compiled
-def depth_at(d: float, D: float, gamma: float) -> tuple[float, float, float]:
-    """
-    Return how deep two points let the lower end's centre be, with its slopes.
-
-    Source: T1, l cos(gamma) - d sin(gamma) / 2.
-
-    Parameters
-    ----------
-    d, D : float
-        Diameters [m].
-    gamma : float
-        Tilt, above 0 [rad].
-
-    Returns
-    -------
-    depth : float
-        Below the rim [m].
-    by_tilt, by_diameter : float
-        Its derivatives by gamma [m/rad] and by d [-].
-
-    """
-    s, c = sin(gamma), cos(gamma)
-    room = D - d * c
-    by_tilt = 0.5 * d * c - room - room * c * c / (s * s)
-    return room * c / s - 0.5 * d * s, by_tilt, -c * c / s - 0.5 * s
 
 
 @compiled

@@ -5,14 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.insertion.scenes import Case, plan_of
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, differences, samples, with_scene
 from insertions import inserted
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
+from peg_on_hole_ros.measurements.measurement import PegJoints
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.two_point import solve_two_point, two_point_pose
 from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.sim.truth import integrate
 
 # The first test of a process may have to compile the step.
 pytestmark = pytest.mark.timeout(600)
@@ -110,3 +113,38 @@ def test_reactions_go_on_through_the_transition(told):
         spread = np.array([row.normal_stddev[0], row.normal_stddev[1:].sum()])
         assert (np.abs(found - true) < np.maximum(3.0 * spread, 0.2 * true)).all()
         assert row.normal_stddev.max() < normal.sum()
+
+
+def test_a_measured_depth_tells_the_clearance():
+    """The place is off by 0.02 mm for the whole run: by the tilt, that is nothing of a clearance."""
+    truth, place = integrate(plan_of(Case("normal", 10, "tuning"))), 2e-5
+    true = truth.plan.configuration.scene
+    scene = replace(
+        true,
+        peg_diameter=true.peg_diameter - 2e-6,
+        clearance_stddev=3e-6,
+        clearance_drift=1e-6,
+    )
+    told = replace(truth.plan.configuration, scene=scene)
+    found = [clearance_told(truth, told, stddev) for stddev in (0.0, place)]
+    clearance = true.hole_diameter - true.peg_diameter
+    (without, _), (error, stddev) = [(abs(c - clearance), s) for c, s in found]
+    assert error < 1e-6 and error < 2 * stddev and error < 0.7 * without
+
+
+def clearance_told(truth, configuration, place_stddev):
+    """Return clearance and deviation at the end, with a place that is off by its deviation."""
+    joints, t_ns = PegJoints(configuration.joints), truth.t_ns
+
+    def orientation(sample):
+        measured = joints(sample)
+        if not place_stddev:
+            return measured
+        at = truth.position[np.searchsorted(t_ns, sample.t_ns - START_NS)]
+        covariance = place_stddev**2 * np.eye(3)
+        return measured._replace(
+            position=at + [0.0, 0.0, place_stddev], position_covariance=covariance
+        )
+
+    *_, last = Pipeline(configuration, orientation).play(measure(truth, 1))
+    return last.monitor["clearance"], last.monitor["clearance_stddev"]

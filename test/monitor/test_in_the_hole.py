@@ -8,10 +8,10 @@ import pytest
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.estimator.insertion_depth import depth_at
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, stands
-from peg_on_hole_ros.monitor.insertion_depth import depth_at
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from two_points import length_inside, samples, tilt_at
 
