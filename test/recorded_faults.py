@@ -47,6 +47,18 @@ def without_weight(force, torque, q):
     return force + weight, torque + np.cross([0.0, 0.0, -0.035], weight)
 
 
+class Filtered:
+    """A low-pass of first order, as drivers have, over wrenches that come at 1 kHz."""
+
+    def __init__(self, cutoff):
+        self._share, self._last = 1.0 - np.exp(-2.0 * np.pi * cutoff * 1e-3), None
+
+    def __call__(self, force, torque, q):
+        now = np.array([*force, *torque])
+        self._last = now if self._last is None else self._last + self._share * (now - self._last)
+        return tuple(self._last[:3]), tuple(self._last[3:])
+
+
 def spoilt(recorded, change):
     """Yield samples with wrenches as `change(force, torque, q)` makes them, q as measured last."""
     q = None

@@ -93,7 +93,7 @@ class Untold:
 
     def __init__(self, configuration: Configuration) -> None:
         scene, wrench = configuration.scene, configuration.wrench
-        options, stated = configuration.filter, _stated(configuration)
+        options, stated = configuration.filter, stated_offsets(configuration)
         learns = (
             options.friction, options.clearance, *[options.wrench_bias] * 3, options.hole_tilt,
         )  # fmt: skip
@@ -225,8 +225,8 @@ class Untold:
             )
 
 
-def _stated(configuration):
-    """Return what is stated of how far each of KINDS may be off; 0: nothing, shape (8,)."""
+def stated_offsets(configuration: Configuration) -> np.ndarray:
+    """Return how far each of KINDS may be off as stated; 0: nothing is stated, shape (8,)."""
     scene, wrench = configuration.scene, configuration.wrench
     clearance = scene.clearance_stddev / (scene.hole_diameter - scene.peg_diameter)
     return np.array(
@@ -239,7 +239,7 @@ def _stated(configuration):
 
 def offsets_of(configuration: Configuration) -> np.ndarray:
     """Return by how much each of KINDS may be off: as stated, else as is typical, shape (8,)."""
-    typical, stated = np.array([kind.typical for kind in KINDS]), _stated(configuration)
+    typical, stated = np.array([kind.typical for kind in KINDS]), stated_offsets(configuration)
     typical[4] *= configuration.scene.hole_diameter / 0.05
     return np.where(stated > 0.0, stated, typical)
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.delay import Delay
 from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
@@ -57,6 +58,7 @@ class Findings:
         self._diagnosis = Diagnosis(configuration, taken_off)
         self._air = FreeAir(configuration, reduction)
         self._rim = RimMotion(configuration)
+        self._delay = Delay(configuration, taken_off)
         self.untold = Untold(configuration)
 
     def restart(self) -> None:
@@ -64,6 +66,7 @@ class Findings:
         self._diagnosis.restart()
         self._air.restart()
         self._rim.restart()
+        self._delay.restart()
         self.untold.restart()
 
     def forget_zero(self) -> None:
@@ -107,10 +110,12 @@ class Findings:
     def pass_by(self, sample: WrenchSample) -> None:
         """Take any wrench."""
         self._low_pass.take(sample)
+        self._delay.pass_by(np.array([sample.t_ns]), np.array([[*sample.force, *sample.torque]]))
 
     def pass_all_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take many wrenches [ns], shape (n, 6)."""
         self._low_pass.take_all(t_ns, wrenches)
+        self._delay.pass_by(t_ns, wrenches)
 
     def take(
         self,
@@ -143,8 +148,10 @@ class Findings:
         if not diagnosis.unsure and not stands_still:
             self._air.take(sample, measured.q, in_air is True)
         self._rim.take(measured, in_air is not False)
+        self._delay.take(measured, in_air is False and not diagnosis.unsure)
         others = (
-            self._air.finding, self._low_pass.finding, self._rim.finding, self.untold.finding,
+            self._air.finding, self._low_pass.finding, self._rim.finding, self._delay.finding,
+            self.untold.finding,
         )  # fmt: skip
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:

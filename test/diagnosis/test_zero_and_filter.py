@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
-from recorded_faults import BAGS, samples, spoilt
+from recorded_faults import BAGS, Filtered, samples, spoilt
 
 CYCLE = BAGS[2]
 
@@ -81,18 +81,6 @@ def test_a_payload_that_is_not_stated_is_named_where_the_peg_is_known_to_be_free
 def test_a_zero_within_what_is_stated_of_it_is_no_cause():
     line = played(off_by((1.0, 0.0, 0.0)), **{"wrench.bias_force_stddev": 1.0})
     assert line.causes == []
-
-
-class Filtered:
-    """A low-pass of first order, as drivers have, over wrenches that come at 1 kHz."""
-
-    def __init__(self, cutoff):
-        self._share, self._last = 1.0 - np.exp(-2.0 * np.pi * cutoff * 1e-3), None
-
-    def __call__(self, force, torque, q):
-        now = np.array([*force, *torque])
-        self._last = now if self._last is None else self._last + self._share * (now - self._last)
-        return tuple(self._last[:3]), tuple(self._last[3:])
 
 
 @pytest.mark.parametrize("cutoff", [20.0, 50.0, 100.0])

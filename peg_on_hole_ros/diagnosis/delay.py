@@ -1,0 +1,297 @@
+"""Whether wrenches and joint states of one moment bear other stamps than is stated."""
+
+from collections import deque
+from collections.abc import Generator
+from dataclasses import replace
+from math import hypot, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.untold import offsets_of, stated_offsets
+from peg_on_hole_ros.identification.likelihood import START, Likelihood
+from peg_on_hole_ros.identification.quantities import (
+    CLEARANCE,
+    DELAY,
+    FRICTION,
+    IS_NOISE,
+    coordinates,
+    measures,
+)
+from peg_on_hole_ros.identification.recording import Recording, slow_slip
+from peg_on_hole_ros.identification.scoring import EXPLAINED, Search
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
+from peg_on_hole_ros.records import AngleMeasurement
+
+# Looks that are held against one another, the time from one to the next at most [ns], and the
+# means that stand for the wrenches from one to the next.
+KEPT, SILENCE_NS, MEANS = 50, 60_000_000, 4
+# Looks between two judgements; twice as many for each one by which the stated delay is right.
+EVERY, DOUBLED = 25, 7
+# Delays that are tried beside the stated one [s], first those.
+FIRST, TRIED = 0.01, (0.005, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06)
+# Nats from which on one is looked at closely, by which it has to be likelier than what is stated,
+# and than any other setting; and the least that is told [s].
+LIKELIER, SURE, APART, LEAST = 5.0, 15.0, 5.0, 0.003
+# Share of a load that friction and levers leave unexplained.
+UNEXPLAINED = 0.002
+# Tilts above gamma0, slips above one that may be slow, and the change of a rate over its most that
+# makes a delay differ from a turn of the hole.
+NEAREST_TILT, SLIDES, CHANGES = 1.03, 2.0, 0.5
+ITERATIONS = 3
+# Coordinates of what else may be off, in the order of `untold.KINDS`.
+KINDS = [FRICTION], [CLEARANCE], [3], [1, 2], [4, 5, 6], [7, 8]
+HYPOTHESES = [], [DELAY], *KINDS
+
+
+class _Look(NamedTuple):
+    wrench_ns: list[int]
+    wrenches: list[np.ndarray]
+    averaged: int
+    measured: AngleMeasurement
+    touches: bool
+
+
+class Delay:
+    """
+    Refits the last second of three sliding contacts at several delays of the joint states.
+
+    The estimator runs over each, as it does to calibrate; a look does one such run or climb, so
+    that no wrench waits long. A delay is told where it is surely likelier than the stated one, and
+    than another friction, zero, tilt or clearance. At a steady rate it looks like a turned hole: a
+    second in which no rate changes is not judged.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    taken_off : ndarray, shape (6,)
+        What is taken off a wrench as received [N], [N m].
+
+    Attributes
+    ----------
+    finding : Finding or None
+
+    """
+
+    def __init__(self, configuration: Configuration, taken_off: np.ndarray) -> None:
+        self._reduction = WrenchReduction(configuration.wrench, configuration.scene)
+        # A tare, in place of the zero that is stated.
+        self._tare = taken_off - self._reduction.taken_off
+        self._stated = configuration.joints.delay
+        # Orientations bear the stamps that the stated delay gives them.
+        joints = replace(configuration.joints, delay=0.0)
+        self._configuration = replace(configuration, joints=joints)
+        stated = stated_offsets(configuration)
+        self._open = [i for kind, offset in zip(KINDS, stated) if offset > 0.0 for i in kind]
+        self.finding: Finding | None = None
+        # By how much a delay is likelier than each hypothesis [nats], what each has come to, and
+        # how often the stated delay was right.
+        self._gains = np.zeros(len(HYPOTHESES))
+        self._told: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._right = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what a motion has told so far."""
+        self._kept: deque[_Look] = deque(maxlen=KEPT)
+        self._passed: list[tuple[np.ndarray, np.ndarray]] = []
+        self._judging: Generator[None, None, None] | None = None
+        self._wait = EVERY
+
+    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+        """Take any wrenches, one after another: stamps [ns], and force and torque (n, 6)."""
+        if self.finding is None:
+            self._passed.append((t_ns, wrenches))
+
+    def take(self, measured: AngleMeasurement, touches: bool) -> None:
+        """Look at the latest orientation, and whether the peg was told to touch."""
+        if self.finding is not None or not self._passed:
+            return
+        t_ns, wrenches = (np.concatenate(each) for each in zip(*self._passed))
+        self._passed.clear()
+        if self._kept:
+            last = self._kept[-1]
+            apart = measured.t_ns - last.measured.t_ns, int(t_ns[0]) - last.wrench_ns[-1]
+            if not all(0 < each <= SILENCE_NS for each in apart):
+                self._kept.clear()
+        parts = np.array_split(np.arange(len(t_ns)), min(MEANS, len(t_ns)))
+        means_ns = [int(t_ns[0]) + int((t_ns[part] - t_ns[0]).mean()) for part in parts]
+        means = [wrenches[part].mean(axis=0) - self._tare for part in parts]
+        self._kept.append(_Look(means_ns, means, len(parts[-1]), measured, touches))
+        self._wait -= 1
+        if self._judging is not None:
+            self._go_on(self._judging)
+        elif self._wait <= 0 and len(self._kept) == KEPT and self._tells():
+            self._wait = EVERY
+            self._judging = self._judge(*self._record())
+
+    def _go_on(self, judging):
+        try:
+            next(judging)
+        except StopIteration:
+            self._judging = None
+
+    def _tells(self):
+        """Return whether three loaded contacts slide, and some rate changes."""
+        if not all(look.touches for look in self._kept):
+            return False
+        q = np.unwrap([look.measured.q for look in self._kept], axis=0)
+        t_ns = np.array([look.measured.t_ns for look in self._kept])
+        t = (t_ns - t_ns[0]) * 1e-9
+        scene = self._configuration.scene
+        if not NEAREST_TILT * scene.gamma0 < q[:, 0].min() <= q[:, 0].max() < 1.2:
+            return False
+        rates = (q[2:] - q[:-2]) / (t[2:] - t[:-2])[:, None]
+        jacobians = velocity_jacobians(
+            contact_geometry(scene, q[1:-1, 0]), scene.peg_diameter, scene.hole_diameter
+        )
+        velocities = np.einsum("cir...,r...->ci...", jacobians, rates.T)
+        slip, slow = (
+            np.linalg.norm(velocities, axis=1).min(),
+            SLIDES * slow_slip(self._configuration),
+        )
+        least = np.maximum(CHANGES * np.abs(rates).max(axis=0), slow / scene.hole_diameter)
+        changes = np.ptp(rates, axis=0) > least
+        return bool(slip > slow and changes.any())
+
+    def _judge(self, record, load, count):
+        """Hold delays against the last second, a run or a climb at each look."""
+        configuration, left = self._configuration, UNEXPLAINED * load
+        scene, wrench = configuration.scene, configuration.wrench
+        wrench = replace(
+            wrench,
+            force_stddev=hypot(wrench.force_stddev / sqrt(count), left),
+            torque_stddev=hypot(
+                wrench.torque_stddev / sqrt(count), 0.5 * left * scene.hole_diameter
+            ),
+        )
+        configuration = replace(configuration, wrench=wrench)
+        likelihood = Likelihood(record, [slice(0, KEPT)], configuration)
+        x = coordinates(configuration)
+        values = yield from _values(likelihood, x, (0.0, -FIRST, FIRST))
+        # A delay of half as much is as likely as none.
+        if max(values[FIRST], values[-FIRST]) < values[0.0] - LIKELIER:
+            self._right = min(self._right + 1, DOUBLED)
+            self._gains[:], self._told = 0.0, {}
+            self._wait = EVERY << self._right
+        else:
+            yield from self._try_all(likelihood, x, self._sizes(load))
+
+    def _try_all(self, likelihood, x, sizes):
+        """Tell a delay if it is surely likelier than what is stated, and than other settings."""
+        spread = np.where(IS_NOISE, 0.0, 4.0 * sizes.range)
+        limits = x - spread, x + spread
+        limits[0][FRICTION] = 0.0
+        told = [self._told.get(i, (x, sizes.range)) for i in range(len(HYPOTHESES))]
+
+        def climb(i, begin):
+            centre, range_ = told[i]
+            measures_ = sizes._replace(range=range_)
+            search = Search(likelihood, likelihood, centre, measures_, limits)
+            return search.climb(begin, self._free(HYPOTHESES[i]), ITERATIONS)
+
+        stated = climb(0, x)
+        yield
+        if stated is None:
+            return
+        begin = stated.x.copy()
+        values = yield from _values(likelihood, begin, (-FIRST, 0.0, FIRST))
+        side = 1.0 if values[FIRST] > values[-FIRST] else -1.0
+        values |= yield from _values(likelihood, begin, (side * size for size in TRIED))
+        best = max(values, key=values.__getitem__)
+        if abs(best) == TRIED[-1] or values[best] - values[0.0] < LIKELIER:
+            return
+        begin[DELAY] = best
+        late = climb(1, begin)
+        yield
+        # It is where it was seen.
+        if late is None or abs(late.x[DELAY] - best) > max(FIRST, 0.5 * abs(best)):
+            return
+        if abs(late.x[DELAY]) < LEAST or late.run.nis.mean() > EXPLAINED:
+            return
+        peaks = [stated, late]
+        for i in range(2, len(HYPOTHESES)):
+            peaks.append(climb(i, told[i][0]))
+            yield
+        if any(peak is None for peak in peaks):
+            return
+        # As many seconds as it takes. What one has told of a zero holds in the next.
+        self._gains += [late.value - peak.value for peak in peaks]
+        self._told = {i: self._spread(i, peak, told[i][1]) for i, peak in enumerate(peaks)}
+        self._wait = KEPT
+        if self._gains[0] > SURE and self._gains[2:].min() > APART:
+            self.finding = self._said(float(late.x[DELAY]), self._gains[0])
+
+    def _spread(self, i, peak, range_):
+        """Return where a hypothesis has come to, and how well that is known by now."""
+        free, range_ = self._free(HYPOTHESES[i]), range_.copy()
+        covariance = np.linalg.inv(peak.information + np.diag(range_[free] ** -2.0))
+        range_[free] = np.sqrt(np.diagonal(covariance))
+        return peak.x, range_
+
+    def _free(self, kind):
+        """Return coordinates that are open as stated, and those of a kind."""
+        return np.union1d(self._open, kind).astype(int)
+
+    def _said(self, found, gain):
+        late, other = ("wrenches", "joint states") if found < 0 else ("joint states", "wrenches")
+        filtered = f", or behind a low-pass of {0.5 / pi / -found:.2g} Hz" if found < 0 else ""
+        return Finding(
+            f"with joints.delay: {round(self._stated + found, 3):g} what slides is "
+            f"e^{gain:.0f} times likelier: {late} come some {1e3 * abs(found):.0f} ms behind "
+            f"{other} of the same moment{filtered}",
+            {},
+        )
+
+    def _sizes(self, load):
+        """Return how far off the other settings may be, and steps for a load [N]."""
+        sizes = measures(self._configuration.scene.hole_diameter, load)
+        offsets, range_ = offsets_of(self._configuration), sizes.range.copy()
+        for kind, offset in zip(KINDS, offsets):
+            range_[kind] = offset
+        range_[DELAY] = TRIED[-1]
+        return sizes._replace(range=range_)
+
+    def _record(self):
+        """Return what is kept as a recording, its median load [N], and wrenches in a mean."""
+        kept = self._kept
+        begin = min(kept[0].wrench_ns[0], kept[0].measured.t_ns)
+        q = np.array([look.measured.q for look in kept])
+        q[:, 1:] = np.unwrap(q[:, 1:], axis=0)
+        record = Recording(
+            # Rates are known once the orientations before START have come.
+            (np.concatenate([look.wrench_ns for look in list(kept)[START:]]) - begin) * 1e-9,
+            np.concatenate([look.wrenches for look in list(kept)[START:]]),
+            np.array([look.measured.t_ns - begin for look in kept]) * 1e-9,
+            q,
+            np.array([look.measured.covariance for look in kept]),
+        )
+        read = zip((look.wrenches[-1] for look in kept), q)
+        forces = [self._reduction.on_peg(each[:3], each[3:], at)[:3] for each, at in read]
+        load = float(np.median(np.linalg.norm(forces, axis=1)))
+        return record, load, min(look.averaged for look in kept)
+
+
+def warm() -> None:
+    """Compile what a judgement runs."""
+    t, q = 0.02 * np.arange(KEPT), np.zeros((KEPT, 3))
+    configuration = Configuration()
+    q[:, 0] = 2.0 * configuration.scene.gamma0
+    covariance = np.tile(1e-8 * np.eye(3), (KEPT, 1, 1))
+    record = Recording(t, np.zeros((KEPT, 6)), t, q, covariance)
+    Likelihood(record, [slice(0, KEPT)], configuration).run(coordinates(configuration))
+
+
+def _values(likelihood, x, delays):
+    """Return log likelihoods of delays, all else as given, one run at each look."""
+    values = {}
+    for delay in delays:
+        moved = x.copy()
+        moved[DELAY] = delay
+        run = likelihood.run(moved)
+        values[delay] = -np.inf if run is None else run.total
+        yield
+    return values
