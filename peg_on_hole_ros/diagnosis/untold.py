@@ -21,6 +21,7 @@ from peg_on_hole_ros.estimator.state import (
 from peg_on_hole_ros.estimator.update import orientation_slopes
 from peg_on_hole_ros.measurements.measurement import skew
 from peg_on_hole_ros.mechanics.kernel import scene_of
+from peg_on_hole_ros.records import UNTOLD
 
 # Between two looks [ns]: wrenches between tell one another's news.
 PERIOD_NS = 50_000_000
@@ -37,8 +38,6 @@ class Kind(NamedTuple):
 
     Attributes
     ----------
-    name : str
-        In `~/monitor`, after `doubt_`.
     width : int
         How many components it has.
     typical : float
@@ -47,23 +46,22 @@ class Kind(NamedTuple):
 
     """
 
-    name: str
     width: int
     typical: float
     unit: str
     what: str
 
 
-# Torques are those of a hole of 50 mm; the clearance is a share.
+# Of each of UNTOLD. Torques are those of a hole of 50 mm; the clearance is a share.
 KINDS = (
-    Kind("friction", 1, 0.05, "", "of friction"),
-    Kind("clearance", 1, 0.1, "of it", "of clearance"),
-    Kind("force_along", 1, 5.0, "N", "along the peg"),
-    Kind("force_across", 2, 5.0, "N", "across the peg"),
-    Kind("torque", 3, 0.1, "N m", "of the torque's zero"),
-    Kind("hole_tilt", 2, 0.01, "rad", "of the hole's direction"),
-    Kind("gamma", 1, 2e-3, "rad", "of gamma"),
-    Kind("lever", 1, 2e-3, "m", "of the sensor's height"),
+    Kind(1, 0.05, "", "of friction"),
+    Kind(1, 0.1, "of it", "of clearance"),
+    Kind(1, 5.0, "N", "along the peg"),
+    Kind(2, 5.0, "N", "across the peg"),
+    Kind(3, 0.1, "N m", "of the torque's zero"),
+    Kind(2, 0.01, "rad", "of the hole's direction"),
+    Kind(1, 2e-3, "rad", "of gamma"),
+    Kind(1, 2e-3, "m", "of the sensor's height"),
 )
 _KIND_OF = np.repeat(np.arange(len(KINDS)), [kind.width for kind in KINDS])
 _FRICTION, _CLEARANCE, _TILT, _GAMMA, _LEVER = 0, 1, slice(8, 10), 10, 11
@@ -247,8 +245,8 @@ def offsets_of(configuration: Configuration) -> np.ndarray:
 def words(costs: dict[str, float | None], configuration: Configuration) -> str:
     """Return what costs by name [N] mean, the dearest first, as one line; nothing below 1 N."""
     told = []
-    for kind, offset in zip(KINDS, offsets_of(configuration).tolist()):
-        if (cost := costs[kind.name]) is not None and cost >= 1.0:
+    for name, kind, offset in zip(UNTOLD, KINDS, offsets_of(configuration).tolist()):
+        if (cost := costs[name]) is not None and cost >= 1.0:
             told.append((cost, f"{offset:.3g} {kind.unit} {kind.what}".replace("  ", " ")))
     found = [f"{what} would be up to {cost:.0f} N" for cost, what in sorted(told, reverse=True)]
     return f"not told by the last motion: {'; '.join(found)}" if found else ""

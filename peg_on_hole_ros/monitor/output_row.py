@@ -4,13 +4,9 @@ from collections import namedtuple
 from typing import Any
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
+from peg_on_hole_ros.records import UNTOLD
 
 _BIAS = tuple(f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
-# What the present motion may leave untold, by what it would cost.
-UNTOLD = (
-    "friction", "clearance", "force_along", "force_across", "torque", "hole_tilt", "gamma",
-    "lever",
-)  # fmt: skip
 LEARNT = (*_BIAS, "hole_tilt_x", "hole_tilt_y")
 
 # The names in `~/monitor`: one list in one order for the life of a node, whatever is known.

@@ -6,8 +6,7 @@ from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.determined import determined_reactions
 from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.monitor.output_row import UNTOLD
-from peg_on_hole_ros.records import CONTACTS
+from peg_on_hole_ros.records import CONTACTS, UNTOLD
 
 VERSION = 1
 # An alarm that flickers would fill the summary; further changes are only counted.

@@ -12,7 +12,7 @@ from peg_on_hole_ros.messages.output import (
     STRING,
     joint_state,
 )
-from peg_on_hole_ros.monitor.output_row import UNTOLD
+from peg_on_hole_ros.records import UNTOLD
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.summary import Summary
 
