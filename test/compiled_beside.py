@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import mixture, step
+from peg_on_hole_ros.estimator import free, mixture, step
 from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
 from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import (
+    BIAS,
     FRICTION,
     OPEN,
     QUANTITIES,
@@ -115,7 +116,14 @@ class Compiled:
         mixture.combine(self.record, self.n)
 
     def weigh(self, u, contacts=3):
-        cell = self.cell
+        cell, first = self.cell, self.at[BIAS]
+        if contacts == 0 and first >= 0:
+            free.hang(
+                self.record, self.scratch, self.settings, self.scalars, self.at, self.n,
+                cell.learnt, u, cell.wrench_noise, cell.bias_map, cell.walk[first : first + 6],
+            )  # fmt: skip
+        else:
+            self.state.air[:] = 0.0
         step.weigh(
             self.record, self.scratch, self.settings, self.scalars, self.at, self.n, cell.learnt,
             u, cell.wrench_noise, cell.bias_map, contacts,

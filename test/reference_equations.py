@@ -269,19 +269,34 @@ def _walked(cell, dt):
     return (cell.scene.peg_mass * cell.settings.free_walk) ** 2 / max(dt, 1e-4)
 
 
-def hanging(cell: Cell, x: np.ndarray, u: np.ndarray, dt: float) -> Linear:
-    """Return the balance of a peg that nothing touches; how its holder moves it is noise."""
-    # A weight tells nothing of the angles that orientations do not tell far better.
-    o, scene, to_peg = cell.settings, cell.scene, peg_axes(x[:3]).T
+def hanging(
+    cell: Cell, x: np.ndarray, at: np.ndarray, u: np.ndarray, dt: float
+) -> Linear:
+    """
+    Return the mean balance of a peg that nothing touches; how its holder moves it is noise.
+
+    Parameters
+    ----------
+    cell : Cell
+    x : ndarray, shape (n + 3,)
+    at : ndarray, shape (k, n + 3)
+        Means at its wrenches. A weight tells nothing of angles that orientations tell far better.
+    u : ndarray, shape (k, 6)
+    dt : float
+        Between two wrenches [s].
+
+    """
+    o, scene, to_peg = cell.settings, cell.scene, [peg_axes(x[:3]).T for x in at]
 
     def balance(x):
-        weight = scene.peg_mass * to_peg @ _gravity(cell, x)
-        return u + np.append(weight, np.zeros(3)) - cell.bias_map @ cell.value(x, state.BIAS)
+        weight = np.mean(to_peg, axis=0) * scene.peg_mass @ _gravity(cell, x)
+        bias = cell.bias_map @ cell.value(x, state.BIAS)
+        return u.mean(axis=0) + np.append(weight, np.zeros(3)) - bias
 
     turned = max(o.time[-1] / max(dt, 1e-4), 1.0)
     turned *= (scene.transverse_inertia * o.level[len(o.level) // 2]) ** 2
     R = cell.wrench_noise + np.diag([_walked(cell, dt)] * 3 + [turned] * 3)
-    return Linear(-balance(x), slopes(balance, x), R)
+    return Linear(-balance(x), slopes(balance, x), R / len(u))
 
 
 def orientation(cell: Cell, x: np.ndarray, q: np.ndarray, R: np.ndarray) -> Linear:

@@ -190,6 +190,7 @@ class ReferenceEstimator:
         self.told, self.load, self.in_contact = 1.0, None, False
         self.spiked, self.start_rates2, self.innovation = 0, rate_stddev**2, None
         self.since_start = self.since_wrench = 0.0
+        self.air: list[list] = [[]]
 
     def _share_offsets(self, component, q, R):
         """Let the angles be as uncertain as tilt and delay leave them."""
@@ -275,10 +276,14 @@ class ReferenceEstimator:
         o, dt, n = self.cell.settings, self.since_wrench, self.cell.n
         self.since_wrench = 0.0
         self.load = self._load_of(u)
+        if contacts == 0 and self.cell.is_open(BIAS) and np.isfinite(o.time[0]):
+            self._hang(u, dt)
+        else:
+            self.air = [[]]
         begins, self.in_contact = not self.in_contact, True
         drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
         if contacts not in (2, 3) or self.since_start < o.settling or drifts:
-            self._in_air(u, dt, hangs=contacts == 0)
+            self._in_air()
             return
         if begins:
             self.friction_force2 = np.full(3, (self.mean[FRICTION] * self.load) ** 2)
@@ -321,15 +326,36 @@ class ReferenceEstimator:
         force, couple = np.linalg.norm(u[:3]), np.linalg.norm(u[3:])
         return force + 2 * couple / scene.peg_diameter + scene.peg_mass * 9.81
 
-    def _in_air(self, u, dt, hangs):
-        """Let reactions be unknown; a peg that hangs free tells the bias."""
+    def _in_air(self):
+        """Let reactions be unknown."""
         self.in_contact, n, o = False, self.cell.n, self.cell.settings
         for _, levels in self._living():
             for component in levels:
                 component.x[n:] = 0.0
                 component.forget(o.reaction_prior * self.load, o.acceleration_start)
-                if hangs and self.cell.is_open(BIAS) and np.isfinite(o.time[0]):
-                    component.correct(model.hanging(self.cell, component.x, u, dt))
+
+    def _hang(self, u, dt):
+        """Let a peg that hangs free tell the bias, as it was before the last stretch of time."""
+        self.air[-1].append((dt, self.mean, u))
+        time = sum(dt for dt, *_ in self.air[-1])
+        if time < self.cell.settings.touch_time:
+            return
+        self.air.append([])
+        if len(self.air) < 3:
+            return
+        steps, means, u = (np.array(values) for values in zip(*self.air.pop(0)))
+        at, _ = places(self.cell.open_quantities)
+        bias = range(at[BIAS], at[BIAS] + 6)
+        learnt = self.cell.learnt.copy()
+        learnt[self.cell.n :] = 0.0
+        # A walk since the mean of the stretch.
+        walked = (time + steps.sum() / 3) * self.cell.walk[bias]
+        for _, levels in self._living():
+            for component in levels:
+                component.P[bias, bias] -= walked
+                measured = model.hanging(self.cell, component.x, means, u, steps.mean())
+                component.correct(measured, learnt=learnt)
+                component.P[bias, bias] += walked
 
     def _reweigh(self, found):
         """Weigh by log likelihoods: levels in full, frictions by the share that is told."""

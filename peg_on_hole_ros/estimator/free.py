@@ -4,66 +4,124 @@ from math import cos, sin
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.state import BIAS, TILT
+from peg_on_hole_ros.estimator.update import update
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
-from peg_on_hole_ros.record_types import ScratchRecord
+from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
+
+# A wrench is not taken for more frequent than this [s].
+_LEAST_STEP = 1e-4
+# Rows of `air` of STATE, each a stretch of wrenches: one is being filled, one waits until no touch
+# follows it, one is told.
+_FILLED, _WAITS, _TOLD = range(3)
+# Its columns: time [s], number, and sums of a wrench less the weight and of its slopes by a tilt.
+_TIME, _NUMBER, _WRENCH, _SLOPES = 0, 1, 2, 8
 
 
 @compiled
-def balance_free(
+def moved_force(p: SceneScalars, o: SettingsRecord, dt: float) -> float:
+    """Return the variance of the force of a holder that moves the peg, over a sample [N^2]."""
+    return (p.m * o.free_walk) ** 2 / max(dt, _LEAST_STEP)
+
+
+@compiled
+def hang(
+    s: StateRecord,
+    scratch: ScratchRecord,
+    o: SettingsRecord,
     p: SceneScalars,
-    x: np.ndarray,
-    n: int,
     at: np.ndarray,
+    n: int,
+    learnt: np.ndarray,
     u: np.ndarray,
     noise: np.ndarray,
     bias_map: np.ndarray,
-    moved: float,
-    turned: float,
-    scratch: ScratchRecord,
+    walk: np.ndarray,
 ) -> None:
     """
-    Fill in residual, slopes and noise of the balance of a peg that nothing touches.
+    Take a wrench of a peg that hangs free: it tells the bias.
 
-    How the holder moves it is not measured: that is noise.
+    A touch is seen late, and what it carries until then is no bias. So a stretch of wrenches waits
+    until the peg has hung free for another `touch_time`.
 
     Parameters
     ----------
-    p : SceneScalars
-    x : ndarray
-        Mean of a component.
-    n : int
-    at, u, noise, bias_map
-        As for `contact.straighten`.
-    moved, turned : float
-        Variances of force [N^2] and couple [N^2 m^2] that the holder's motion leaves.
-    scratch : record of SCRATCH
-        residual, E and R are filled.
+    s : record of STATE
+        Changed; a combination of the mixture is left to do.
+    scratch, o, p, at, n, learnt, noise, bias_map
+        As for `step.weigh`.
+    u : ndarray, shape (6,)
+        On the peg about its mass centre, peg axes [N], [N m].
+    walk : ndarray, shape (6,)
+        Variance that the bias gains in a second.
 
     """
-    E, residual, R = scratch.E, scratch.residual, scratch.R
+    _gather(s.air[_FILLED], s.mean, p, u, s.step[0])
+    if s.air[_FILLED, _TIME] < o.touch_time:
+        return
+    for row in (_TOLD, _WAITS):
+        for i in range(s.air.shape[1]):
+            s.air[row, i] = s.air[row - 1, i]
+    s.air[_FILLED, :] = 0.0
+    if s.air[_TOLD, _NUMBER] == 0.0:
+        return
+    # How far the bias has walked from its mean over the stretch.
+    since = s.air[_WAITS, _TIME] + s.air[_TOLD, _TIME] / 3.0
+    first = at[BIAS]
+    for j in range(s.components):
+        if s.alive[j // o.levels] == 0.0:
+            continue
+        x, P = s.x[j], s.P[j]
+        _balance(s.air[_TOLD], x, p, o, at, n, noise, bias_map, scratch)
+        for i in range(6):
+            P[first + i, first + i] -= since * walk[i]
+        update(
+            P, n, learnt, 0.0, scratch.residual, scratch.E, scratch.R, 6,
+            scratch.root, scratch.gain, scratch.white, scratch.step,
+        )  # fmt: skip
+        for i in range(6):
+            P[first + i, first + i] += since * walk[i]
+        for i in range(n):
+            x[i] += scratch.step[i]
+
+
+@compiled
+def _gather(row, x, p, u, dt):
+    """Take a wrench, less the weight at the stated tilt of the hole, into a stretch."""
     s, c, sp, cp, sps, cps = sin(x[0]), cos(x[0]), sin(x[2]), cos(x[2]), sin(x[1]), cos(x[1])
-    g_x, g_y, g_z = leaning_gravity(p, x, at)
-    weight = in_peg_axes(s, c, sp, cp, sps, cps, p.m * g_x, p.m * g_y, p.m * g_z)
+    weight = in_peg_axes(s, c, sp, cp, sps, cps, p.m * p.g_x, p.m * p.g_y, p.m * p.g_z)
+    first = in_peg_axes(s, c, sp, cp, sps, cps, 0.0, p.m * p.g_z, -p.m * p.g_y)
+    second = in_peg_axes(s, c, sp, cp, sps, cps, -p.m * p.g_z, 0.0, p.m * p.g_x)
+    row[_TIME] += dt
+    row[_NUMBER] += 1.0
     for i in range(6):
-        residual[i] = u[i]
-        if i < 3:
-            residual[i] += weight[i]
-        for j in range(n + 3):
-            E[i, j] = 0.0
-        for j in range(6):
-            R[i, j] = noise[i, j]
+        row[_WRENCH + i] += u[i]
+    for i in range(3):
+        row[_WRENCH + i] += weight[i]
+        row[_SLOPES + i] += first[i]
+        row[_SLOPES + 3 + i] += second[i]
+
+
+@compiled
+def _balance(row, x, p, o, at, n, noise, bias_map, scratch):
+    """Fill in residual, slopes and noise of a stretch; how the holder moves the peg is noise."""
+    E, residual, R, number = scratch.E, scratch.residual, scratch.R, row[_NUMBER]
+    dt = max(row[_TIME] / number, _LEAST_STEP)
+    moved = moved_force(p, o, dt) / number
+    turned = max(o.time[o.levels - 1] / dt, 1.0) * (p.Ie * o.level[o.levels // 2]) ** 2 / number
+    for i in range(6):
+        for k in range(n):
+            E[i, k] = 0.0
+        for k in range(6):
+            R[i, k] = noise[i, k] / number
+            E[i, at[BIAS] + k] = -bias_map[i, k]
         R[i, i] += moved if i < 3 else turned
-        if at[BIAS] >= 0:
-            for j in range(6):
-                residual[i] -= bias_map[i, j] * x[at[BIAS] + j]
-                E[i, at[BIAS] + j] = -bias_map[i, j]
-    if at[TILT] >= 0:
-        first = in_peg_axes(s, c, sp, cp, sps, cps, 0.0, p.m * g_z, -p.m * g_y)
-        second = in_peg_axes(s, c, sp, cp, sps, cps, -p.m * g_z, 0.0, p.m * g_x)
-        for i in range(3):
-            E[i, at[TILT]], E[i, at[TILT] + 1] = first[i], second[i]
+        if at[TILT] >= 0 and i < 3:
+            E[i, at[TILT]] = row[_SLOPES + i] / number
+            E[i, at[TILT] + 1] = row[_SLOPES + 3 + i] / number
+        residual[i] = -row[_WRENCH + i] / number
+        for k in range(n):
+            residual[i] -= E[i, k] * x[k]
 
 
 @compiled

@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimator import insertion_depth, step
 from peg_on_hole_ros.estimator.contact import leaning_gravity
+from peg_on_hole_ros.estimator.free import hang
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
 from peg_on_hole_ros.estimator.record import SIZE, fill_record
@@ -226,8 +227,16 @@ def weigh(h: HeldRecord, u: np.ndarray, contacts: int) -> None:
     h.u[:] = u
     if not isfinite(h.state.mean[0]):
         return
-    if contacts == 0 and h.at[BIAS] >= 0:
+    # A motion that the wrench drives leaves nothing to tell a bias from.
+    if contacts == 0 and h.at[BIAS] >= 0 and isfinite(h.constants.time[0]):
         _let_zero_wander(h)
+        walk = h.walk[h.at[BIAS] : h.at[BIAS] + 6] + h.wander
+        hang(
+            h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise,
+            h.bias_map, walk,
+        )  # fmt: skip
+    else:
+        h.state.air[:, :] = 0.0
     step.weigh(
         h.state, h.scratch, h.constants, scene_of(h.scene), h.at, h.n, h.learnt, h.u, h.noise,
         h.bias_map, contacts,

@@ -298,6 +298,7 @@ class HeldPeg:
         self._open_stddev[first - OPEN : last - OPEN] = stddev
         # What a tare leaves open outlives what was learnt.
         self._stated[first - OPEN : last - OPEN] = stddev
+        s.air[:] = 0.0
         for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
             x[first:last] = 0.0
             P[first:last] = P[:, first:last] = 0.0

@@ -49,6 +49,9 @@ class Settings(NamedTuple):
         In the air, and along the hole, a holder's speed walks by so much [m/s per root second].
     zero_time : float
         In the air a zero wanders by its stated deviation in this time [s].
+    touch_time : float
+        Nothing may have touched the peg for so long after a wrench that tells of the zero [s]: a
+        soft touch is seen that late.
     tilt_sure : float
         A tilt may move by so many deviations of what was learnt; see `held`.
     outlier : float
@@ -82,6 +85,7 @@ class Settings(NamedTuple):
     passes: int = 4
     free_walk: float = 0.283
     zero_time: float = 120.0
+    touch_time: float = 0.1
     tilt_sure: float = 3.0
     outlier: float = 10.0
     noise_count: float = 100.0

@@ -57,6 +57,8 @@ class State(NamedTuple):
         Mean square of the friction at each contact [N^2].
     contacts : ndarray, shape (1,)
         How many contacts the last wrench was weighed with: 3, 2 (K and B in the hole), or 0.
+    air : ndarray, shape (3, 14)
+        Wrenches of a peg that hangs free, see `free`.
     mean : ndarray, shape (n + 3,)
         Mean over all components.
     covariance : ndarray, shape (n + 3, n + 3)
@@ -87,6 +89,7 @@ class State(NamedTuple):
     spiked: np.ndarray
     friction_force2: np.ndarray
     contacts: np.ndarray
+    air: np.ndarray
     mean: np.ndarray
     covariance: np.ndarray
     nis: np.ndarray
@@ -136,6 +139,7 @@ STATE = np.dtype(
         ("spiked", float, (1,)),
         ("friction_force2", float, (3,)),
         ("contacts", float, (1,)),
+        ("air", float, (3, 14)),
         ("mean", float, (_W,)),
         ("covariance", float, (_W, _W)),
         ("nis", float, (2,)),

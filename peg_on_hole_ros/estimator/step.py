@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.contact import straighten
-from peg_on_hole_ros.estimator.free import balance_free
+from peg_on_hole_ros.estimator.free import moved_force
 from peg_on_hole_ros.estimator.mixture import (
     combine,
     friction_told,
@@ -15,7 +15,6 @@ from peg_on_hole_ros.estimator.mixture import (
 )
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
-    BIAS,
     DELAY,
     FRICTION,
     OPEN,
@@ -114,6 +113,7 @@ def start(
     s.load[0] = 0.0
     s.since[0], s.since[1] = 0.0, -1.0
     s.step[0] = 0.0
+    s.air[:, :] = 0.0
     s.start_rates2[0] = rate_stddev * rate_stddev
     s.nis[:] = np.nan
     s.innovation_before[:] = np.nan
@@ -274,11 +274,8 @@ def weigh(
             for i in range(n, n + 3):
                 s.x[j, i] = 0.0
             _forget(s.P[j], n, n, prior)
-            # A motion that the wrench drives leaves nothing to tell a bias from.
             if np.isinf(o.time[j % o.levels]):
                 _forget(s.P[j], ACCELERATION, n, o.acceleration_start**2)
-            elif contacts == 0 and at[BIAS] >= 0 and s.alive[j // o.levels] > 0.0:
-                _hang(s.x[j], s.P[j], scratch, o, p, at, n, learnt, u, noise, bias_map, dt)
         combine(s, n)
         return
     begins = s.since[1] < 0.0
@@ -378,28 +375,6 @@ def _forget(P, first, n, prior):
 
 
 @compiled
-def _moved(o, p, dt):
-    """Return the variance of the force of a holder that moves the peg, over a sample."""
-    return (p.m * o.free_walk) ** 2 / max(dt, _LEAST_STEP)
-
-
-@compiled
-def _hang(x, P, scratch, o, p, at, n, learnt, u, noise, bias_map, dt):
-    """Correct one component by the balance of a peg that hangs free; only the bias is told."""
-    late = max(o.time[o.levels - 1] / max(dt, _LEAST_STEP), 1.0)
-    turned = late * (p.Ie * o.level[o.levels // 2]) ** 2
-    balance_free(p, x, n, at, u, noise, bias_map, _moved(o, p, dt), turned, scratch)
-    for a in range(6):
-        scratch.residual[a] = -scratch.residual[a]
-    update(
-        P, n, learnt, 0.0, scratch.residual, scratch.E, scratch.R, 6,
-        scratch.root, scratch.gain, scratch.white, scratch.step,
-    )  # fmt: skip
-    for a in range(n):
-        x[a] += scratch.step[a]
-
-
-@compiled
 def _by_equations(
     x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
 ):  # fmt: skip
@@ -418,7 +393,7 @@ def _by_equations(
         if s.contacts[0] == 2.0:
             turned = straighten_two_points(
                 p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
-                _moved(o, p, dt), s.friction_force2, scratch,
+                moved_force(p, o, dt), s.friction_force2, scratch,
             )  # fmt: skip
         else:
             turned = straighten(

@@ -81,7 +81,7 @@ def test_a_peg_that_hangs_touches_down():
     # Not told, as while a touch-down is judged, between the two.
     contacts = [0] * 60 + [-1] * 5 + [3] * 115
     assert set(recorded.mode[1140:1200]) == {"open"} and recorded.mode[1205] == "three_point"
-    cell = cell_of(with_scene(recorded), noise, ("bias", "tilt"))
+    cell = cell_of(with_scene(recorded), noise, ("bias", "tilt"), touch_time=0.02)
     assert differences(cell, 7, rows, contacts.__getitem__).max() < LIMIT
 
 
