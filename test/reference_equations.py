@@ -145,7 +145,7 @@ def contact(
     u: np.ndarray,
     load: float,
     friction_force2: np.ndarray,
-) -> tuple[Linear, np.ndarray, float]:
+) -> tuple[Linear, np.ndarray, float, np.ndarray]:
     """
     Return the six equations at a mean, and the noise of friction whose direction is unknown.
 
@@ -173,12 +173,15 @@ def contact(
     residual = -_balance(cell, x, u, load, scales)
     E = slopes(lambda x: _balance(cell, x, u, load, scales), x)
     W = slopes(lambda u: _balance(cell, x, u, load, scales), u)
-    unknown = np.zeros((6, 6))
+    unknown, by_friction = np.zeros((6, 6)), np.zeros((6, 3))
     jacobians = velocity_jacobians(geometry, scene.peg_diameter, scene.hole_diameter)
-    for J, normal, amount in zip(jacobians, normals(geometry), 0.5 * left * friction_force2):
-        reach = np.vstack([J.T, np.eye(3)])
+    for i, (J, normal, amount) in enumerate(
+        zip(jacobians, normals(geometry), 0.5 * left * friction_force2)
+    ):
+        reach, v = np.vstack([J.T, np.eye(3)]), J @ x[RATE : RATE + 3]
         unknown += amount * reach @ (np.eye(3) - np.outer(normal, normal)) @ reach.T
-    return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown, turned
+        by_friction[:, i] = reach @ v / np.sqrt(v @ v + scales[i] ** 2)
+    return Linear(residual, E, W @ cell.wrench_noise @ W.T), unknown, turned, by_friction
 
 
 def two_points(
@@ -189,7 +192,7 @@ def two_points(
     load: float,
     friction_force2: np.ndarray,
     dt: float,
-) -> tuple[Linear, np.ndarray, float]:
+) -> tuple[Linear, np.ndarray, float, np.ndarray]:
     """
     Return the balance of a peg on K and B in the hole; else as `contact`, for a time since then.
 
@@ -251,13 +254,16 @@ def two_points(
     crossing = (arms[0] + arms[1]) / 2
     lateral = np.append([0, 1.0, 0], np.cross(crossing, [0, 1.0, 0]))
     R += load**2 * np.outer(lateral, lateral)
-    unknown = np.zeros((6, 6))
+    unknown, by_friction = np.zeros((6, 6)), np.zeros((6, 3))
     squares = friction_force2[0], 2 * (friction_force2[1] + friction_force2[2])
-    for square, r, normal, (_, left, _) in zip(squares, arms, faces, moments):
-        reach = np.vstack([np.eye(3), -np.cross(np.eye(3), r).T])
+    for k, (square, r, normal, (_, left, scale2)) in enumerate(zip(squares, arms, faces, moments)):
+        reach, v = np.vstack([np.eye(3), -np.cross(np.eye(3), r).T]), slips[k] @ x[RATE : RATE + 3]
         unknown += 0.5 * left * square * reach @ (np.eye(3) - np.outer(normal, normal)) @ reach.T
+        # N_B is two halves.
+        by_friction[:, [0] if k == 0 else [1, 2]] = (reach @ v / np.sqrt(v @ v + scale2))[:, None]
     turned = (moments[0][0] + moments[1][0]) / 2
-    return Linear(-balance(x), slopes(balance, x.astype(complex)), R), unknown, turned
+    linear = Linear(-balance(x), slopes(balance, x.astype(complex)), R)
+    return linear, unknown, turned, by_friction
 
 
 def _scalars(scene: OpenScene) -> SceneScalars:
@@ -269,9 +275,7 @@ def _walked(cell, dt):
     return (cell.scene.peg_mass * cell.settings.free_walk) ** 2 / max(dt, 1e-4)
 
 
-def hanging(
-    cell: Cell, x: np.ndarray, at: np.ndarray, u: np.ndarray, dt: float
-) -> Linear:
+def hanging(cell: Cell, x: np.ndarray, at: np.ndarray, u: np.ndarray, dt: float) -> Linear:
     """
     Return the mean balance of a peg that nothing touches; how its holder moves it is noise.
 

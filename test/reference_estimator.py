@@ -6,7 +6,16 @@ from filterpy.kalman import IMMEstimator, KalmanFilter
 from numpy.typing import ArrayLike
 
 import reference_equations as model
-from peg_on_hole_ros.estimator.state import ACCELERATION, BIAS, DELAY, FRICTION, OPEN, RATE, places
+from peg_on_hole_ros.estimator.state import (
+    ACCELERATION,
+    BIAS,
+    DELAY,
+    FRICTION,
+    FRICTION_K,
+    OPEN,
+    RATE,
+    places,
+)
 from reference_equations import Cell, Linear
 
 _ANGLES, _RATES, _ACCELERATIONS = slice(0, 3), slice(RATE, RATE + 3), slice(ACCELERATION, 9)
@@ -87,6 +96,26 @@ class Component(KalmanFilter):
             self.P[values] = self.P[:, values] = 0.0
             self.P[values, values] = stddev**2 * np.eye(3)
 
+    def keep_reactions(self) -> None:
+        """Keep the covariances of reactions, and of friction with them, as a wrench left them."""
+        n = self.cell.n
+        self.with_reactions = (self._frictions() @ self.P)[:, n:]
+        self.reactions = self.P[n:, n:].copy()
+
+    def _frictions(self):
+        at, n = places(self.cell.open_quantities)
+        friction = np.zeros((3, n + 3))
+        friction[:, FRICTION] = 1.0
+        if at[FRICTION_K] >= 0:
+            friction[0, at[FRICTION_K]] = 1.0
+        return friction
+
+    def products(self) -> np.ndarray:
+        """Return the covariance of the products of the errors of friction and each reaction."""
+        own = self._frictions() @ self.P @ self._frictions().T
+        # Isserlis.
+        return own * self.reactions + self.with_reactions * self.with_reactions.T
+
     def halve(self, reaction: float) -> None:
         """Let the last two reactions be halves of one."""
         halves = slice(self.cell.n + 1, None)
@@ -98,6 +127,7 @@ class Component(KalmanFilter):
         u: np.ndarray,
         load: float,
         friction_force2: np.ndarray,
+        products: np.ndarray,
         contacts: int,
         dt: float,
         passes: int,
@@ -110,9 +140,11 @@ class Component(KalmanFilter):
         for _ in range(passes):
             point = self.x
             if contacts == 3:
-                measured, unknown, turned = model.contact(look[0], point, P, *look[1:])
+                found = model.contact(look[0], point, P, *look[1:])
             else:
-                measured, unknown, turned = model.two_points(look[0], point, P, *look[1:], dt)
+                found = model.two_points(look[0], point, P, *look[1:], dt)
+            measured, unknown, turned, by_friction = found
+            unknown = unknown + by_friction @ products @ by_friction.T
             least = (turned * max(point[FRICTION], self.cell.scene.friction)) ** 2
             self.x, self.P = x.copy(), P.copy()
             noise = wider * measured.R + late * unknown
@@ -282,7 +314,7 @@ class ReferenceEstimator:
             self.air = [[]]
         begins, self.in_contact = not self.in_contact, True
         drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
-        if contacts not in (2, 3) or self.since_start < o.settling or drifts:
+        if contacts not in (2, 3) or drifts:
             self._in_air()
             return
         if begins:
@@ -292,22 +324,29 @@ class ReferenceEstimator:
             for _, levels in self._living()
             for component in levels
         }
-        found, doubt, nis = self._by_equations(u, contacts, dt, o.passes if begins else 1)
+        products = {
+            component: np.zeros((3, 3)) if begins else component.products() for component in before
+        }
+        given = u, contacts, products, dt
+        found, doubt, nis = self._by_equations(*given, o.passes if begins else 1)
         misfit = nis > 6 * o.outlier and not begins
         self.spiked = self.spiked + 1 if misfit else 0
         if self.spiked == 1:
             for component, (x, P) in before.items():
                 component.x, component.P = x, P
-            found, doubt, _ = self._by_equations(u, contacts, dt, 1, nis / 6)
+            found, doubt, _ = self._by_equations(*given, 1, nis / 6)
         if self.alive.sum() > 1:
             doubt = (self.weight * doubt).sum(axis=1)[self.alive]
             self.told = np.max(1 / (1 + o.doubt * doubt / self.weight.sum(axis=1)[self.alive]))
         self._reweigh(found)
         self._merge()
+        for _, levels in self._living():
+            for component in levels:
+                component.keep_reactions()
         x, P = self.mean, self.covariance
         self.friction_force2 = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
 
-    def _by_equations(self, u, contacts, dt, passes, wider=1.0):
+    def _by_equations(self, u, contacts, products, dt, passes, wider=1.0):
         """Correct every component; return log likelihoods, doubts, and the mean of their NIS."""
         found, doubt, nis = (np.zeros(self.weight.shape) for _ in range(3))
         for g, levels in self._living():
@@ -317,7 +356,14 @@ class ReferenceEstimator:
                 if contacts == 2:
                     component.halve(prior)
                 found[g, j], doubt[g, j], nis[g, j] = component.weigh(
-                    u, self.load, self.friction_force2, contacts, dt, passes, wider
+                    u,
+                    self.load,
+                    self.friction_force2,
+                    products[component],
+                    contacts,
+                    dt,
+                    passes,
+                    wider,
                 )
         return found, doubt, (self.weight * nis).sum()
 
@@ -374,17 +420,23 @@ class ReferenceEstimator:
         self.weight /= self.weight.sum()
 
     def _merge(self):
-        """Let the heavier of two frictions stand for both that have become one."""
+        """Let two frictions that have become one be one, by moments."""
         for g in range(len(self.frictions)):
             for h in range(g):
                 if not (self.alive[g] and self.alive[h]):
                     continue
                 (f_g, v_g), (f_h, v_h) = self._friction(g), self._friction(h)
                 if (f_g - f_h) ** 2 < self.cell.settings.merged**2 * min(v_g, v_h):
-                    own = self.weight.sum(axis=1)
-                    big, small = (g, h) if own[g] > own[h] else (h, g)
-                    self.weight[big] *= (own[g] + own[h]) / own[big]
-                    self.weight[small], self.alive[small] = 0.0, False
+                    for l, (one, other) in enumerate(zip(self.frictions[h], self.frictions[g])):
+                        w = self.weight[[h, g], l] / self.weight[[h, g], l].sum()
+                        mean = w[0] * one.x + w[1] * other.x
+                        one.P = sum(
+                            share * (c.P + np.outer(c.x - mean, c.x - mean))
+                            for share, c in zip(w, (one, other))
+                        )
+                        one.x = mean
+                    self.weight[h] += self.weight[g]
+                    self.weight[g], self.alive[g] = 0.0, False
 
     def _friction(self, g):
         share = self.weight[g] / self.weight[g].sum()

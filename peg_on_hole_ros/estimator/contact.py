@@ -214,7 +214,7 @@ def straighten(
     friction_force2 : ndarray, shape (3,)
         Mean square of the friction at each contact [N^2].
     scratch : record of SCRATCH
-        residual, E, R and unknown are filled.
+        residual, E, R, unknown and by_friction are filled.
 
     Returns
     -------
@@ -271,7 +271,10 @@ def straighten(
     _reduce(geo, columns)
     applied_slopes(columns, at, bias_map, E)
     see_noise(columns, noise, scratch.root, scratch.R)
-    add_unknown_direction(p, geo, scratch.left, friction_force2, scratch.unknown)
+    add_unknown_direction(
+        p, geo, x, scratch.scales, scratch.left, friction_force2, scratch.unknown,
+        scratch.by_friction,
+    )  # fmt: skip
     return turned
 
 

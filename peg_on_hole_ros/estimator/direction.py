@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.state import RATE
+from peg_on_hole_ros.estimator.state import FRICTION, RATE
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 
 # Below these nothing is told apart [m/s, squared].
@@ -143,9 +143,12 @@ def slip_moments(
 def add_unknown_direction(
     p: SceneScalars,
     geo: tuple[float, ...],
+    x: np.ndarray,
+    scales: np.ndarray,
     left: np.ndarray,
     friction_force2: np.ndarray,
     unknown: np.ndarray,
+    by_friction: np.ndarray,
 ) -> None:
     """
     Fill in the six equations' covariance by friction whose direction no slope tells.
@@ -155,44 +158,41 @@ def add_unknown_direction(
     p : SceneScalars
     geo : tuple
         From `closed_forms`.
-    left, friction_force2 : ndarray, shape (3,)
+    x : ndarray
+        Mean of the component.
+    scales, left, friction_force2 : ndarray, shape (3,)
         From `direction_moments`, and the mean square of the friction there [N^2].
     unknown : ndarray, shape (6, 6)
         Filled.
+    by_friction : ndarray, shape (6, 3)
+        Filled with how the equations move with friction, for one newton of each reaction.
 
     """
-    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
+    a1, S1, b = geo[2], geo[4], geo[6]
     over = 1.0 / sqrt(S1 * S1 + b * b + a1 * a1)
     for j in range(6):
         for k in range(6):
             unknown[j, k] = 0.0
     for i in range(3):
+        J = slip_jacobian(p, geo, i)
+        n0, n1, n2 = geo[1], 0.0, geo[0]
+        if i > 0:
+            n0, n1, n2 = -S1 * over, (b if i == 1 else -b) * over, a1 * over
+        # A force does work along the slip, and stands in the balance of forces.
+        rows = (
+            (J[0][0], J[1][0], J[2][0]),
+            (J[0][1], J[1][1], J[2][1]),
+            (J[0][2], J[1][2], J[2][2]),
+            (1.0, 0.0, 0.0),
+            (0.0, 1.0, 0.0),
+            (0.0, 0.0, 1.0),
+        )
+        v0, v1, v2 = along_slip(J[0], x), along_slip(J[1], x), along_slip(J[2], x)
+        unit = 1.0 / sqrt(v0 * v0 + v1 * v1 + v2 * v2 + scales[i] * scales[i])
         amount = 0.5 * left[i] * friction_force2[i]
-        if amount <= 0.0:
-            continue
-        if i == 0:
-            n0, n1, n2 = c, 0.0, s
-            rows = (
-                (2.0 * a1, 0.0, -2.0 * a1 * c / s),
-                (0.0, -0.5 * p.D, 0.0),
-                (0.0, -0.5 * p.d, 0.0),
-                (1.0, 0.0, 0.0),
-                (0.0, 1.0, 0.0),
-                (0.0, 0.0, 1.0),
-            )
-        else:
-            e = b if i == 1 else -b
-            n0, n1, n2 = -S1 * over, e * over, a1 * over
-            rows = (
-                (2.0 * a1, 0.0, 2.0 * S1),
-                (e, S1, 0.0),
-                (e * c, S2, e * s),
-                (1.0, 0.0, 0.0),
-                (0.0, 1.0, 0.0),
-                (0.0, 0.0, 1.0),
-            )
         for j in range(6):
             r0, r1, r2 = rows[j]
+            by_friction[j, i] = unit * (r0 * v0 + r1 * v1 + r2 * v2)
             along = r0 * n0 + r1 * n1 + r2 * n2
             for k in range(j + 1):
                 t0, t1, t2 = rows[k]
@@ -201,3 +201,58 @@ def add_unknown_direction(
                 unknown[j, k] += value
                 if k != j:
                     unknown[k, j] += value
+
+
+@compiled
+def along_slip(row: tuple[float, float, float], x: np.ndarray) -> float:
+    """Return one component of a slip by its row of the Jacobian [m/s]."""
+    return row[0] * x[RATE] + row[1] * x[RATE + 1] + row[2] * x[RATE + 2]
+
+
+@compiled
+def product_covariance(P: np.ndarray, n: int, place_K: int, product: np.ndarray) -> None:
+    """
+    Fill in the covariance of the products of the errors of friction and each reaction [N^2].
+
+    They are normal, so it is that of Isserlis. No slope explains these products: of a friction
+    that is wide the equations are no plane, and one that is made linear anew with every wrench
+    would tell friction and a bias apart by its own noise.
+
+    Parameters
+    ----------
+    P : ndarray
+        Covariance of a component after a wrench.
+    n : int
+        How many values stand before the reactions.
+    place_K : int
+        Of the friction that K has apart, -1 for none.
+    product : ndarray, shape (3, 3)
+        Filled.
+
+    """
+    for i in range(3):
+        for j in range(3):
+            own = P[FRICTION, FRICTION]
+            i_j, j_i = P[FRICTION, n + j], P[FRICTION, n + i]
+            if place_K >= 0:
+                if i == 0:
+                    own += P[FRICTION, place_K]
+                    i_j += P[place_K, n + j]
+                if j == 0:
+                    own += P[FRICTION, place_K]
+                    j_i += P[place_K, n + i]
+                if i == 0 and j == 0:
+                    own += P[place_K, place_K]
+            product[i, j] = own * P[n + i, n + j] + i_j * j_i
+
+
+@compiled
+def add_product(by_friction: np.ndarray, product: np.ndarray, unknown: np.ndarray) -> None:
+    """Add what the products of the errors of friction and reactions are in the equations."""
+    for i in range(3):
+        for j in range(3):
+            if product[i, j] != 0.0:
+                for a in range(6):
+                    t = product[i, j] * by_friction[a, i]
+                    for b in range(6):
+                        unknown[a, b] += t * by_friction[b, j]

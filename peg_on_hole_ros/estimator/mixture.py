@@ -171,20 +171,33 @@ def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> 
 
 @compiled
 def merge(s: StateRecord, o: SettingsRecord) -> None:
-    """Let frictions that have become one be one: the heavier stays."""
+    """Let frictions that have become one be one, with mean and covariance of both."""
     levels, frictions = o.levels, s.frictions
     for g in range(frictions):
         for h in range(g):
             if s.alive[g] == 0.0 or s.alive[h] == 0.0:
                 continue
-            w_g, f_g, v_g = _friction_of(s, levels, g)
-            w_h, f_h, v_h = _friction_of(s, levels, h)
+            f_g, v_g = _friction_of(s, levels, g)
+            f_h, v_h = _friction_of(s, levels, h)
             if (f_g - f_h) ** 2 < o.merged**2 * min(v_g, v_h):
-                big, small = (g, h) if w_g > w_h else (h, g)
-                for j in range(levels):
-                    s.weight[big * levels + j] *= (w_g + w_h) / max(w_g, w_h)
-                    s.weight[small * levels + j] = 0.0
-                s.alive[small] = 0.0
+                for l in range(levels):
+                    _join(s, h * levels + l, g * levels + l)
+                s.alive[g] = 0.0
+
+
+@compiled
+def _join(s, i, j):
+    """Let one component be two, by mean and covariance; the other is none."""
+    total = s.weight[i] + s.weight[j]
+    share = s.weight[j] / total
+    x, y, P, Q = s.x[i], s.x[j], s.P[i], s.P[j]
+    for a in range(s.width):
+        for b in range(s.width):
+            apart = (x[a] - y[a]) * (x[b] - y[b])
+            P[a, b] = (1.0 - share) * P[a, b] + share * (Q[a, b] + (1.0 - share) * apart)
+    for a in range(s.width):
+        x[a] += share * (y[a] - x[a])
+    s.weight[i], s.weight[j] = total, 0.0
 
 
 @compiled
@@ -194,7 +207,7 @@ def _friction_of(s, levels, g):
         w += s.weight[j]
         f += s.weight[j] * s.x[j, FRICTION]
         v += s.weight[j] * s.P[j, FRICTION, FRICTION]
-    return w, f / w, v / w
+    return f / w, v / w
 
 
 @compiled

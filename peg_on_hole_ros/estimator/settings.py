@@ -37,9 +37,6 @@ class Settings(NamedTuple):
         Friction of unknown direction is one force for so long, no white noise [s].
     reaction_prior : float
         What a reaction may be, over the load, before the wrench is looked at.
-    settling : float
-        After a start only orientations are used for so long [s]: rates of any size leave the
-        direction of friction open.
     acceleration_start : float
         Deviation of accelerations at the start [rad/s^2].
     passes : int
@@ -80,7 +77,6 @@ class Settings(NamedTuple):
     doubt: float = 20.0
     direction_time: float = 0.01
     reaction_prior: float = 3.0
-    settling: float = 0.020
     acceleration_start: float = 20.0
     passes: int = 4
     free_walk: float = 0.283

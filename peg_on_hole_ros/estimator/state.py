@@ -161,6 +161,8 @@ SCRATCH = np.dtype(
         ("E", float, (6, _W)),
         ("R", float, (6, 6)),
         ("unknown", float, (6, 6)),
+        ("by_friction", float, (6, 3)),
+        ("product", float, (_M, 3, 3)),
         ("root", float, (6, 6)),
         ("gain", float, (_W, 6)),
         ("white", float, (6,)),

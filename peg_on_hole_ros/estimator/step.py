@@ -5,6 +5,7 @@ from math import sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.contact import straighten
+from peg_on_hole_ros.estimator.direction import add_product, product_covariance
 from peg_on_hole_ros.estimator.free import moved_force
 from peg_on_hole_ros.estimator.mixture import (
     combine,
@@ -17,6 +18,7 @@ from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     DELAY,
     FRICTION,
+    FRICTION_K,
     OPEN,
     RATE,
     TILT,
@@ -268,7 +270,7 @@ def weigh(
         # A motion that the wrench drives is that of three contacts.
         contacts = -1
     s.contacts[0] = contacts
-    if contacts < 2 or s.since[0] < o.settling or _drifts(s, o):
+    if contacts < 2 or _drifts(s, o):
         s.since[1], s.contacts[0] = -1.0, 0.0
         for j in range(s.components):
             for i in range(n, n + 3):
@@ -284,7 +286,7 @@ def weigh(
         for i in range(3):
             s.friction_force2[i] = (s.mean[FRICTION] * s.load[0]) ** 2
     several = s.alive.sum() > 1.5
-    _forget_reactions(s, scratch, o, n, prior)
+    _forget_reactions(s, scratch, o, at, n, prior, begins)
     nis = _correct_all(
         s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, o.passes if begins else 1, 1.0
     )  # fmt: skip
@@ -316,12 +318,16 @@ def copy(x: np.ndarray, P: np.ndarray, from_x: np.ndarray, from_P: np.ndarray, w
 
 
 @compiled
-def _forget_reactions(s, scratch, o, n, prior):
+def _forget_reactions(s, scratch, o, at, n, prior, begins):
     """Begin reactions anew, and keep every component as it is before the wrench."""
     levels = o.levels
     for j in range(s.components):
         if s.alive[j // levels] == 0.0:
             continue
+        # The first wrench of a contact is straightened until it is its own.
+        scratch.product[j] = 0.0
+        if not begins:
+            product_covariance(s.P[j], n, at[FRICTION_K], scratch.product[j])
         _forget(s.P[j], n, n, prior)
         if s.contacts[0] == 2.0:
             _halve(s.x[j], s.P[j], n, prior)
@@ -349,7 +355,8 @@ def _correct_all(
         if s.alive[j // levels] == 0.0:
             continue
         value = _by_equations(
-            s.x[j], s.P[j], s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
+            s.x[j], s.P[j], scratch.product[j], s, scratch, o, p, at, n, learnt, u, noise,
+            bias_map, dt, passes, wider,
         )  # fmt: skip
         nis += s.weight[j] * value
         if several:
@@ -376,7 +383,7 @@ def _forget(P, first, n, prior):
 
 @compiled
 def _by_equations(
-    x, P, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
+    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
@@ -400,6 +407,7 @@ def _by_equations(
                 p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
                 s.friction_force2, scratch,
             )  # fmt: skip
+        add_product(scratch.by_friction, product, scratch.unknown)
         # Friction is learnt no better than to what a slip elsewhere would make of it.
         least = (turned * max(x[FRICTION], p.f)) ** 2
         E, residual, R = scratch.E, scratch.residual, scratch.R

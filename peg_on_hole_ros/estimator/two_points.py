@@ -11,7 +11,7 @@ from peg_on_hole_ros.estimator.contact import (
     scene_at,
     see_noise,
 )
-from peg_on_hole_ros.estimator.direction import slip_moments
+from peg_on_hole_ros.estimator.direction import along_slip, slip_moments
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     FRICTION,
@@ -156,7 +156,7 @@ def _press(p, x, n, at, contact, N, f, gamma, arm, scale2, normal, load, scratch
     """Take one contact's force off the residual, and fill in its slopes."""
     E, residual = scratch.E, scratch.residual
     rows = two_point_slip(p, gamma, contact)
-    v_h, v_e, v_z = _along(rows[0], x), _along(rows[1], x), _along(rows[2], x)
+    v_h, v_e, v_z = along_slip(rows[0], x), along_slip(rows[1], x), along_slip(rows[2], x)
     over = 1.0 / (v_h * v_h + v_e * v_e + v_z * v_z + scale2) ** 0.5
     d_h, d_e, d_z = v_h * over, v_e * over, v_z * over
     r_h, r_z, by_h, by_z = arm
@@ -174,6 +174,10 @@ def _press(p, x, n, at, contact, N, f, gamma, arm, scale2, normal, load, scratch
             E[i, first + 1] = -w[i]
         E[i, 0] -= N * (by_tilt[i] + moved[i])
         E[i, FRICTION] -= N * by_f[i]
+        scratch.by_friction[i, contact] = by_f[i]
+        # N_B is two halves.
+        if contact == 1:
+            scratch.by_friction[i, 2] = by_f[i]
         if contact == 0 and at[FRICTION_K] >= 0:
             E[i, at[FRICTION_K]] = -N * by_f[i]
     for j in range(3):
@@ -187,11 +191,6 @@ def _press(p, x, n, at, contact, N, f, gamma, arm, scale2, normal, load, scratch
     thicker = _moved(w, 0.5 * c, 0.5 * s - (1.0 / s if contact == 0 else 0.0))
     for i in range(6):
         clearance_slopes(p, x, at, -load, i, -N * thicker[i], E)
-
-
-@compiled
-def _along(row, x):
-    return row[0] * x[RATE] + row[1] * x[RATE + 1] + row[2] * x[RATE + 2]
 
 
 @compiled

@@ -127,26 +127,50 @@ def uncertain(configuration, force=2.0, torque=0.02, **more):
     return replace(configuration, wrench=wrench)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="beside an unknown friction reactions are covered in 82 to 90 %"
-)
+# Below this share of the samples that it calls determined an estimate breaks its word: 95 % are
+# stated, and the errors of one run are those of one bias.
+LEAST_COVERED = 0.85
+
+
+def drawn(motion, seed, torque=0.02):
+    """Return a bias, and a configuration that states its spread and a friction that is off."""
+    rng = np.random.default_rng([seed, 9])
+    bias = rng.normal(0.0, [2.0] * 3 + [torque] * 3)
+    configuration = uncertain(motion.plan.configuration, torque=torque)
+    scene = configuration.scene
+    friction = scene.friction + scene.friction_stddev * rng.normal()
+    return bias, replace(configuration, scene=replace(scene, friction=friction))
+
+
 def test_a_bias_is_learnt_while_the_peg_slides():
     motion, shares = closing("reversals"), []
     names = [f"bias_force_{axis}" for axis in "xyz"] + [f"bias_torque_{axis}" for axis in "xyz"]
-    for seed in range(3):
-        bias = np.random.default_rng(seed).normal(0.0, [2.0] * 3 + [0.02] * 3)
-        pipeline, outputs = played(motion, uncertain(motion.plan.configuration), seed, bias)
+    for seed in range(16):
+        bias, configuration = drawn(motion, seed)
+        pipeline, outputs = played(motion, configuration, seed, bias)
         monitor = outputs[-1].monitor
         stddev = np.array([monitor[f"{name}_stddev"] for name in names])
         off = np.array([monitor[name] for name in names]) - bias
-        # One in 1e4 of chance for each of eighteen.
-        assert ((off / stddev) ** 2).max() < chi2(1).isf(1e-4)
+        # One in 1e5 of chance for each of a hundred.
+        assert ((off / stddev) ** 2).max() < chi2(1).isf(1e-5)
         assert stddev[:2].max() < 0.5
         found = [monitor[name] for name in names]
         np.testing.assert_array_equal(pipeline.processor.bias, found)
         shares.append(inside(motion, outputs)[0])
-    # Friction and a bias along the peg are hard to tell apart (docs/estimator.md).
-    assert np.mean(shares) > 0.85
+    assert np.mean(shares) > LEAST_COVERED
+
+
+def test_a_soft_touch_down_is_no_bias():
+    """What contacts carry before they are seen: reactions keep their bounds from there on."""
+    motion, shares = truth("working_cycle"), []
+    down = next(t for t, text in motion.events if text.startswith("touch-down")) * 1e-9
+    for seed in range(8):
+        bias, configuration = drawn(motion, seed, torque=0.05)
+        _, outputs = played(motion, configuration, seed, bias, seconds=down + 1.0)
+        share, count = inside(motion, outputs)
+        assert count > 800
+        shares.append(share)
+    assert np.mean(shares, axis=0).min() > LEAST_COVERED
 
 
 def test_a_bias_is_learnt_in_free_air_and_nothing_is_taken_for_a_contact():

@@ -97,8 +97,13 @@ _STEPS, _WEIGHTS = (-2, -1, 1, 2), (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 def test_of_the_six_equations_against_complex_steps(seed):
     cell, x, P, u = drawn(seed)
     scratch, force2 = straightened(cell, x, P, u)
-    found, unknown, _ = reference_equations.contact(cell, x, P, u, LOAD, force2)
-    for mine, other in ((scratch.E, found.E), (scratch.R, found.R), (scratch.unknown, unknown)):
+    found, unknown, _, by_friction = reference_equations.contact(cell, x, P, u, LOAD, force2)
+    for mine, other in (
+        (scratch.E, found.E),
+        (scratch.R, found.R),
+        (scratch.unknown, unknown),
+        (scratch.by_friction, by_friction),
+    ):
         # Each entry beside its row and column; rounding is 1e-16 of terms up to 1e3 larger.
         rows = np.abs(other).max(axis=1, keepdims=True)
         assert np.abs(mine - other).max(initial=0.0, where=rows > 0) <= 1e-11 * rows.max()

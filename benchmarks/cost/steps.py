@@ -1,0 +1,123 @@
+"""
+What the compiled step of the estimator costs, and what an older checkout's does in the same run.
+
+    python -m benchmarks.cost.steps [--repetitions 15] [--against CHECKOUT]
+
+A step takes what one pair of messages brings: predict over 2 ms, hold against and correct by the
+orientation, weigh by the wrench, reactions with their covariance. The steps are those of the
+sample bag `closing_with_slip`, the first 50 left out: by then frictions have become one. The other
+checkout has its own script for the same, `benchmarks/kernel_step.py` (commit 5136dcb and before).
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from benchmarks.bag_steps import bag_steps
+from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.config.parameters_file import read_parameters
+from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.mechanics.kernel import compiled
+
+ROOT = Path(__file__).parents[2]
+SAMPLE = "closing_with_slip"
+STARTED = 50
+LIMITS = {"friction known, one level": 5.0, "default, settled": 25.0}
+
+
+@compiled
+def run(h, gates, dt, wrenches, angles, covariances):
+    """Take all steps."""
+    for k in range(len(wrenches)):
+        held.move_on(h, dt)
+        held.correct(h, gates, angles[k], covariances[k])
+        held.weigh(h, wrenches[k], 3)
+
+
+class Bench:
+    """The steps of the bag, and an estimator that has been through the first of them."""
+
+    def __init__(self, known: bool):
+        configuration = from_parameters(read_parameters(ROOT / "config" / f"{SAMPLE}.yaml"))
+        steps = bag_steps(ROOT / "bags" / f"{SAMPLE}.mcap", configuration)
+        self.dt = 2 * steps[1].dt
+        steps = [step for step in steps if step.q is not None]
+        scene, constants = configuration.scene, default_settings()
+        if known:
+            scene = replace(scene, friction_stddev=0.0)
+            constants = default_settings(**CONSTANTS["one_level"])
+        reduction = WrenchReduction(configuration.wrench, scene)
+        self.kalman = HeldPeg(
+            scene, configuration.filter, reduction.covariance, constants=constants
+        )
+        self.arrays = (
+            np.array([step.u for step in steps]),
+            np.array([step.q for step in steps]),
+            np.array([step.R for step in steps]),
+        )
+        self._take(0, STARTED)
+        self.frictions = self.kalman.frictions
+        self._started = self.kalman.snapshot()
+
+    def _take(self, first, last):
+        run(self.kalman.held, self.kalman.gates, self.dt, *(a[first:last] for a in self.arrays))
+
+    def microseconds(self) -> float:
+        """Return what a step takes."""
+        self.kalman.restore(self._started)
+        begun = perf_counter()
+        self._take(STARTED, None)
+        return 1e6 * (perf_counter() - begun) / (len(self.arrays[0]) - STARTED)
+
+
+def elsewhere(checkout: Path) -> float:
+    """Return the median of another checkout's compiled step [us]."""
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", checkout / ".numba_cache")).parent
+    environment = dict(os.environ, PYTHONPATH=str(checkout), NUMBA_CACHE_DIR=str(folder))
+    told = subprocess.run(
+        [sys.executable, "benchmarks/kernel_step.py", "--repetitions", "5"],
+        cwd=checkout, env=environment, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return float(re.search(r"in compiled code\s+([\d.]+) us", told.stdout)[1])
+
+
+def main(arguments=None):
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--repetitions", type=int, default=15)
+    parser.add_argument("--against", type=Path, help="an older checkout")
+    options = parser.parse_args(arguments)
+    benches = {name: Bench(known) for name, known in zip(LIMITS, (True, False))}
+    found: dict[str, list] = {name: [] for name in benches}
+    for bench in benches.values():
+        bench.microseconds()
+    for _ in range(options.repetitions):
+        for name, bench in benches.items():
+            found[name].append(bench.microseconds())
+    other = elsewhere(options.against.resolve()) if options.against else None
+    print("| step | frictions | median [us] | least [us] | limit [us] | over the other's |")
+    print("|---|---|---|---|---|---|")
+    for name, times in found.items():
+        median = np.median(times)
+        ratio = f"{median / other:.1f}" if other else ""
+        print(
+            f"| {name} | {benches[name].frictions} | {median:.1f} | {min(times):.1f} "
+            f"| {LIMITS[name]:g} | {ratio} |"
+        )
+    if other:
+        print(f"| the other's | | {other:.1f} | | | 1 |")
+
+
+if __name__ == "__main__":
+    main()
