@@ -314,7 +314,7 @@ class ReferenceEstimator:
             self.air = [[]]
         begins, self.in_contact = not self.in_contact, True
         drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
-        if contacts not in (2, 3) or drifts:
+        if contacts not in (2, 3) or self.since_start < o.settling or drifts:
             self._in_air()
             return
         if begins:
@@ -426,7 +426,7 @@ class ReferenceEstimator:
                 if not (self.alive[g] and self.alive[h]):
                     continue
                 (f_g, v_g), (f_h, v_h) = self._friction(g), self._friction(h)
-                if (f_g - f_h) ** 2 < self.cell.settings.merged**2 * min(v_g, v_h):
+                if (f_g - f_h) ** 2 < 0.25 * min(v_g, v_h):
                     for l, (one, other) in enumerate(zip(self.frictions[h], self.frictions[g])):
                         w = self.weight[[h, g], l] / self.weight[[h, g], l].sum()
                         mean = w[0] * one.x + w[1] * other.x

@@ -44,7 +44,8 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
     -------
     dict
         t_ns (n,), state (n, 6), covariance (n, 6, 6), normal, stddev (n, 3), determined, contact
-        (n,) bool, nis: mean of the orientations' after `settled_ns`, restarts.
+        (n,) bool, friction (n, 2) with its deviation, nis: mean of the orientations' after
+        `settled_ns`, restarts.
 
     """
     pipeline, nis, found, taken = Pipeline(from_parameters(parameters)), [], [], 0
@@ -54,6 +55,7 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
             (
                 o.t_ns, o.state, o.state_covariance, o.normal, o.normal_stddev,
                 bool(o.monitor["reactions_determined"]), o.contact_mode == "three_point",
+                (o.monitor["friction"], o.monitor.get("friction_stddev", 0.0)),
             )
         )  # fmt: skip
         # Of the last orientation; only the mean is published, and none comes with each wrench.
@@ -61,7 +63,9 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
         taken, value = now, last_nis()
         if now > before and o.t_ns >= settled_ns and np.isfinite(value):
             nis.append(value)
-    names = "t_ns", "state", "covariance", "normal", "stddev", "determined", "contact"
+    names = (
+        "t_ns", "state", "covariance", "normal", "stddev", "determined", "contact", "friction"
+    )  # fmt: skip
     columns = {name: np.array(column) for name, column in zip(names, zip(*found))}
     columns["nis"] = float(np.mean(nis)) if nis else float("nan")
     columns["restarts"] = pipeline.counts["filter_restarted"]

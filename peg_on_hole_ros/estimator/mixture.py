@@ -14,6 +14,9 @@ _LEAST_LEVEL = 1e-9
 # Changes of level are taken in slices no longer than this [s]: beyond, more than all would change.
 _SLICE = 0.002
 _MOST_RATIO = -50.0
+# Frictions within so many deviations are one. They join with all that both say: from 0.1 to 0.5
+# only the time that a wrench takes changes.
+_SAME = 0.5
 
 
 @compiled
@@ -170,16 +173,16 @@ def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> 
 
 
 @compiled
-def merge(s: StateRecord, o: SettingsRecord) -> None:
+def merge(s: StateRecord, levels: int) -> None:
     """Let frictions that have become one be one, with mean and covariance of both."""
-    levels, frictions = o.levels, s.frictions
+    frictions = s.frictions
     for g in range(frictions):
         for h in range(g):
             if s.alive[g] == 0.0 or s.alive[h] == 0.0:
                 continue
             f_g, v_g = _friction_of(s, levels, g)
             f_h, v_h = _friction_of(s, levels, h)
-            if (f_g - f_h) ** 2 < o.merged**2 * min(v_g, v_h):
+            if (f_g - f_h) ** 2 < _SAME**2 * min(v_g, v_h):
                 for l in range(levels):
                     _join(s, h * levels + l, g * levels + l)
                 s.alive[g] = 0.0

@@ -28,15 +28,17 @@ class Settings(NamedTuple):
         far from the next: neighbours meet.
     reach : float
         How far they reach [stated deviations].
-    dropped, merged : float
-        A friction goes below this weight, and joins another within so many deviations; both save
-        time.
+    dropped : float
+        A friction goes below this weight, which saves time.
     doubt : float
         How much less a sample tells of friction where its direction is unknown; see `mixture`.
     direction_time : float
         Friction of unknown direction is one force for so long, no white noise [s].
     reaction_prior : float
         What a reaction may be, over the load, before the wrench is looked at.
+    settling : float
+        After a start only orientations are used for so long [s]: rates of any size leave the
+        direction of friction open.
     acceleration_start : float
         Deviation of accelerations at the start [rad/s^2].
     passes : int
@@ -73,10 +75,10 @@ class Settings(NamedTuple):
     frictions: int = 7
     reach: float = 2.5
     dropped: float = 1e-4
-    merged: float = 0.5
     doubt: float = 20.0
     direction_time: float = 0.01
     reaction_prior: float = 3.0
+    settling: float = 0.020
     acceleration_start: float = 20.0
     passes: int = 4
     free_walk: float = 0.283

@@ -270,7 +270,7 @@ def weigh(
         # A motion that the wrench drives is that of three contacts.
         contacts = -1
     s.contacts[0] = contacts
-    if contacts < 2 or _drifts(s, o):
+    if contacts < 2 or s.since[0] < o.settling or _drifts(s, o):
         s.since[1], s.contacts[0] = -1.0, 0.0
         for j in range(s.components):
             for i in range(n, n + 3):
@@ -303,7 +303,7 @@ def weigh(
         friction_told(s, scratch, o)
     reweigh(s, scratch, o)
     if several:
-        merge(s, o)
+        merge(s, o.levels)
     combine(s, n)
     keep_friction_force(s, n)
 

@@ -92,8 +92,8 @@ class Balance(HeldPeg):
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Balance a wrench on the peg, and fill in the record; see `HeldPeg`."""
-        s, n = self.state, self._n
-        if contacts is not ContactSet.THREE:
+        s, o, n = self.state, self.constants, self._n
+        if contacts is not ContactSet.THREE or s.since[0] < o.settling:
             super().weigh(u, contacts)
             return
         self._u[:] = u

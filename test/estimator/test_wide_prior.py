@@ -14,7 +14,7 @@ from simulated import truth
 
 # The method as it is shipped, with friction along the mean slip as the driven filter has it (a
 # share of zero would leave a peg at rest without any direction), from the first sample on.
-WIDE = CONSTANTS["dde_driven"] | {"direction_share": 1e-4}
+WIDE = CONSTANTS["dde_driven"] | {"direction_share": 1e-4, "settling": 0.0}
 
 
 def begin(estimator, row, rates, rate_stddev):
