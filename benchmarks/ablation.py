@@ -66,6 +66,7 @@ SWITCHED = {
     "noise_count": (("noise_count", 30.0), ("noise_count", 300.0)),
     "noise_most": (("noise_most", 1.0),),
     "direction_share": (("direction_share", 0.0),),
+    "products": (("products", 0.0),),
     "top_waits": (("top_waits", 0.0),),
 }
 

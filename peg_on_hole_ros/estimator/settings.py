@@ -9,7 +9,7 @@ class Settings(NamedTuple):
     """
     Constants of the estimator; an ablation switches one of them.
 
-    The last three are no constants: what a reduced estimator leaves out.
+    The last four are no constants: what a reduced estimator leaves out.
 
     Attributes
     ----------
@@ -63,6 +63,9 @@ class Settings(NamedTuple):
         0: accelerations are left out of the equations, as in a quasi-static balance.
     direction_share : float
         0: friction points against the mean slip, however uncertain that is.
+    products : float
+        0: products of the errors of friction and reactions are no noise, as where all slopes are
+        taken at one place.
     top_waits : float
         0: the top level is open while frictions are being chosen, and explains anything.
 
@@ -90,6 +93,7 @@ class Settings(NamedTuple):
     noise_most: float = 400.0
     inertia: float = 1.0
     direction_share: float = 1.0
+    products: float = 1.0
     top_waits: float = 1.0
 
 

@@ -326,7 +326,7 @@ def _forget_reactions(s, scratch, o, at, n, prior, begins):
             continue
         # The first wrench of a contact is straightened until it is its own.
         scratch.product[j] = 0.0
-        if not begins:
+        if not begins and o.products > 0.0:
             product_covariance(s.P[j], n, at[FRICTION_K], scratch.product[j])
         _forget(s.P[j], n, n, prior)
         if s.contacts[0] == 2.0:

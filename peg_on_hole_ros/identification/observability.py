@@ -120,7 +120,7 @@ class ObservingFilter(HeldPeg):
             gate_threshold=inf,
         )  # fmt: skip
         unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
-        alone = default_settings(frictions=1)
+        alone = default_settings(frictions=1, products=0.0)
         self._open = HeldPeg(opened, everything, wrench_noise, unknown, alone)
         self._told, self._runs = np.zeros((len(NAMES), len(NAMES))), False
         self.seconds = self._pressed = self.free = self._dt = 0.0
