@@ -116,7 +116,7 @@ def test_reactions_go_on_through_the_transition(told):
 
 
 def test_a_measured_depth_tells_the_clearance():
-    """The place is off by 0.02 mm for the whole run: by the tilt, that is nothing of a clearance."""
+    """The place is off by 0.02 mm all the time: by the tilt, that is nothing of a clearance."""
     truth, place = integrate(plan_of(Case("normal", 10, "tuning"))), 2e-5
     true = truth.plan.configuration.scene
     scene = replace(
