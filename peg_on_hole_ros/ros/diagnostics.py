@@ -31,7 +31,7 @@ _NOT_ALONE = (
 _OTHER_CLOCK = 1.0
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
-    "|settings_changed)$"
+    "|settings_changed|expected|tare_automatic)$"
 )
 # Of another driver on the topic, as a gripper's, where joint states that can be used come too.
 _SHARED = "joints_dropped_missing_joint"
