@@ -241,17 +241,6 @@ def spaced(text: str) -> str:
     return f"a colon needs a space behind it: '{written}'"
 
 
-def uncertain_offsets(configuration: Configuration) -> list[tuple[str, float]]:
-    """Return the parameters that make bias or hole tilt states, with their values."""
-    wrench = configuration.wrench
-    values = {
-        "wrench.bias_force_stddev": wrench.bias_force_stddev,
-        "wrench.bias_torque_stddev": wrench.bias_torque_stddev,
-        "joints.hole_tilt_stddev": configuration.joints.hole_tilt_stddev,
-    }
-    return [(name, value) for name, value in values.items() if value]
-
-
 def half_stated(configuration: Configuration) -> str:
     """Return what is stated of a sensor's zero by half, and what that means, or nothing."""
     wrench = configuration.wrench

@@ -22,7 +22,6 @@ from peg_on_hole_ros.estimator.record import DETERMINANT, part
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
-    CLEARANCE,
     FRICTION,
     OPEN,
     TILT,
@@ -244,19 +243,9 @@ class HeldPeg:
         return self.record.item(DETERMINANT)
 
     @property
-    def wrench_nis(self) -> float:
-        """How far the last wrench was from what three contacts can carry: 3 degrees of freedom."""
-        return self.state.nis.item(1)
-
-    @property
     def orientation_noise(self) -> float:
         """Variance of orientations as their innovations show it, over the stated one."""
         return self.state.noise.item(0)
-
-    @property
-    def took_spike(self) -> bool:
-        """Whether the last wrench alone was far from what three contacts can carry."""
-        return self.state.spiked.item() == 1.0
 
     @property
     def innovation(self) -> tuple[float, ...]:
@@ -330,11 +319,6 @@ class HeldPeg:
         """The sensor's bias beyond what is taken off, shape (6,) [N], [N m]."""
         first = self._at[BIAS]
         return np.zeros(6) if first < 0 else self.state.mean[first : first + 6].copy()
-
-    @property
-    def learns_clearance(self) -> bool:
-        """Whether the clearance is open."""
-        return bool(self._at[CLEARANCE] >= 0)
 
 
 CORRECTIONS = (Correction.USED, Correction.GATED, Correction.RESET, Correction.RESET)

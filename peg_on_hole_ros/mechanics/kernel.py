@@ -368,50 +368,6 @@ def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work
             dy[i, j] = work[_COLUMNS + WIDTH * i + j]
 
 
-@compiled
-def answer_to_contact_force(
-    p: SceneScalars,
-    geo: tuple[float, ...],
-    work: np.ndarray,
-    contact: int,
-    f_h: float,
-    f_e: float,
-    f_z: float,
-) -> tuple[float, float, float, float, float, float]:
-    """
-    Return what a force at a contact adds to accelerations and reactions.
-
-    Parameters
-    ----------
-    p : SceneScalars
-    geo : tuple
-        From `closed_forms`.
-    work : ndarray
-        As `accelerate` or `accelerate_with_derivatives` left it.
-    contact : int
-        0, 1, 2 for K, B1, B2.
-    f_h, f_e, f_z : float
-        Force on the peg beside those of the six equations [N].
-
-    Returns
-    -------
-    tuple of 6 float
-        gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N].
-
-    """
-    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
-    if contact == 0:
-        r_gamma = 2.0 * a1 * f_h - 2.0 * a1 * c / s * f_z
-        r_psi = -0.5 * p.D * f_e
-        r_phi = -0.5 * p.d * f_e
-    else:
-        side = b if contact == 1 else -b
-        r_gamma = 2.0 * a1 * f_h + 2.0 * S1 * f_z
-        r_psi = side * f_h + S1 * f_e
-        r_phi = side * c * f_h + S2 * f_e + side * s * f_z
-    return _solve(_factors(p, geo, work), r_gamma, r_psi, r_phi, f_h, f_e, f_z)
-
-
 @inlined
 def _wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, work, column):
     """Put the six equations' right side for a wrench in (h, e, z) into a column."""

@@ -114,10 +114,6 @@ class Smoothness(NamedTuple):
     time: np.ndarray
 
 
-# Nothing is known of it: accelerations are what each wrench says of them.
-UNKNOWN_SMOOTHNESS = Smoothness(np.full(3, 1e6), np.full(3, 0.02))
-
-
 def smoothness(t: np.ndarray, accelerations: np.ndarray) -> Smoothness:
     """
     Return level and time of a motion's accelerations.
