@@ -56,7 +56,7 @@ class Run(NamedTuple):
     Attributes
     ----------
     t_ns, wrenches, ends, stamps, orientations : ndarray
-        See `engine.process.process`.
+        See `engine.advance.advance`.
     before : object or None
         As of a `Unit`, of the first wrench.
     begin_ns : int

@@ -18,7 +18,7 @@ class Stretch(NamedTuple):
     Attributes
     ----------
     t_ns, wrenches, ends, placed, stamps, orientations : ndarray
-        See `engine.process.process`.
+        See `engine.advance.advance`.
     begin : int
         How many of the wrenches have been processed.
     taken : int

@@ -8,7 +8,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.engine.arrival_order import COUNTED, FATE, arrive
 from peg_on_hole_ros.engine.placing import Placing
-from peg_on_hole_ros.engine.processing import Processor
+from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.requests import Requests
 from peg_on_hole_ros.engine.runs import look_again, orientation_at, run_of, take_run
 from peg_on_hole_ros.estimator.held_peg import HeldPeg

@@ -12,7 +12,7 @@ from peg_on_hole_ros.engine import arrival_order
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.history import History, Unit
 from peg_on_hole_ros.engine.kept import Kept
-from peg_on_hole_ros.engine.processing import Processor
+from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT
 from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE

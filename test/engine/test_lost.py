@@ -8,7 +8,7 @@ import pytest
 from late_samples import total
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.engine.processing import LOST
+from peg_on_hole_ros.engine.processor import LOST
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 
 MS = 1_000_000

@@ -10,7 +10,7 @@ from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
 
 
 @compiled
-def process(
+def advance(
     e: EngineRecord,
     words: np.ndarray,
     rules: RulesRecord,

@@ -8,10 +8,10 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
+from peg_on_hole_ros.engine.advance import advance
 from peg_on_hole_ros.engine.history import Unit
 from peg_on_hole_ros.engine.kept import Kept, go_back, keep, room
 from peg_on_hole_ros.engine.late_orientations import Stretch
-from peg_on_hole_ros.engine.process import process
 from peg_on_hole_ros.engine.state import (
     COUNTS,
     ENGINE,
@@ -254,7 +254,7 @@ class Processor:
         """
         s, ends, room = stretch, stretch.ends.copy(), self._no_room if kept is None else kept
         rows, went = np.empty((max(last - first, 1), SIZE)), np.zeros(2, np.int64)
-        count = process(
+        count = advance(
             self.engine, self._words, self.rules, s.t_ns, s.wrenches, ends, s.placed, s.stamps,
             s.orientations, 0.0, room, first, last, taken, went, rows,
         )  # fmt: skip
@@ -276,7 +276,7 @@ class Processor:
         stamps, orientations = _as_arrays([measurement])
         if not self.in_one_piece:
             return self._correct(self.engine, stamps.item(), orientations[0], lateness)
-        process(
+        advance(
             self.engine, self._words, self.rules, *_NO_WRENCH, stamps, orientations,
             float(lateness), self._no_room, 0, 0, 0, np.zeros(2, np.int64), _NO_ROW,
         )  # fmt: skip
