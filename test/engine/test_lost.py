@@ -23,8 +23,11 @@ def wrench(k, random, at_ns=None):
 
 
 def orientation(k, random, rate=-0.05):
-    q = np.array([0.15 + rate * k * 1e-3, 0.0, 1e-3 * k]) + random.normal(0, 1e-4, 3) * [1, 6, 6]
-    return JointSample(BEGIN + k * MS, ANGLES, tuple(q))
+    gamma, off = 0.15 + rate * k * 1e-3, random.normal(0, 1e-4, 3)
+    # As is stated, by a rotation of the peg: psi and phi share a turn about a tilted axis.
+    turned = off[1] / np.sin(gamma)
+    q = gamma + off[0], turned, 1e-3 * k - turned * np.cos(gamma) + off[2]
+    return JointSample(BEGIN + k * MS, ANGLES, tuple(map(float, q)))
 
 
 def pause(silence_ms, end_ms=None, wrenches=False, first="joint", count=400, step=1, rate=-0.05):
