@@ -29,7 +29,7 @@ from benchmarks.bag_steps import bag_samples
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import read_parameters
-from peg_on_hole_ros.engine import pipeline, processing
+from peg_on_hole_ros.engine import pipeline, processor
 from peg_on_hole_ros.engine.pipeline import Pipeline
 
 ROOT = Path(__file__).parents[2]
@@ -63,7 +63,7 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     return [
-        (processing, "process", ENGINE),
+        (processor, "advance", ENGINE),
         (pipeline, "outputs_of", OUTPUTS),
         (line, "orientation", INPUT),
         (line.processor, "snapshot", LATE),

@@ -55,7 +55,7 @@ def play(parameters: dict, samples: list[tuple], settled_ns: int) -> dict:
             (
                 o.t_ns, o.state, o.state_covariance, o.normal, o.normal_stddev,
                 bool(o.monitor["reactions_determined"]), o.contact_mode == "three_point",
-                (o.monitor["friction"], o.monitor.get("friction_stddev", 0.0)),
+                (o.monitor.get("friction", np.nan), o.monitor.get("friction_stddev", 0.0)),
             )
         )  # fmt: skip
         # Of the last orientation; only the mean is published, and none comes with each wrench.

@@ -36,6 +36,8 @@ def rosbag2_folder(path: Path) -> Iterator[Path]:
 
     """
     file = path / f"{path.resolve().name}_0.mcap"
+    if not path.parent.is_dir():
+        raise PegOnHoleError(f"cannot write {path}: there is no folder {path.parent}")
     try:
         path.mkdir(exist_ok=True)
         if any(path.iterdir()):

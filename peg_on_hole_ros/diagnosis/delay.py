@@ -275,16 +275,6 @@ class Delay:
         return record, load, min(look.averaged for look in kept)
 
 
-def warm() -> None:
-    """Compile what a judgement runs."""
-    t, q = 0.02 * np.arange(KEPT), np.zeros((KEPT, 3))
-    configuration = Configuration()
-    q[:, 0] = 2.0 * configuration.scene.gamma0
-    covariance = np.tile(1e-8 * np.eye(3), (KEPT, 1, 1))
-    record = Recording(t, np.zeros((KEPT, 6)), t, q, covariance)
-    Likelihood(record, [slice(0, KEPT)], configuration).run(coordinates(configuration))
-
-
 def _values(likelihood, x, delays):
     """Return log likelihoods of delays, all else as given, one run at each look."""
     values = {}

@@ -31,6 +31,8 @@ class Findings:
     reduction : WrenchReduction
     counts : Counter
         Counted up: `setting_contradicted`, `setting_adopted`, `tare` is looked at.
+    offline : bool
+        Whether there is time to run the estimator again at other delays.
 
     Attributes
     ----------
@@ -40,9 +42,13 @@ class Findings:
     """
 
     def __init__(
-        self, configuration: Configuration, reduction: WrenchReduction, counts: Counter[str]
+        self,
+        configuration: Configuration,
+        reduction: WrenchReduction,
+        counts: Counter[str],
+        offline: bool = False,
     ) -> None:
-        self._counts = counts
+        self._counts, self._offline = counts, offline
         self._low_pass = LowPass(configuration.wrench)
         # What is used in place of what is stated.
         self._adopted: dict[str, Any] = {}
@@ -58,7 +64,7 @@ class Findings:
         self._diagnosis = Diagnosis(configuration, taken_off)
         self._air = FreeAir(configuration, reduction)
         self._rim = RimMotion(configuration)
-        self._delay = Delay(configuration, taken_off)
+        self._delay = Delay(configuration, taken_off) if self._offline else None
         self.untold = Untold(configuration)
 
     def restart(self) -> None:
@@ -66,7 +72,8 @@ class Findings:
         self._diagnosis.restart()
         self._air.restart()
         self._rim.restart()
-        self._delay.restart()
+        if self._delay is not None:
+            self._delay.restart()
         self.untold.restart()
 
     def forget_zero(self) -> None:
@@ -110,12 +117,15 @@ class Findings:
     def pass_by(self, sample: WrenchSample) -> None:
         """Take any wrench."""
         self._low_pass.take(sample)
-        self._delay.pass_by(np.array([sample.t_ns]), np.array([[*sample.force, *sample.torque]]))
+        if self._delay is not None:
+            wrench = np.array([[*sample.force, *sample.torque]])
+            self._delay.pass_by(np.array([sample.t_ns]), wrench)
 
     def pass_all_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take many wrenches [ns], shape (n, 6)."""
         self._low_pass.take_all(t_ns, wrenches)
-        self._delay.pass_by(t_ns, wrenches)
+        if self._delay is not None:
+            self._delay.pass_by(t_ns, wrenches)
 
     def take(
         self,
@@ -148,11 +158,11 @@ class Findings:
         if not diagnosis.unsure and not stands_still:
             self._air.take(sample, measured.q, in_air is True)
         self._rim.take(measured, in_air is not False)
-        self._delay.take(measured, in_air is False and not diagnosis.unsure)
-        others = (
-            self._air.finding, self._low_pass.finding, self._rim.finding, self._delay.finding,
-            self.untold.finding,
-        )  # fmt: skip
+        others = [self._air.finding, self._low_pass.finding, self._rim.finding]
+        if self._delay is not None:
+            self._delay.take(measured, in_air is False and not diagnosis.unsure)
+            others.append(self._delay.finding)
+        others.append(self.untold.finding)
         for finding in (diagnosis.rounded(), diagnosis.finding, *others):
             if finding is None or finding is known or finding in self._found:
                 continue

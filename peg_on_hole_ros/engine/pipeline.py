@@ -47,6 +47,8 @@ class Pipeline:
     make : callable
         From scene, filter options, the wrench's covariance and what is not known of bias and tilt
         to the filter, as `make_filter`.
+    offline : bool
+        Whether there is time to look for a delay, see `Findings`: the estimate is the same.
 
     Attributes
     ----------
@@ -59,12 +61,13 @@ class Pipeline:
         configuration: Configuration,
         orientation: Callable | None = None,
         make: Callable[..., HeldPeg] = make_filter,
+        offline: bool = False,
     ) -> None:
         self.scene = configuration.scene
         self.orientation: Callable = orientation or PegJoints(configuration.joints)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._arrival_counts: Counter[str] = Counter()
-        self._placing = Placing(configuration, make, self._arrival_counts)
+        self._placing = Placing(configuration, make, self._arrival_counts, offline)
         self._requests = Requests(self._placing, self._arrival_counts)
         # One message, and what becomes of it; how many are not worth looking at together.
         self._one = np.zeros(1, bool), np.zeros(1, np.int64), np.ones(1, bool)

@@ -35,6 +35,8 @@ class Placing:
     counts : Counter
         Counted up: fates that arrival decides. Those that going back decides anew are the
         processor's.
+    offline : bool
+        See `Findings`.
 
     Attributes
     ----------
@@ -56,11 +58,15 @@ class Placing:
     """
 
     def __init__(
-        self, configuration: Configuration, make: Callable[..., HeldPeg], counts: Counter[str]
+        self,
+        configuration: Configuration,
+        make: Callable[..., HeldPeg],
+        counts: Counter[str],
+        offline: bool = False,
     ) -> None:
         self.configuration, self._make, self._counts = configuration, make, counts
         self.processor = Processor(configuration, make)
-        self.findings = Findings(configuration, self.processor.reduction, counts)
+        self.findings = Findings(configuration, self.processor.reduction, counts, offline)
         self.room: Kept | None = None
         self._orders = [arrival_order.new_order(configuration) for _ in range(2)]
         self.history = History(int(self.order["window_ns"]))

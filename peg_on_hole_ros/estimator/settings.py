@@ -86,7 +86,7 @@ class Settings(NamedTuple):
     passes: int = 4
     free_walk: float = 0.283
     zero_time: float = 120.0
-    touch_time: float = 0.1
+    touch_time: float = 0.05
     tilt_sure: float = 3.0
     outlier: float = 10.0
     noise_count: float = 100.0

@@ -1,10 +1,9 @@
 """Likelihood of a recording under given parameters: that of the estimator that runs over it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline, make_lsq_spline
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
@@ -195,9 +194,12 @@ class Likelihood:
         return Run(found, nis[np.isfinite(nis)], details)
 
 
-def _spline(t, q) -> tuple[np.ndarray, BSpline]:
+def _spline(t, q) -> tuple[np.ndarray, Callable]:
     """Return the stamps of a part [s], and a smooth motion through its angles."""
     inner = np.linspace(t[0], t[-1], max(round((t[-1] - t[0]) / KNOTS), 1) + 1)[1:-1]
+    # A third of a second to import, and few recordings are refitted.
+    from scipy.interpolate import make_lsq_spline
+
     return t, make_lsq_spline(t, q, np.r_[[t[0]] * 4, inner, [t[-1]] * 4], k=3)
 
 

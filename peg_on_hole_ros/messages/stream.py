@@ -333,12 +333,15 @@ def _told(records):
 
 
 def message_stream(
-    configuration: Configuration, markers_rate: float = 10.0, make: Callable = make_filter
+    configuration: Configuration,
+    markers_rate: float = 10.0,
+    make: Callable = make_filter,
+    offline: bool = False,
 ) -> MessageStream:
     """
     Return a new stream, with the robot's kinematics where the configuration names a URDF.
 
-    `make` makes the filter, see `Pipeline`.
+    `make` makes the filter, and `offline` is whether a delay is looked for, see `Pipeline`.
 
     Raises
     ------
@@ -346,7 +349,7 @@ def message_stream(
         A URDF that cannot be used.
 
     """
-    pipeline = Pipeline(configuration, orientation_of(configuration.joints), make)
+    pipeline = Pipeline(configuration, orientation_of(configuration.joints), make, offline)
     return MessageStream(configuration, pipeline, markers_rate)
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
-from peg_on_hole_ros.diagnosis import delay
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.plain import header
@@ -28,7 +27,6 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
         is to ROS messages.
 
     """
-    delay.warm()
     joints = JointInput(hole_tilt_stddev=configuration.joints.hole_tilt_stddev)
     configuration = replace(configuration, joints=joints)
     stream = message_stream(configuration)

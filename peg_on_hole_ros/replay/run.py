@@ -227,7 +227,9 @@ def replay_bag(
     orientation_of(configuration.joints)
     warm(configuration)
     seen = Seen(configuration.joints.names)
-    stream = message_stream(configuration, markers_rate, Smoother if smoothed else make_filter)
+    stream = message_stream(
+        configuration, markers_rate, Smoother if smoothed else make_filter, offline=True
+    )
     unreadable = Counter(bag.undecodable)
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):

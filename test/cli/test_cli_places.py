@@ -113,9 +113,9 @@ def test_demonstration_does_not_overwrite_its_bag(recording, capsys):
 
 
 def test_two_outputs_do_not_go_to_one_place(recording, capsys):
-    message = "cannot write rec/../x: two outputs have this place"
-    fails(capsys, 2, message, "replay", "rec", "--out", "x", "--summary", "rec/../x")
-    fails(capsys, 2, message, "replay", "rec", "--summary", "x", "--cycles", "rec/../x")
+    message = "cannot write rec/../x.mcap: two outputs have this place"
+    fails(capsys, 2, message, "replay", "rec", "--out", "x.mcap", "--summary", "rec/../x.mcap")
+    fails(capsys, 2, message, "replay", "rec", "--summary", "x.mcap", "--cycles", "rec/../x.mcap")
 
 
 def test_a_calibration_tries_its_place_before_the_work(recording, capsys):

@@ -9,7 +9,7 @@ import pytest
 from inputs import closing
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameter_table import PARAMETERS
-from peg_on_hole_ros.engine import pipeline, processing
+from peg_on_hole_ros.engine import pipeline, processor
 from peg_on_hole_ros.engine.state import COUNTS
 from peg_on_hole_ros.estimator.offsets import NAMES as OFFSETS
 from peg_on_hole_ros.measurements import measurement, orientation
@@ -31,7 +31,7 @@ def literals(module, pattern):
 
 def counts():
     """Names of counts as the sources have them."""
-    for module in (pipeline, processing):
+    for module in (pipeline, processor):
         yield from literals(module, r'counts\["(\w+)"\]')
     yield from COUNTS
     for module in (measurement, orientation):
