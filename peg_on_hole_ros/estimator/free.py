@@ -10,7 +10,7 @@ from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
 # A wrench is not taken for more frequent than this [s].
-_LEAST_STEP = 1e-4
+LEAST_STEP = 1e-4
 # Rows of `air` of STATE, each a stretch of wrenches: one is being filled, one waits until no touch
 # follows it, one is told.
 _FILLED, _WAITS, _TOLD = range(3)
@@ -21,7 +21,7 @@ _TIME, _NUMBER, _WRENCH, _SLOPES = 0, 1, 2, 8
 @compiled
 def moved_force(p: SceneScalars, o: SettingsRecord, dt: float) -> float:
     """Return the variance of the force of a holder that moves the peg, over a sample [N^2]."""
-    return (p.m * o.free_walk) ** 2 / max(dt, _LEAST_STEP)
+    return (p.m * o.free_walk) ** 2 / max(dt, LEAST_STEP)
 
 
 @compiled
@@ -106,7 +106,7 @@ def _gather(row, x, p, u, dt):
 def _balance(row, x, p, o, at, n, noise, bias_map, scratch):
     """Fill in residual, slopes and noise of a stretch; how the holder moves the peg is noise."""
     E, residual, R, number = scratch.E, scratch.residual, scratch.R, row[_NUMBER]
-    dt = max(row[_TIME] / number, _LEAST_STEP)
+    dt = max(row[_TIME] / number, LEAST_STEP)
     moved = moved_force(p, o, dt) / number
     turned = max(o.time[o.levels - 1] / dt, 1.0) * (p.Ie * o.level[o.levels // 2]) ** 2 / number
     for i in range(6):

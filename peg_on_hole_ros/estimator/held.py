@@ -202,10 +202,10 @@ def orient(h: HeldRecord, q: np.ndarray, R: np.ndarray) -> None:
 def sink(h: HeldRecord, depth: float, variance: float, since: float) -> None:
     """Correct by a measured depth [m], [m^2], so long after the one before [s]."""
     p = scene_of(h.scene)
-    insertion_depth.sink(
+    if insertion_depth.sink(
         h.state, h.scratch, h.constants, p, h.at, h.n, h.learnt, depth, variance, since
-    )
-    _combine(h)
+    ):
+        _combine(h)
 
 
 @compiled

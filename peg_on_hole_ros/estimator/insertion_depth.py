@@ -51,9 +51,9 @@ def depth_at(d: float, D: float, gamma: float) -> tuple[float, float, float]:
 def sink(
     s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, p: SceneScalars, at: np.ndarray,
     n: int, learnt: np.ndarray, depth: float, variance: float, since: float,
-) -> None:  # fmt: skip
+) -> bool:  # fmt: skip
     """
-    Correct every component by a measured depth, where two points surely carry.
+    Correct every component by a measured depth, where two points surely carry; return if so.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def sink(
 
     """
     if at[CLEARANCE] < 0 or s.contacts[0] != 2.0 or not 0.0 < since < _SAME:
-        return
+        return False
     C = s.covariance
     two = s.mean[n + 1] + s.mean[n + 2]
     spread = C[n + 1, n + 1] + C[n + 2, n + 2] + 2.0 * C[n + 1, n + 2]
@@ -75,7 +75,7 @@ def sink(
         and s.mean[n] > _SURE * sqrt(max(C[n, n], 0.0))
         and two > _SURE * sqrt(max(spread, 0.0))
     ):
-        return
+        return False
     E, residual = scratch.E, scratch.residual
     scratch.R[0, 0] = variance * _SAME / since
     for j in range(s.components):
@@ -102,3 +102,4 @@ def sink(
         for i in range(n):
             x[i] += scratch.step[i]
     reweigh(s, scratch, o)
+    return True

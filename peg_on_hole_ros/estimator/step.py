@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.direction import add_product, product_covariance
-from peg_on_hole_ros.estimator.free import moved_force
+from peg_on_hole_ros.estimator.free import LEAST_STEP, moved_force
 from peg_on_hole_ros.estimator.mixture import (
     combine,
     friction_told,
@@ -34,8 +34,6 @@ from peg_on_hole_ros.estimator.update import (
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
-# A wrench is not taken for more frequent than this [s].
-_LEAST_STEP = 1e-4
 _GRAVITY = 9.81
 _EQUATIONS = 6.0
 
@@ -387,7 +385,7 @@ def _by_equations(
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
-    late = max(o.direction_time / max(dt, _LEAST_STEP), 1.0)
+    late = max(o.direction_time / max(dt, LEAST_STEP), 1.0)
     before, P_before = scratch.before, scratch.P_before
     if passes > 1:
         copy(before, P_before, x, P, w)
