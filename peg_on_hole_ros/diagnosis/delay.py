@@ -48,11 +48,20 @@ HYPOTHESES = [], [DELAY], *KINDS
 
 
 class _Look(NamedTuple):
-    wrench_ns: list[int]
-    wrenches: list[np.ndarray]
-    averaged: int
+    """An orientation, and runs of stamps and wrenches since the one before."""
+
+    passed: list[tuple[np.ndarray, np.ndarray]]
     measured: AngleMeasurement
     touches: bool
+
+    def means(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return stamps and means of MEANS parts of the wrenches, and how many the last is of."""
+        t_ns, wrenches = (np.concatenate(each) for each in zip(*self.passed))
+        begins = np.arange(min(MEANS, len(t_ns))) * len(t_ns) // min(MEANS, len(t_ns))
+        counts = np.diff(begins, append=len(t_ns))
+        since = np.add.reduceat(t_ns - t_ns[0], begins) // counts
+        means = np.add.reduceat(wrenches, begins) / counts[:, None]
+        return t_ns[0] + since, means, int(counts[-1])
 
 
 class Delay:
@@ -103,24 +112,20 @@ class Delay:
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take any wrenches, one after another: stamps [ns], and force and torque (n, 6)."""
-        if self.finding is None:
+        if self.finding is None and len(t_ns):
             self._passed.append((t_ns, wrenches))
 
     def take(self, measured: AngleMeasurement, touches: bool) -> None:
         """Look at the latest orientation, and whether the peg was told to touch."""
         if self.finding is not None or not self._passed:
             return
-        t_ns, wrenches = (np.concatenate(each) for each in zip(*self._passed))
-        self._passed.clear()
         if self._kept:
-            last = self._kept[-1]
-            apart = measured.t_ns - last.measured.t_ns, int(t_ns[0]) - last.wrench_ns[-1]
+            last, from_ns = self._kept[-1], int(self._passed[0][0][0])
+            apart = measured.t_ns - last.measured.t_ns, from_ns - int(last.passed[-1][0][-1])
             if not all(0 < each <= SILENCE_NS for each in apart):
                 self._kept.clear()
-        parts = np.array_split(np.arange(len(t_ns)), min(MEANS, len(t_ns)))
-        means_ns = [int(t_ns[0]) + int((t_ns[part] - t_ns[0]).mean()) for part in parts]
-        means = [wrenches[part].mean(axis=0) - self._tare for part in parts]
-        self._kept.append(_Look(means_ns, means, len(parts[-1]), measured, touches))
+        self._kept.append(_Look(self._passed, measured, touches))
+        self._passed = []
         self._wait -= 1
         if self._judging is not None:
             self._go_on(self._judging)
@@ -174,11 +179,15 @@ class Delay:
         values = yield from _values(likelihood, x, (0.0, -FIRST, FIRST))
         # A delay of half as much is as likely as none.
         if max(values[FIRST], values[-FIRST]) < values[0.0] - LIKELIER:
-            self._right = min(self._right + 1, DOUBLED)
             self._gains[:], self._told = 0.0, {}
-            self._wait = EVERY << self._right
+            self._stands()
         else:
             yield from self._try_all(likelihood, x, self._sizes(load))
+
+    def _stands(self):
+        """Look less often where the stated delay is as likely as any."""
+        self._right = min(self._right + 1, DOUBLED)
+        self._wait = EVERY << self._right
 
     def _try_all(self, likelihood, x, sizes):
         """Tell a delay if it is surely likelier than what is stated, and than other settings."""
@@ -202,6 +211,8 @@ class Delay:
         side = 1.0 if values[FIRST] > values[-FIRST] else -1.0
         values |= yield from _values(likelihood, begin, (side * size for size in TRIED))
         best = max(values, key=values.__getitem__)
+        if values[best] - values[0.0] < LIKELIER:
+            self._stands()
         if abs(best) == TRIED[-1] or values[best] - values[0.0] < LIKELIER:
             return
         begin[DELAY] = best
@@ -257,22 +268,23 @@ class Delay:
 
     def _record(self):
         """Return what is kept as a recording, its median load [N], and wrenches in a mean."""
-        kept = self._kept
-        begin = min(kept[0].wrench_ns[0], kept[0].measured.t_ns)
+        kept = list(self._kept)
+        stamps, wrenches, counts = zip(*(look.means() for look in kept))
+        begin = min(int(stamps[0][0]), kept[0].measured.t_ns)
         q = np.array([look.measured.q for look in kept])
         q[:, 1:] = np.unwrap(q[:, 1:], axis=0)
         record = Recording(
             # Rates are known once the orientations before START have come.
-            (np.concatenate([look.wrench_ns for look in list(kept)[START:]]) - begin) * 1e-9,
-            np.concatenate([look.wrenches for look in list(kept)[START:]]),
+            (np.concatenate(stamps[START:]) - begin) * 1e-9,
+            np.concatenate(wrenches[START:]) - self._tare,
             np.array([look.measured.t_ns - begin for look in kept]) * 1e-9,
             q,
             np.array([look.measured.covariance for look in kept]),
         )
-        read = zip((look.wrenches[-1] for look in kept), q)
-        forces = [self._reduction.on_peg(each[:3], each[3:], at)[:3] for each, at in read]
+        last = [each[-1] - self._tare for each in wrenches]
+        forces = [self._reduction.on_peg(w[:3], w[3:], at)[:3] for w, at in zip(last, q)]
         load = float(np.median(np.linalg.norm(forces, axis=1)))
-        return record, load, min(look.averaged for look in kept)
+        return record, load, min(counts)
 
 
 def _values(likelihood, x, delays):

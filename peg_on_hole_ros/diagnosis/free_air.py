@@ -1,6 +1,5 @@
 """What a free peg reads beside its weight: the sensor's zero, the payload, or the lever."""
 
-from collections import deque
 from math import hypot, sqrt
 
 import numpy as np
@@ -42,7 +41,8 @@ class FreeAir:
 
     def __init__(self, configuration: Configuration, reduction: WrenchReduction) -> None:
         scene, wrench = configuration.scene, configuration.wrench
-        self._reduction, self._wrench = reduction, wrench
+        self._reduction = reduction
+        self._about_sensor = np.linalg.inv(reduction.matrix)
         self._gravity_H = np.array(scene.gravity)
         self._mass = scene.peg_mass
         hung = (scene.peg_mass + wrench.payload_mass) * float(np.linalg.norm(scene.gravity))
@@ -54,7 +54,11 @@ class FreeAir:
 
     def restart(self) -> None:
         """Forget all."""
-        self._kept: deque = deque(maxlen=_KEPT)
+        # A ring: of each wrench its stamp, what is left, the axes, and whether it was free.
+        self._t_ns = np.zeros(_KEPT, np.int64)
+        self._read, self._axes = np.zeros((_KEPT, 6)), np.zeros((_KEPT, 3, 3))
+        self._free = np.zeros(_KEPT, bool)
+        self._taken = 0
         self.finding: Finding | None = None
 
     def take(self, sample: WrenchSample, q: np.ndarray, free: bool) -> None:
@@ -74,18 +78,22 @@ class FreeAir:
         weight = self._mass * (R_HP.T @ self._gravity_H)
         left = self._reduction.on_peg(sample.force, sample.torque, q)
         left[:3] += weight
-        if self._kept and not 0 < sample.t_ns - self._kept[-1][0] < 10**9:
-            self._kept.clear()
-        self._kept.append((sample.t_ns, left, R_HP, free, q))
-        if len(self._kept) == _KEPT and sample.t_ns - self._kept[0][0] >= _SPAN_NS:
-            self._judge()
-
-    def _judge(self):
-        left = np.array([row[1] for row in self._kept])
+        since_ns = sample.t_ns - int(self._t_ns[(self._taken - 1) % _KEPT])
+        if self._taken and not 0 < since_ns < 10**9:
+            self._taken = 0
+        at = self._taken % _KEPT
         # About the sensor, as noise and zero are: the mass centre's lever would mix the two.
-        read = np.linalg.solve(self._reduction.matrix, left.T).T
-        mean = read.mean(axis=0)
-        force, torque = np.linalg.norm(mean[:3]), np.linalg.norm(mean[3:])
+        self._read[at] = self._about_sensor @ left
+        self._t_ns[at], self._axes[at] = sample.t_ns, R_HP
+        self._free[at] = free
+        self._taken += 1
+        oldest_ns = int(self._t_ns[self._taken % _KEPT])
+        if self._taken >= _KEPT and sample.t_ns - oldest_ns >= _SPAN_NS and self.finding is None:
+            self._judge(q)
+
+    def _judge(self, q):
+        mean = self._read.sum(axis=0) / _KEPT
+        force, torque = hypot(*mean[:3]), hypot(*mean[3:])
         least = [
             hypot(
                 _SURE * self._noise[3 * part] / sqrt(_KEPT),
@@ -95,12 +103,12 @@ class FreeAir:
             for part in (0, 1)
         ]
         off = force > least[0], torque > least[1]
-        if self.finding is not None or not any(off) or not self._surely_free(read, off):
+        if not any(off) or not self._surely_free(off):
             return
         sign = self._reduction.sign
         shown = ", ".join(f"{sign * x:.2g}" for x in mean[:3])
         turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
-        gravity_S = self._reduction.in_sensor(self._kept[-1][4], self._gravity_H)
+        gravity_S = self._reduction.in_sensor(q, self._gravity_H)
         along = float(mean[:3] @ gravity_S) / float(gravity_S @ gravity_S)
         if off[0] and abs(along) * np.linalg.norm(gravity_S) > _ALONG * force:
             text = (
@@ -119,16 +127,21 @@ class FreeAir:
             )
         self.finding = Finding(text, {})
 
-    def _surely_free(self, read, off):
-        if all(row[3] for row in self._kept):
+    def _surely_free(self, off):
+        if self._free.all():
             return True
         part = slice(0, 3) if off[0] else slice(3, 6)
-        noise = self._noise[part][0] ** 2
-        same = float(np.var(read[:, part], axis=0).sum()) / noise
+        noise, read = self._noise[part][0] ** 2, self._read[:, part]
+        same = _spread(read) / noise
         if same >= 3.0 * _SAME:
             return False
         # The same force, of a constant direction in the hole.
-        R_HS = np.array([row[2] for row in self._kept]) @ self._reduction.matrix[:3, :3]
-        hole = (R_HS @ read[:, part, None])[:, :, 0]
-        other = float(np.var(hole, axis=0).sum()) / noise
-        return 0.5 * len(read) * (other - same) > _LIKELIER
+        R_HS = self._axes @ self._reduction.matrix[:3, :3]
+        other = _spread(np.einsum("nij,nj->ni", R_HS, read)) / noise
+        return 0.5 * _KEPT * (other - same) > _LIKELIER
+
+
+def _spread(rows):
+    """Return the sum of the variances of three components."""
+    apart = rows - rows.sum(axis=0) / len(rows)
+    return float(np.vdot(apart, apart)) / len(rows)

@@ -39,27 +39,24 @@ class LowPass:
         self._least = np.square(_NOISY * np.array(stated))
         self.finding: Finding | None = None
         self._ratio, self._stretches, self._told = float("inf"), 0, False
-        self._rows: list[tuple] = []
-        self._t_ns: list[int] = []
+        self._taken: list[tuple[np.ndarray, np.ndarray]] = []
+        self._room = _STRETCH
 
     def take(self, sample: WrenchSample) -> None:
         """Take a wrench, one after another."""
-        self._take([sample.t_ns], [(*sample.force, *sample.torque)])
+        self.take_all(np.array([sample.t_ns]), np.array([[*sample.force, *sample.torque]]))
 
     def take_all(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take wrenches one after another: stamps [ns] and rows of force and torque."""
         while len(t_ns):
-            room = _STRETCH - len(self._rows)
-            self._take(t_ns[:room].tolist(), wrenches[:room].tolist())
+            room = self._room
+            self._taken.append((t_ns[:room], wrenches[:room]))
+            self._room -= min(room, len(t_ns))
             t_ns, wrenches = t_ns[room:], wrenches[room:]
-
-    def _take(self, t_ns, rows):
-        self._rows += rows
-        self._t_ns += t_ns
-        if len(self._rows) == _STRETCH:
-            self._judge(np.array(self._rows), np.array(self._t_ns))
-            self._rows.clear()
-            self._t_ns.clear()
+            if not self._room:
+                stamps, rows = zip(*self._taken)
+                self._judge(np.concatenate(rows), np.concatenate(stamps))
+                self._taken, self._room = [], _STRETCH
 
     def _judge(self, rows, t_ns):
         steps = np.diff(t_ns)

@@ -64,6 +64,7 @@ KINDS = (
     Kind(1, 2e-3, "m", "of the sensor's height"),
 )
 _KIND_OF = np.repeat(np.arange(len(KINDS)), [kind.width for kind in KINDS])
+_OF_KIND = np.eye(len(KINDS))[_KIND_OF]
 _FRICTION, _CLEARANCE, _TILT, _GAMMA, _LEVER = 0, 1, slice(8, 10), 10, 11
 _FORCE, _ZERO = slice(2, 5), slice(2, 8)
 
@@ -99,6 +100,11 @@ class Untold:
         offsets = offsets_of(configuration)
         self._prior = 1.0 / np.square(offsets[_KIND_OF])
         self._learnt = learnt[_KIND_OF]
+        # Settings that are off, and those that give way to them: what is learnt of other kinds.
+        offs = [~self._learnt, *(kind == _KIND_OF for kind in np.flatnonzero(learnt))]
+        self._gives_way = [
+            (np.flatnonzero(off), np.flatnonzero(self._learnt & ~off)) for off in offs
+        ]
         self._lever = np.array(wrench.sensor_xyz) - [0.0, 0.0, scene.mass_center_height]
         self._scene = scene
         self._scratch = np.zeros(1, SCRATCH)[0]
@@ -154,16 +160,13 @@ class Untold:
         # Twice its deviation, as for a bound; no more than it may be off at all.
         left = np.minimum(1.0, 2.0 * np.sqrt(np.diagonal(np.linalg.inv(scaled)))) / scale
         moved = gain @ slopes
-        sizes = np.zeros((3, len(KINDS)))
-        for i, kind in enumerate(_KIND_OF):
-            moves = moved[:, i]
-            learnt = self._learnt & (kind != _KIND_OF)
-            if learnt.any():
-                # Those give way to it.
-                both = np.ix_(learnt, learnt)
-                own = self._told[both] + np.diag(self._prior[learnt])
-                moves = moves - moved[:, learnt] @ np.linalg.solve(own, self._told[learnt, i])
-            sizes[:, kind] += np.square(moves * left[i])
+        moves = moved.copy()
+        own = self._told + np.diag(self._prior)
+        for off, learnt in self._gives_way:
+            if len(learnt):
+                given = np.linalg.solve(own[np.ix_(learnt, learnt)], own[np.ix_(learnt, off)])
+                moves[:, off] -= moved[:, learnt] @ given
+        sizes = np.square(moves * left) @ _OF_KIND
         self.costs = np.sqrt(sizes.max(axis=0))
 
     def _slopes(self, peg, wrenches):

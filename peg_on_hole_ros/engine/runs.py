@@ -5,7 +5,7 @@ import numpy as np
 from peg_on_hole_ros.engine.arrival_order import FATE, arrive, forget
 from peg_on_hole_ros.engine.kept import Kept
 from peg_on_hole_ros.engine.late_orientations import Stretch, stretch_of
-from peg_on_hole_ros.engine.placing import Placing
+from peg_on_hole_ros.engine.placing import RECENT, Placing
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
 
 # Wrenches that going back may reach over; beyond, messages are taken one by one.
@@ -76,7 +76,7 @@ def take_run(p: Placing, run: Arrivals, late: bool) -> tuple[list[Rows], int, bo
         first = max(0, wrenches - len(kept.beside))
         history.hold(s.run(first, wrenches, taken, kept.of(first % len(kept.beside)), begin_ns))
     p.waiting = s.measurements(taken, s.ends[wrenches - 1])
-    new = slice(s.begin, wrenches)
+    new = slice(max(s.begin, wrenches - RECENT), wrenches)
     p.recent.extend(map(WrenchSample.of_row, s.t_ns[new], s.wrenches[new]))
     return given, wrenches - s.begin, other
 
