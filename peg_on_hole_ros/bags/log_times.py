@@ -4,6 +4,7 @@ Log times that cannot be: messages whose stamp says better than the log time whe
 A log time is taken for wrong where two things hold. Log time less stamp differs from what it is
 for most messages about it, and the log time lies farther from most of those about it in the file
 than the stamp does. A stamp that is wrong, or a recording that was played again, fails the second.
+A log time of 0 was never set: it says nothing of those about it, however many there are.
 """
 
 import numpy as np
@@ -49,10 +50,11 @@ class LogTimes:
         before = len(self._log)
         log, stamp = np.append(self._log, log_ns), np.append(self._stamp, stamp_ns)
         offset = log - stamp
-        suspect = np.flatnonzero(np.abs(offset - _median(offset)) > FAR_NS)
+        tells = np.flatnonzero(log) if log.any() else np.arange(len(log))
+        suspect = np.flatnonzero(np.abs(offset - _median(offset[tells])) > FAR_NS)
         suspect = suspect[(suspect >= before) & (suspect < before + count)]
         parts = np.split(suspect, range(_TOGETHER, len(suspect), _TOGETHER))
-        found = [_out_of_place(part, log, stamp) for part in parts]
+        found = [_out_of_place(part, log, stamp, tells) for part in parts]
         wrong = np.concatenate([at for at, _ in found])
         good = np.ones(before + count, bool)
         good[wrong] = False
@@ -61,14 +63,21 @@ class LogTimes:
         return wrong - before, np.concatenate([place for _, place in found])
 
 
-def _out_of_place(suspect, log, stamp):
+def _out_of_place(suspect, log, stamp, tells):
     """Return which of some log times are wrong, and their places in time [ns]."""
     # Less what they are about: 64 bits of nanoseconds do not fit a float.
     logged, offset = log[suspect], log - stamp
     seconds, places, near = [], [], []
-    for steps in (-np.arange(1, ABOUT + 1), np.arange(1, ABOUT + 1)):
-        about, wide, enough = _beside(suspect, log, steps)
-        place = stamp[suspect] + _beside(suspect, offset, steps)[0]
+    before = np.searchsorted(tells, suspect)[:, None] - np.arange(1, ABOUT + 1)
+    behind = np.searchsorted(tells, suspect, side="right")[:, None] + np.arange(ABOUT)
+    for at in (before, behind):
+        there = (at >= 0) & (at < len(tells))
+        at = tells[np.clip(at, 0, len(tells) - 1)]
+        # Beyond a run that tells nothing those that are farther.
+        close = there & (np.abs(at - suspect[:, None]) <= ABOUT)
+        there = np.where(close.sum(axis=1, keepdims=True) >= _FEWEST, close, there)
+        about, wide, enough = _most(log[at], there)
+        place = stamp[suspect] + _most(offset[at], there)[0]
         # A recorder's own clock may jump: what fits either side is in its place.
         away = np.abs(logged - about).astype(float)
         seconds.append(np.where(enough, [away, away - _WIDTHS * wide], np.inf))
@@ -80,19 +89,17 @@ def _out_of_place(suspect, log, stamp):
     return suspect[wrong], np.where(side, places[1], places[0])[wrong]
 
 
-def _beside(suspect, values, steps):
+def _most(values, there):
     """
-    Return the middle of most values on one side of each, what they span, and whether they do.
+    Return the middle of most values of each row, what they span, and whether they are enough.
 
     Most are the half that lie closest together: what the others are does not matter.
     """
-    at = suspect[:, None] + steps
-    there = (at >= 0) & (at < len(values))
     # Those that are not there come last.
-    found = np.where(there, values[np.clip(at, 0, len(values) - 1)], np.iinfo(np.int64).max)
+    found = np.where(there, values, np.iinfo(np.int64).max)
     found.sort(axis=1)
-    count, rows = there.sum(axis=1), np.arange(len(suspect))
-    last = np.arange(len(steps)) + count[:, None] // 2
+    count, rows = there.sum(axis=1), np.arange(len(there))
+    last = np.arange(there.shape[1]) + count[:, None] // 2
     inside = last < count[:, None]
     ends = np.take_along_axis(found, np.where(inside, last, 0), axis=1)
     begin = np.argmin(np.where(inside, ends - found, np.iinfo(np.int64).max), axis=1)

@@ -69,6 +69,18 @@ def test_wrong_log_times_do_not_vouch_for_one_another(tmp_path, which, between, 
     assert sum(told(bag).values()) == sum(wrong)
 
 
+@pytest.mark.parametrize("run", [slice(-150, None), slice(150), slice(1000, 2600)])
+@pytest.mark.parametrize("chunk_size", [1000, 1 << 20])
+def test_a_run_of_log_times_that_were_never_set(tmp_path, run, chunk_size):
+    rows = motion(3000, start=10_000 * SECOND)
+    rows = [row._replace(log_ns=row.log_ns + 3 * MS) for row in rows]
+    expected = [row.log_ns for row in rows]
+    rows[run] = [row._replace(log_ns=0) for row in rows[run]]
+    bag = Bag(write(tmp_path / "a.mcap", rows, chunk_size=chunk_size))
+    assert logs(bag) == expected
+    assert sum(told(bag).values()) == len(rows[run])
+
+
 @pytest.mark.parametrize("which", [third, second_wrench, at_random])
 def test_wrong_log_times_in_sqlite(tmp_path, which):
     rows = motion(3000, start=10_000 * SECOND)
