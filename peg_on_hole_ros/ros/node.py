@@ -5,6 +5,7 @@ import sys
 import time
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from itertools import islice
 from traceback import format_exception
 
@@ -99,6 +100,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         begun = time.perf_counter()
         with watched(in_quarters(self.get_logger().info)):  # type: ignore[arg-type]
             warm(self.configuration, to_ros)
+        # What the first alarm plans with.
+        import_module("scipy.special")
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
         self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)

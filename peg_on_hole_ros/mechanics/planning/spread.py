@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
 
 from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -78,6 +77,9 @@ def probability_below(spread: Spread, margin: np.ndarray) -> np.ndarray:
     margin = np.asarray(margin)
     if len(spread.steps) == 1:
         return np.tensordot(spread.weights, (margin[:, 0] < 0).astype(float), 1)
+    # Loaded where it is needed: a replay without an alarm starts a tenth of a second earlier.
+    from scipy.special import ndtr
+
     z, share = spread.steps, 0.0
     for k in range(len(z) - 1):
         a, b = margin[:, k], margin[:, k + 1]
@@ -111,6 +113,8 @@ def quantile(spread: Spread, values: np.ndarray, share: float) -> np.ndarray:
     ndarray, shape (...)
 
     """
+    from scipy.special import ndtr
+
     values = np.asarray(values, float)
     edges = np.concatenate([[-np.inf], (spread.steps[1:] + spread.steps[:-1]) / 2, [np.inf]])
     mass = spread.weights[:, None] * np.diff(ndtr(edges))
