@@ -9,7 +9,6 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.history import MAX_KEPT
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.memory import NO_STAMP
-from peg_on_hole_ros.record_types import OrderRecord
 
 # A stamp this far behind is a clock that was set back or a bag played again, not a late message.
 CLOCK_JUMP_NS = 1_000_000_000
@@ -105,7 +104,7 @@ def take_back(order: np.void, waits: list[int]) -> None:
 
 @compiled
 def arrive(
-    o: OrderRecord,
+    order: np.ndarray,
     of_wrench: np.ndarray,
     t_ns: np.ndarray,
     sound: np.ndarray,
@@ -117,7 +116,7 @@ def arrive(
 
     Parameters
     ----------
-    o : record of ORDER
+    order : ndarray of ORDER, shape (1,)
         Changed.
     of_wrench, t_ns, sound : ndarray, shape (n,)
         See `Arrivals`.
@@ -133,6 +132,7 @@ def arrive(
         Of how many that is decided.
 
     """
+    o = order[0]
     for i in range(len(t_ns)):
         if not sound[i]:
             return i

@@ -59,3 +59,15 @@ def go_back(kept: Kept, place: int, words: np.ndarray, s: StateRecord) -> None:
     """Put what was kept into the engine's memory; what follows is bit for bit what followed it."""
     words[_BEGIN:_END] = kept.beside[place]
     put_estimate_back(kept.estimates, place, words[_HELD:], s)
+
+
+@compiled
+def keep_now(kept: Kept, memory: np.ndarray, words: np.ndarray) -> None:
+    """Keep what an array of ENGINE, shape (1,), and as words, says now, as the only state."""
+    keep(kept, 0, words, memory[0].held.state)
+
+
+@compiled
+def put_back(kept: Kept, memory: np.ndarray, words: np.ndarray) -> None:
+    """Put the only state that was kept into an array of ENGINE, shape (1,), and as words."""
+    go_back(kept, 0, words, memory[0].held.state)

@@ -190,7 +190,7 @@ class Pipeline:
     def _arrives(self, of_wrench, t_ns):
         """Return what becomes of a message, and count it."""
         self._one[0][0], self._one[1][0] = of_wrench, t_ns
-        arrive(self._placing.order, *self._one, True, self._fates)
+        arrive(self._placing.orders, *self._one, True, self._fates)
         fate = int(self._fates[0])
         self._count(fate, 1)
         return fate

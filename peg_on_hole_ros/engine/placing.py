@@ -80,13 +80,18 @@ class Placing:
 
     @property
     def order(self) -> Any:
-        """Where the stamps of messages stand."""
+        """Where the stamps of messages stand, a record of ORDER."""
         return self._orders[0][0]
 
-    def ahead(self) -> Any:
-        """Return a copy of the order, for messages that are looked at and not yet taken."""
+    @property
+    def orders(self) -> np.ndarray:
+        """The same as an array of ORDER, shape (1,)."""
+        return self._orders[0]
+
+    def ahead(self) -> np.ndarray:
+        """Return a copy of it, for messages that are looked at and not yet taken."""
         self._orders[1][:] = self._orders[0]
-        return self._orders[1][0]
+        return self._orders[1]
 
     def come_to(self) -> None:
         """Take the copy for the order."""

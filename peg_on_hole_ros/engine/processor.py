@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.advance import advance
 from peg_on_hole_ros.engine.history import Unit
-from peg_on_hole_ros.engine.kept import Kept, go_back, keep, room
+from peg_on_hole_ros.engine.kept import Kept, keep_now, put_back, room
 from peg_on_hole_ros.engine.late_orientations import Stretch
 from peg_on_hole_ros.engine.state import (
     COUNTS,
@@ -78,7 +79,8 @@ class Processor:
         self.engine["memory"]["numbers"] = self._new_judgement()
         self.filter.move_to(self._memory["held"])
         self._no_room = self.room(0)
-        self.rules = self._new_rules()
+        self._rules = np.zeros(1, RULES)
+        self._rule()
         self.restart()
 
     def _new_judgement(self):
@@ -87,10 +89,15 @@ class Processor:
             configuration.monitor, configuration.scene, self._force_stddev
         )
 
-    def _new_rules(self):
+    @property
+    def rules(self) -> Any:
+        """What the engine goes by, a record of RULES."""
+        return self._rules[0]
+
+    def _rule(self):
         configuration, kalman = self.configuration, self.configuration.filter
         delay_ns = max(round(configuration.joints.delay * 1e9), 0)
-        rules = np.zeros(1, RULES)[0]
+        rules = self.rules
         rules["gates"] = self.filter.gates
         rules["thresholds"] = thresholds(configuration.monitor)
         rules["judged"] = configuration.monitor.modes
@@ -101,7 +108,6 @@ class Processor:
         rules["lost_ns"] = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
         rules["force_stddev"] = self._force_stddev
         rules["peg_height"] = configuration.scene.peg_height
-        return rules
 
     @property
     def t_ns(self) -> int | None:
@@ -132,7 +138,7 @@ class Processor:
         """Take other gates and thresholds from here on; estimate, mode, flag and alarms stay."""
         self.configuration = configuration
         self.filter.options = configuration.filter
-        self.rules = self._new_rules()
+        self._rule()
         numbers = self.engine["memory"]["numbers"]
         judgement.retune(numbers, configuration.monitor, configuration.scene, self._force_stddev)
 
@@ -255,7 +261,7 @@ class Processor:
         s, ends, room = stretch, stretch.ends.copy(), self._no_room if kept is None else kept
         rows, went = np.empty((max(last - first, 1), SIZE)), np.zeros(2, np.int64)
         count = advance(
-            self.engine, self._words, self.rules, s.t_ns, s.wrenches, ends, s.placed, s.stamps,
+            self._memory, self._words, self._rules, s.t_ns, s.wrenches, ends, s.placed, s.stamps,
             s.orientations, 0.0, room, first, last, taken, went, rows,
         )  # fmt: skip
         return Rows(s.t_ns[first:last][ends[first:last] >= 0], rows[:count]), went
@@ -277,7 +283,7 @@ class Processor:
         if not self.in_one_piece:
             return self._correct(self.engine, stamps.item(), orientations[0], lateness)
         advance(
-            self.engine, self._words, self.rules, *_NO_WRENCH, stamps, orientations,
+            self._memory, self._words, self._rules, *_NO_WRENCH, stamps, orientations,
             float(lateness), self._no_room, 0, 0, 0, np.zeros(2, np.int64), _NO_ROW,
         )  # fmt: skip
         return None
@@ -321,12 +327,12 @@ class Processor:
     def snapshot(self) -> Kept:
         """Return everything that what follows depends on, for `restore`."""
         kept = self.room(1)
-        keep(kept, 0, self._words, self.engine["held"]["state"])
+        keep_now(kept, self._memory, self._words)
         return kept
 
     def restore(self, kept: Kept) -> None:
         """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        go_back(kept, 0, self._words, self.engine["held"]["state"])
+        put_back(kept, self._memory, self._words)
 
 
 def _as_arrays(measurements):

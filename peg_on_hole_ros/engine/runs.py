@@ -130,6 +130,6 @@ def look_again(p: Placing, of_wrench: np.ndarray, t_ns: np.ndarray, fates: np.nd
     """Let the copy of the order end with a wrench from which another setting is used."""
     ahead, from_ns, sound = p.ahead(), p.now_ns, np.ones(len(t_ns), bool)
     for part in (slice(-1), slice(-1, None)):
-        from_ns = int(ahead["now_ns"])
+        from_ns = int(ahead["now_ns"][0])
         arrive(ahead, of_wrench[part], t_ns[part], sound[part], False, fates[part])
-    forget(ahead, from_ns, int(t_ns[-1]))
+    forget(ahead[0], from_ns, int(t_ns[-1]))

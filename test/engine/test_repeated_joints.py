@@ -119,7 +119,7 @@ def test_a_reset_begins_anew_with_any_stamp():
 
 
 def test_stamps_that_are_kept_are_those_of_late_messages_and_bounded():
-    order = new_order(from_parameters({}))[0]
+    order = new_order(from_parameters({}))
 
     def fates(of_wrench, t_ns):
         t_ns, found = np.atleast_1d(t_ns), np.zeros(np.size(t_ns), np.int64)
