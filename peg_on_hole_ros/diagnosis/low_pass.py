@@ -3,6 +3,7 @@
 from math import log, pi, sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.finding import Finding
@@ -39,24 +40,27 @@ class LowPass:
         self._least = np.square(_NOISY * np.array(stated))
         self.finding: Finding | None = None
         self._ratio, self._stretches, self._told = float("inf"), 0, False
-        self._taken: list[tuple[np.ndarray, np.ndarray]] = []
+        self._taken: list[tuple[ArrayLike, ArrayLike]] = []
         self._room = _STRETCH
 
     def take(self, sample: WrenchSample) -> None:
         """Take a wrench, one after another."""
-        self.take_all(np.array([sample.t_ns]), np.array([[*sample.force, *sample.torque]]))
+        self._add(sample.t_ns, (*sample.force, *sample.torque), 1)
 
     def take_all(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take wrenches one after another: stamps [ns] and rows of force and torque."""
         while len(t_ns):
             room = self._room
-            self._taken.append((t_ns[:room], wrenches[:room]))
-            self._room -= min(room, len(t_ns))
+            self._add(t_ns[:room], wrenches[:room], min(room, len(t_ns)))
             t_ns, wrenches = t_ns[room:], wrenches[room:]
-            if not self._room:
-                stamps, rows = zip(*self._taken)
-                self._judge(np.concatenate(rows), np.concatenate(stamps))
-                self._taken, self._room = [], _STRETCH
+
+    def _add(self, t_ns, rows, count):
+        self._taken.append((t_ns, rows))
+        self._room -= count
+        if not self._room:
+            stamps, rows = zip(*self._taken)
+            self._judge(np.vstack(rows), np.hstack(stamps))
+            self._taken, self._room = [], _STRETCH
 
     def _judge(self, rows, t_ns):
         steps = np.diff(t_ns)
