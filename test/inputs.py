@@ -19,6 +19,14 @@ def joints(t_ns, gamma=0.15, psi=0.0, phi=0.0) -> dict:
     return {"header": header(t_ns), "name": names, "position": position}
 
 
+def hanging(t_ns, gamma=0.15) -> dict:
+    """Return a WrenchStamped of the default peg that hangs free at a tilt: weight and noise."""
+    noise = np.random.default_rng(t_ns).normal(0.0, [0.2] * 3 + [0.005] * 3)
+    up = 0.5 * 9.80665 * np.array([np.sin(gamma), 0.0, np.cos(gamma)])
+    torque = np.cross([0.0, 0.0, -0.035], up)
+    return wrench(t_ns, (up + noise[:3]).tolist(), (torque + noise[3:]).tolist())
+
+
 def closing(count, start_ns=10_000_000_000, seed=1):
     """
     Yield (source, message): wrench at 1 kHz, joint states at 500 Hz, closing at 0.16 rad/s.

@@ -8,6 +8,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.records import Outputs
 
 TOUCHING = ("three_point", "two_point")
+FREE = "open"
 # Standard deviations by which a peg has to turn faster than at rest to count as turning.
 SURE = 4.0
 # A peg that is free and still for so long is tared, where that is asked for [ns].
@@ -15,12 +16,19 @@ FREE_NS = 1_000_000_000
 
 
 def not_free(told: Outputs | None, configuration: Configuration) -> str:
-    """Return what says that the peg touches or moves, or nothing; None: nothing was told."""
+    """Return why the peg is not surely free and still, or nothing; None: nothing was told."""
     if told is None:
-        return ""
+        return "nothing is known of the peg yet"
     if told.contact_mode in TOUCHING:
         return f"the peg touches, contact mode {told.contact_mode}"
-    return turns(told, configuration)
+    moves = turns(told, configuration)
+    if moves or told.contact_mode == FREE:
+        return moves
+    zero = configuration.wrench.bias_force_stddev
+    return (
+        f"the peg may touch, contact mode {told.contact_mode}: the wrench is no free peg's, with "
+        f"wrench.bias_force_stddev = {zero:g} N"
+    )
 
 
 def turns(told: Outputs, configuration: Configuration) -> str:
@@ -72,7 +80,7 @@ class FreeFor:
         """Take what was told of a wrench; return whether the peg now is free for long enough."""
         if not self.asked:
             return False
-        free = outputs is not None and outputs.contact_mode == "open"
+        free = outputs is not None and outputs.contact_mode == FREE
         if not free or turns(outputs, self._configuration):
             self._since_ns, self._told = None, False
             return False

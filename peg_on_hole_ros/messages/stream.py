@@ -202,25 +202,27 @@ class MessageStream:
             columns.said = [(i, [*said.get(i, ()), *told[i]]) for i in places]
         return end, columns
 
-    def take_frame(self, frame: str) -> str:
+    def take_frame(self, frame: str) -> Answer:
         """
         Take the frame_id of the wrench, before the first one; the sensor's pose may follow.
 
         Returns
         -------
-        str
-            What there is to say of it; empty: nothing.
+        Answer
+            Whether the pose is known by it, or by what is stated, and what there is to say of it;
+            empty: nothing.
 
         """
         self.frame = frame
         try:
             wrench, line = mounting(self.pipeline.configuration, frame)
         except PegOnHoleError as error:
-            self.refused = line = str(error)
-            return line
-        if wrench != self.pipeline.configuration.wrench:
+            self.refused = str(error)
+            return Answer(False, self.refused)
+        found = wrench != self.pipeline.configuration.wrench
+        if found:
             self.pipeline.mount(wrench.sensor_xyz, wrench.sensor_rpy)
-        return line
+        return Answer(found or not line, line)
 
     def describe(self, joints: JointInput) -> None:
         """

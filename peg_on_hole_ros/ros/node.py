@@ -258,7 +258,10 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
     def _read_wrench(self, payload):
         message = self._deserialised("wrench", WRENCH_TYPE, payload)
         if self._stream.frame is None and message is not None:
-            self._warn(filter(None, [self._stream.take_frame(message.header.frame_id)]))
+            known, line = self._stream.take_frame(message.header.frame_id)
+            if line:
+                tell = self.get_logger().info if known else self.get_logger().warning
+                tell(printable(line))
         return message
 
     def _on_joints(self, payload):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from inputs import joints, wrench
+from inputs import hanging, joints
 from late_samples import MS, ordered, pipeline, play
 from peg_on_hole_ros.bags.arrival_record import ArrivalRecord
 from peg_on_hole_ros.bags.reader import Bag
@@ -16,6 +16,8 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.replay.run import replay_bag
+from recorded_faults import samples, spoilt
+from simulated import ROOT
 
 AIR = "; call again once it hangs free and still (wrench.tare_in_contact takes it all the same)"
 REFUSED = (False, "nothing taken: no wrench and orientation have arrived yet")
@@ -47,6 +49,35 @@ def test_a_tare_in_contact_takes_nothing_and_names_the_mode():
     line = allowing(pipeline())
     play(line, samples)
     assert line.tare().success and line.counts["tare"] == 1
+
+
+@pytest.mark.parametrize(("force", "torque"), [(1e-3, 1.0), (1e-3, 1e-3), (0.2248, 0.2248)])
+def test_a_tare_takes_nothing_where_the_unit_hides_a_contact(force, torque):
+    """Wrenches of a pressed peg in kN, in kN and kN m, and in pounds of force."""
+    line = pipeline()
+    for sample in ordered(400):
+        if isinstance(sample, WrenchSample):
+            sample = sample._replace(
+                force=tuple(force * x for x in sample.force),
+                torque=tuple(torque * x for x in sample.torque),
+            )
+        line.on_sample(sample)
+        assert not line.tare().success
+    assert line.counts["tare"] == 0
+
+
+def test_a_load_without_a_model_is_not_taken_for_the_zero():
+    """Nobody can tell it from a zero that is off by more than is stated: the answer says so."""
+    line = Pipeline(Configuration())
+    hung = samples(ROOT / "bags" / "working_cycle.mcap", end=0.2)
+    off = spoilt(hung, lambda force, torque, q: (force + [5.0, 1.5, -2.5], torque + 0.1))
+    told = play(line, off)[-1]
+    assert told.contact_mode == "unknown"
+    assert line.tare() == (
+        False,
+        "nothing taken: the peg may touch, contact mode unknown: the wrench is no free peg's, "
+        f"with wrench.bias_force_stddev = 0 N{AIR}",
+    )
 
 
 @pytest.mark.parametrize(("rate", "taken"), [(0.0, True), (0.005, True), (0.3, False)])
@@ -84,10 +115,10 @@ def allowing(line):
 def test_a_refused_tare_is_refused_in_the_replay_too(tmp_path):
     record = ArrivalRecord(tmp_path / "arrivals.mcap", Configuration(), 10.0)
     record.event("tare", 1)
-    record.joints(Encoder(JOINTS_TYPE)(joints(MS)), 2)
-    for k in range(5):
-        record.wrench(Encoder(WRENCH_TYPE)(wrench(k * MS + MS)), 3 + k)
-    record.event("tare", 10)
+    for k in range(1, 50):
+        record.joints(Encoder(JOINTS_TYPE)(joints(k * MS)), 2 * k)
+        record.wrench(Encoder(WRENCH_TYPE)(hanging(k * MS)), 2 * k + 1)
+    record.event("tare", 100)
     record.close()
     replayed = replay_bag(Bag(record.path), Configuration(), 10.0, [])
     assert {name: replayed.events.get(name) for name in ("tare", "tare_refused")} == {
