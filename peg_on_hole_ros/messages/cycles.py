@@ -22,6 +22,8 @@ SILENCE_NS = 1_000_000_000
 LEVELS = ("OK", "WARN", "ERROR")
 # An alarm that flickers would fill the record; further ones are only counted.
 MOST_ALARMS = 100
+# Decimals of seconds, far below a wrench's period, and of newtons, below any sensor's noise.
+_SECONDS, _NEWTONS = 6, 3
 
 
 class _Came(NamedTuple):
@@ -36,6 +38,10 @@ def _told(fields):
     monitor = fields.get("monitor")
     values = dict(zip(monitor["name"], monitor["position"])) if monitor else {}
     return [values.get(f"contact_{name}", nan) for name in ("age", "latency")]
+
+
+def _seconds(ns):
+    return round(ns * 1e-9, _SECONDS)
 
 
 def json_line(record: dict) -> str:
@@ -224,7 +230,7 @@ class Cycles:
             if len(self._alarms) < MOST_ALARMS:
                 self._alarms.append(
                     {
-                        "time": (t_ns - self._start_ns) * 1e-9,
+                        "time": _seconds(t_ns - self._start_ns),
                         "name": status["name"],
                         "level": LEVELS[status["level"]],
                         "message": status["message"],
@@ -240,14 +246,14 @@ class Cycles:
         else:
             outcome = otherwise
         known = self._count > 0
-        peak = self._peak if known else [None] * 3
-        mean = [total / self._count for total in self._sum] if known else peak
+        peak = [round(most, _NEWTONS) for most in self._peak] if known else [None] * 3
+        mean = [round(sum_ / self._count, _NEWTONS) for sum_ in self._sum] if known else peak
         ended = {
-            "start_time": self._start_ns * 1e-9,
-            "contact_latency": self._latency,
-            "duration": (self._last_ns - self._start_ns) * 1e-9,
+            "start_time": _seconds(self._start_ns),
+            "contact_latency": round(self._latency, _SECONDS),
+            "duration": _seconds(self._last_ns - self._start_ns),
             "outcome": outcome,
-            "transition_time": None if since is None else (since - self._start_ns) * 1e-9,
+            "transition_time": None if since is None else _seconds(since - self._start_ns),
             "peak_normal": dict(zip(CONTACTS, peak)),
             "mean_normal": dict(zip(CONTACTS, mean)),
             "alarms": self._alarms,

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 
 import pytest
 
@@ -93,6 +94,22 @@ def test_a_try_that_goes_in():
         "mean_normal": {"K": 3.0, "B1": 4.0, "B2": 2.0},
         "alarm_count": 2,
     }
+
+
+def test_numbers_have_no_more_digits_than_they_mean():
+    """Microseconds and millinewtons, whatever sums and stamps come to."""
+    tries = Cycles()
+    came = {"contact_age": 1.0 / 3.0, "contact_latency": 1.0 / 3.0}
+    tries.add(START, said("three_point", False, [100.0 / 3.0, 1e-4 / 3.0, 2.0], contact=came))
+    tries.add(START + 333_333_333, said(normal=[1.0, 2.0, 2.0], overload=1))
+    tries.add(START + 666_666_667, said("two_point", True))
+    (record,) = tries.finish()
+    assert re.findall(r"\d+\.\d{7,}|e-\d+", json_line(record)) == []
+    assert (record["start_time"], record["contact_latency"]) == (6.666667, 0.333333)
+    assert (record["duration"], record["transition_time"]) == (1.0, 1.0)
+    assert record["peak_normal"] == {"K": 33.333, "B1": 2.0, "B2": 2.0}
+    assert record["mean_normal"] == {"K": 17.167, "B1": 1.0, "B2": 2.0}
+    assert record["alarms"][0]["time"] == 0.666667
 
 
 def test_short_losses_of_contact_do_not_end_a_try_and_long_ones_do():
