@@ -86,7 +86,9 @@ class Delay:
     """
 
     def __init__(self, configuration: Configuration, taken_off: np.ndarray) -> None:
-        self._reduction = WrenchReduction(configuration.wrench, configuration.scene)
+        self._reduction = WrenchReduction(
+            configuration.wrench, configuration.scene, configuration.joints.hole_rpy
+        )
         # A tare, in place of the zero that is stated.
         self._tare = taken_off - self._reduction.taken_off
         self._stated = configuration.joints.delay

@@ -1,6 +1,7 @@
 """Likelihood of a recording under given parameters: that of the estimator that runs over it."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -133,9 +134,12 @@ class Likelihood:
         if ahead:
             moved = [smooth(t + ahead) - smooth(t) for t, smooth in self._smooth]
             record = record._replace(q=record.q + np.concatenate(moved))
+        t = record.joint_t - start.joints.delay
+        if start.wrench.axes == "base":
+            # As the angles have it that are measured, whatever the hole's tilt.
+            record = record._replace(wrench=_in_sensor(record, t, start))
         if any(x[TILT]):
             record = turned(record, tilt_axes(x[TILT]).T)
-        t = record.joint_t - start.joints.delay
         wide = configuration.joints.position_stddev / start.joints.position_stddev
         on_peg = _on_peg(record, t, configuration)
         n, m = len(t), len(on_peg)
@@ -203,16 +207,33 @@ def _spline(t, q) -> tuple[np.ndarray, Callable]:
     return t, make_lsq_spline(t, q, np.r_[[t[0]] * 4, inner, [t[-1]] * 4], k=3)
 
 
+def _in_sensor(record: Recording, t, configuration: Configuration) -> np.ndarray:
+    """Return wrenches whose numbers are in the axes of the base as the sensor reads them, (n, 6)."""
+    reduction = WrenchReduction(
+        configuration.wrench, configuration.scene, configuration.joints.hole_rpy
+    )
+    R_SP, R_HB = reduction.steps["peg_in_sensor"], reduction.steps["base_in_hole"]
+    R_SB = np.einsum("ij,kjn,kl->nil", R_SP, peg_axes(_angles(record, t)), R_HB)
+    parts = record.wrench[:, :3], record.wrench[:, 3:]
+    return np.hstack([np.einsum("nij,nj->ni", R_SB, part) for part in parts])
+
+
 def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
-    """Return the wrenches on the peg about its mass centre, peg axes, shape (n, 6)."""
-    reduction = WrenchReduction(configuration.wrench, configuration.scene)
+    """Return the wrenches, sensor axes, as those on the peg about its mass centre, shape (n, 6)."""
+    wrench = replace(configuration.wrench, axes="sensor")
+    reduction = WrenchReduction(wrench, configuration.scene)
     on_peg = (reduction.sign * record.wrench - reduction.tare) @ reduction.matrix.T
-    if configuration.wrench.payload_mass:
-        q = np.array([np.interp(record.wrench_t, t, angle) for angle in record.q.T])
-        gravity_P = np.einsum("ijk,i->kj", peg_axes(q), configuration.scene.gravity)
+    if reduction.steps["mass"]:
+        R_HP = peg_axes(_angles(record, t))
+        gravity_P = np.einsum("ijk,i->kj", R_HP, configuration.scene.gravity)
         nothing, upright = np.zeros(3), np.zeros(3)
         still = reduction.on_peg(nothing, nothing, upright, np.zeros(3))
         on_peg += gravity_P @ [
             reduction.on_peg(nothing, nothing, upright, axis) - still for axis in np.eye(3)
         ]
     return on_peg
+
+
+def _angles(record, t):
+    """Return gamma, psi, phi at the wrenches, shape (3, n)."""
+    return np.array([np.interp(record.wrench_t, t, angle) for angle in record.q.T])

@@ -10,7 +10,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
-from recorded_faults import BAGS, Filtered, samples, spoilt
+from recorded_faults import BAGS, Filtered, in_base, samples, spoilt, without_weight
 from simulated import truth
 
 # Slides, slips, turns back, comes to rest, lets go, and closes once more [s].
@@ -78,6 +78,17 @@ def test_a_delay_that_is_stated_is_none():
     (cause,) = causes_of(samples(BAGS[2]), **stated)
     # None would fit.
     assert abs(delay_of(cause)) < 5.0
+
+
+@pytest.mark.parametrize(
+    ("change", "stated"),
+    [(in_base, {"wrench.axes": "base"}), (without_weight, {"wrench.gravity": "compensated"})],
+)
+def test_a_delay_is_told_of_wrenches_in_other_axes_and_without_weight(change, stated):
+    recorded = list(spoilt(samples(BAGS[2]), change))
+    assert causes_of(recorded, **stated) == []
+    (cause,) = causes_of(late(recorded, -20.0), **stated)
+    assert delay_of(cause) == pytest.approx(20.0, abs=5.0)
 
 
 @pytest.mark.parametrize("milliseconds", [-50, -20, 20, 50])
