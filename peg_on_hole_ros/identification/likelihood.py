@@ -208,7 +208,7 @@ def _spline(t, q) -> tuple[np.ndarray, Callable]:
 
 
 def _in_sensor(record: Recording, t, configuration: Configuration) -> np.ndarray:
-    """Return wrenches whose numbers are in the axes of the base as the sensor reads them, (n, 6)."""
+    """Return wrenches with numbers in the axes of the base as a sensor reads them, (n, 6)."""
     reduction = WrenchReduction(
         configuration.wrench, configuration.scene, configuration.joints.hole_rpy
     )
@@ -219,7 +219,7 @@ def _in_sensor(record: Recording, t, configuration: Configuration) -> np.ndarray
 
 
 def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
-    """Return the wrenches, sensor axes, as those on the peg about its mass centre, shape (n, 6)."""
+    """Return wrenches, sensor axes, as those on the peg about its mass centre, (n, 6)."""
     wrench = replace(configuration.wrench, axes="sensor")
     reduction = WrenchReduction(wrench, configuration.scene)
     on_peg = (reduction.sign * record.wrench - reduction.tare) @ reduction.matrix.T

@@ -24,6 +24,14 @@ FAULTS = {
     "base, sign": (lambda *read: tuple(-x for x in in_base(*read)), f"{SIGN} and wrench.axes"),
     "weight": (without_weight, "wrench.gravity: compensated"),
     "kN": (lambda force, torque, q: (force / 1000, torque), "unit of the force read as kN"),
+    "kN and kN m": (
+        lambda force, torque, q: (force / 1000, torque / 1000),
+        "unit of the force read as kN and unit of the torque read as kN m",
+    ),
+    "pounds": (
+        lambda force, torque, q: (force / 4.448222, torque / 1.355818),
+        "unit of the force read as lbf and unit of the torque read as lbf ft",
+    ),
     "N mm": (lambda force, torque, q: (force, torque * 1000), "unit of the torque read as N mm"),
 }
 TURNS = [turn for turn in Rotation.create_group("O").as_matrix() if np.trace(turn) < 2.9]
@@ -108,7 +116,8 @@ def test_rounding_that_hides_the_noise_is_told():
 def test_after_a_tare_nothing_is_adopted():
     """A tare by the wrong sign leaves twice the weight, which no other sign explains."""
     recorded = list(spoilt(samples(BAGS[2], 0.0, 1.1), FAULTS["sign"][0]))
-    line = Pipeline(from_parameters({"wrench.adopt_found": False}))
+    stated = {"wrench.adopt_found": False, "wrench.tare_in_contact": True}
+    line = Pipeline(from_parameters(stated))
     told = list(line.play(recorded[:300]))
     assert told[-1].contact_mode == "unknown" and line.tare().success
     told = list(line.play(recorded[300:]))
