@@ -17,7 +17,7 @@ WHY = {
     "air": "the recording begins in the air, where only the peg's weight speaks",
     "turn": "a turn about the peg's own axis looks like another psi at this tilt",
     "begin": "false for ten milliseconds at the begin, until the wrench is doubted",
-    "pounds": "a force that is too small by a factor fits another friction; pounds are not tried",
+    "pounds": "a force that is too small by a factor fits another friction for as long",
     "weight": "under a load a friction that is off explains as much as a missing weight",
     "along": "a friction that is off explains a force along the peg, and is unlearnt slowly",
     "range": "a component that stays at the end of its range is not looked for",
