@@ -7,7 +7,6 @@ from pathlib import Path
 LIST = Path(__file__).with_name("short.csv")
 # By the word that the list has for it.
 WHY = {
-    "unit": "a torque in another unit pushes the peg until the wrench is doubted",
     "moved": "that a peg was moved meanwhile is known four milliseconds later",
     "mixed": "joints that are mixed up or stand still make another motion, near enough at times",
     "rest": "a peg that rests moves no value either",

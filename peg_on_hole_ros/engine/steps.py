@@ -14,7 +14,13 @@ from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_w
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
 from peg_on_hole_ros.measurements.repeats import held as messages_of
-from peg_on_hole_ros.measurements.wrench_noise import NOISY, factor, follow_wrench, forget_noise
+from peg_on_hole_ros.measurements.wrench_noise import (
+    NOISY,
+    factor,
+    follow_wrench,
+    forget_noise,
+    is_off,
+)
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor.assessment import contacts_of
@@ -249,8 +255,14 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
             e.held.noise[i, j] = times * e.covariance[i, j]
     reduce_wrench(e.reduction, e.wrench, e.held.state.mean, held.gravity(e.held), e.u)
     # What has touched before a silence need not touch after it.
+    return -1 if silent or e.motion[0].blind or _tells_nothing(e) else contacts_of(e.memory)
+
+
+@compiled
+def _tells_nothing(e):
+    """Return whether the wrench stands still, or is no wrench of this sensor."""
     still = e.fresh.turning[WRENCH_STILL] == 1.0
-    return -1 if silent or still or e.motion[0].blind else contacts_of(e.memory)
+    return still or is_off(e.wrench_noise)
 
 
 @compiled
@@ -260,7 +272,7 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: int, row: np
     e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
     d.in_contact = 1 if contacts == 3 else 0
     f = e.held.record
-    blind = d.blind == 1 or e.fresh.turning[WRENCH_STILL] == 1.0
+    blind = d.blind == 1 or _tells_nothing(e)
     o, stddev, height = rules.thresholds, rules.force_stddev, rules.peg_height
     if rules.judged:
         misfits = e.innovations.told[0].misfit

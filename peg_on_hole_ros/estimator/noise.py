@@ -47,11 +47,17 @@ def follow_noise(s: StateRecord, o: SettingsRecord, q: np.ndarray, R: np.ndarray
 @compiled
 def grow(noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
     """Follow one variance by what was seen over what was expected; NaN: none came before."""
+    grow_to(o.noise_most, noise, i, seen, o)
+
+
+@compiled
+def grow_to(most: float, noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
+    """Follow one variance as `grow`, up to so many times the stated one."""
     if not seen >= 0.0:
         return
     surplus = min(seen, o.outlier) - 1.0
     more = log(noise[i]) + surplus / o.noise_count
-    noise[i] = exp(min(max(more, 0.0), log(o.noise_most)))
+    noise[i] = exp(min(max(more, 0.0), log(most)))
 
 
 @compiled

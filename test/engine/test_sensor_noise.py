@@ -1,6 +1,7 @@
 """Sensors that are noisier than stated: told, used as found, and bounds still hold."""
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -151,3 +152,27 @@ def test_it_is_said_in_words():
     assert said.startswith("joints.position_stddev: the noise of joint states is ")
     found = float(said.partition(" stated one, ")[2].split(" rad")[0])
     assert found == pytest.approx(3.0 * stated, rel=0.3)
+
+
+@pytest.mark.parametrize("part", ["force", "torque"])
+def test_what_is_rougher_than_any_noise_is_told_and_not_used(part):
+    """A thousand times, as where another unit hides in the air: nothing is said of contacts."""
+    recorded, samples = noisier("working_cycle", 1.0)
+    line = Pipeline(recorded.plan.configuration)
+    rng, told = np.random.default_rng(5), []
+    for sample in islice(samples, 900):
+        if isinstance(sample, WrenchSample):
+            noise = {"force": 200.0, "torque": 5.0}[part]
+            rough = tuple(rng.normal(0.0, noise, 3))
+            sample = sample._replace(**{part: rough})
+        outputs = line.on_sample(sample)
+        told += [outputs] if outputs else []
+    unit = {"force": "N", "torque": "N m"}[part]
+    assert any(
+        f"the {part} jumps by 71 times" in cause and f"is it in {unit}?" in cause
+        for cause in line.causes
+    )
+    settled = told[200:]
+    assert {each.contact_mode for each in settled} == {"unknown"}
+    assert {each.monitor["reactions_determined"] for each in settled} == {0.0}
+    assert {alarm.level for each in settled for alarm in each.alarms} == {0}
