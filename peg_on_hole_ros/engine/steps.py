@@ -24,7 +24,7 @@ from peg_on_hole_ros.measurements.wrench_noise import (
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor.assessment import contacts_of
-from peg_on_hole_ros.monitor.memory import NO_STAMP, UNKNOWN
+from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, UNKNOWN
 from peg_on_hole_ros.monitor.output_row import AT
 from peg_on_hole_ros.monitor.place_check import misfit
 from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
@@ -244,7 +244,8 @@ def _on_either_side(e):
 def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
-        follow_wrench(e.wrench_noise, wrench, e.variance, e.held.constants)
+        in_air = e.memory.declared[0].mode == IN_AIR
+        follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.held.constants)
     noisier = factor(e.wrench_noise)
     e.counts[COUNT.wrench_noisy] += noisier > 1.0
     times = noisier * messages_of(e.fresh.wrench)

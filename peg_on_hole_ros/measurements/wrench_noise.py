@@ -20,19 +20,20 @@ BEYOND = 5e3
 NOISY = 2.25
 # In the memory: by how much the variance of force and of torque is more than stated, how many
 # values have come, the most that was found of both, the first two with a higher bound, whether
-# that was reached, and the last three values.
-FORCE, TORQUE, SEEN, MOST_FORCE, MOST_TORQUE, WIDE_FORCE, WIDE_TORQUE, OFF_FORCE, OFF_TORQUE = (
-    range(9)
-)
-VALUES = 9
+# that was reached, the first two of the present stay in the air, how many values that had, and how
+# many in a row that were too rough, whether a stay was calm, and the last three values.
+FORCE, TORQUE, SEEN, MOST_FORCE, MOST_TORQUE = range(5)
+WIDE_FORCE, WIDE_TORQUE, OFF_FORCE, OFF_TORQUE = range(5, 9)
+AIR_FORCE, AIR_TORQUE, AIR_SEEN, AIR_ROUGH, CALM, VALUES = range(9, 15)
 WIDTH = VALUES + 18
 
 
 @compiled
 def forget_noise(memory: np.ndarray) -> None:
     """Take noise as stated, until it shows more; what was found most stays."""
-    memory[VALUES:] = memory[SEEN] = 0.0
-    memory[FORCE] = memory[TORQUE] = memory[WIDE_FORCE] = memory[WIDE_TORQUE] = 1.0
+    memory[VALUES:] = memory[SEEN] = memory[AIR_SEEN] = memory[AIR_ROUGH] = 0.0
+    for first in (FORCE, WIDE_FORCE, AIR_FORCE):
+        memory[first] = memory[first + 1] = 1.0
 
 
 @compiled
@@ -40,10 +41,13 @@ def follow_wrench(
     memory: np.ndarray,
     values: np.ndarray | tuple[float, float, float],
     variance: np.ndarray,
+    in_air: bool,
     o: SettingsRecord,
 ) -> None:
     """
     Take a wrench with values that have not come before; the law is that of orientations.
+
+    What is rough in contact alone chatters: it is used as noise, and is no setting's.
 
     Parameters
     ----------
@@ -53,28 +57,43 @@ def follow_wrench(
         Force and torque as received [N], [N m].
     variance : ndarray, shape (6,)
         As stated [N^2], [N^2 m^2].
+    in_air : bool
+        Whether the peg is told to touch nothing.
     o : record of SETTINGS
 
     """
     m = memory
+    if not in_air:
+        m[AIR_SEEN], m[AIR_FORCE], m[AIR_TORQUE] = 0.0, 1.0, 1.0
     for part in range(2):
-        rough = 0.0
+        square = 0.0
         for i in range(3 * part, 3 * part + 3):
             a, b, c = m[VALUES + i], m[VALUES + 6 + i], m[VALUES + 12 + i]
             third = values[i] - 3.0 * c + 3.0 * b - a
-            rough += third * third / (3.0 * _THIRD * variance[i])
+            square += third * third / (3.0 * _THIRD * variance[i])
             m[VALUES + i], m[VALUES + 6 + i], m[VALUES + 12 + i] = b, c, values[i]
         if m[SEEN] >= 3.0:
-            grow(m, FORCE + part, rough / m[FORCE + part], o)
-            grow_to(2.0 * BEYOND, m, WIDE_FORCE + part, rough / m[WIDE_FORCE + part], o)
+            grow(m, FORCE + part, square / m[FORCE + part], o)
+            grow_to(2.0 * BEYOND, m, WIDE_FORCE + part, square / m[WIDE_FORCE + part], o)
+            if in_air and m[AIR_SEEN] >= 3.0:
+                grow(m, AIR_FORCE + part, square / m[AIR_FORCE + part], o)
     m[SEEN] += 1.0
+    m[AIR_SEEN] += 1.0
+    # Contacts chatter before they are told.
+    rough = in_air and max(m[AIR_FORCE], m[AIR_TORQUE]) > NOISY
+    m[AIR_ROUGH] = m[AIR_ROUGH] + 1.0 if rough else 0.0
+    if in_air and not rough and m[AIR_SEEN] >= TOLD:
+        m[CALM] = 1.0
     if m[SEEN] < TOLD:
         return
     for part in range(2):
         if m[WIDE_FORCE + part] > BEYOND:
             m[OFF_FORCE + part] = 1.0
-        if m[FORCE + part] < BROKEN * o.noise_most:
-            m[MOST_FORCE + part] = max(m[MOST_FORCE + part], m[FORCE + part])
+        found = m[FORCE + part]
+        if m[CALM] > 0.0:
+            found = m[AIR_FORCE + part] if m[AIR_ROUGH] >= TOLD else 1.0
+        if found < BROKEN * o.noise_most:
+            m[MOST_FORCE + part] = max(m[MOST_FORCE + part], found)
 
 
 @compiled

@@ -327,7 +327,9 @@ class MessageStream:
         self.pipeline.retune(configuration, orientation_of(configuration.joints))
         self._possible.configuration = configuration
         self._outputs.set_markers_rate(node.markers_rate)
-        return Answer(True, f"set {', '.join(changed)}")
+        return Answer(
+            True, "set " + ", ".join(f"{name} = {value}" for name, value in changed.items())
+        )
 
 
 def _told(records):

@@ -176,3 +176,25 @@ def test_what_is_rougher_than_any_noise_is_told_and_not_used(part):
     assert {each.contact_mode for each in settled} == {"unknown"}
     assert {each.monitor["reactions_determined"] for each in settled} == {0.0}
     assert {alarm.level for each in settled for alarm in each.alarms} == {0}
+
+
+@pytest.mark.parametrize("begun", [0.0, 1.5])
+def test_contacts_that_chatter_behind_calm_air_are_no_wrong_setting(begun):
+    """Ten times the noise from the touch-down at 1.2 s on; without the air before nobody knows."""
+    recorded, samples = noisier("working_cycle", 1.0)
+    rng, touched = np.random.default_rng(6), False
+    line = Pipeline(recorded.plan.configuration)
+    first = None
+    for sample in samples:
+        first = sample.t_ns if first is None else first
+        if not begun <= (sample.t_ns - first) * 1e-9 < begun + 2.5:
+            continue
+        touched |= sample.t_ns - first > 1_200_000_000
+        if touched and isinstance(sample, WrenchSample):
+            rough = rng.normal(0.0, [2.0] * 3 + [0.05] * 3)
+            force, torque = np.add(sample.force, rough[:3]), np.add(sample.torque, rough[3:])
+            sample = sample._replace(force=tuple(force), torque=tuple(torque))
+        line.on_sample(sample)
+    # It is used as noise all the same.
+    assert line.health["wrench_noise"] == pytest.approx(10.0, rel=0.3)
+    assert bool(line.causes) == bool(begun)
