@@ -117,7 +117,7 @@ def causes(memory: np.ndarray, variance: np.ndarray) -> list[str]:
         if memory.item(OFF_FORCE + part):
             told.append(
                 f"wrench: the {name} jumps by {sqrt(BEYOND):.0f} times and more its stated noise "
-                f"from message to message: is it in {unit}? meanwhile no contact is told"
+                f"from message to message: is it in {unit}, of one sensor? no contact is told"
             )
         elif most > NOISY:
             times, stated = sqrt(most), sqrt(variance.item(3 * part))

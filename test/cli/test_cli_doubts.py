@@ -206,7 +206,9 @@ def test_what_is_odd_in_the_messages_is_told(sliding, tmp_path, capsys, changes,
     path = changed(sliding, tmp_path / "a.mcap", **changes)
     assert main(["replay", str(path)]) == 0
     begun = f"{source}: {line}"
-    told = capsys.readouterr().out.splitlines()
+    # Wrenches of two sensors are rougher than any noise.
+    rough = " from message to message: is it in N m, of one sensor? "
+    told = [at for at in capsys.readouterr().out.splitlines() if rough not in at]
     assert (
         [at for at in told if at.startswith(("wrench:", "joints:"))]
         == [at for at in told if at.startswith(begun)]

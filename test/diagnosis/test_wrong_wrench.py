@@ -49,7 +49,7 @@ def test_what_a_wrench_means_is_named(fault):
         causes for causes in told if causes and causes[0].startswith(f"wrench: with {setting}")
     ]
     # What jumps beyond any noise is asked for its unit, which is no other cause.
-    jumps = [causes for causes in told if causes and "is it in N m?" in causes[0]]
+    jumps = [causes for causes in told if causes and "is it in N m," in causes[0]]
     assert [causes for causes in told if causes and causes not in right + jumps] == []
     assert not jumps or fault == "N mm"
     # Under a load a friction that is off explains as much as a weight does: nothing is said.

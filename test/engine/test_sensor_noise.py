@@ -169,7 +169,7 @@ def test_what_is_rougher_than_any_noise_is_told_and_not_used(part):
         told += [outputs] if outputs else []
     unit = {"force": "N", "torque": "N m"}[part]
     assert any(
-        f"the {part} jumps by 71 times" in cause and f"is it in {unit}?" in cause
+        f"the {part} jumps by 71 times" in cause and f"is it in {unit}," in cause
         for cause in line.causes
     )
     settled = told[200:]
