@@ -51,7 +51,7 @@ SWITCHED = {
     "around_axes": (("around_axes", 0.0), ("around_axes", 1.0)),
     "frictions": (("frictions", 1), ("frictions", 5)),
     "reach": (("reach", 2.0), ("reach", 3.0)),
-    "dropped": (("dropped", 0.0), ("dropped", 1e-3)),
+    "joined": (("joined", 0.0), ("joined", 0.03)),
     "doubt": (("doubt", 0.0), ("doubt", 100.0)),
     "direction_time": (("direction_time", 0.0), ("direction_time", 0.03)),
     "reaction_prior": (("reaction_prior", 1.0), ("reaction_prior", 30.0)),

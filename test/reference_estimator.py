@@ -1,5 +1,7 @@
 """The estimator by filterpy on the numpy model: slow and readable, what the step answers to."""
 
+import itertools
+
 import numpy as np
 from filterpy.common import Q_continuous_white_noise
 from filterpy.kalman import IMMEstimator, KalmanFilter
@@ -415,28 +417,35 @@ class ReferenceEstimator:
             self.weight[g] = levels / levels.sum()
         share = np.exp(evidence - evidence.max())
         share /= share.sum()
-        self.alive &= share >= self.cell.settings.dropped
+        self.alive &= share >= 1e-9
         self.weight *= (share * self.alive)[:, None]
         self.weight /= self.weight.sum()
 
     def _merge(self):
-        """Let two frictions that have become one be one, by moments."""
-        for g in range(len(self.frictions)):
-            for h in range(g):
-                if not (self.alive[g] and self.alive[h]):
-                    continue
-                (f_g, v_g), (f_h, v_h) = self._friction(g), self._friction(h)
-                if (f_g - f_h) ** 2 < 0.25 * min(v_g, v_h):
-                    for l, (one, other) in enumerate(zip(self.frictions[h], self.frictions[g])):
-                        w = self.weight[[h, g], l] / self.weight[[h, g], l].sum()
-                        mean = w[0] * one.x + w[1] * other.x
-                        one.P = sum(
-                            share * (c.P + np.outer(c.x - mean, c.x - mean))
-                            for share, c in zip(w, (one, other))
-                        )
-                        one.x = mean
-                    self.weight[h] += self.weight[g]
-                    self.weight[g], self.alive[g] = 0.0, False
+        """Let two frictions be one, by moments, while that loses little (Runnalls 2007)."""
+        while self.alive.sum() > 1:
+            pairs = itertools.combinations(np.flatnonzero(self.alive), 2)
+            loss, h, g = min((self._lost(h, g), h, g) for h, g in pairs)
+            if loss >= self.cell.settings.joined:
+                return
+            for l, (one, other) in enumerate(zip(self.frictions[h], self.frictions[g])):
+                w = self.weight[[h, g], l] / self.weight[[h, g], l].sum()
+                mean = w[0] * one.x + w[1] * other.x
+                one.P = sum(
+                    share * (c.P + np.outer(c.x - mean, c.x - mean))
+                    for share, c in zip(w, (one, other))
+                )
+                one.x = mean
+            self.weight[h] += self.weight[g]
+            self.weight[g], self.alive[g] = 0.0, False
+
+    def _lost(self, *pair):
+        """Return the bound on what is lost of two frictions that become one [nats]."""
+        w = np.array([self.weight[g].sum() for g in pair])
+        f, v = np.array([self._friction(g) for g in pair]).T
+        mean = w @ f / w.sum()
+        joined = w @ (v + (f - mean) ** 2) / w.sum()
+        return 0.5 * (w.sum() * np.log(joined) - w @ np.log(v))
 
     def _friction(self, g):
         share = self.weight[g] / self.weight[g].sum()

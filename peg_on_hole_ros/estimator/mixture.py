@@ -9,14 +9,11 @@ from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
-# A level never goes below this weight among those of its friction.
-_LEAST_LEVEL = 1e-9
+# A level never goes below this weight among those of its friction; a friction that does is none.
+_LEAST = 1e-9
 # Changes of level are taken in slices no longer than this [s]: beyond, more than all would change.
 _SLICE = 0.002
 _MOST_RATIO = -50.0
-# Frictions within so many deviations are one. They join with all that both say: from 0.1 to 0.5
-# only the time that a wrench takes changes.
-_SAME = 0.5
 
 
 @compiled
@@ -132,7 +129,7 @@ def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
             total += s.weight[j]
         kept = 0.0
         for j in range(first, first + levels):
-            s.weight[j] = max(s.weight[j] / total, _LEAST_LEVEL)
+            s.weight[j] = max(s.weight[j] / total, _LEAST)
             kept += s.weight[j]
         for j in range(first, first + levels):
             s.weight[j] /= kept
@@ -148,7 +145,7 @@ def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
         if s.alive[g] == 0.0:
             continue
         weight = exp(scratch.evidence[g] - best) / total
-        if weight < o.dropped:
+        if weight < _LEAST:
             s.alive[g], weight = 0.0, 0.0
         left += weight
         for j in range(g * levels, g * levels + levels):
@@ -173,19 +170,37 @@ def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> 
 
 
 @compiled
-def merge(s: StateRecord, levels: int) -> None:
-    """Let frictions that have become one be one, with mean and covariance of both."""
-    frictions = s.frictions
-    for g in range(frictions):
-        for h in range(g):
-            if s.alive[g] == 0.0 or s.alive[h] == 0.0:
-                continue
-            f_g, v_g = _friction_of(s, levels, g)
-            f_h, v_h = _friction_of(s, levels, h)
-            if (f_g - f_h) ** 2 < _SAME**2 * min(v_g, v_h):
-                for l in range(levels):
-                    _join(s, h * levels + l, g * levels + l)
-                s.alive[g] = 0.0
+def merge(s: StateRecord, o: SettingsRecord) -> None:
+    """
+    Let frictions join where that loses little, with mean and covariance of both.
+
+    The loss is Runnalls' bound (2007) on the Kullback-Leibler divergence, of what is known of
+    friction: a light friction joins another from afar, and heavy ones join once they meet.
+    """
+    levels, frictions = o.levels, s.frictions
+    while True:
+        least, first, second = o.joined, -1, -1
+        for g in range(frictions):
+            for h in range(g):
+                if s.alive[g] > 0.0 and s.alive[h] > 0.0:
+                    loss = _lost(_friction_of(s, levels, g), _friction_of(s, levels, h))
+                    if loss < least:
+                        least, first, second = loss, h, g
+        if first < 0:
+            return
+        for l in range(levels):
+            _join(s, first * levels + l, second * levels + l)
+        s.alive[second] = 0.0
+
+
+@compiled
+def _lost(one, other):
+    """Return what is lost of two normal distributions that become one [nats]."""
+    w, f, v = one
+    w_o, f_o, v_o = other
+    both = w + w_o
+    apart = w * w_o * ((f - f_o) / both) ** 2
+    return 0.5 * (both * log((w * v + w_o * v_o) / both + apart) - w * log(v) - w_o * log(v_o))
 
 
 @compiled
@@ -205,12 +220,13 @@ def _join(s, i, j):
 
 @compiled
 def _friction_of(s, levels, g):
+    """Return weight, mean and variance of a friction."""
     w, f, v = 0.0, 0.0, 0.0
     for j in range(g * levels, g * levels + levels):
         w += s.weight[j]
         f += s.weight[j] * s.x[j, FRICTION]
         v += s.weight[j] * s.P[j, FRICTION, FRICTION]
-    return f / w, v / w
+    return w, f / w, v / w
 
 
 @compiled

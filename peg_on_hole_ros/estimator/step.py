@@ -301,7 +301,7 @@ def weigh(
         friction_told(s, scratch, o)
     reweigh(s, scratch, o)
     if several:
-        merge(s, o.levels)
+        merge(s, o)
     combine(s, n)
     keep_friction_force(s, n)
 
