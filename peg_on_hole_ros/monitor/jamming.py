@@ -10,13 +10,11 @@ from peg_on_hole_ros.estimator.record import REACTIONS, X, Y
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
 from peg_on_hole_ros.monitor import load_ahead, push, stuck
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.load_ahead import follow_load, over_limit
 from peg_on_hole_ros.monitor.push import EDGE, pushed_on
 from peg_on_hole_ros.monitor.stuck import forget_stuck, stuck_in_hole
 from peg_on_hole_ros.monitor.trend import (
     CALM,
-    MEASURED,
     QUICK_TILT,
     TURN,
     is_number,
@@ -145,7 +143,7 @@ def assess(
     f : ndarray
         Record of the estimate.
     motion : ndarray
-        Memory of `trend`.
+        Memory of `trend`, then that of `down_the_hole`.
     j : ndarray
         From `new_memory`.
     options : ndarray
@@ -190,8 +188,6 @@ def assess(
         _forget_loads(j, LOADS)
         forget_stuck(j, HOLE)
     else:
-        if motion[MEASURED + 2] != 0.0:
-            follow_depth(j, HOLE, p, motion[MEASURED], motion[MEASURED + 1], motion[MEASURED + 2])
         # What is foreseen ends with three-point contact.
         over, loaded = _load(f, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
@@ -207,9 +203,7 @@ def assess(
     load = above * over
     insertion = margin = 0.0
     if under > 0.5:
-        stands, wedged, insertion, margin = stuck_in_hole(
-            p, f, j, HOLE, options[4], horizon, options[2], dt
-        )
+        stands, wedged, insertion, margin = stuck_in_hole(p, f, motion, j, HOLE, options[4], dt)
         wedging = contact * under * wedged
         # Of a peg that is not wedged, so that the risk is that it is stuck.
         stall = (contact * under * stands - wedging) / max(1.0 - wedging, 1e-9)

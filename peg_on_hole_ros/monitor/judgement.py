@@ -7,7 +7,15 @@ import numpy as np
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor import contacts, evidence, jamming, leftover_wrench, trend
+from peg_on_hole_ros.monitor import (
+    contacts,
+    down_the_hole,
+    evidence,
+    jamming,
+    leftover_wrench,
+    trend,
+)
+from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.known_quantities import Known, fill_known
 from peg_on_hole_ros.monitor.memory import FIELDS, LEVEL_FIELDS
 from peg_on_hole_ros.monitor.output_row import ALARM_WIDTH
@@ -18,10 +26,11 @@ _SIZES = {
     "HYPOTHESES": contacts.COUNT,
     "MEANS": leftover_wrench.SIZE,
     "MOTION": trend.SIZE,
+    "DESCENT": down_the_hole.SIZE,
     "JAMMING": jamming.SIZE,
     "SETTINGS": len(evidence.Settings._fields),
     "LIMITS": len(jamming.Limits._fields),
-    "RATIO": 1,  # d / D
+    "DIAMETERS": 2,  # d, D [m]
     "BAND": 1,  # `monitor.singular_band`
     "SHOWN": evidence.WIDTH,
     "RISK": len(jamming.Risk._fields),
@@ -29,9 +38,10 @@ _SIZES = {
 }
 _ENDS = dict(zip(_SIZES, np.cumsum(list(_SIZES.values())).tolist()))
 _AT = {name: _ENDS[name] - size for name, size in _SIZES.items()}
-HYPOTHESES, MEANS, MOTION, JAMMING, SETTINGS, LIMITS, RATIO, BAND, SHOWN, RISK, KNOWN = (
-    _AT.values()
-)
+(
+    HYPOTHESES, MEANS, MOTION, DESCENT, JAMMING, SETTINGS, LIMITS, DIAMETERS, BAND, SHOWN, RISK,
+    KNOWN,
+) = _AT.values()  # fmt: skip
 SIZE = _ENDS["KNOWN"]
 
 
@@ -42,7 +52,7 @@ def new_judgement(options: MonitorOptions, scene: Scene, force_stddev: float) ->
         options, force_stddev, scene.clearance_stddev
     )
     m[LIMITS : _ENDS["LIMITS"]] = jamming.limits(options)
-    m[RATIO] = scene.peg_diameter / scene.hole_diameter
+    m[DIAMETERS], m[DIAMETERS + 1] = scene.peg_diameter, scene.hole_diameter
     m[BAND] = options.singular_band
     forget(m)
     return m
@@ -89,9 +99,11 @@ def break_course(m: np.ndarray) -> None:
 
 @compiled
 def follow_orientation(m: np.ndarray, since: float, q: np.ndarray, R: np.ndarray) -> None:
-    """Take an orientation into the motion; see `trend.follow`."""
+    """Take an orientation into the motion; see `trend.follow` and `follow_depth`."""
     acceleration, memory = m[SETTINGS + 4], m[SETTINGS + 5]
-    trend.follow(m[MOTION:JAMMING], since, q, R, m[RATIO], acceleration, memory)
+    d, D, quick = m[DIAMETERS], m[DIAMETERS + 1], trend.TURN_SHARE * acceleration
+    follow_depth(m, DESCENT, d, D, q[0], R[0, 0], since, quick)
+    trend.follow(m[MOTION:DESCENT], since, q, R, d / D, acceleration, memory)
 
 
 @compiled
@@ -129,6 +141,6 @@ def judge(
         f, hypotheses, means, motion, settings, dt, since, nis, determinant, displaced, shown
     )
     contact, below, time, usable = 1.0 - shown[4], shown[6], shown[7], shown[10] > 0.0
-    memory, limits, risk = m[JAMMING:SETTINGS], m[LIMITS:RATIO], m[RISK:KNOWN]
+    memory, limits, risk = m[JAMMING:SETTINGS], m[LIMITS:DIAMETERS], m[RISK:KNOWN]
     jamming.assess(f, motion, memory, limits, dt, since, contact, below, time, usable, risk)
     fill_known(f, min(risk[4], fabs(determinant)), m[BAND], m[KNOWN:])

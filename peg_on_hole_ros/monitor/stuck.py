@@ -7,28 +7,25 @@ import numpy as np
 from peg_on_hole_ros.estimator.record import NOISE, SPREAD, WORK, P, U, X
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
-from peg_on_hole_ros.monitor import down_the_hole
+from peg_on_hole_ros.monitor import trend
 from peg_on_hole_ros.monitor.contacts import MOST, below
-from peg_on_hole_ros.monitor.down_the_hole import along_share, stands, unsettle
+from peg_on_hole_ros.monitor.down_the_hole import along_share, rests
 
 # docs/jamming.md, "In the hole", derives it.
 
-# A tilt tells no depth before two contacts have carried for this long [s].
-_HELD = 0.01
 # The load beyond the diagram counts by its mean over this time [s].
 _BEYOND_OVER = 0.01
 _ROOT_TWO_PI = sqrt(2.0 * pi)
+# Where the motion along the hole stands in that of the peg.
+DOWN = trend.SIZE
 
-# Memory: that of `down_the_hole`; by how many deviations the load is surely beyond the diagram.
-BEYOND = down_the_hole.SIZE
-SIZE = BEYOND + 1
-_forget_depth = down_the_hole.forget
+# Memory: by how many deviations the load is surely beyond the diagram.
+BEYOND, SIZE = 0, 1
 
 
 @compiled
 def forget_stuck(m: np.ndarray, at: int) -> None:
-    """Begin anew with the next orientation and wrench."""
-    _forget_depth(m, at)
+    """Begin anew with the next wrench."""
     m[at + BEYOND] = 0.0
 
 
@@ -36,11 +33,10 @@ def forget_stuck(m: np.ndarray, at: int) -> None:
 def stuck_in_hole(
     p: SceneScalars,
     f: np.ndarray,
+    motion: np.ndarray,
     m: np.ndarray,
     at: int,
     threshold: float,
-    horizon: float,
-    slow: float,
     dt: float,
 ) -> tuple[float, float, float, float]:
     """
@@ -51,45 +47,39 @@ def stuck_in_hole(
     p : SceneScalars
     f : ndarray
         Record of the estimate.
+    motion : ndarray
+        Memory of `trend`, then that of `down_the_hole`.
     m : ndarray
         Memory, of which SIZE places from `at` on.
     at : int
     threshold : float
         Push that is one [N].
-    horizon : float
-        [s].
-    slow : float
-        Speed along the hole that counts as none [m/s].
     dt : float
         Since the last wrench [s].
 
     Returns
     -------
     stuck, wedged : float
-        Probabilities that it is stuck, or will be within the horizon, and that it is wedged then.
+        Probabilities that it is stuck, and that it is wedged.
     insertion, margin : float
         l/d, and Whitney's margin [N].
 
     """
     around = 0.5 * p.d * (f[X + 4] + f[X + 5])
-    f_z = p.f * along_share(m, at, p, around)
+    f_z = p.f * along_share(motion, DOWN, p, around)
     insertion, margin, beyond, surely, width, locks, held, pressed = _by_diagram(
         p, f, f_z, threshold
     )
     kept = below(beyond)
-    unsettle(m, at, (1.0 - held) * min(dt / _HELD, 1.0))
-    rests, stops = stands(m, at, p, horizon, slow)
+    rest = rests(motion, DOWN)
     m[at + BEYOND] += min(dt / _BEYOND_OVER, 1.0) * (surely - m[at + BEYOND])
     # A peg that slides is at the diagram's edge; one that rests is anywhere beyond it, up to
     # twice the push, or inside where it can wedge.
     for_rest = 0.5 * max(m[at + BEYOND], 0.0) ** 2 - (1.0 - locks) * log(width)
     # Inside says nothing, for friction may be stated too low.
     for_rest = exp(min(max(for_rest, 0.0), MOST))
-    moves = 1.0 - rests
-    rests *= for_rest / (1.0 + rests * (for_rest - 1.0))
-    # What speaks for rest speaks against a motion that stops.
-    stops *= (1.0 - rests) / moves
-    stuck = held * pressed * (rests + stops * kept)
+    rest *= for_rest / (1.0 + rest * (for_rest - 1.0))
+    stuck = held * pressed * rest
     return stuck, stuck * locks * (1.0 - kept), insertion, margin
 
 

@@ -49,7 +49,8 @@ def is_number(value: float) -> bool:
 
 
 @compiled
-def _start(m, at, value, variance, acceleration):
+def start(m: np.ndarray, at: int, value: float, variance: float, acceleration: float) -> None:
+    """Begin a channel with a value, at an unknown rate."""
     for i in range(CHANNEL):
         m[at + i] = 0.0
     m[at], m[at + 3], m[at + 6], m[at + 8] = value, variance, 1.0, acceleration * acceleration
@@ -57,7 +58,12 @@ def _start(m, at, value, variance, acceleration):
 
 @compiled
 def carry(
-    m: np.ndarray, at: int, dt: float, acceleration: float, memory: float, tremble: float
+    m: np.ndarray,
+    at: int,
+    dt: float,
+    acceleration: float,
+    memory: float,
+    tremble: float = _TREMBLE,
 ) -> None:
     """Carry a channel over dt [s]."""
     kept = exp(-dt / memory)
@@ -146,19 +152,19 @@ def follow(
     m[MEASURED], m[MEASURED + 1] = q[0], R[0, 0]
     m[MEASURED + 2] = m[MEASURED + 2] + since if since > 0.0 else -1.0
     if since < 0.0:
-        _start(m, TILT, q[0], R[0, 0], acceleration)
-        _start(m, QUICK_TILT, q[0], R[0, 0], TURN_SHARE * acceleration)
-        _start(m, TURN, 0.0, variance, TURN_SHARE * acceleration)
+        start(m, TILT, q[0], R[0, 0], acceleration)
+        start(m, QUICK_TILT, q[0], R[0, 0], TURN_SHARE * acceleration)
+        start(m, TURN, 0.0, variance, TURN_SHARE * acceleration)
         m[LAST], m[LAST + 1], m[LAST + 2], m[LATELY] = q[1], q[2], 0.0, 0.0
         m[CALM] = 0.0
         return
     quick = TURN_SHARE * acceleration
-    carry(m, QUICK_TILT, since, quick, memory, _TREMBLE)
+    carry(m, QUICK_TILT, since, quick, memory)
     jumped = correct(m, QUICK_TILT, q[0] - m[QUICK_TILT], R[0, 0], since, quick)
     m[CALM] = 0.0 if jumped else m[CALM] + since
     acceleration = sqrt(acceleration * acceleration + m[LATELY])
-    carry(m, TILT, since, acceleration, memory, _TREMBLE)
-    carry(m, TURN, since, quick, memory, _TREMBLE)
+    carry(m, TILT, since, acceleration, memory)
+    carry(m, TURN, since, quick, memory)
     correct(m, TILT, q[0] - m[TILT], R[0, 0], since, acceleration)
     sure = max(m[TILT + 2] * m[TILT + 2] - m[TILT + 8], 0.0)
     m[LATELY] += min(since / memory, 1.0) * (sure - m[LATELY])

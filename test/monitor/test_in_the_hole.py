@@ -11,7 +11,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.insertion_depth import depth_at
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, stands
+from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, rests
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from two_points import length_inside, samples, tilt_at
 
@@ -105,19 +105,22 @@ def test_a_peg_that_stops_while_it_is_pushed_is_told_soon():
 
 
 def test_rest_and_motion_are_told_by_the_tilt():
-    """A tenth of a second of orientations, 0.2 s of them where the peg rests."""
+    """0.2 s of orientations, drawn 40 times: at least a WARN's worth of rest, and hardly any."""
     scene, noise, speed = PEGS["wide"], 1e-4, 0.010
-    p, m = scene_scalars(scene), np.zeros(SIZE)
-    draw = np.random.default_rng(3)
+    p, draw = scene_scalars(scene), np.random.default_rng(3)
     slope = (length_inside(scene, 0.0061) - length_inside(scene, 0.0059)) / -2e-4
-    for rate, moves in ((0.0, False), (-speed / slope, True)):
-        m[:] = 0.0
-        for i in range(50 if moves else 100):
-            tilt = 0.006 + rate * 2e-3 * i + noise * draw.standard_normal()
-            follow_depth(m, 0, p, tilt, noise**2, -1.0 if i == 0 else 2e-3)
-        rests, stops = stands(m, 0, p, 0.2, 5e-4)
-        assert rests < 0.1 if moves else rests > 0.9
-        assert 0.0 <= stops <= 1.0 - rests
+    told = {0.0: [], -speed / slope: []}
+    for rate, found in told.items():
+        for _ in range(40):
+            m = np.zeros(SIZE)
+            for i in range(100):
+                tilt = 0.006 + rate * 2e-3 * i + noise * draw.standard_normal()
+                since = -1.0 if i == 0 else 2e-3
+                follow_depth(m, 0, p.d, p.D, tilt, noise**2, since, 0.25)
+            found.append(rests(m, 0))
+    at_rest, sliding = map(np.sort, told.values())
+    assert at_rest[8] > 0.7
+    assert sliding[20] < 0.05 and sliding[-1] < 0.7
 
 
 @pytest.mark.parametrize("stated", [0.5, 1.0, 1.5])

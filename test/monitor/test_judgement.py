@@ -4,14 +4,15 @@ import numpy as np
 
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import PegJoints
-from peg_on_hole_ros.monitor import jamming
+from peg_on_hole_ros.monitor import down_the_hole, jamming
 from peg_on_hole_ros.monitor.contacts import no_knowledge
+from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import WIDTH, Shown, force_noise, settings, show
 from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.judgement import KNOWN, MOTION, RISK, SHOWN, forget
+from peg_on_hole_ros.monitor.judgement import JAMMING, KNOWN, MOTION, RISK, SHOWN, forget
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.leftover_wrench import new_means
-from peg_on_hole_ros.monitor.trend import SIZE, follow, new_trend
+from peg_on_hole_ros.monitor.trend import SIZE, TURN_SHARE, follow, new_trend
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
@@ -24,8 +25,9 @@ def test_one_call_does_what_its_parts_do():
     noise = force_noise(scene, line.processor.reduction.covariance)
     o = settings(options, noise, scene.clearance_stddev)
     limits, orientation = jamming.limits(options), PegJoints(line.configuration.joints)
-    hypotheses, means, trend, j = no_knowledge(), new_means(), new_trend(), jamming.new_memory()
-    ratio = scene.peg_diameter / scene.hole_diameter
+    hypotheses, means, j = no_knowledge(), new_means(), jamming.new_memory()
+    trend = np.concatenate([new_trend(), np.zeros(down_the_hole.SIZE)])
+    d, D = scene.peg_diameter, scene.hole_diameter
     stddev, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
     m = line.processor.engine["memory"]["numbers"]
     oriented_ns = last_ns = None
@@ -39,7 +41,11 @@ def test_one_call_does_what_its_parts_do():
         row = line.on_wrench(sample)
         for t_ns, q, R, *_ in waiting:
             since = -1.0 if oriented_ns is None else (t_ns - oriented_ns) * 1e-9
-            follow(trend, since, q, line.filter.orientation_noise * R, ratio, stddev, memory)
+            R = line.filter.orientation_noise * R
+            follow(trend, since, q, R, d / D, stddev, memory)
+            follow_depth(
+                trend, SIZE, d, D, q[0], R[0, 0], since, TURN_SHARE * stddev
+            )  # fmt: skip
             oriented_ns = t_ns
         waiting = []
         dt = 0.0 if last_ns is None else (row.t_ns - last_ns) * 1e-9
@@ -54,7 +60,7 @@ def test_one_call_does_what_its_parts_do():
         jamming.assess(
             f, trend, j, limits, dt, since, contact, s.below, s.time, usable, risk
         )  # fmt: skip
-        np.testing.assert_array_equal(m[MOTION : MOTION + SIZE], trend)
+        np.testing.assert_array_equal(m[MOTION:JAMMING], trend)
         np.testing.assert_array_equal(m[SHOWN:RISK], shown)
         np.testing.assert_array_equal(m[RISK:KNOWN], risk)
         known = Known(*m[KNOWN:].tolist())
