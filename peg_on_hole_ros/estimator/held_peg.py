@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator import called, held
+from peg_on_hole_ros.estimator import from_python, held
 from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED, fill_settings
@@ -139,11 +139,11 @@ class HeldPeg:
 
     def start(self, q: ArrayLike, R: ArrayLike) -> None:
         """Start from an orientation q [rad] with covariance R, at unknown rates."""
-        called.start(self._memory, self.gates, np.asarray(q, float), np.asarray(R, float))
+        from_python.start(self._memory, self.gates, np.asarray(q, float), np.asarray(R, float))
 
     def let_go(self) -> None:
         """Let go of the motion; what was learnt stays for the next start."""
-        called.let_go(self._memory)
+        from_python.let_go(self._memory)
 
     def forget(self) -> None:
         """Take what was learnt as it was stated again, or as a tare has left it."""
@@ -164,7 +164,7 @@ class HeldPeg:
 
     def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
-        called.move_on(self._memory, dt)
+        from_python.move_on(self._memory, dt)
 
     def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
         """
@@ -186,9 +186,9 @@ class HeldPeg:
 
         """
         q, R = np.asarray(q, float), np.asarray(R, float)
-        result, nis = called.hold_against(self._memory, self.gates, q, R)
+        result, nis = from_python.hold_against(self._memory, self.gates, q, R)
         if result == USED:
-            called.orient(self._memory, q, R)
+            from_python.orient(self._memory, q, R)
         elif result != GATED:
             if result == RESET:
                 self.let_go()
@@ -206,7 +206,7 @@ class HeldPeg:
         contacts : ContactSet
 
         """
-        called.weigh(self._memory, np.asarray(u, float), SETS[contacts])
+        from_python.weigh(self._memory, np.asarray(u, float), SETS[contacts])
 
     def mark(self, t_ns: int) -> None:
         """Take note of the stamp [ns] of a wrench that has been taken; a smoother does."""
