@@ -52,7 +52,7 @@ SWITCHED = {
     "frictions": (("frictions", 1), ("frictions", 5)),
     "reach": (("reach", 2.0), ("reach", 3.0)),
     "joined": (("joined", 0.0), ("joined", 0.03)),
-    "doubt": (("doubt", 0.0), ("doubt", 100.0)),
+    "doubt": (("doubt", 0.0), ("doubt", 0.5)),
     "direction_time": (("direction_time", 0.0), ("direction_time", 0.03)),
     "reaction_prior": (("reaction_prior", 1.0), ("reaction_prior", 30.0)),
     "settling": (("settling", 0.002), ("settling", 0.05)),

@@ -339,7 +339,8 @@ class ReferenceEstimator:
             found, doubt, _ = self._by_equations(*given, 1, nis / 6)
         if self.alive.sum() > 1:
             doubt = (self.weight * doubt).sum(axis=1)[self.alive]
-            self.told = np.max(1 / (1 + o.doubt * doubt / self.weight.sum(axis=1)[self.alive]))
+            again = o.doubt / max(dt, 1e-4) * doubt / self.weight.sum(axis=1)[self.alive]
+            self.told = np.max(1 / (1 + again))
         self._reweigh(found)
         self._merge()
         for _, levels in self._living():

@@ -4,6 +4,7 @@ from math import exp, log
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.free import LEAST_STEP
 from peg_on_hole_ros.estimator.motion import move_on
 from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -155,9 +156,9 @@ def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
 
 
 @compiled
-def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
-    """Fill in the share of a wrench's evidence that counts for the choice of a friction."""
-    levels, told = o.levels, 0.0
+def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, dt: float) -> None:
+    """Fill in the share of a wrench's evidence, dt [s] after the last, for a choice of friction."""
+    levels, told, again = o.levels, 0.0, o.doubt / max(dt, LEAST_STEP)
     for g in range(s.frictions):
         if s.alive[g] == 0.0:
             continue
@@ -165,7 +166,7 @@ def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> 
         for j in range(g * levels, g * levels + levels):
             held += s.weight[j]
             doubt += s.weight[j] * scratch.doubt[j]
-        told = max(told, 1.0 / (1.0 + o.doubt * doubt / held))
+        told = max(told, 1.0 / (1.0 + again * doubt / held))
     s.told[0] = told
 
 

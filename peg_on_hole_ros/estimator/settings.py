@@ -32,7 +32,7 @@ class Settings(NamedTuple):
         Two frictions become one where that loses less [nats]: from 0.003 to 0.01 only the time
         that a wrench takes changes, from 0.02 on wrong frictions are surely wrong.
     doubt : float
-        How much less a sample tells of friction where its direction is unknown; see `mixture`.
+        What a friction of unknown direction tells, it tells once in so long [s]; see `mixture`.
     direction_time : float
         Friction of unknown direction is one force for so long, no white noise [s].
     reaction_prior : float
@@ -79,7 +79,7 @@ class Settings(NamedTuple):
     frictions: int = 7
     reach: float = 2.5
     joined: float = 0.01
-    doubt: float = 20.0
+    doubt: float = 0.1
     direction_time: float = 0.01
     reaction_prior: float = 3.0
     settling: float = 0.020

@@ -298,7 +298,7 @@ def weigh(
         )  # fmt: skip
     s.nis[1] = nis
     if several:
-        friction_told(s, scratch, o)
+        friction_told(s, scratch, o, dt)
     reweigh(s, scratch, o)
     if several:
         merge(s, o)
