@@ -9,13 +9,13 @@ from peg_on_hole_ros.sim.truth import integrate
 
 
 @cache
-def inserted(kind):
+def inserted(kind, clearance=1e-4, press=1e-3):
     """A peg is set down, goes in on two points, and is jammed by a side load or goes on."""
-    scene = Scene(hole_diameter=0.03, peg_diameter=0.0299, peg_height=0.055, friction=0.25)
+    scene = Scene(0.03, 0.03 - clearance, peg_height=0.055, friction=0.25)
     told = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 0.065)))
     gamma0, D = scene.gamma0, scene.hole_diameter
     insert = {"kind": "insert", "rates": [0.0, 0.0, 0.0]}
-    at = lambda share: [1e-4 / (share * D), 0.0, 0.0]  # noqa: E731
+    at = lambda share: [clearance / (share * D), 0.0, 0.0]  # noqa: E731
     phases = {
         "close": {"kind": "insert", "duration": 0.1, "rates": [-0.2, 0.0, 1.5]},
         "through": {**insert, "duration": 0.2, "angles": at(0.2), "depth": 0.2 * D},
@@ -34,7 +34,7 @@ def inserted(kind):
         "start": {
             "angles": [gamma0 + 0.03, 0.0, 0.0],
             "rates": [-0.2, 0.0, 1.5],
-            "offset": [0.0, 0.0, -0.001],
+            "offset": [0.0, 0.0, -press],
         },
         "phases": phases,
     }

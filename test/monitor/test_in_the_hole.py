@@ -171,3 +171,18 @@ def test_the_spread_of_the_depth_is_that_of_tilt_and_clearance():
     assert K[1] == pytest.approx(depth, rel=1e-9)
     assert by_tilt == pytest.approx((depth_at(d, D, gamma + step)[0] - depth) / step, rel=1e-3)
     assert by_diameter == pytest.approx((depth_at(d + step, D, gamma)[0] - depth) / step, rel=1e-3)
+
+
+@pytest.mark.parametrize("stated", [0.5, 1.0, 1.5])
+def test_friction_is_told_no_surer_in_the_hole_than_contacts_that_give_let_it_be(stated):
+    """It was learnt on a rim that gives by 1 um for 100 N, with a clearance of 40 um."""
+    truth = inserted("goes_on", 4e-5, 3e-3)
+    told, scene = truth.plan.configuration, truth.plan.configuration.scene
+    told = replace(told, scene=replace(scene, friction=stated * scene.friction))
+    rows = list(Pipeline(told).play(measure(truth, 4)))
+    late = [row for row in rows if row.contact_mode == "two_point"][100:]
+    off = np.array([row.monitor["friction"] - scene.friction for row in late])
+    stddev = np.array([row.monitor["friction_stddev"] for row in late])
+    assert len(late) > 100
+    assert np.mean(np.abs(off) <= 2.0 * stddev) > 0.95
+    assert np.median(stddev) < 0.06 * scene.friction

@@ -64,7 +64,11 @@ def test_one_call_does_what_its_parts_do():
         np.testing.assert_array_equal(m[SHOWN:RISK], shown)
         np.testing.assert_array_equal(m[RISK:KNOWN], risk)
         known = Known(*m[KNOWN:].tolist())
-        assert known[:4] == (*line.filter.friction, *line.filter.clearance)
+        value, spread = line.filter.friction
+        assert (known.friction, *known[2:4]) == (value, *line.filter.clearance)
+        assert known.friction_stddev >= spread
+        if line.filter.x[0] >= scene.gamma0:
+            assert known.friction_stddev == spread
         assert row.monitor["transition_probability"] == s.below
         on_contacts = row.contact_mode == "three_point"
         if on_contacts and usable:
