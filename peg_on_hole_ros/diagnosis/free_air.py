@@ -103,6 +103,8 @@ class FreeAir:
             for part in (0, 1)
         ]
         off = force > least[0], torque > least[1]
+        if off[0] and self._hangs(least[0]):
+            return
         if not any(off) or not self._surely_free(off):
             return
         sign = self._reduction.sign
@@ -131,14 +133,35 @@ class FreeAir:
         if self._free.all():
             return True
         part = slice(0, 3) if off[0] else slice(3, 6)
-        noise, read = self._noise[part][0] ** 2, self._read[:, part]
-        same = _spread(read) / noise
+        noise = self._noise[part][0] ** 2
+        same = _spread(self._read[:, part]) / noise
         if same >= 3.0 * _SAME:
             return False
         # The same force, of a constant direction in the hole.
-        R_HS = self._axes @ self._reduction.matrix[:3, :3]
-        other = _spread(np.einsum("nij,nj->ni", R_HS, read)) / noise
+        other = _spread(self._in_hole(part)) / noise
         return 0.5 * _KEPT * (other - same) > _LIKELIER
+
+    def _hangs(self, least):
+        """Tell of a weight: it keeps its direction in the hole as a contact does, and pulls."""
+        part, noise = slice(0, 3), self._noise[0] ** 2
+        other, force = _spread(self._read[:, part]) / noise, self._in_hole(part)
+        same, mean = _spread(force) / noise, force.sum(axis=0) / _KEPT
+        gravity = float(np.linalg.norm(self._gravity_H))
+        pull = -float(mean @ self._gravity_H) / gravity
+        surely = same < 3.0 * _SAME and 0.5 * _KEPT * (other - same) > _LIKELIER
+        if not surely or not pull > max(least, _ALONG * hypot(*mean)):
+            return False
+        self.finding = Finding(
+            f"wrench.payload_mass: a peg that turns in the air weighs {pull / gravity:.2g} kg "
+            "more than is stated: state it, or calibrate --payload",
+            {},
+        )
+        return True
+
+    def _in_hole(self, part):
+        """Return forces or torques in the hole's axes, shape (n, 3)."""
+        R_HS = self._axes @ self._reduction.matrix[:3, :3]
+        return np.einsum("nij,nj->ni", R_HS, self._read[:, part])
 
 
 def _spread(rows):

@@ -37,6 +37,30 @@ def test_a_zero_that_is_off_is_named_while_a_free_peg_turns(force):
     assert line.counts["setting_adopted"] == 0
 
 
+@pytest.mark.parametrize("mass", [0.2, 0.6, 1.0])
+def test_a_payload_that_is_not_stated_is_named_while_the_peg_turns(mass):
+    """No contact pulls the peg down, so nobody has to say that it is free."""
+
+    def change(force, torque, q):
+        up = peg_axes(q).T @ [0.0, 0.0, 9.80665 * mass]
+        return force + up, torque + np.cross([0.0, 0.0, -0.03], up)
+
+    line = played(change)
+    assert line.causes[0].startswith("wrench: wrench.payload_mass: a ")
+    found = float(line.causes[0].partition(" weighs ")[2].split()[0])
+    assert found == pytest.approx(mass, abs=0.03)
+
+
+def test_a_force_that_a_contact_could_have_is_no_payload():
+    """The same force upwards, as a rim that carries the peg has it: nothing is told."""
+
+    def change(force, torque, q):
+        down = peg_axes(q).T @ [0.0, 0.0, -4.0]
+        return force + down, torque + np.cross([0.0, 0.0, -0.03], down)
+
+    assert not [cause for cause in played(change).causes if "payload_mass" in cause]
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_lever_that_is_off_is_named_by_its_torque(sign):
     """The sensor is 15 mm off its place: the weight has another lever."""
