@@ -157,7 +157,7 @@ def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
 
 @compiled
 def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, dt: float) -> None:
-    """Fill in the share of a wrench's evidence, dt [s] after the last, for a choice of friction."""
+    """Fill in the share of a wrench, dt [s] after the last, that counts to choose a friction."""
     levels, told, again = o.levels, 0.0, o.doubt / max(dt, LEAST_STEP)
     for g in range(s.frictions):
         if s.alive[g] == 0.0:
