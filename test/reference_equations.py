@@ -191,10 +191,10 @@ def two_points(
     u: np.ndarray,
     load: float,
     friction_force2: np.ndarray,
-    dt: float,
+    level: float,
 ) -> tuple[Linear, np.ndarray, float, np.ndarray]:
     """
-    Return the balance of a peg on K and B in the hole; else as `contact`, for a time since then.
+    Return the balance of a peg on K and B in the hole; else as `contact`, for a level.
 
     Written with vectors in (h, e, z) about the mass centre; the slip's way and what accelerations
     take are those at the mean.
@@ -250,7 +250,8 @@ def two_points(
 
     W = slopes(lambda u: balance(x, u), u)
     R = W @ cell.wrench_noise @ W.T
-    R[2, 2] += _walked(cell, dt)
+    # Along the hole it speeds up as it turns.
+    R[2, 2] += (cell.scene.peg_mass * cell.scene.mass_center_height * level) ** 2
     crossing = (arms[0] + arms[1]) / 2
     lateral = np.append([0, 1.0, 0], np.cross(crossing, [0, 1.0, 0]))
     R += load**2 * np.outer(lateral, lateral)

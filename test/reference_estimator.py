@@ -144,7 +144,7 @@ class Component(KalmanFilter):
             if contacts == 3:
                 found = model.contact(look[0], point, P, *look[1:])
             else:
-                found = model.two_points(look[0], point, P, *look[1:], dt)
+                found = model.two_points(look[0], point, P, *look[1:], self.level)
             measured, unknown, turned, by_friction = found
             unknown = unknown + by_friction @ products @ by_friction.T
             least = (turned * max(point[FRICTION], self.cell.scene.friction)) ** 2

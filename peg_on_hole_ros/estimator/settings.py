@@ -46,7 +46,7 @@ class Settings(NamedTuple):
         How often the equations are straightened anew with the first wrench, far from which the
         state may be.
     free_walk : float
-        In the air, and along the hole, a holder's speed walks by so much [m/s per root second].
+        In the air a holder's speed walks by so much [m/s per root second].
     zero_time : float
         In the air a zero wanders by its stated deviation in this time [s].
     touch_time : float

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.direction import add_product, product_covariance
-from peg_on_hole_ros.estimator.free import LEAST_STEP, moved_force
+from peg_on_hole_ros.estimator.free import LEAST_STEP
 from peg_on_hole_ros.estimator.mixture import (
     combine,
     friction_told,
@@ -354,7 +354,7 @@ def _correct_all(
             continue
         value = _by_equations(
             s.x[j], s.P[j], scratch.product[j], s, scratch, o, p, at, n, learnt, u, noise,
-            bias_map, dt, passes, wider,
+            bias_map, dt, passes, wider, o.level[j % levels],
         )  # fmt: skip
         nis += s.weight[j] * value
         if several:
@@ -381,7 +381,7 @@ def _forget(P, first, n, prior):
 
 @compiled
 def _by_equations(
-    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
+    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
@@ -398,7 +398,7 @@ def _by_equations(
         if s.contacts[0] == 2.0:
             turned = straighten_two_points(
                 p, x, P, n, at, u, noise, bias_map, s.load[0], o.direction_share, o.inertia,
-                moved_force(p, o, dt), s.friction_force2, scratch,
+                level, s.friction_force2, scratch,
             )  # fmt: skip
         else:
             turned = straighten(
