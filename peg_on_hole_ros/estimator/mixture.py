@@ -4,7 +4,6 @@ from math import exp, log
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.free import LEAST_STEP
 from peg_on_hole_ros.estimator.motion import move_on
 from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -157,8 +156,8 @@ def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
 
 @compiled
 def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, dt: float) -> None:
-    """Fill in the share of a wrench, dt [s] after the last, that counts to choose a friction."""
-    levels, told, again = o.levels, 0.0, o.doubt / max(dt, LEAST_STEP)
+    """Fill in which share of a wrench, dt [s] after the last, counts for choosing a friction."""
+    levels, told, again = o.levels, 0.0, o.doubt / dt
     for g in range(s.frictions):
         if s.alive[g] == 0.0:
             continue

@@ -298,7 +298,7 @@ def weigh(
         )  # fmt: skip
     s.nis[1] = nis
     if several:
-        friction_told(s, scratch, o, dt)
+        friction_told(s, scratch, o, max(dt, LEAST_STEP))
     reweigh(s, scratch, o)
     if several:
         merge(s, o)
