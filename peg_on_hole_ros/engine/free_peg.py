@@ -8,26 +8,37 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.records import Outputs
 
 TOUCHING = ("three_point", "two_point")
-FREE = "open"
+FREE, UNKNOWN = "open", "unknown"
 # Standard deviations by which a peg has to turn faster than at rest to count as turning.
 SURE = 4.0
 # A peg that is free and still for so long is tared, where that is asked for [ns].
 FREE_NS = 1_000_000_000
 
 
-def not_free(told: Outputs | None, configuration: Configuration) -> str:
-    """Return why the peg is not surely free and still, or nothing; None: nothing was told."""
+def not_free(told: Outputs | None, configuration: Configuration, unsure: bool) -> str:
+    """
+    Return what speaks against a peg that hangs free and still, or nothing.
+
+    Parameters
+    ----------
+    told : Outputs or None
+        The last; None: nothing was told. A zero that is off by more than is stated leaves the mode
+        unknown.
+    configuration : Configuration
+    unsure : bool
+        Whether the wrench seems to mean something else than is stated, such as another unit.
+
+    """
     if told is None:
-        return "nothing is known of the peg yet"
+        return ""
     if told.contact_mode in TOUCHING:
         return f"the peg touches, contact mode {told.contact_mode}"
     moves = turns(told, configuration)
-    if moves or told.contact_mode == FREE:
+    if moves or told.contact_mode == FREE or not unsure:
         return moves
-    zero = configuration.wrench.bias_force_stddev
     return (
-        f"the peg may touch, contact mode {told.contact_mode}: the wrench is no free peg's, with "
-        f"wrench.bias_force_stddev = {zero:g} N"
+        f"the peg may touch, contact mode {told.contact_mode}: the wrench seems to mean something "
+        "else than is stated (/diagnostics)"
     )
 
 

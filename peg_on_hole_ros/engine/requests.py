@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from peg_on_hole_ros.engine.announced_motion import Expected
-from peg_on_hole_ros.engine.free_peg import FreeFor, not_free, turns
+from peg_on_hole_ros.engine.free_peg import UNKNOWN, FreeFor, not_free, turns
 from peg_on_hole_ros.engine.placing import Placing
 from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.monitor.outputs import outputs_of
@@ -78,7 +78,8 @@ class Requests:
         wrench = self._placing.configuration.wrench
         if self._lacking:
             return self.refuse_tare(self._lacking)
-        held = not_free(self._told, self._placing.configuration)
+        told, findings = self._told, self._placing.findings
+        held = not_free(told, self._placing.configuration, findings.unsure)
         if held and not wrench.tare_in_contact:
             return self.refuse_tare(
                 f"{held}; call again once it hangs free and still (wrench.tare_in_contact takes "
@@ -92,7 +93,7 @@ class Requests:
         return Answer(
             True,
             f"tare over {len(samples)} samples of {seconds:.3g} s, sensor axes "
-            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}",
+            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}{_unknown(told)}",
         )
 
     def refuse_tare(self, reason: str) -> Answer:
@@ -134,3 +135,10 @@ class Requests:
     def _told(self):
         told = self._placing.told
         return None if told is None else outputs_of(*told)
+
+
+def _unknown(told):
+    """Return what there is to add to a tare where nothing told whether the peg hung free."""
+    if told is None or told.contact_mode != UNKNOWN:
+        return ""
+    return "; the contact mode was unknown: right only of a peg that hung free"
