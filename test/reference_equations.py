@@ -251,7 +251,7 @@ def two_points(
     W = slopes(lambda u: balance(x, u), u)
     R = W @ cell.wrench_noise @ W.T
     # Along the hole it speeds up as it turns.
-    R[2, 2] += (cell.scene.peg_mass * cell.scene.mass_center_height * level) ** 2
+    R[2, 2] += (2 * cell.scene.peg_mass * cell.scene.mass_center_height * level) ** 2
     crossing = (arms[0] + arms[1]) / 2
     lateral = np.append([0, 1.0, 0], np.cross(crossing, [0, 1.0, 0]))
     R += load**2 * np.outer(lateral, lateral)

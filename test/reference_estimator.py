@@ -40,6 +40,7 @@ class Component(KalmanFilter):
     def __init__(self, cell: Cell, level: float, time: float) -> None:
         super().__init__(dim_x=cell.n + 3, dim_z=6)
         self.cell, self.level, self.time, self.dt = cell, level, time, 0.0
+        self.along = max(level, cell.settings.level[len(cell.settings.level) // 2])
         self.x = np.zeros(cell.n + 3)
 
     def predict(self, u: np.ndarray | None = None) -> None:
@@ -144,7 +145,7 @@ class Component(KalmanFilter):
             if contacts == 3:
                 found = model.contact(look[0], point, P, *look[1:])
             else:
-                found = model.two_points(look[0], point, P, *look[1:], self.level)
+                found = model.two_points(look[0], point, P, *look[1:], self.along)
             measured, unknown, turned, by_friction = found
             unknown = unknown + by_friction @ products @ by_friction.T
             least = (turned * max(point[FRICTION], self.cell.scene.friction)) ** 2

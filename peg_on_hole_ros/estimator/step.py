@@ -354,7 +354,7 @@ def _correct_all(
             continue
         value = _by_equations(
             s.x[j], s.P[j], scratch.product[j], s, scratch, o, p, at, n, learnt, u, noise,
-            bias_map, dt, passes, wider, o.level[j % levels],
+            bias_map, dt, passes, wider, max(o.level[j % levels], o.level[o.levels // 2]),
         )  # fmt: skip
         nis += s.weight[j] * value
         if several:

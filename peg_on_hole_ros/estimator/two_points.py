@@ -89,8 +89,8 @@ def straighten_two_points(
     p, x, P, n, at, u, noise, bias_map, load, share, inertia, friction_force2, scratch
         As for `contact.straighten`.
     level : float
-        Of the component's accelerations [rad/s^2]: along the hole the peg speeds up as it turns,
-        over the height of its mass centre.
+        Of accelerations [rad/s^2]: along the hole the peg speeds up by as much over its height,
+        twice that of the mass centre.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def straighten_two_points(
     _press(p, x, n, at, 1, x[n + 1] + x[n + 2], f, gamma, B, scale2_B, (-1.0, 0.0, 0.0, 0.0), load,
            scratch)  # fmt: skip
     see_noise(columns, noise, scratch.root, scratch.R)
-    scratch.R[2, 2] += (p.m * p.H_c * level) ** 2
+    scratch.R[2, 2] += (2.0 * p.m * p.H_c * level) ** 2
     amount_K = 0.5 * left_K * friction_force2[0]
     amount_B = 0.5 * left_B * (friction_force2[1] + friction_force2[2]) * 2.0
     _add(unknown, amount_K, (0.0, 1.0, 0.0, -K[1], 0.0, K[0]))
