@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.grid.cells import Motion, truth_of, with_noise
+from inputs import hanging, joints
 from judging import Flag, Mode
 from late_samples import ordered
 from peg_on_hole_ros.config.configuration import from_parameters
@@ -18,6 +19,7 @@ from peg_on_hole_ros.estimator import record as estimate
 from peg_on_hole_ros.estimator.record import DETERMINANT
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor import contacts
 from peg_on_hole_ros.monitor.contacts import (
     CLOSED,
@@ -412,6 +414,16 @@ def test_a_peg_that_left_the_rim_has_to_touch_it_again_above_gamma0():
     assert not flag.update(3.1, 0.0, 1.0) and flag.update(3.2, 1.0, 1.0)
 
 
+def test_a_peg_that_straightens_in_the_air_raises_no_flag():
+    stream, flags = message_stream(Configuration()), []
+    for k in range(1200):
+        t_ns, gamma = 10**9 + k * 1_000_000, 0.1 - 5e-5 * k
+        stream.on_joints(joints(t_ns, gamma))
+        told = stream.on_wrench(hanging(t_ns, gamma))
+        flags += [fields["data"] for suffix, _, fields in told if suffix == "transition"]
+    assert flags == [False]
+
+
 def test_flag_does_not_flicker():
     rng = np.random.default_rng(5)
     flag = Flag(OPTIONS)
@@ -461,18 +473,19 @@ def test_what_friction_makes_of_a_reaction_opens_no_contact():
     assert set(modes[30:]) == {"three_point"}
 
 
-def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave():
-    m = np.zeros(estimate.SIZE)
+@pytest.mark.parametrize("contact", range(3))
+def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave(contact):
+    m, i = np.zeros(estimate.SIZE), 3 + contact
     part = estimate.part
-    part(m, "REACTIONS", (6, 6))[4, 4] = 4.0
-    part(m, "LASTING", (2, 6))[:, 4] = 1.0, np.sqrt(2.0)
-    part(m, "Y")[4] = -5.9
-    assert new_share(m, 1) == pytest.approx(0.25)
+    part(m, "REACTIONS", (6, 6))[i, i] = 4.0
+    part(m, "LASTING", (2, 6))[:, i] = 1.0, np.sqrt(2.0)
+    part(m, "Y")[i] = -5.9
+    assert new_share(m, contact) == pytest.approx(0.25)
     # They do not explain a pull of more than three deviations, whatever is stated of them.
-    part(m, "Y")[4] = -6.1
-    assert new_share(m, 1) == 1.0
-    part(m, "Y")[4] = 6.1
-    assert new_share(m, 1) == pytest.approx(0.25)
+    part(m, "Y")[i] = -6.1
+    assert new_share(m, contact) == 1.0
+    part(m, "Y")[i] = 6.1
+    assert new_share(m, contact) == pytest.approx(0.25)
 
 
 def test_what_a_rim_may_wedge_is_never_below_what_it_carries():
