@@ -131,9 +131,7 @@ class Diagnosis:
         if not best or explained < EXPLAINED or told[:, 0, 1].mean() < window.SURPRISE:
             return
         before, after = (float(np.median(told[:, i, 2])) for i in (0, best))
-        # In newtons of what a driver sends in another unit.
-        newtons = self._all[best].row[0]
-        if after > min(HALVED * before * newtons, self._balanced(newtons)):
+        if after > min(HALVED * before, self._balanced()):
             return
         self.doubtful = bool(gains[best] > DOUBT)
         # What says the same and more is no rival: it is tried again from there on.
@@ -145,10 +143,10 @@ class Diagnosis:
             self._best = best
             self.finding = Finding(said(found, before, after), changed(self._stated, found))
 
-    def _balanced(self, newtons):
-        """Return to how much forces of so many newtons each may balance [N]."""
+    def _balanced(self):
+        """Return to how much forces may balance where all is as it should be [N]."""
         rows = self._rows[window.tried(self._rows)]
-        load = newtons * float(np.median(np.linalg.norm(rows[:, 1:4], axis=1)))
+        load = float(np.median(np.linalg.norm(rows[:, 1:4], axis=1)))
         return ROOM * sqrt(3.0 * self._settings[window.NOISE]) + UNEXPLAINED * load
 
     def rounded(self) -> Finding | None:

@@ -13,18 +13,7 @@ from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
 
 # What a wrong setting costs before anything is measured, and each beside it [nats].
 ONE_WRONG, MORE_WRONG = 3.0, 6.0
-_NEWTONS, _NEWTON_METRES = ("N", 1.0), ("N m", 1.0)
-# Units of force and torque that a driver may send, each with its N and N m.
-_POUND = 4.448222
-_UNITS = (
-    (("kN", 1e3), _NEWTON_METRES),
-    (_NEWTONS, ("N mm", 1e-3)),
-    (("kN", 1e3), ("N mm", 1e-3)),
-    (("kN", 1e3), ("kN m", 1e3)),
-    (("lbf", _POUND), _NEWTON_METRES),
-    (("lbf", _POUND), ("lbf in", 0.0254 * _POUND)),
-    (("lbf", _POUND), ("lbf ft", 0.3048 * _POUND)),
-)
+_UNITS = {"force": (1e3, "kN"), "torque": (1e-3, "N mm")}
 # Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
 # weight, and the axes to turn to (3, 3) with the sign.
 WIDTH = 13
@@ -44,8 +33,6 @@ class Hypothesis(NamedTuple):
         Before anything is measured [nats].
     row : ndarray, shape (WIDTH,)
         For compiled code.
-    unit : str
-        Of the force as it is sent.
 
     """
 
@@ -53,7 +40,6 @@ class Hypothesis(NamedTuple):
     settings: tuple[str, ...]
     cost: float
     row: np.ndarray
-    unit: str
 
 
 def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
@@ -69,7 +55,7 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
     for robot, compensated in product((False, True), (False, True)):
         options = replace(stated, axes="base")
         found.append(_hypothesis(stated, _meant(options, robot, compensated)))
-    for units in _UNITS:
+    for units in (("force",), ("torque",), ("force", "torque")):
         found.append(_hypothesis(stated, stated, units))
     first = {hypothesis.settings: hypothesis for hypothesis in reversed(found)}
     return sorted(first.values(), key=lambda hypothesis: hypothesis.cost)
@@ -83,7 +69,7 @@ def _meant(options, robot, compensated):
     )
 
 
-def _hypothesis(stated, options, units=(_NEWTONS, _NEWTON_METRES)):
+def _hypothesis(stated, options, units=()):
     settings, spread = [], 0.0
     for name in ("acts_on", "axes", "gravity"):
         value = getattr(options, name)
@@ -94,15 +80,16 @@ def _hypothesis(stated, options, units=(_NEWTONS, _NEWTON_METRES)):
         # One of so many turns.
         spread = log(23)
     row = np.zeros(WIDTH)
-    for i, (name, (unit, factor)) in enumerate(zip(("force", "torque"), units)):
-        row[i] = factor
-        if factor != 1.0:
-            settings.append(f"unit of the {name} read as {unit}")
+    row[:2] = 1.0
+    for name in units:
+        factor, unit = _UNITS[name]
+        settings.append(f"unit of the {name} read as {unit}")
+        row[0 if name == "force" else 1] = factor
     row[2], row[3] = options.axes == "base", options.gravity == "compensated"
     axes = np.eye(3) if options.axes == "base" else rotation_from_rpy(options.sensor_rpy)
     row[4:] = (-axes if options.acts_on == "robot" else axes).ravel()
     cost = ONE_WRONG + MORE_WRONG * (len(settings) - 1) + spread if settings else 0.0
-    return Hypothesis(options, tuple(settings), cost, row, units[0][0])
+    return Hypothesis(options, tuple(settings), cost, row)
 
 
 _WHY = {
@@ -112,19 +99,17 @@ _WHY = {
     "wrench.axes: sensor": ": its numbers are in the axes of the sensor, not of the base",
     "wrench.gravity: compensated": ": the weight seems to be taken off already",
     "wrench.gravity: measured": ": the weight does not seem to be taken off",
+    "unit of the force read as kN": ": the driver has to send N",
+    "unit of the torque read as N mm": ": the driver has to send N m",
 }
 
 
 def said(found: Hypothesis, before: float, after: float) -> str:
-    """Return in a line what is wrong; to how much forces balance before, as sent, and after."""
-    units = found.settings[0].startswith("unit")
-    why, sent = _WHY.get(found.settings[0], ""), "N"
-    if units:
-        wrong = [unit for unit, factor in zip(("N", "N m"), found.row) if factor != 1.0]
-        why, sent = f": the driver has to send {' and '.join(wrong)}", found.unit
+    """Return in a line what is wrong; to how much forces balance before and after [N]."""
+    why = _WHY.get(found.settings[0], "")
     return (
         f"with {' and '.join(found.settings)} the forces balance to {after:.2g} N instead of "
-        f"{before:.2g} {sent}{why}"
+        f"{before:.2g} N{why}"
     )
 
 
