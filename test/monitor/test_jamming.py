@@ -16,9 +16,9 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.wedging import wedging
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
-from peg_on_hole_ros.monitor import jamming
+from peg_on_hole_ros.monitor import down_the_hole, jamming
 from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.trend import follow, new_trend
+from peg_on_hole_ros.monitor.trend import TURN_SHARE, follow, new_trend
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.plan import plan_from_tree
@@ -35,13 +35,19 @@ def risk(
     """Return the risk of a peg that has moved at given rates for a while, by orientations."""
     options = options or MonitorOptions()
     noise = np.diag([1e-4] * 3 + [1e-7] * 3)
-    motion, ratio = new_trend(), scene.peg_diameter / scene.hole_diameter
+    trend = new_trend()
+    # The motion along the hole stands behind it.
+    motion, D = np.concatenate([trend, np.zeros(down_the_hole.SIZE)]), scene.hole_diameter
+    d = scene.peg_diameter
     R, rates = np.eye(3) * 1e-10, np.array(rates, float)
     spread, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
     end = np.array([gamma, 0.0, 0.0])
     for k in range(200):
         q = end - (199 - k) * 2e-3 * rates
-        follow(motion, -1.0 if k == 0 else 2e-3, q, R, ratio, spread, memory)
+        since = -1.0 if k == 0 else 2e-3
+        follow(motion[: len(trend)], since, q, R, d / D, spread, memory)
+        quick = TURN_SHARE * spread
+        down_the_hole.follow_depth(motion, len(trend), d, D, q[0], R[0, 0], since, quick)
     kalman = placed(end, rates, scene, noise, 1e-10, 1e-6)
     record = press(kalman, wrench)
     out = np.zeros(len(Risk._fields))
