@@ -15,7 +15,10 @@ def inserted(kind, clearance=1e-4, press=1e-3):
     told = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 0.065)))
     gamma0, D = scene.gamma0, scene.hole_diameter
     insert = {"kind": "insert", "rates": [0.0, 0.0, 0.0]}
-    at = lambda share: [clearance / (share * D), 0.0, 0.0]  # noqa: E731
+
+    def at(share):
+        return [clearance / (share * D), 0.0, 0.0]
+
     phases = {
         "close": {"kind": "insert", "duration": 0.1, "rates": [-0.2, 0.0, 1.5]},
         "through": {**insert, "duration": 0.2, "angles": at(0.2), "depth": 0.2 * D},
