@@ -39,14 +39,14 @@ def rosbag2_folder(path: Path) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise PegOnHoleError(f"cannot write {path}: there is no folder {path.parent}")
     try:
-        path.mkdir(exist_ok=True)
-        if any(path.iterdir()):
-            raise PegOnHoleError(
-                f"cannot write {path}: the folder has something in it; name another"
-            )
-    except OSError as error:
-        raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
-    try:
+        try:
+            path.mkdir(exist_ok=True)
+            if any(path.iterdir()):
+                raise PegOnHoleError(
+                    f"cannot write {path}: the folder has something in it; name another"
+                )
+        except OSError as error:
+            raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
         yield file
         if file.exists():
             described = yaml.safe_dump(_description(file), sort_keys=False)

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
+from typing import BinaryIO
 
 from mcap.writer import CompressionType
 
@@ -79,19 +80,7 @@ class BagWriter:
         if configuration is not None:
             self._metadata[CONFIGURATION_METADATA] = configuration_metadata(configuration)
             self._metadata |= description_metadata(configuration)
-        try:
-            self._stream = self._part.open("wb")
-        except OSError as error:
-            raise self._cannot_write(error) from None
-        try:
-            self._writer = BulkWriter(
-                self._stream, chunk_size=chunk_bytes, compression=CompressionType.ZSTD
-            )
-            self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
-        except BaseException:
-            # Nobody else can: without a writer there is no block to leave.
-            self._remove()
-            raise
+        self._chunk_bytes = chunk_bytes
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, tuple[int, Encoder]] = {}
         self._latched = frozenset(latched)
@@ -170,7 +159,21 @@ class BagWriter:
         self._metadata[name] = values
 
     def __enter__(self) -> "BagWriter":
-        """Return itself."""
+        """Open the file, and return itself."""
+        self._stream: BinaryIO | None = None
+        try:
+            self._stream = self._part.open("wb")
+            self._writer = BulkWriter(
+                self._stream, chunk_size=self._chunk_bytes, compression=CompressionType.ZSTD
+            )
+            self._writer.start(profile="ros2", library=f"peg_on_hole_ros {__version__}")
+        except BaseException as error:
+            # There is no block to leave yet. A file that could not be opened is not ours.
+            if self._stream or not isinstance(error, OSError):
+                self._remove()
+            if isinstance(error, OSError):
+                raise self._cannot_write(error) from None
+            raise
         return self
 
     def __exit__(
@@ -187,13 +190,13 @@ class BagWriter:
             for name, values in self._metadata.items():
                 self._writer.add_metadata(name, values)
             self._writer.finish()
+            assert self._stream
             self._stream.close()
             self._part.replace(self.path)
-        except OSError as error:
+        except BaseException as error:
             self._remove()
-            raise self._cannot_write(error) from None
-        except BaseException:
-            self._remove()
+            if isinstance(error, OSError):
+                raise self._cannot_write(error) from None
             raise
 
     def _cannot_write(self, error):
@@ -202,7 +205,8 @@ class BagWriter:
     def _remove(self):
         # Closing writes what is left to write, which a full disk refuses once more.
         with suppress(OSError):
-            self._stream.close()
+            if self._stream:
+                self._stream.close()
         with suppress(OSError):
             self._part.unlink()
 

@@ -87,8 +87,12 @@ def _try(path):
     if path.exists():
         path.open("ab").close()
     else:
-        path.open("xb").close()
-        path.unlink()
+        try:
+            path.open("xb").close()
+        finally:
+            # A signal may come between the two.
+            with suppress(OSError):
+                path.unlink()
 
 
 def write_text(path: str | Path, text: str) -> None:

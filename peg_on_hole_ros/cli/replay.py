@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from contextlib import ExitStack
+from contextlib import nullcontext
 from os.path import lexists
 from pathlib import Path
 from typing import Any
@@ -127,14 +127,15 @@ def replay(
     sinks: list[Any] = [
         sink for sink in (summary, score, tracks, inputs, cycles) if sink is not None
     ]
-    with ExitStack() as stack:
-        writer = None
-        if out:
-            latched = [PREFIX + suffix for suffix in LATCHED]
-            opened = BagWriter(out, configuration, latched=latched)
-            writer = _Writer(stack.enter_context(opened))
+    latched = [PREFIX + suffix for suffix in LATCHED]
+    # No stack of contexts: a signal that comes while it is built would leave a half file.
+    with (
+        BagWriter(out, configuration, latched=latched) if out else nullcontext() as opened,
+        Progress("replaying") as progress,
+    ):
+        writer = _Writer(opened) if opened else None
+        if writer:
             sinks.append(writer)
-        progress = stack.enter_context(Progress("replaying"))
         replayed = replay_bag(
             bag,
             configuration,

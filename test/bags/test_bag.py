@@ -310,14 +310,15 @@ def test_interruption_while_a_file_is_begun_leaves_none(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("peg_on_hole_ros.bags.writer.BulkWriter.start", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        BagWriter(tmp_path / "out.mcap")
+    with pytest.raises(KeyboardInterrupt), BagWriter(tmp_path / "out.mcap"):
+        pass
     assert list(tmp_path.iterdir()) == []
 
 
 def test_place_that_cannot_be_written(tmp_path):
-    with pytest.raises(PegOnHoleError, match="cannot write .*out.mcap: No such file"):
-        BagWriter(tmp_path / "none" / "out.mcap")
+    message = "cannot write .*out.mcap: No such file"
+    with pytest.raises(PegOnHoleError, match=message), BagWriter(tmp_path / "none" / "out.mcap"):
+        pass
 
 
 def folder(tmp_path, description=None, files=("b_0.mcap", "b_1.mcap")):

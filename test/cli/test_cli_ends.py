@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -181,6 +182,26 @@ def test_sigterm_leaves_no_half_written_file(tmp_path):
     assert process.returncode == 130
     assert "Traceback" not in text
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("which", [1, 2])
+def test_a_signal_just_after_a_file_is_made_leaves_none(replayed, tmp_path, monkeypatch, which):
+    # A replay makes its output twice: to see whether it can, and to write it.
+    opened, times = Path.open, []
+
+    def interrupted(path, *arguments, **options):
+        stream = opened(path, *arguments, **options)
+        if path.name == "out.mcap.part":
+            times.append(path)
+            if len(times) == which:
+                raise KeyboardInterrupt
+        return stream
+
+    bag = write_bag(tmp_path / "a.mcap", count=40)
+    monkeypatch.setattr(Path, "open", interrupted)
+    assert main(["replay", str(bag), "--out", str(tmp_path / "out.mcap")]) == 130
+    assert len(times) == which
+    assert list(tmp_path.iterdir()) == [bag]
 
 
 def test_the_handling_of_sigterm_is_lent(capsys):
