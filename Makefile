@@ -4,6 +4,8 @@
 COMMA := ,
 VENV := .venv
 BIN := $(VENV)/bin
+# Most of what is installed is never loaded: to compile it all takes longer than to fetch it.
+PIP := python -m pip install -qq --disable-pip-version-check --no-compile
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
 OTHER := .venv-other
@@ -30,15 +32,15 @@ nightly: $(STAMP)  ## what takes too long for every push, with a table; NIGHTLY=
 	$(BIN)/python tools/nightly.py $(NIGHTLY)
 
 audit: $(STAMP)  ## known vulnerabilities of all that requirements.lock names; asks PyPI
-	$(BIN)/python -m pip install -qq --disable-pip-version-check pip-audit
+	$(BIN)/$(PIP) pip-audit
 	$(BIN)/pip-audit --require-hashes --disable-pip -r requirements.lock
 
 test-oldest: $(STAMP)  ## the tests with the oldest dependencies that setup.py allows, on ROS 2 Jazzy
 	rm -rf $(OLDEST)
 	$(BIN)/python tools/oldest.py > $(VENV)/oldest.txt
 	$(BIN)/python -m venv $(OLDEST)
-	$(OLDEST)/bin/python -m pip install -qq --disable-pip-version-check -r $(VENV)/oldest.txt
-	$(OLDEST)/bin/python -m pip install -qq --disable-pip-version-check --no-deps --editable .
+	$(OLDEST)/bin/$(PIP) -r $(VENV)/oldest.txt
+	$(OLDEST)/bin/$(PIP) --no-deps --editable .
 	$(OLDEST)/bin/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
 compiled-%: $(STAMP)
@@ -89,15 +91,15 @@ $(STAMP): setup.py
 	rm -rf $(VENV); \
 	$$found -m venv $(VENV); \
 	if [ -n "$(LOCKED)" ]; then \
-	    $(BIN)/python -m pip install -qq --disable-pip-version-check --require-hashes -r requirements.lock; \
-	    $(BIN)/python -m pip install -qq --disable-pip-version-check --no-deps --no-build-isolation --editable .; \
+	    $(BIN)/$(PIP) --require-hashes -r requirements.lock; \
+	    $(BIN)/$(PIP) --no-deps --no-build-isolation --editable .; \
 	else \
-	    $(BIN)/python -m pip install -qq --disable-pip-version-check --editable ".[$(EXTRAS)]"; \
+	    $(BIN)/$(PIP) --editable ".[$(EXTRAS)]"; \
 	fi; \
 	touch $@
 
 lock: $(STAMP)  ## the versions and hashes that LOCKED=1 installs, anew
-	$(BIN)/python -m pip install -qq --disable-pip-version-check uv
+	$(BIN)/$(PIP) uv
 	$(BIN)/uv pip compile -q setup.py $(foreach extra,$(subst $(COMMA), ,$(EXTRAS)),--extra $(extra)) \
 	    --generate-hashes --no-header --no-annotate --python-version 3.11 --universal --upgrade \
 	    -o requirements.lock

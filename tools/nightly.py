@@ -15,28 +15,31 @@ import time
 from pathlib import Path
 
 WORKERS = os.environ.get("WORKERS", "2")
-PYTEST = ("-m", "pytest", "-n", WORKERS)
-COMMAND = ("-m", "peg_on_hole_ros.cli.main")
+PYTHON = (sys.executable, "-m")
+PYTEST = (*PYTHON, "pytest", "-n", WORKERS)
+COMMAND = (*PYTHON, "peg_on_hole_ros.cli.main")
 
 
 def parts(seconds: float | None, out: Path) -> dict[str, list[str]]:
-    """Return the arguments of Python of each part."""
+    """Return the command of each part."""
     hour = seconds or 3600
     killed = min(seconds or 600, 600)
+    workers = ("--workers", WORKERS)
     fuzz = ("test/config/test_config_fuzz.py", "test/engine/test_arrivals.py")
     return {
         "tests": [*PYTEST, "-m", "nightly"],
+        "python": ["tools/other_python.sh"],
         "fuzz": [*PYTEST, "--timeout", "7200", *fuzz],
-        "faults": ["-m", "benchmarks.faults.run", "--workers", WORKERS, "--out", f"{out}/faults"],
-        "live": ["-m", "benchmarks.faults.live"],
+        "faults": [*PYTHON, "benchmarks.faults.run", *workers, "--out", f"{out}/faults"],
+        "live": [*PYTHON, "benchmarks.faults.live"],
         "chart": [*COMMAND, "chart", "--quick", "--out", f"{out}/chart"],
         "stability": [*COMMAND, "stability", "--quick", "--out", f"{out}/stability"],
-        "grid": ["-m", "benchmarks.grid.run", "--quick", "--folder", f"{out}/grid"],
-        "scenes": ["-m", "benchmarks.scenes.run", "--quick", "--out", f"{out}/scenes"],
-        "hour": ["-m", "benchmarks.cost.hour", "--seconds", str(hour)],
-        "killed": ["-m", "benchmarks.faults.killed", "--seconds", str(killed)],
-        "steps": ["-m", "benchmarks.cost.long_run"],
-        "mutations": ["-m", "benchmarks.mutations", "--out", f"{out}/mutations"],
+        "grid": [*PYTHON, "benchmarks.grid.run", "--quick", "--folder", f"{out}/grid"],
+        "scenes": [*PYTHON, "benchmarks.scenes.run", "--quick", "--out", f"{out}/scenes"],
+        "hour": [*PYTHON, "benchmarks.cost.hour", "--seconds", str(hour)],
+        "killed": [*PYTHON, "benchmarks.faults.killed", "--seconds", str(killed)],
+        "steps": [*PYTHON, "benchmarks.cost.long_run"],
+        "mutations": [*PYTHON, "benchmarks.mutations", "--out", f"{out}/mutations"],
     }
 
 
@@ -55,7 +58,7 @@ def main(arguments=None) -> int:
         profile = {"HYPOTHESIS_PROFILE": "nightly"} if name == "fuzz" else {}
         with log.open("w", encoding="utf-8") as file:
             code = subprocess.call(
-                [sys.executable, *parts(options.seconds, options.out)[name]],
+                parts(options.seconds, options.out)[name],
                 stdout=file, stderr=subprocess.STDOUT, env={**os.environ, **profile},
             )  # fmt: skip
         lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()

@@ -16,8 +16,8 @@ SPEC.loader.exec_module(nightly)
 
 def test_what_fell_is_in_the_table_and_the_exit_code(tmp_path, monkeypatch, capsys):
     parts = {
-        "tests": ["-c", "print('all | well')"],
-        "hour": ["-c", "import sys; print('it grew'); sys.exit(3)"],
+        "tests": ["echo", "all | well"],
+        "hour": ["sh", "-c", "echo it grew; exit 3"],
     }
     monkeypatch.setattr(nightly, "parts", lambda seconds, out: parts)
     assert nightly.main(["--out", str(tmp_path)]) == 1
