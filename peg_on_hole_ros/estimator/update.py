@@ -8,7 +8,7 @@ from peg_on_hole_ros.estimator.state import DELAY, FRICTION, RATE, TILT
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 _LEAST_PIVOT = 1e-300
-# A variance that an update leaves below this share of what it was is rounding.
+# A variance that a subtraction leaves below this share of what it was is rounding.
 _ROUNDING = 1e-15
 _ANY = 1e300
 
@@ -17,11 +17,12 @@ _ANY = 1e300
 def lower_root(S: np.ndarray, k: int) -> None:
     """Turn a covariance (k, k), of which the lower half is read, into its lower root."""
     for a in range(k):
+        least = max(_ROUNDING * S[a, a], _LEAST_PIVOT)
         for c in range(a + 1):
             t = S[a, c]
             for q in range(c):
                 t -= S[a, q] * S[c, q]
-            S[a, c] = sqrt(max(t, _LEAST_PIVOT)) if a == c else t / S[c, c]
+            S[a, c] = sqrt(max(t, least)) if a == c else t / S[c, c]
 
 
 @compiled
