@@ -5,6 +5,8 @@ COMMA := ,
 VENV := .venv
 BIN := $(VENV)/bin
 # Most of what is installed is never loaded: to compile it all takes longer than to fetch it.
+# What is loaded is compiled then, and kept for the next process.
+unexport PYTHONDONTWRITEBYTECODE
 PIP := python -m pip install -qq --disable-pip-version-check --no-compile
 STAMP := $(VENV)/.installed
 OLDEST := .venv-oldest
