@@ -39,14 +39,7 @@ def rosbag2_folder(path: Path) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise PegOnHoleError(f"cannot write {path}: there is no folder {path.parent}")
     try:
-        try:
-            path.mkdir(exist_ok=True)
-            if any(path.iterdir()):
-                raise PegOnHoleError(
-                    f"cannot write {path}: the folder has something in it; name another"
-                )
-        except OSError as error:
-            raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
+        _make(path)
         yield file
         if file.exists():
             described = yaml.safe_dump(_description(file), sort_keys=False)
@@ -54,6 +47,17 @@ def rosbag2_folder(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             path.rmdir()
+
+
+def _make(path):
+    try:
+        path.mkdir(exist_ok=True)
+        if any(path.iterdir()):
+            raise PegOnHoleError(
+                f"cannot write {path}: the folder has something in it; name another"
+            )
+    except OSError as error:
+        raise PegOnHoleError(f"cannot write {path}: {error.strerror}") from None
 
 
 def _description(file: Path) -> dict[str, Any]:

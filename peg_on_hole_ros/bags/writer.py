@@ -171,9 +171,7 @@ class BagWriter:
             # There is no block to leave yet. A file that could not be opened is not ours.
             if self._stream or not isinstance(error, OSError):
                 self._remove()
-            if isinstance(error, OSError):
-                raise self._cannot_write(error) from None
-            raise
+            raise self._cannot_write(error) from None
         return self
 
     def __exit__(
@@ -195,11 +193,12 @@ class BagWriter:
             self._part.replace(self.path)
         except BaseException as error:
             self._remove()
-            if isinstance(error, OSError):
-                raise self._cannot_write(error) from None
-            raise
+            raise self._cannot_write(error) from None
 
     def _cannot_write(self, error):
+        """Return what is raised: of the system's errors a line, any other as it is."""
+        if not isinstance(error, OSError):
+            return error
         return PegOnHoleError(f"cannot write {self.path}: {error.strerror}")
 
     def _remove(self):

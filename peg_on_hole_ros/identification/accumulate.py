@@ -1,6 +1,6 @@
 """The estimator's run over a recording, compiled: what each measurement's likelihood was."""
 
-from math import exp, log, sqrt
+from math import exp, log
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimator import step
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.state import OPEN
+from peg_on_hole_ros.estimator.update import lower_root
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
@@ -175,13 +176,10 @@ def _volume(scratch, n):
     reaction changes (restricted likelihood; Patterson and Thompson, Biometrika 58, 1971).
     """
     root, E, G = scratch.root, scratch.E, scratch.gain
-    R, size = scratch.R, 0.0
+    size = 0.0
+    root[:, :] = scratch.R
+    lower_root(root, 6)
     for i in range(6):
-        for j in range(i + 1):
-            t = R[i, j]
-            for q in range(j):
-                t -= root[i, q] * root[j, q]
-            root[i, j] = sqrt(max(t, 1e-300)) if i == j else t / root[j, j]
         size += log(root[i, i])
         for k in range(3):
             t = E[i, n + k]
