@@ -1,13 +1,14 @@
 """`peg-on-hole node`: the ROS 2 node."""
 
 import argparse
+from typing import NoReturn
 
 from peg_on_hole_ros.cli.settings import check_path
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> NoReturn:
     """Run the node until it is stopped; `--config` becomes what ROS 2 has for it."""
     file = []
     check_path(arguments.config)
@@ -25,4 +26,4 @@ def run(arguments: argparse.Namespace) -> int:
             f"the node needs ROS 2 ({error.name} is missing): source its setup.bash, or install "
             "its wheels from a checkout of this package: pip install '.[ros]'"
         ) from None
-    return node.main([*file, *arguments.others, *arguments.ros]) or 0
+    node.main([*file, *arguments.others, *arguments.ros])

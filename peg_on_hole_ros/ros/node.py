@@ -8,6 +8,7 @@ from functools import partial
 from importlib import import_module
 from itertools import islice
 from traceback import format_exception
+from typing import NoReturn
 
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -366,9 +367,9 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             self.get_logger().warning(printable(line))
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None) -> NoReturn:
     """
-    Run the node until it is stopped; return 0, or 2 where it cannot start.
+    Run the node until it is stopped, and end the process: by 0, or 2 where it cannot start.
 
     Parameters
     ----------
@@ -376,7 +377,7 @@ def main(arguments: list[str] | None = None) -> int:
         All of them for ROS; without, those of the process.
 
     """
-    return exit_code(lambda: _run(sys.argv[1:] if arguments is None else arguments))
+    process.leave(exit_code(lambda: _run(sys.argv[1:] if arguments is None else arguments)))
 
 
 def _run(arguments):
@@ -394,10 +395,11 @@ def _run(arguments):
         try:
             if node is not None:
                 node.close()
+                node.destroy_node()
         finally:
             rclpy.try_shutdown()
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
