@@ -111,10 +111,12 @@ class FreeAir:
         shown = ", ".join(f"{sign * x:.2g}" for x in mean[:3])
         turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
         gravity_S = self._reduction.in_sensor(q, self._gravity_H)
-        along = float(mean[:3] @ gravity_S) / float(gravity_S @ gravity_S)
-        if off[0] and abs(along) * np.linalg.norm(gravity_S) > _ALONG * force:
+        pull, gravity = -float(mean[:3] @ gravity_S), float(np.linalg.norm(gravity_S))
+        # Without gravity nothing weighs.
+        if off[0] and abs(pull) > _ALONG * force * gravity and gravity:
             text = (
-                f"wrench.payload_mass: a free peg weighs {-along:.2g} kg more than is stated, or "
+                f"wrench.payload_mass: a free peg weighs {pull / gravity**2:.2g} kg more than is "
+                "stated, or "
                 f"the zero is off by [{shown}] N: tare it, or calibrate --payload"
             )
         elif off[0]:
@@ -147,9 +149,11 @@ class FreeAir:
         other, force = _spread(self._read[:, part]) / noise, self._in_hole(part)
         same, mean = _spread(force) / noise, force.sum(axis=0) / _KEPT
         gravity = float(np.linalg.norm(self._gravity_H))
-        pull = -float(mean @ self._gravity_H) / gravity
         surely = same < 3.0 * _SAME and 0.5 * _KEPT * (other - same) > _LIKELIER
-        if not surely or not pull > max(least, _ALONG * hypot(*mean)):
+        if not surely or not gravity:
+            return False
+        pull = -float(mean @ self._gravity_H) / gravity
+        if not pull > max(least, _ALONG * hypot(*mean)):
             return False
         self.finding = Finding(
             f"wrench.payload_mass: a peg that turns in the air weighs {pull / gravity:.2g} kg "

@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
-from recorded_faults import BAGS, Filtered, samples, spoilt
+from recorded_faults import BAGS, Filtered, samples, spoilt, without_weight
 
 CYCLE = BAGS[2]
 
@@ -59,6 +59,19 @@ def test_a_force_that_a_contact_could_have_is_no_payload():
         return force + down, torque + np.cross([0.0, 0.0, -0.03], down)
 
     assert not [cause for cause in played(change).causes if "payload_mass" in cause]
+
+
+def test_without_gravity_nothing_weighs_and_a_zero_is_named():
+    """Where a controller takes all weight off, a cell may state no gravity."""
+    stated = {"scene.gravity": [0.0, 0.0, 0.0]}
+    assert played(without_weight, end=11.7, **stated).causes == []
+
+    def change(force, torque, q):
+        force, torque = without_weight(force, torque, q)
+        return np.add(force, [1.5, 0.0, 0.0]), torque
+
+    line = played(change, **stated)
+    assert line.causes[0].startswith("wrench: wrench.bias_force: a free peg reads [")
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
