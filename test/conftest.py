@@ -15,7 +15,12 @@ from hypothesis import settings
 from peg_on_hole_ros.ros.local_dds import environment, free_domain
 
 os.environ.update(environment(free_domain()))
-os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="peg_on_hole_log_"))
+# What the processes of a run share, gone with the first of them.
+RUN = "PEG_ON_HOLE_TEST_RUN"
+if RUN not in os.environ:
+    shared = tempfile.TemporaryDirectory(prefix="peg_on_hole_run_", ignore_cleanup_errors=True)
+    os.environ[RUN] = shared.name
+os.environ.setdefault("ROS_LOG_DIR", os.environ[RUN])
 
 # How many examples: `HYPOTHESIS_PROFILE=nightly` for a run that may take its time.
 settings.register_profile("push", max_examples=100, deadline=None)

@@ -114,6 +114,7 @@ def tiny(monkeypatch):
     monkeypatch.setattr(study, "METHODS", {"default": make_filter, "surer": surer})
 
 
+@pytest.mark.nightly
 def test_stability_goes_on_and_gives_the_same(tmp_path, tiny, monkeypatch, capsys):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     assert main(["stability", "--quick", "--out", str(whole)]) == 0

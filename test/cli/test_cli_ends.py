@@ -103,7 +103,7 @@ def unread(*arguments, errors_too=False):
     return done.returncode, done.stderr
 
 
-@pytest.mark.parametrize("buffered", ["", "1"])
+@pytest.mark.parametrize("buffered", ["", pytest.param("1", marks=pytest.mark.nightly)])
 def test_a_reader_that_goes_changes_no_exit_code(tmp_path, monkeypatch, buffered):
     monkeypatch.setenv("PYTHONUNBUFFERED", buffered)
     whole = write_bag(tmp_path / "whole.mcap", count=400, chunk_bytes=4000)

@@ -136,6 +136,7 @@ def parts_of(bag, folder):
     return Bag(folder).topics["/wrench"].count - 1
 
 
+@pytest.mark.nightly
 def test_demo_plays_what_a_killed_recorder_leaves_as_far_as_replay_does(bag, tmp_path, capsys):
     folder, out = tmp_path / "rb", tmp_path / "out"
     readable = parts_of(bag, folder)
@@ -167,6 +168,7 @@ def test_the_player_keeps_the_pace_of_a_bag_and_its_bytes(bag):
     assert played[-1][0] == pytest.approx(1.0)
 
 
+@pytest.mark.nightly
 def test_truth_of_no_use_does_not_keep_the_demo_from_its_end(tmp_path):
     path = tmp_path / "a.mcap"
     with BagWriter(path, Configuration()) as writer:

@@ -15,7 +15,7 @@ from simulated import ROOT
 pytest.importorskip("pinocchio")
 
 CELLS = ("ur_like", "franka_like", "iiwa_like")
-DRAWN = pytest.mark.parametrize("count", [4, pytest.param(10, marks=pytest.mark.nightly)])
+DRAWN = pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.nightly)])
 
 
 @cache

@@ -52,7 +52,7 @@ def test_the_balance_is_that_of_the_differential_equations(share, rates):
     np.testing.assert_allclose(found[rows], expected[rows], atol=1e-6)
 
 
-@pytest.mark.parametrize("opened", [(), tuple(STATED)])
+@pytest.mark.parametrize("opened", [(), pytest.param(tuple(STATED), marks=pytest.mark.nightly)])
 def test_it_answers_to_filterpy_through_the_transition(opened):
     recorded = inserted("goes_on")
     scene = recorded.plan.configuration.scene

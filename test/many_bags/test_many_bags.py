@@ -192,6 +192,7 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path, jobs):
     assert tables(out) == tables(whole)
 
 
+@pytest.mark.nightly
 def test_what_was_done_when_all_was_killed_is_kept_and_no_worker_goes_on(tmp_path):
     out = tmp_path / "out"
     process = started(out, SHORT, 1)

@@ -198,6 +198,7 @@ def test_what_is_wound_up_and_turned_together_is_what_was_commanded():
     assert behind == pytest.approx(lag[-1] - lag[0], abs=0.04 * np.ptp(lag))
 
 
+@pytest.mark.nightly
 def test_a_turn_too_slow_chatters_where_one_not_much_faster_does_not():
     """The determinant stays far above 0 in both: it is the motion's steadiness that is lost."""
     limits, known = (1e5,) * 3, KNOWN

@@ -194,6 +194,7 @@ def test_frames_come_some_twenty_times_a_second(live, address):
     assert all(set(frame) >= {"status"} for frame in got)
 
 
+@pytest.mark.nightly
 def test_it_comes_back_by_itself(shown, live):
     with page_served() as address:
         port = int(address.split(":")[-1].strip("/"))

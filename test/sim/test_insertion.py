@@ -71,6 +71,7 @@ def commanded(begin, t):
     return C, R, (after - before) / 2e-6, np.array([W[2, 1], W[0, 2], W[1, 0]])
 
 
+@pytest.mark.nightly
 def test_agrees_with_rigid_contacts_by_a_time_stepping_scheme():
     """Contacts a hundred times as stiff as steel, against impulses that keep gaps open."""
     truth = sliding(contact_stiffness=1e10)
