@@ -212,10 +212,10 @@ class ReferenceEstimator:
         if several and self.levels > 1 and o.top_waits:
             self.weight[:, -1] = 1e-9 * own
         self.weight /= self.weight.sum()
-        variances = np.repeat(np.square([rate_stddev, o.acceleration_start]), 3)
+        at_rest = np.minimum(o.level, 1.0 / o.settling)
         for f, levels in zip(values, self.frictions):
-            for component in levels:
-                n = self.cell.n
+            for component, acceleration in zip(levels, at_rest):
+                n, variances = self.cell.n, np.repeat(np.square([rate_stddev, acceleration]), 3)
                 component.x = np.concatenate([q, np.zeros(6), [f], open_mean, np.zeros(3)])
                 component.P = np.zeros((n + 3, n + 3))
                 component.P[_ANGLES, _ANGLES] = R
@@ -382,7 +382,7 @@ class ReferenceEstimator:
         for _, levels in self._living():
             for component in levels:
                 component.x[n:] = 0.0
-                component.forget(o.reaction_prior * self.load, o.acceleration_start)
+                component.forget(o.reaction_prior * self.load, min(o.level[0], 1.0 / o.settling))
 
     def _hang(self, u, dt):
         """Let a peg that hangs free tell the bias, as it was before the last stretch of time."""

@@ -103,7 +103,7 @@ def doubt_tilt(h: HeldRecord) -> None:
     for i in range(at, at + 2):
         begun = h.open_stddev[i - OPEN]
         moved, taken = s.mean[i] - h.open_mean[i - OPEN], max(begun * begun - C[i, i], 0.0)
-        more = max(h.doubt[i - at], moved * moved - h.constants.tilt_sure**2 * taken)
+        more = max(h.doubt[i - at], moved * moved - h.constants.sure**2 * taken)
         if not (more > 0.0 and C[i, i] > 0.0):
             continue
         h.doubt[i - at] = more

@@ -11,13 +11,6 @@ from peg_on_hole_ros.estimator.update import update
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
-# The hole's own place is off by the same for a whole run: a measured depth counts once in this
-# time, longer than a peg slides in [s].
-_SAME = 5.0
-# Two points are surely there by so many deviations of tilt and reactions; a depth further off than
-# those is no depth of two points.
-_SURE, _MOST = 3.0, 4.0
-
 
 @compiled
 def depth_at(d: float, D: float, gamma: float) -> tuple[float, float, float]:
@@ -65,19 +58,19 @@ def sink(
         After the depth before [s].
 
     """
-    if at[CLEARANCE] < 0 or s.contacts[0] != 2.0 or not 0.0 < since < _SAME:
+    if at[CLEARANCE] < 0 or s.contacts[0] != 2.0 or not 0.0 < since < o.place_time:
         return False
     C = s.covariance
     two = s.mean[n + 1] + s.mean[n + 2]
     spread = C[n + 1, n + 1] + C[n + 2, n + 2] + 2.0 * C[n + 1, n + 2]
     if not (
-        s.mean[0] > _SURE * sqrt(max(C[0, 0], 0.0))
-        and s.mean[n] > _SURE * sqrt(max(C[n, n], 0.0))
-        and two > _SURE * sqrt(max(spread, 0.0))
+        s.mean[0] > o.sure * sqrt(max(C[0, 0], 0.0))
+        and s.mean[n] > o.sure * sqrt(max(C[n, n], 0.0))
+        and two > o.sure * sqrt(max(spread, 0.0))
     ):
         return False
     E, residual = scratch.E, scratch.residual
-    scratch.R[0, 0] = variance * _SAME / since
+    scratch.R[0, 0] = variance * o.place_time / since
     for j in range(s.components):
         scratch.log_likelihood[j] = 0.0
         x = s.x[j]
@@ -93,7 +86,7 @@ def sink(
         off = by_tilt * by_tilt * s.P[j, 0, 0] + variance
         by_clearance = E[0, at[CLEARANCE]]
         off += by_clearance * by_clearance * s.P[j, at[CLEARANCE], at[CLEARANCE]]
-        if residual[0] * residual[0] > _MOST * _MOST * off:
+        if residual[0] * residual[0] > o.outlier * off:
             continue
         update(
             s.P[j], n, learnt, 0.0, residual, E, scratch.R, 1, scratch.root, scratch.gain,

@@ -39,9 +39,8 @@ class Settings(NamedTuple):
         What a reaction may be, over the load, before the wrench is looked at.
     settling : float
         After a start only orientations are used for so long [s]: rates of any size leave the
-        direction of friction open.
-    acceleration_start : float
-        Deviation of accelerations at the start [rad/s^2].
+        direction of friction open. No acceleration is taken to change a rate by more than
+        1 rad/s within it.
     passes : int
         How often the equations are straightened anew with the first wrench, far from which the
         state may be.
@@ -52,11 +51,16 @@ class Settings(NamedTuple):
     touch_time : float
         Nothing may have touched the peg for so long after a wrench that tells of the zero [s]: a
         soft touch is seen that late.
-    tilt_sure : float
-        A tilt may move by so many deviations of what was learnt; see `held`.
+    sure : float
+        What is off by so many deviations is surely no chance: a tilt that moves by more of what
+        was learnt, see `held`; tilt and reactions of a peg that two points surely carry.
+    place_time : float
+        A measured depth counts once in this time, longer than a peg slides in: the hole's own
+        place is off by the same for a whole run [s].
     outlier : float
         So many times the variance that is expected: a wrench beyond it is a spike and counts
-        little, two in a row are none; what tells of more noise counts as so much at most.
+        little, two in a row are none; what tells of more noise counts as so much at most; a
+        depth beyond it is none of two points.
     noise_count, noise_most : float
         The variance of orientations, and of the wrench, is followed over so many, and is so many
         times the stated one at most, for more is another unit.
@@ -83,12 +87,12 @@ class Settings(NamedTuple):
     direction_time: float = 0.01
     reaction_prior: float = 3.0
     settling: float = 0.020
-    acceleration_start: float = 20.0
     passes: int = 4
     free_walk: float = 0.283
     zero_time: float = 120.0
     touch_time: float = 0.05
-    tilt_sure: float = 3.0
+    sure: float = 3.0
+    place_time: float = 5.0
     outlier: float = 10.0
     noise_count: float = 100.0
     noise_most: float = 400.0
