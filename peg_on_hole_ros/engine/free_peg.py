@@ -5,10 +5,10 @@ from math import cos, sqrt
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.monitor.memory import MODES
 from peg_on_hole_ros.records import Outputs
 
-TOUCHING = ("three_point", "two_point")
-FREE, UNKNOWN = "open", "unknown"
+*TOUCHING, FREE, UNKNOWN = MODES
 # Standard deviations by which a peg has to turn faster than at rest to count as turning.
 SURE = 4.0
 # A peg that is free and still for so long is tared, where that is asked for [ns].
