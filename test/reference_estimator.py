@@ -212,10 +212,10 @@ class ReferenceEstimator:
         if several and self.levels > 1 and o.top_waits:
             self.weight[:, -1] = 1e-9 * own
         self.weight /= self.weight.sum()
-        at_rest = np.minimum(o.level, 1.0 / o.settling)
+        variances = np.repeat(np.square([rate_stddev, self._untold()]), 3)
         for f, levels in zip(values, self.frictions):
-            for component, acceleration in zip(levels, at_rest):
-                n, variances = self.cell.n, np.repeat(np.square([rate_stddev, acceleration]), 3)
+            for component in levels:
+                n = self.cell.n
                 component.x = np.concatenate([q, np.zeros(6), [f], open_mean, np.zeros(3)])
                 component.P = np.zeros((n + 3, n + 3))
                 component.P[_ANGLES, _ANGLES] = R
@@ -226,6 +226,11 @@ class ReferenceEstimator:
         self.spiked, self.start_rates2, self.innovation = 0, rate_stddev**2, None
         self.since_start = self.since_wrench = 0.0
         self.air: list[list] = [[]]
+
+    def _untold(self):
+        """Return the deviation of accelerations that no wrench has told of."""
+        o = self.cell.settings
+        return min(o.level[max(self.levels - 2, 0)], 1.0 / o.settling)
 
     def _share_offsets(self, component, q, R):
         """Let the angles be as uncertain as tilt and delay leave them."""
@@ -382,7 +387,7 @@ class ReferenceEstimator:
         for _, levels in self._living():
             for component in levels:
                 component.x[n:] = 0.0
-                component.forget(o.reaction_prior * self.load, min(o.level[0], 1.0 / o.settling))
+                component.forget(o.reaction_prior * self.load, self._untold())
 
     def _hang(self, u, dt):
         """Let a peg that hangs free tell the bias, as it was before the last stretch of time."""

@@ -19,7 +19,6 @@ WHY = {
     "pounds": "a force that is too small by a factor fits another friction for as long",
     "weight": "under a load a friction that is off explains as much as a missing weight",
     "along": "a friction that is off explains a force along the peg, and is unlearnt slowly",
-    "range": "a component that stays at the end of its range is not looked for",
     "gears": "gears bend by more than the stated noise, here more than there",
     "end": "the recording ends within it: nothing comes after it that could count it",
     "back": "the mode is declared again a few milliseconds late",

@@ -228,7 +228,7 @@ class Placing:
 
     def diagnose(self, sample: WrenchSample) -> bool:
         """Hold a wrench against the settings; return whether others are used from here on."""
-        if self.measured is None:
+        if self.measured is None or self.processor.is_saturated:
             return False
         in_air = None if self.told is None else bool(self.told[1][MODE] == IN_AIR)
         still = self.processor.wrench_stands_still

@@ -21,7 +21,7 @@ from peg_on_hole_ros.engine.state import (
 )
 from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.measurements import wrench_noise
+from peg_on_hole_ros.measurements import saturation, wrench_noise
 from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.monitor import judgement
@@ -206,7 +206,13 @@ class Processor:
         """What is wrong with the values that come, a line each."""
         e = self.engine
         noise = wrench_noise.causes(e["wrench_noise"], e["variance"])
-        return [*causes(e["fresh"]), *noise, *filter(None, [self.noisier])]
+        ends = saturation.causes(e["saturation"])
+        return [*causes(e["fresh"]), *ends, *noise, *filter(None, [self.noisier])]
+
+    @property
+    def is_saturated(self) -> bool:
+        """Whether a component of the last wrench was at the end of its range."""
+        return bool(saturation.is_saturated(self.engine["saturation"]))
 
     @property
     def wrench_stands_still(self) -> bool:

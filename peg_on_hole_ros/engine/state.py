@@ -9,6 +9,7 @@ from peg_on_hole_ros.estimator.held import GATES, HELD
 from peg_on_hole_ros.measurements.freshness import FRESHNESS
 from peg_on_hole_ros.measurements.innovations import INNOVATIONS
 from peg_on_hole_ros.measurements.measurement import REDUCTION
+from peg_on_hole_ros.measurements.saturation import WIDTH as SATURATION
 from peg_on_hole_ros.measurements.wrench_noise import WIDTH as WRENCH_NOISE
 from peg_on_hole_ros.monitor.judgement import MEMORY
 from peg_on_hole_ros.monitor.memory import THRESHOLDS
@@ -38,6 +39,7 @@ COUNTS = (
     "wrench_used",
     "wrench_spike",
     "wrench_noisy",
+    "wrench_saturated",
     "wrench_dropped_without_orientation",
 )
 # Their places.
@@ -82,6 +84,7 @@ ENGINE = np.dtype(
         ("counts", np.int64, (len(COUNTS),)),
         ("fresh", FRESHNESS),
         ("wrench_noise", float, (WRENCH_NOISE,)),
+        ("saturation", float, (SATURATION,)),
         ("held", HELD),  # the estimate
     ]
 )

@@ -14,6 +14,7 @@ from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_w
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
 from peg_on_hole_ros.measurements.repeats import held as messages_of
+from peg_on_hole_ros.measurements.saturation import is_saturated, notice_ends
 from peg_on_hole_ros.measurements.wrench_noise import (
     NOISY,
     factor,
@@ -246,6 +247,8 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
     if is_new_wrench(e.fresh, t_ns, wrench):
         in_air = e.memory.declared[0].mode == IN_AIR
         follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.held.constants)
+        notice_ends(e.saturation, wrench, e.variance)
+    e.counts[COUNT.wrench_saturated] += is_saturated(e.saturation)
     noisier = factor(e.wrench_noise)
     e.counts[COUNT.wrench_noisy] += noisier > 1.0
     times = noisier * messages_of(e.fresh.wrench)
@@ -261,9 +264,9 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
 
 @compiled
 def _tells_nothing(e):
-    """Return whether the wrench stands still, or is no wrench of this sensor."""
+    """Return whether the wrench stands still, is cut off, or is none of this sensor."""
     still = e.fresh.turning[WRENCH_STILL] == 1.0
-    return still or is_off(e.wrench_noise)
+    return still or is_saturated(e.saturation) or is_off(e.wrench_noise)
 
 
 @compiled

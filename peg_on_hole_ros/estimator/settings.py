@@ -16,6 +16,7 @@ class Settings(NamedTuple):
     level, time : ndarray, shape (levels,)
         Stationary deviation of a held peg's accelerations [rad/s^2], and the time in which they
         fade [s]. A robot at rest or in steady motion, one that turns round, a peg that jumps.
+        The last but one is that of a start.
         An infinite time: accelerations are held until the next wrench, which finds them anew
         within the level; with a wide level the wrench drives the motion.
     up : ndarray, shape (levels,)

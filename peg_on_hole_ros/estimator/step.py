@@ -39,9 +39,9 @@ _EQUATIONS = 6.0
 
 
 @compiled
-def _at_rest(o, level):
+def _untold(o):
     """Return the deviation of accelerations that no wrench has told of [rad/s^2]."""
-    return min(o.level[level], 1.0 / o.settling)
+    return min(o.level[max(o.levels - 2, 0)], 1.0 / o.settling)
 
 
 @compiled
@@ -108,7 +108,7 @@ def start(
                 for k in range(3):
                     P[i, k] = R[i, k]
                 P[RATE + i, RATE + i] = rate_stddev * rate_stddev
-                P[ACCELERATION + i, ACCELERATION + i] = _at_rest(o, j % levels) ** 2
+                P[ACCELERATION + i, ACCELERATION + i] = _untold(o) ** 2
             x[FRICTION], P[FRICTION, FRICTION] = f, wide * wide
             for i in range(OPEN, n):
                 x[i], P[i, i] = open_mean[i - OPEN], open_stddev[i - OPEN] ** 2
@@ -281,7 +281,7 @@ def weigh(
                 s.x[j, i] = 0.0
             _forget(s.P[j], n, n, prior)
             if np.isinf(o.time[j % o.levels]):
-                _forget(s.P[j], ACCELERATION, n, _at_rest(o, 0) ** 2)
+                _forget(s.P[j], ACCELERATION, n, _untold(o) ** 2)
         combine(s, n)
         return
     begins = s.since[1] < 0.0
