@@ -219,6 +219,44 @@ def likelihood(
 
 
 @compiled
+def friction_step(model: np.ndarray, slope: np.ndarray, y: np.ndarray, noise: np.ndarray) -> float:
+    """
+    Return by how much friction is to change so that least is left (Gauss and Newton).
+
+    The reactions that follow it are eliminated: near gamma0 they change a lot with friction.
+
+    Parameters
+    ----------
+    model : ndarray
+        From `prepare`, of contacts.
+    slope : ndarray, shape (6, 3)
+        How its columns change with friction.
+    y, noise : ndarray, shape (6,)
+        As for `likelihood`.
+
+    """
+    b, N, along, moved = np.zeros(3), np.empty(3), np.empty(6), np.zeros(3)
+    for j in range(3):
+        for i in range(6):
+            b[j] += model[6 * j + i] * y[i]
+    for j in range(3):
+        N[j] = -(model[18 + 3 * j] * b[0] + model[19 + 3 * j] * b[1] + model[20 + 3 * j] * b[2])
+    down = steep = 0.0
+    for i in range(6):
+        along[i] = slope[i, 0] * N[0] + slope[i, 1] * N[1] + slope[i, 2] * N[2]
+        left = y[i]
+        for j in range(3):
+            left += model[6 * j + i] * noise[i] * N[j]
+            moved[j] += model[6 * j + i] * along[i]
+        down += left * along[i] / noise[i]
+        steep += along[i] * along[i] / noise[i]
+    for j in range(3):
+        for k in range(3):
+            steep -= moved[j] * model[18 + 3 * j + k] * moved[k]
+    return -down / steep if steep > 0.0 else 0.0
+
+
+@compiled
 def unexplained(y: np.ndarray, weight: float, noise: np.ndarray, lever: float) -> float:
     """
     Return the log likelihood of a wrench that is anything, or of one that is a couple alone.

@@ -13,6 +13,7 @@ from peg_on_hole_ros.diagnosis.balance import (
     contact_columns,
     fill_moment,
     free_columns,
+    friction_step,
     likelihood,
     peg_in_hole,
     prepare,
@@ -40,6 +41,8 @@ ANGLE = REST + 1
 SETTINGS = ANGLE + 1
 # Standard deviations by which a slip has to be above zero to have a direction.
 DIRECTION = 5.0
+# Steps from the best of the frictions that are tried to the one that leaves least.
+STEPS = 2
 
 
 @compiled
@@ -149,7 +152,7 @@ def _look(rows, told, at, hypotheses, settings):
     fill_moment(weight, 0, center)
     fill_moment(weight, 1, payload[1:])
     hung = sqrt(weight[0, 0] ** 2 + weight[1, 0] ** 2 + weight[2, 0] ** 2)
-    y, turn, squares = np.empty(6), np.empty((3, 3)), np.empty(FRICTIONS - LIKELY_FRICTIONS)
+    y, turn, slope = np.empty(6), np.empty((3, 3)), np.empty((6, 3))
     for h in range(len(hypotheses)):
         H = hypotheses[h]
         _axes(R, H, settings[BASE:FRICTION], turn)
@@ -171,19 +174,29 @@ def _look(rows, told, at, hypotheses, settings):
         scale = 3.0 * (np.log(H[0]) + np.log(H[1]))
         # As stated any friction may be, also one between those that are tried.
         between = h == 0 and count == MODELS
-        for k in range(count + between if h == 0 else min(count, 1 + LIKELY_FRICTIONS)):
-            if k == MODELS:
-                f = _between(settings[FRICTION + LIKELY_FRICTIONS : REST], squares)
+        nearest, f, near = 1, 0.0, 1e300
+        if between:
+            contact_columns(p, sensor, q, rates, slowest, 0.0, columns)
+            contact_columns(p, sensor, q, rates, slowest, 1.0, slope)
+            slope -= columns
+        for step in range(count + between * STEPS if h == 0 else min(count, 1 + LIKELY_FRICTIONS)):
+            k = min(step, MODELS)
+            if step >= MODELS:
+                if step == MODELS:
+                    f = settings[FRICTION + nearest - 1]
+                f += friction_step(models[nearest], slope, y, noise)
+                f = min(max(f, settings[FRICTION + LIKELY_FRICTIONS]), settings[REST - 1])
                 contact_columns(p, sensor, q, rates, slowest, f, columns)
                 prepare(columns, REACTION * REACTION, noise, models[k])
+                nearest = k
             prior = REACTION * REACTION if k else settings[CARRIED]
             value, over = likelihood(models[k], prior, k > 0, y, noise, load if k else hung)
             if value + scale > best:
                 best, fits = value + scale, min(over, NOTHING)
             if k:
                 over *= 1.0 + (UNEXPLAINED * load) ** 2 / noise[0]
-                if LIKELY_FRICTIONS < k < MODELS:
-                    squares[k - 1 - LIKELY_FRICTIONS] = over
+                if LIKELY_FRICTIONS < k < MODELS and over < near:
+                    nearest, near = k, over
             else:
                 over = 0.0
                 for j in range(6):
@@ -196,20 +209,6 @@ def _look(rows, told, at, hypotheses, settings):
     row[_LOOKED] = (
         (_TRIED_WITH_RATES if moving else _TRIED) if tried else _WITH_RATES if moving else _ALONE
     )
-
-
-@compiled
-def _between(frictions, squares):
-    """Return the friction, of evenly spaced ones or between, that leaves least, by a parabola."""
-    k = 1
-    for i in range(2, len(frictions) - 1):
-        if squares[i] < squares[k]:
-            k = i
-    bend = squares[k - 1] - 2.0 * squares[k] + squares[k + 1]
-    if not bend > 0.0:
-        return frictions[k]
-    off = min(max(0.5 * (squares[k - 1] - squares[k + 1]) / bend, -1.0), 1.0)
-    return max(frictions[k] + off * (frictions[k + 1] - frictions[k]), 0.0)
 
 
 @compiled

@@ -1,7 +1,7 @@
 """A wrench that means something else than is stated: named, with the setting that fits."""
 
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from benchmarks.grid.cells import Motion, truth_of, with_noise
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
-from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
 
 ADOPTED = "used in place of what is stated (wrench.adopt_found)"
@@ -129,3 +129,16 @@ def test_a_friction_that_is_stated_off_is_no_wrong_setting(stated):
         line.on_sample(sample)
     assert line.causes == [] and not line.counts["contact_doubted"]
     assert line.filter.friction[0] == pytest.approx(0.2, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["slip", "reversals"])
+def test_a_friction_between_those_tried_is_no_wrong_setting(name):
+    """Reactions are twenty times the load: of another friction they leave as much as a weight."""
+    truth = with_noise(truth_of(Motion(1e-4, 0.05, 0.01, name))[0], "nominal")
+    exact, configuration = sensor_wrench(truth), truth.plan.configuration
+    for stated, seed in product((0.06, 0.068, 0.08), (3, 660_000)):
+        scene = replace(configuration.scene, friction=stated, friction_stddev=0.05)
+        line = Pipeline(replace(configuration, scene=scene))
+        for sample in islice(measure(truth, seed, exact=exact), 600):
+            line.on_sample(sample)
+        assert line.causes == []
