@@ -58,15 +58,9 @@ def leaning_gravity(p: SceneScalars, x: np.ndarray, at: np.ndarray) -> tuple[flo
 
 @compiled
 def applied_forces(
-    p: SceneScalars,
-    x: np.ndarray,
-    at: np.ndarray,
-    u: np.ndarray,
-    bias_map: np.ndarray,
-    s: float,
-    c: float,
-    columns: np.ndarray,
-) -> tuple[float, float, float, float, float, float]:
+    p: SceneScalars, x: np.ndarray, at: np.ndarray, u: np.ndarray, bias_map: np.ndarray, s: float,
+    c: float, columns: np.ndarray,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
     """
     Return the applied wrench, weight included, about the mass centre in (h, e, z), six values.
 
@@ -174,20 +168,10 @@ def _reduce(geo, columns):
 
 @compiled
 def straighten(
-    p: SceneScalars,
-    x: np.ndarray,
-    P: np.ndarray,
-    n: int,
-    at: np.ndarray,
-    u: np.ndarray,
-    noise: np.ndarray,
-    bias_map: np.ndarray,
-    load: float,
-    share: float,
-    inertia: float,
-    friction_force2: np.ndarray,
-    scratch: ScratchRecord,
-) -> float:
+    p: SceneScalars, x: np.ndarray, P: np.ndarray, n: int, at: np.ndarray, u: np.ndarray,
+    noise: np.ndarray, bias_map: np.ndarray, load: float, share: float, inertia: float,
+    friction_force2: np.ndarray, scratch: ScratchRecord,
+) -> float:  # fmt: skip
     """
     Fill in residual, slopes and noise of the six equations at the mean of a component.
 

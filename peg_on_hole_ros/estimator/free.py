@@ -26,18 +26,10 @@ def moved_force(p: SceneScalars, o: SettingsRecord, dt: float) -> float:
 
 @compiled
 def hang(
-    s: StateRecord,
-    scratch: ScratchRecord,
-    o: SettingsRecord,
-    p: SceneScalars,
-    at: np.ndarray,
-    n: int,
-    learnt: np.ndarray,
-    u: np.ndarray,
-    noise: np.ndarray,
-    bias_map: np.ndarray,
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, p: SceneScalars, at: np.ndarray,
+    n: int, learnt: np.ndarray, u: np.ndarray, noise: np.ndarray, bias_map: np.ndarray,
     walk: np.ndarray,
-) -> None:
+) -> None:  # fmt: skip
     """
     Take a wrench of a peg that hangs free: it tells the bias.
 

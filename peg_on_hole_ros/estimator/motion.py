@@ -12,15 +12,9 @@ _LEAST_SINE2 = 1e-8
 
 @compiled
 def move_on(
-    x: np.ndarray,
-    P: np.ndarray,
-    n: int,
-    dt: float,
-    level: float,
-    time: float,
-    around_axes: float,
+    x: np.ndarray, P: np.ndarray, n: int, dt: float, level: float, time: float, around_axes: float,
     walk: np.ndarray,
-) -> None:
+) -> None:  # fmt: skip
     """
     Predict one component over a time.
 

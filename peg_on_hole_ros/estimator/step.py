@@ -47,19 +47,10 @@ def _untold(o):
 
 @compiled
 def start(
-    s: StateRecord,
-    scratch: ScratchRecord,
-    o: SettingsRecord,
-    at: np.ndarray,
-    n: int,
-    q: np.ndarray,
-    R: np.ndarray,
-    rate_stddev: float,
-    friction: float,
-    friction_stddev: float,
-    open_mean: np.ndarray,
-    open_stddev: np.ndarray,
-) -> None:
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, at: np.ndarray, n: int,
+    q: np.ndarray, R: np.ndarray, rate_stddev: float, friction: float, friction_stddev: float,
+    open_mean: np.ndarray, open_stddev: np.ndarray,
+) -> None:  # fmt: skip
     """
     Start from an orientation, at unknown rates.
 
@@ -194,14 +185,9 @@ def departs_further(s: StateRecord, scratch: ScratchRecord, R: np.ndarray) -> bo
 
 @compiled
 def jump_to(
-    s: StateRecord,
-    scratch: ScratchRecord,
-    o: SettingsRecord,
-    at: np.ndarray,
-    q: np.ndarray,
-    R: np.ndarray,
-    most: float,
-) -> bool:
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, at: np.ndarray, q: np.ndarray,
+    R: np.ndarray, most: float,
+) -> bool:  # fmt: skip
     """
     Let the motion have been on the top level since the last orientation, if that explains one.
 
@@ -210,19 +196,10 @@ def jump_to(
 
     Parameters
     ----------
-    s : record of STATE
-        Every component is widened, where it jumps.
-    scratch : record of SCRATCH
-    o : record of SETTINGS
-    at : ndarray, shape (6,)
-    q, R : ndarray
-        The orientation [rad], [rad^2].
+    s, scratch, o, at, q, R
+        As for `start`; every component is widened, where it jumps.
     most : float
-        Normalised innovation squared up to which it is explained.
-
-    Returns
-    -------
-    bool
+        Normalised innovation squared up to which the orientation is explained.
 
     """
     top, x, P = o.levels - 1, scratch.x[0], scratch.P[0]
@@ -269,15 +246,9 @@ def _innovation(x, P, s, scratch, at, q, R, white):
 
 @compiled
 def orient(
-    s: StateRecord,
-    scratch: ScratchRecord,
-    o: SettingsRecord,
-    at: np.ndarray,
-    n: int,
-    learnt: np.ndarray,
-    q: np.ndarray,
-    R: np.ndarray,
-) -> None:
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, at: np.ndarray, n: int,
+    learnt: np.ndarray, q: np.ndarray, R: np.ndarray,
+) -> None:  # fmt: skip
     """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
     levels, noise = o.levels, scratch.R
     s.oriented[0] = 0.0
@@ -311,18 +282,10 @@ def load_of(p: SceneScalars, u: np.ndarray) -> float:
 
 @compiled
 def weigh(
-    s: StateRecord,
-    scratch: ScratchRecord,
-    o: SettingsRecord,
-    p: SceneScalars,
-    at: np.ndarray,
-    n: int,
-    learnt: np.ndarray,
-    u: np.ndarray,
-    noise: np.ndarray,
-    bias_map: np.ndarray,
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, p: SceneScalars, at: np.ndarray,
+    n: int, learnt: np.ndarray, u: np.ndarray, noise: np.ndarray, bias_map: np.ndarray,
     contacts: int,
-) -> None:
+) -> None:  # fmt: skip
     """
     Take a wrench: correct every component by the equations of the contacts that carry.
 
@@ -431,7 +394,7 @@ def _halve(x, P, n, prior):
 
 @compiled
 def _correct_all(
-    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
+    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider,
 ):  # fmt: skip
     """Correct every component, with noise of a wider variance; return the mean of their NIS."""
     levels, nis, several = o.levels, 0.0, s.alive.sum() > 1.5
@@ -468,7 +431,7 @@ def _forget(P, first, n, prior):
 
 @compiled
 def _by_equations(
-    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level
+    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level,
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3

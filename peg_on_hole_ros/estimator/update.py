@@ -40,19 +40,10 @@ def over_root(root: np.ndarray, k: int, residual: np.ndarray, white: np.ndarray)
 
 @compiled
 def update(
-    P: np.ndarray,
-    w: int,
-    learnt: np.ndarray,
-    least_friction: float,
-    residual: np.ndarray,
-    E: np.ndarray,
-    R: np.ndarray,
-    k: int,
-    root: np.ndarray,
-    gain: np.ndarray,
-    white: np.ndarray,
+    P: np.ndarray, w: int, learnt: np.ndarray, least_friction: float, residual: np.ndarray,
+    E: np.ndarray, R: np.ndarray, k: int, root: np.ndarray, gain: np.ndarray, white: np.ndarray,
     step: np.ndarray,
-) -> tuple[float, float]:
+) -> tuple[float, float]:  # fmt: skip
     """
     Update a covariance by a residual r = E (truth - mean) + noise.
 
