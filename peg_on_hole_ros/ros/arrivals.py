@@ -24,6 +24,11 @@ class Arrivals:
     pushed_out : callable, optional
         Called with the source, `wrench` or `joints`, of each message that is.
 
+    Attributes
+    ----------
+    received : int
+        How many have come, whatever became of them.
+
     """
 
     def __init__(
@@ -32,6 +37,7 @@ class Arrivals:
         self._waiting: dict[str, deque[bytes]] = {"wrench": deque(), "joints": deque()}
         self._wrench, self._joints = self._waiting.values()
         self._most, self._pushed_out = most, pushed_out
+        self.received = 0
 
     def __len__(self) -> int:
         """Return how many wait."""
@@ -48,6 +54,7 @@ class Arrivals:
     def _add(self, source, payload):
         waiting = self._waiting[source]
         waiting.append(payload)
+        self.received += 1
         while self._most is not None and len(waiting) > self._most:
             self._pushed_out(self._next()[0])
 

@@ -95,6 +95,7 @@ def test_what_there_is_no_room_for_is_pushed_out_in_the_order_of_stamps_and_coun
         arrivals.joints(ENCODE["joints"](joints(2 * t)))
         arrivals.wrench(ENCODE["wrench"](wrench(2 * t - 1)))
         arrivals.wrench(ENCODE["wrench"](wrench(2 * t)))
+    assert arrivals.received == 12
     # Joint states as old as the wrenches go with them: else these alone would wait, and be lost.
     assert "".join(source[0] for source in lost) == "wjwwjww"
     left = [(source[0], stamp_ns(payload)) for source, payload in arrivals.take()]
