@@ -10,7 +10,6 @@ from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
 from peg_on_hole_ros.estimator.record import SCENE, SPREAD
 from peg_on_hole_ros.estimator.state import BIAS, TILT
-from peg_on_hole_ros.estimator.step import jumped_lately
 from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
@@ -291,7 +290,7 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: int, row: np
     doubtful = rules.judged and memory.declared[0].mode == UNKNOWN
     slides = contacts == 3 and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
-    if e.innovations.told[0].large or jumped_lately(e.held.state, e.held.constants):
+    if e.innovations.told[0].large:
         # What the motion contradicts is not known, however small its spread.
         row[AT.reactions_determined] = 0.0
     _tell_settings(e, rules, row)
