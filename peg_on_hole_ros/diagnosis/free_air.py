@@ -112,12 +112,10 @@ class FreeAir:
         turned = ", ".join(f"{sign * x:.2g}" for x in mean[3:])
         gravity_S = self._reduction.in_sensor(q, self._gravity_H)
         pull, gravity = -float(mean[:3] @ gravity_S), float(np.linalg.norm(gravity_S))
-        # Without gravity nothing weighs.
-        if off[0] and abs(pull) > _ALONG * force * gravity and gravity:
+        if off[0] and abs(pull) > _ALONG * force * gravity:
             text = (
                 f"wrench.payload_mass: a free peg weighs {pull / gravity**2:.2g} kg more than is "
-                "stated, or "
-                f"the zero is off by [{shown}] N: tare it, or calibrate --payload"
+                f"stated, or the zero is off by [{shown}] N: tare it, or calibrate --payload"
             )
         elif off[0]:
             text = (
@@ -150,6 +148,7 @@ class FreeAir:
         same, mean = _spread(force) / noise, force.sum(axis=0) / _KEPT
         gravity = float(np.linalg.norm(self._gravity_H))
         surely = same < 3.0 * _SAME and 0.5 * _KEPT * (other - same) > _LIKELIER
+        # Without gravity nothing weighs.
         if not surely or not gravity:
             return False
         pull = -float(mean @ self._gravity_H) / gravity

@@ -327,7 +327,7 @@ def _halve(x, P, n, prior):
 
 @compiled
 def _correct_all(
-    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider,
+    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
 ):  # fmt: skip
     """Correct every component, with noise of a wider variance; return the mean of their NIS."""
     levels, nis, several = o.levels, 0.0, s.alive.sum() > 1.5
@@ -364,7 +364,7 @@ def _forget(P, first, n, prior):
 
 @compiled
 def _by_equations(
-    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level,
+    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3

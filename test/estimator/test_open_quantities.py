@@ -160,12 +160,12 @@ def test_a_bias_is_learnt_while_the_peg_slides():
     assert np.mean(shares) > LEAST_COVERED
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(8, marks=pytest.mark.nightly)])
-def test_a_soft_touch_down_is_no_bias(count):
+@pytest.mark.parametrize("seeds", [3, pytest.param(8, marks=pytest.mark.nightly)])
+def test_a_soft_touch_down_is_no_bias(seeds):
     """What contacts carry before they are seen: reactions keep their bounds from there on."""
     motion, shares = truth("working_cycle"), []
     down = next(t for t, text in motion.events if text.startswith("touch-down")) * 1e-9
-    for seed in range(count):
+    for seed in range(seeds):
         bias, configuration = drawn(motion, seed, torque=0.05)
         _, outputs = played(motion, configuration, seed, bias, seconds=down + 1.0)
         share, count = inside(motion, outputs)
