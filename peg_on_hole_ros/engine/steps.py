@@ -1,6 +1,6 @@
 """What one orientation or wrench does, step by step: predict, correct, weigh, judge; compiled."""
 
-from math import isfinite, nan, pi, sqrt
+from math import inf, isfinite, nan, pi, sqrt
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
 from peg_on_hole_ros.estimator.record import SCENE, SPREAD
 from peg_on_hole_ros.estimator.state import BIAS, TILT
+from peg_on_hole_ros.estimator.step import jumped_lately
 from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
@@ -49,6 +50,7 @@ def restart(e: EngineRecord, rules: RulesRecord) -> None:
     d.in_contact = d.touching = d.blind = d.lost = 0
     held.let_go(e.held)
     e.held.state.noise[:] = 1.0
+    e.held.state.jumped[:] = inf
     forget_innovations(e.innovations)
     if rules.judged:
         assessment.restart(e.memory)
@@ -290,7 +292,7 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: int, row: np
     doubtful = rules.judged and memory.declared[0].mode == UNKNOWN
     slides = contacts == 3 and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
-    if e.innovations.told[0].large:
+    if e.innovations.told[0].large or jumped_lately(e.held.state, e.held.constants):
         # What the motion contradicts is not known, however small its spread.
         row[AT.reactions_determined] = 0.0
     _tell_settings(e, rules, row)

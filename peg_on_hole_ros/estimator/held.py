@@ -170,7 +170,7 @@ def hold_against(
     h: HeldRecord, gates: GatesRecord, q: np.ndarray, R: np.ndarray
 ) -> tuple[int, float]:
     """
-    Hold the estimate against an orientation, without any correction.
+    Hold the estimate against an orientation, without any correction; a jump widens it.
 
     Returns
     -------
@@ -185,8 +185,15 @@ def hold_against(
     if not isfinite(nis):
         return LOST, nis
     if nis > gates.gate_threshold:
-        h.begin[REFUSED] += 1.0
-        return (GATED if h.begin[REFUSED] <= gates.gate_reset_count else RESET), nis
+        further = step.departs_further(h.state, h.scratch, R)
+        # One alone is an outlier; a second in a row tells of a jump.
+        if not (
+            h.begin[REFUSED] > 0.0
+            and further
+            and step.jump_to(h.state, h.scratch, h.constants, h.at, q, R, gates.gate_threshold)
+        ):
+            h.begin[REFUSED] += 1.0
+            return (GATED if h.begin[REFUSED] <= gates.gate_reset_count else RESET), nis
     h.begin[REFUSED] = 0.0
     return USED, nis
 

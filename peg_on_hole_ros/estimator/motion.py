@@ -50,15 +50,18 @@ def move_on(
             P[j, i] += dt * (P[j, RATE + i] + half * P[j, ACCELERATION + i])
             P[j, RATE + i] += dt * P[j, ACCELERATION + i]
             P[j, ACCELERATION + i] *= k
-    _drive(x, P, dt, 2.0 / time * level * level, around_axes)
+    drive(x, P, dt, level, time, around_axes)
     for j in range(FRICTION, n):
         P[j, j] += walk[j] * dt
 
 
 @compiled
-def _drive(x, P, dt, density, around_axes):
-    """Add what white noise of a density, in each angle and about any axis, makes of the motion."""
+def drive(
+    x: np.ndarray, P: np.ndarray, dt: float, level: float, time: float, around_axes: float
+) -> None:
+    """Add what a level's white noise, in each angle and about any axis, makes of the motion."""
     s, c = sin(x[ANGLE]), cos(x[ANGLE])
+    density = 2.0 / time * level * level
     turning = around_axes * around_axes * density / max(s * s, _LEAST_SINE2)
     d2, d3 = dt * dt / 2.0, dt * dt * dt / 3.0
     d4, d5, d6 = dt**4 / 8.0, dt**5 / 20.0, dt**3 / 6.0

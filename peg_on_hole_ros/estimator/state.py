@@ -49,6 +49,12 @@ class State(NamedTuple):
         Time since the start, and since the first wrench in contact, below zero before [s].
     step : ndarray, shape (1,)
         Time since the last wrench that was taken [s].
+    oriented : ndarray, shape (1,)
+        Time since an orientation was used [s].
+    departed : ndarray, shape (3,)
+        How far off the last orientation was that was refused, over its own noise.
+    jumped : ndarray, shape (1,)
+        Time since the motion jumped, see `step.jump_to` [s].
     start_rates2 : ndarray, shape (1,)
         Variance of each rate at the start [rad^2/s^2].
     spiked : ndarray, shape (1,)
@@ -85,6 +91,9 @@ class State(NamedTuple):
     load: np.ndarray
     since: np.ndarray
     step: np.ndarray
+    oriented: np.ndarray
+    departed: np.ndarray
+    jumped: np.ndarray
     start_rates2: np.ndarray
     spiked: np.ndarray
     friction_force2: np.ndarray
@@ -135,6 +144,9 @@ STATE = np.dtype(
         ("load", float, (1,)),
         ("since", float, (2,)),
         ("step", float, (1,)),
+        ("oriented", float, (1,)),
+        ("departed", float, (3,)),
+        ("jumped", float, (1,)),
         ("start_rates2", float, (1,)),
         ("spiked", float, (1,)),
         ("friction_force2", float, (3,)),
@@ -198,7 +210,7 @@ def begin_state(state: np.void, n: int, frictions: int, levels: int) -> None:
         )
     m, w = frictions * levels, n + 3
     state["frictions"], state["components"], state["width"] = frictions, m, w
-    state["noise"] = 1.0
+    state["noise"], state["jumped"] = 1.0, np.inf
     state["orientations"] = np.nan
 
 

@@ -14,6 +14,7 @@ from peg_on_hole_ros.estimator.mixture import (
     merge,
     reweigh,
 )
+from peg_on_hole_ros.estimator.motion import drive
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
     DELAY,
@@ -109,7 +110,7 @@ def start(
     s.told[0] = 1.0
     s.load[0] = 0.0
     s.since[0], s.since[1] = 0.0, -1.0
-    s.step[0] = 0.0
+    s.step[0] = s.oriented[0] = 0.0
     s.air[:, :] = 0.0
     s.start_rates2[0] = rate_stddev * rate_stddev
     s.nis[:] = np.nan
@@ -147,6 +148,8 @@ def pass_time(s: StateRecord, dt: float) -> None:
     """Take note of a time that has been predicted [s]."""
     s.since[0] += dt
     s.step[0] += dt
+    s.oriented[0] += dt
+    s.jumped[0] += dt
 
 
 @compiled
@@ -158,15 +161,79 @@ def expect(
 
     The innovation over the lower root of its covariance is left in the state.
     """
-    E, residual, root, white = scratch.E, scratch.residual, scratch.root, s.innovation
-    w = s.width
-    orientation_slopes(s.mean, at, w, E)
-    orientation_residual(s.mean, at, q, E, residual)
+    s.nis[0] = _innovation(s.mean, s.covariance, s, scratch, at, q, R, s.innovation)
+    return s.nis[0]
+
+
+@compiled
+def departs_further(s: StateRecord, scratch: ScratchRecord, R: np.ndarray) -> bool:
+    """
+    Keep how far off the orientation is that `expect` has looked at, with covariance R [rad^2].
+
+    Returns whether it is further off than the one kept before, and the same way: one motion makes
+    that of both, while outliers do not agree.
+    """
+    root, now = R.copy(), scratch.white
+    lower_root(root, 3)
+    over_root(root, 3, scratch.residual, now)
+    grown = 0.0
+    for i in range(3):
+        grown += (now[i] - s.departed[i]) * s.departed[i]
+        s.departed[i] = now[i]
+    return grown >= 0.0
+
+
+@compiled
+def jump_to(
+    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, at: np.ndarray, q: np.ndarray,
+    R: np.ndarray, most: float,
+) -> bool:  # fmt: skip
+    """
+    Let the motion have been on the top level since the last orientation, if that explains one.
+
+    Wrenches in between have taken a lower level for granted, and closed the top one. What departs
+    more often than the top level comes is no jump: something is stated wrongly.
+
+    Parameters
+    ----------
+    s, scratch, o, at, q, R
+        As for `start`; every component is widened, where it jumps.
+    most : float
+        Normalised innovation squared up to which the orientation is explained.
+
+    """
+    top, x, P = o.levels - 1, scratch.x[0], scratch.P[0]
+    if o.up[top] == 0.0 or jumped_lately(s, o):
+        return False
+    copy(x, P, s.mean, s.covariance, s.width)
+    drive(x, P, s.oriented[0], o.level[top], o.time[top], o.around_axes)
+    if _innovation(x, P, s, scratch, at, q, R, scratch.white) > most:
+        return False
+    for j in range(s.components):
+        if s.alive[j // o.levels] > 0.0:
+            drive(s.x[j], s.P[j], s.oriented[0], o.level[top], o.time[top], o.around_axes)
+    s.jumped[0] = 0.0
+    return True
+
+
+@compiled
+def jumped_lately(s: StateRecord, o: SettingsRecord) -> bool:
+    """Return whether the motion has jumped within the time in which the top level comes once."""
+    often = o.up[o.levels - 1]
+    return often > 0.0 and s.jumped[0] * often < 1.0
+
+
+@compiled
+def _innovation(x, P, s, scratch, at, q, R, white):
+    """Fill in an orientation's innovation over the root of its covariance; return its square."""
+    E, residual, root, w = scratch.E, scratch.residual, scratch.root, s.width
+    orientation_slopes(x, at, w, E)
+    orientation_residual(x, at, q, E, residual)
     for i in range(3):
         for k in range(w):
             t = 0.0
             for l in range(w):
-                t += E[i, l] * s.covariance[l, k]
+                t += E[i, l] * P[l, k]
             scratch.gain[k, i] = t
         for k in range(i + 1):
             v = s.noise[0] * R[i, k]
@@ -174,8 +241,7 @@ def expect(
                 v += scratch.gain[l, i] * E[k, l]
             root[i, k] = v
     lower_root(root, 3)
-    s.nis[0] = over_root(root, 3, residual, white)
-    return s.nis[0]
+    return over_root(root, 3, residual, white)
 
 
 @compiled
@@ -185,6 +251,7 @@ def orient(
 ) -> None:  # fmt: skip
     """Correct every component by an orientation q [rad] with covariance R [rad^2]."""
     levels, noise = o.levels, scratch.R
+    s.oriented[0] = 0.0
     for i in range(3):
         for k in range(3):
             noise[i, k] = s.noise[0] * R[i, k]

@@ -83,6 +83,40 @@ def test_an_outlier_is_refused_and_leaves_nothing_behind(method):
     assert ratio.max() < 1.5
 
 
+def test_outliers_in_a_row_are_no_jump():
+    """As far off as a motion may jump, but not the same way."""
+    configuration, samples = sliding()
+    plain, struck = Pipeline(configuration), Pipeline(configuration)
+    places = [i for i, each in enumerate(samples) if isinstance(each, JointSample)][-40:-38]
+    moved = list(samples)
+    for i, off in zip(places, [(0.004, -0.002, 0.003), (-0.005, 0.003, 0.002)]):
+        moved[i] = samples[i]._replace(position=tuple(np.add(samples[i].position[:3], off)))
+    expected = list(plain.play(each for i, each in enumerate(samples) if i not in places))
+    found = list(struck.play(moved))
+    assert struck.counts["joints_gated"] == 2 and struck.counts["filter_restarted"] == 0
+    spread = np.sqrt(np.diagonal(expected[-1].state_covariance))
+    assert np.all(np.abs(found[-1].state - expected[-1].state) < 0.5 * spread)
+
+
+@pytest.mark.parametrize(
+    ("motion", "noise"),
+    [
+        (Motion(1e-4, 0.5, 1.0, "reversals"), "low"),
+        (Motion(1e-4, 0.5, 0.16, "reversals"), "low"),
+        (Motion(2e-5, 0.5, 1.0, "reversals"), "high"),
+        (Motion(2e-3, 0.5, 1.0, "reversals"), "low"),
+    ],
+    ids=str,
+)
+def test_a_motion_that_friction_turns_round_is_followed_without_a_restart(motion, noise):
+    """Slips come to rest, and accelerations jump by hundreds of rad/s^2 between two wrenches."""
+    truth = with_noise(truth_of(motion)[0], noise, 0.05)
+    runs = run_seeds(truth, range(660_000, 660_004))
+    assert runs.restarts == 0
+    off = np.sqrt(np.nanmean(runs.error[:, 50:, 6:] ** 2, axis=(0, 1)))
+    assert (off < 0.1 * truth.normal[50:].mean(axis=0)).all()
+
+
 def test_where_all_orientations_are_far_the_filter_begins_anew_with_its_mode():
     """Another zero of psi, by a radian: the wrench, in the axes of the peg, is the same."""
     configuration, samples = sliding()
