@@ -149,7 +149,8 @@ def contact(
     """
     Return the six equations at a mean, and the noise of friction whose direction is unknown.
 
-    The last is how far the slip may point elsewhere, see `direction.direction_moments`.
+    Slopes are taken at the wrench with which the equations hold, whose noise is not the sensor's.
+    The last but one is how far the slip may point elsewhere, see `direction.direction_moments`.
 
     Parameters
     ----------
@@ -171,8 +172,9 @@ def contact(
         _scalars(scene), geometry[1:], x, P, cell.settings.direction_share, scales, left
     )
     residual = -_balance(cell, x, u, load, scales)
-    E = slopes(lambda x: _balance(cell, x, u, load, scales), x)
     W = slopes(lambda u: _balance(cell, x, u, load, scales), u)
+    expected = u + np.linalg.solve(W, residual)
+    E = slopes(lambda x: _balance(cell, x, expected, load, scales), x)
     unknown, by_friction = np.zeros((6, 6)), np.zeros((6, 3))
     jacobians = velocity_jacobians(geometry, scene.peg_diameter, scene.hole_diameter)
     for i, (J, normal, amount) in enumerate(
@@ -263,7 +265,8 @@ def two_points(
         # N_B is two halves.
         by_friction[:, [0] if k == 0 else [1, 2]] = (reach @ v / np.sqrt(v @ v + scale2))[:, None]
     turned = (moments[0][0] + moments[1][0]) / 2
-    linear = Linear(-balance(x), slopes(balance, x.astype(complex)), R)
+    expected = u - np.linalg.solve(W, balance(x))
+    linear = Linear(-balance(x), slopes(lambda x: balance(x, expected), x.astype(complex)), R)
     return linear, unknown, turned, by_friction
 
 

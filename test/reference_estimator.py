@@ -136,7 +136,11 @@ class Component(KalmanFilter):
         passes: int,
         wider: float = 1.0,
     ) -> tuple[float, ...]:
-        """Correct by the contacts' equations; return log likelihood, doubt of direction, NIS."""
+        """
+        Correct by the contacts' equations, with the covariance of products.
+
+        Returns log likelihood, the volume that reactions span, doubt of direction, NIS.
+        """
         late = max(self.cell.settings.direction_time / max(dt, 1e-4), 1.0)
         look = self.cell, u, load, friction_force2
         x, P = self.x.copy(), self.P.copy()
@@ -153,7 +157,10 @@ class Component(KalmanFilter):
             noise = wider * measured.R + late * unknown
             value = self.correct(Linear(measured.residual, measured.E, noise), point, least=least)
         doubt = np.trace(np.linalg.solve(wider * measured.R, unknown))
-        return value, doubt, self.y @ self.SI @ self.y
+        by_reactions = measured.E[:, self.cell.n :][:, :contacts]
+        seen = by_reactions.T @ np.linalg.solve(measured.R, by_reactions)
+        volume = 0.5 * np.linalg.slogdet(seen)[1]
+        return value, volume, doubt, self.y @ self.SI @ self.y
 
 
 class ReferenceEstimator:
@@ -364,7 +371,7 @@ class ReferenceEstimator:
                 component.forget(prior, component.level)
                 if contacts == 2:
                     component.halve(prior)
-                found[g, j], doubt[g, j], nis[g, j] = component.weigh(
+                found[g, j], volume, doubt[g, j], nis[g, j] = component.weigh(
                     u,
                     self.load,
                     self.friction_force2,
@@ -374,6 +381,8 @@ class ReferenceEstimator:
                     passes,
                     wider,
                 )
+                # Between frictions the reactions' wide prior is no evidence.
+                found[g, j] += volume if self.alive.sum() > 1 else 0.0
         return found, doubt, (self.weight * nis).sum()
 
     def _load_of(self, u):

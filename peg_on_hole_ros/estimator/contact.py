@@ -94,10 +94,10 @@ def applied_forces(
     M_h, M_e, M_z = r00 * u3 + r01 * u4 + r02 * u5, r10 * u3 + r11 * u4, r20 * u3 + r21 * u4
     M_z += r22 * u5
     g_h, g_e = p.m * (cps * g_x + sps * g_y), p.m * (cps * g_y - sps * g_x)
-    # The wrench turns with gamma about -e, with phi about the peg's axis; gravity with psi.
-    _put(columns, 0, -F_z, 0.0, F_h, -M_z, 0.0, M_h)
+    for i in range(6):
+        columns[i, 0] = columns[i, 2] = 0.0
     _put(columns, 1, g_e, -g_h, 0.0, 0.0, 0.0, 0.0)
-    _put(columns, 2, -c * F_e, c * F_h + s * F_z, -s * F_e, -c * M_e, c * M_h + s * M_z, -s * M_e)
+    turn(columns, s, c, F_h, F_e, F_z, M_h, M_e, M_z)
     for j in range(2):
         _put(columns, 3 + 3 * j, r00, r10, r20, r00, r10, r20)
         _put(columns, 4 + 3 * j, r01, r11, r21, r01, r11, r21)
@@ -110,6 +110,20 @@ def applied_forces(
     _put(columns, 9, sps * l_y, cps * l_y, -p.m * p.g_y, 0.0, 0.0, 0.0)
     _put(columns, 10, cps * l_x, -sps * l_x, p.m * p.g_x, 0.0, 0.0, 0.0)
     return F_h + g_h, F_e + g_e, F_z + p.m * g_z, M_h, M_e, M_z
+
+
+@compiled
+def turn(
+    columns: np.ndarray, s: float, c: float, F_h: float, F_e: float, F_z: float, M_h: float,
+    M_e: float, M_z: float,
+) -> None:  # fmt: skip
+    """Add how a wrench turns with its peg: with gamma about -e, with phi about the peg's axis."""
+    for i, h, e, z in ((0, F_h, F_e, F_z), (3, M_h, M_e, M_z)):
+        columns[i, 0] -= z
+        columns[i + 2, 0] += h
+        columns[i, 2] -= c * e
+        columns[i + 1, 2] += c * h + s * z
+        columns[i + 2, 2] -= s * e
 
 
 @compiled
@@ -138,14 +152,9 @@ def applied_slopes(
 
 @compiled
 def clearance_slopes(
-    p: SceneScalars,
-    x: np.ndarray,
-    at: np.ndarray,
-    load: float,
-    i: int,
-    by_diameter: float,
+    p: SceneScalars, x: np.ndarray, at: np.ndarray, load: float, i: int, by_diameter: float,
     E: np.ndarray,
-) -> None:
+) -> None:  # fmt: skip
     """Fill in a row's slopes by clearance and compliance, from that by the peg's diameter."""
     if at[CLEARANCE] >= 0:
         # To the diameter, of which the clearance is what is left.
@@ -218,11 +227,6 @@ def straighten(
     for i in range(6):
         for j in range(n):
             E[i, j] = 0.0
-    a0, a1, a2 = (
-        inertia * x[ACCELERATION],
-        inertia * x[ACCELERATION + 1],
-        inertia * x[ACCELERATION + 2],
-    )
     E[0, 6] = inertia * (p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie)
     E[1, 7] = inertia * (p.m * h_c * h_c + p.Ie * s * s + p.Iz * c * c)
     E[1, 8] = E[2, 7] = inertia * p.Iz * c
@@ -230,26 +234,35 @@ def straighten(
     E[3, 6] = inertia * p.m * dh_c
     E[4, 7] = inertia * p.m * h_c
     E[5, 6] = inertia * p.m * dz_c
-    f = x[FRICTION]
+    f, f_K = x[FRICTION], x[FRICTION]
     if at[FRICTION_K] >= 0:
-        _friction_apart(p, x, n, at, scales, geo, rates, wrench, (a0, a1, a2), scratch)
+        f_K += x[at[FRICTION_K]]
+        # They are linear in each reaction.
+        equations(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, work)
+        for i in range(6):
+            scratch.step[i] = work[3 * i]
+    equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
+    for i in range(6):
+        if at[FRICTION_K] >= 0:
+            work[3 * i] = scratch.step[i]
+        residual[i] = -work[18 + i]
+        for j in range(3):
+            E[i, n + j] = -work[3 * i + j]
+            residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
+            residual[i] += E[i, n + j] * x[n + j]
+    wrench = _expect(geo, wrench, residual, columns)
+    a = ACCELERATION
+    y = (inertia * x[a], inertia * x[a + 1], inertia * x[a + 2], x[n], x[n + 1], x[n + 2])
+    if at[FRICTION_K] >= 0:
+        _slopes_apart(p, x, at, scales, geo, rates, wrench, y, f, f_K, scratch)
     else:
-        equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
-        y = (a0, a1, a2, x[n], x[n + 1], x[n + 2])
         derivatives(
             p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, work[24:60]
         )  # fmt: skip
-        for i in range(6):
-            E[i, FRICTION] = work[24 + 6 * i + 4]
     for i in range(6):
+        E[i, FRICTION] = work[24 + 6 * i + 4]
         for j in range(3):
-            E[i, n + j] = -work[3 * i + j]
             E[i, RATE + j] = work[24 + 6 * i + 1 + j]
-        residual[i] = -work[18 + i]
-        for j in range(3):
-            residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
-            residual[i] += E[i, n + j] * x[n + j]
-    for i in range(6):
         E[i, 0], E[i, 1], E[i, 2] = work[24 + 6 * i], 0.0, 0.0
         clearance_slopes(p, x, at, load, i, work[24 + 6 * i + 5], E)
     _reduce(geo, columns)
@@ -260,6 +273,23 @@ def straighten(
         scratch.by_friction,
     )  # fmt: skip
     return turned
+
+
+@compiled
+def _expect(geo, wrench, residual, columns):
+    """
+    Return the wrench with which the equations hold, and let the slopes by the angles be its own.
+
+    Slopes that the wrench's own noise has a part in would make that noise a measurement.
+    """
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    F_h, F_e, F_z = residual[3], residual[4], residual[5]
+    M_e = F_h * dh_c + F_z * dz_c - residual[0]
+    M_z = residual[1] - F_e * h_c
+    M_h = (c * M_z - residual[2]) / s
+    turn(columns, s, c, F_h, F_e, F_z, M_h, M_e, M_z)
+    w = wrench
+    return w[0] + F_h, w[1] + F_e, w[2] + F_z, w[3] + M_h, w[4] + M_e, w[5] + M_z
 
 
 @compiled
@@ -289,32 +319,21 @@ def see_noise(columns: np.ndarray, noise: np.ndarray, product: np.ndarray, R: np
 
 
 @compiled
-def _friction_apart(p, x, n, at, scales, geo, rates, wrench, a, scratch):
-    """Fill in equations and slopes where friction at K differs: they are linear in each."""
-    work, E = scratch.work, scratch.E
-    f = x[FRICTION]
-    f_K = f + x[at[FRICTION_K]]
-    slopes = work[24:60]
-    total = scratch.gain.reshape(scratch.gain.size)
-    # K alone with its friction, then what does not depend on K, then both others.
-    y = (a[0], a[1], a[2], x[n], 0.0, 0.0)
-    derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
+def _slopes_apart(p, x, at, scales, geo, rates, wrench, y, f, f_K, scratch):
+    """Fill in the slopes where friction at K differs: they are linear in each reaction."""
+    slopes, total = scratch.work[24:60], scratch.gain.reshape(scratch.gain.size)
+    total[:36] = 0.0
+    # K alone with its friction, less what does not depend on K, and both others.
+    parts = ((f_K, y[3], 0.0, 0.0, 1.0), (f_K, 0.0, 0.0, 0.0, -1.0), (f, 0.0, y[4], y[5], 1.0))
+    for friction, N_K, N_B1, N_B2, sign in parts:
+        derivatives(
+            p.m, p.Ie, p.Iz, friction, p.d, p.D, scales, geo, rates, wrench,
+            (y[0], y[1], y[2], N_K, N_B1, N_B2), slopes,
+        )  # fmt: skip
+        for i in range(36):
+            total[i] += sign * slopes[i]
+        if N_K != 0.0:
+            for i in range(6):
+                scratch.E[i, at[FRICTION_K]] = slopes[6 * i + 4]
     for i in range(36):
-        total[i] = slopes[i]
-    y = (a[0], a[1], a[2], 0.0, 0.0, 0.0)
-    derivatives(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, y, slopes)
-    for i in range(36):
-        total[i] -= slopes[i]
-    y = (a[0], a[1], a[2], 0.0, x[n + 1], x[n + 2])
-    derivatives(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, slopes)
-    for i in range(6):
-        E[i, at[FRICTION_K]] = total[6 * i + 4]
-        E[i, FRICTION] = slopes[6 * i + 4] + total[6 * i + 4]
-    for i in range(36):
-        slopes[i] += total[i]
-    equations(p.m, p.Ie, p.Iz, f_K, p.d, p.D, scales, geo, rates, wrench, work)
-    for i in range(6):
-        total[i] = work[3 * i]
-    equations(p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, work)
-    for i in range(6):
-        work[3 * i] = total[i]
+        slopes[i] = total[i]

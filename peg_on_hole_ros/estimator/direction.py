@@ -88,12 +88,7 @@ def direction_moments(
 
 @compiled
 def slip_moments(
-    rows: tuple[
-        tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]
-    ],
-    x: np.ndarray,
-    P: np.ndarray,
-    share: float,
+    rows: tuple[tuple[float, float, float], ...], x: np.ndarray, P: np.ndarray, share: float
 ) -> tuple[float, float, float]:
     """
     Return the moments of the direction of one slip, see `direction_moments`.
@@ -141,15 +136,9 @@ def slip_moments(
 
 @compiled
 def add_unknown_direction(
-    p: SceneScalars,
-    geo: tuple[float, ...],
-    x: np.ndarray,
-    scales: np.ndarray,
-    left: np.ndarray,
-    friction_force2: np.ndarray,
-    unknown: np.ndarray,
-    by_friction: np.ndarray,
-) -> None:
+    p: SceneScalars, geo: tuple[float, ...], x: np.ndarray, scales: np.ndarray, left: np.ndarray,
+    friction_force2: np.ndarray, unknown: np.ndarray, by_friction: np.ndarray,
+) -> None:  # fmt: skip
     """
     Fill in the six equations' covariance by friction whose direction no slope tells.
 

@@ -1,6 +1,6 @@
 """What an orientation and a wrench make of the state: the compiled step."""
 
-from math import sqrt
+from math import log, sqrt
 
 import numpy as np
 
@@ -107,8 +107,7 @@ def start(
             _share_offsets(x, P, scratch, at, n, q)
     for j in range(levels * frictions):
         s.weight[j] /= total
-    s.told[0] = 1.0
-    s.load[0] = 0.0
+    s.told[0], s.load[0] = 1.0, 0.0
     s.since[0], s.since[1] = 0.0, -1.0
     s.step[0] = s.oriented[0] = 0.0
     s.air[:, :] = 0.0
@@ -394,7 +393,7 @@ def _halve(x, P, n, prior):
 
 @compiled
 def _correct_all(
-    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider
+    s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider,
 ):  # fmt: skip
     """Correct every component, with noise of a wider variance; return the mean of their NIS."""
     levels, nis, several = o.levels, 0.0, s.alive.sum() > 1.5
@@ -407,9 +406,12 @@ def _correct_all(
             bias_map, dt, passes, wider, max(o.level[j % levels], o.level[o.levels // 2]),
         )  # fmt: skip
         nis += s.weight[j] * value
-        if several:
-            scratch.doubt[j] = _relative_doubt(scratch)
         scratch.log_likelihood[j] = scratch.evidence_of_wrench[0]
+        if several:
+            scratch.root[:, :] = scratch.known
+            lower_root(scratch.root, 6)
+            scratch.log_likelihood[j] += _log_volume(s, scratch, n)
+            scratch.doubt[j] = _relative_doubt(scratch)
     return nis
 
 
@@ -431,7 +433,7 @@ def _forget(P, first, n, prior):
 
 @compiled
 def _by_equations(
-    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level
+    x, P, product, s, scratch, o, p, at, n, learnt, u, noise, bias_map, dt, passes, wider, level,
 ):  # fmt: skip
     """Correct one component; the equations are straightened again where the prior was far off."""
     w = n + 3
@@ -480,25 +482,39 @@ def _by_equations(
 
 
 @compiled
+def _log_volume(s, scratch, n):
+    """
+    Return the logarithm of the volume of wrenches, over their noise, that the reactions span.
+
+    Reactions are new with every wrench, so that the evidence counts each time how much less of
+    their wide prior a friction with more volume uses. Those of one motion are no such draws.
+    """
+    column, rows, total = scratch.step, scratch.columns, 0.0
+    gram, many = scratch.columns[3:], 2 if s.contacts[0] == 2.0 else 3
+    for k in range(many):
+        for a in range(6):
+            column[a] = scratch.E[a, n + k]
+        over_root(scratch.root, 6, column, rows[k])
+        for m in range(k + 1):
+            gram[k, m] = 0.0
+            for a in range(6):
+                gram[k, m] += rows[m, a] * rows[k, a]
+    lower_root(gram, many)
+    for k in range(many):
+        total += log(gram[k, k])
+    return total
+
+
+@compiled
 def _relative_doubt(scratch):
     """Return how much friction of unknown direction weighs against the wrench's noise."""
-    L, unknown, v = scratch.root, scratch.unknown, scratch.white
-    L[:, :] = scratch.known
-    lower_root(L, 6)
-    # The trace of inv(R) unknown, column by column of inv(L).
-    total = 0.0
+    column, rows, white, total = scratch.step, scratch.columns, scratch.white, 0.0
+    # The trace of inv(root) unknown inv(root'), by columns of both products.
     for k in range(6):
-        for a in range(k, 6):
-            t = 1.0 if a == k else 0.0
-            for q in range(k, a):
-                t -= L[a, q] * v[q]
-            v[a] = t / L[a, a]
-        for a in range(k, 6):
-            scratch.columns[a, k] = v[a]
-    for i in range(6):
-        for j in range(6):
-            t = 0.0
-            for a in range(max(i, j), 6):
-                t += scratch.columns[a, i] * scratch.columns[a, j]
-            total += t * unknown[i, j]
+        over_root(scratch.root, 6, scratch.unknown[k], rows[k])
+    for k in range(6):
+        for a in range(6):
+            column[a] = rows[a, k]
+        over_root(scratch.root, 6, column, white)
+        total += white[k]
     return total

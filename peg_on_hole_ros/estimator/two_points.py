@@ -10,14 +10,10 @@ from peg_on_hole_ros.estimator.contact import (
     clearance_slopes,
     scene_at,
     see_noise,
+    turn,
 )
 from peg_on_hole_ros.estimator.direction import along_slip, slip_moments
-from peg_on_hole_ros.estimator.state import (
-    ACCELERATION,
-    FRICTION,
-    FRICTION_K,
-    RATE,
-)
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, FRICTION_K, RATE
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.record_types import ScratchRecord
 
@@ -110,7 +106,6 @@ def straighten_two_points(
             E[i, j] = 0.0
         for j in range(6):
             unknown[i, j] = 0.0
-    applied_slopes(columns, at, bias_map, E)
     _inertia(p, x, s, c, inertia, residual, E)
     K, B = two_point_arms(p, gamma)
     f = x[FRICTION]
@@ -120,6 +115,11 @@ def straighten_two_points(
     _press(p, x, n, at, 0, x[n], f_K, gamma, K, scale2_K, (c, s, -s, c), load, scratch)
     _press(p, x, n, at, 1, x[n + 1] + x[n + 2], f, gamma, B, scale2_B, (-1.0, 0.0, 0.0, 0.0), load,
            scratch)  # fmt: skip
+    # What the residual lacks is no part of the slopes, see `contact.straighten`.
+    turn(
+        columns, s, c, residual[0], residual[1], residual[2], residual[3], residual[4], residual[5]
+    )
+    applied_slopes(columns, at, bias_map, E)
     see_noise(columns, noise, scratch.root, scratch.R)
     scratch.R[2, 2] += (2.0 * p.m * p.H_c * level) ** 2
     amount_K = 0.5 * left_K * friction_force2[0]

@@ -79,12 +79,18 @@ def test_of_the_six_equations_by_every_value(seed):
     scratch, _ = straightened(cell, x, P, u)
     scales = scratch.scales.copy()
     value = equations_by_hand(cell, x, u, scales)
+    by_wrench = np.stack([equations_by_hand(cell, x, unit, scales) for unit in np.eye(6)], axis=1)
+    none = equations_by_hand(cell, x, np.zeros(6), scales)
+    # Slopes are those at the wrench with which the equations hold.
+    expected = u - np.linalg.solve(by_wrench - none[:, None], value)
     size = np.maximum(np.abs(scratch.E * x).max(axis=1), np.abs(value))
     assert np.all(np.abs(scratch.residual - value) < 1e-12 * size)
     for k in range(N + 3):
         # Four points: what is left of the step's fifth power meets rounding at a thousandth.
         h = 1e-3 * max(abs(x[k]), {AT[COMPLIANCE]: 1e-7}.get(k, 1e-2))
-        moved = [equations_by_hand(cell, x + j * h * np.eye(N + 3)[k], u, scales) for j in _STEPS]
+        moved = [
+            equations_by_hand(cell, x + j * h * np.eye(N + 3)[k], expected, scales) for j in _STEPS
+        ]
         slope = np.dot(_WEIGHTS, moved) / h
         allowed = 1e-8 * np.abs(slope).max() + 1e-11 * size / h
         assert np.all(np.abs(scratch.E[:, k] - slope) < allowed), (k, scratch.E[:, k], slope)

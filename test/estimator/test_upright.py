@@ -43,9 +43,7 @@ def test_upright_peg_is_estimated_by_every_filter(method, modes, gamma):
     for each in found:
         assert np.isfinite(each.state).all() and np.isfinite(each.state_covariance).all()
         assert np.linalg.eigvalsh(each.state_covariance).min() > 0.0
-    # 15 N along the hole, which no contact carries: one level of acceleration has no room for it.
-    told = modes and method != "one_level"
-    assert found[-1].contact_mode == ("two_point" if told else "unknown")
+    assert found[-1].contact_mode == ("two_point" if modes else "unknown")
 
 
 def test_tilt_below_zero_is_one_to_the_other_side():
