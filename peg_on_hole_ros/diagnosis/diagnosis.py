@@ -182,9 +182,10 @@ def _settings(configuration):
     others = np.linspace(friction - far, friction + far, FRICTIONS - LIKELY_FRICTIONS)
     carried = scene.peg_mass * configuration.monitor.free_acceleration * _CARRIED
     noise = WrenchReduction(wrench, scene).noise
-    # The weight and its place are known to so much [N], [N m].
+    # The weight, its place, and the sensor's zero are known to so much [N], [N m].
     weight = (scene.peg_mass + wrench.payload_mass) * float(np.linalg.norm(scene.gravity))
     known = noise + np.square([WEIGHT_KNOWN * weight] * 3 + [CENTER_KNOWN * weight] * 3)
+    known += np.square([wrench.bias_force_stddev] * 3 + [wrench.bias_torque_stddev] * 3)
     return np.array(
         [
             *scene_scalars(scene),
