@@ -8,12 +8,15 @@ from pathlib import Path
 from peg_on_hole_ros.errors import PegOnHoleError
 
 PROFILE = Path(__file__).with_name("fastdds_local.xml")
+_RESERVED: list[socket.socket] = []
 LAST_DOMAIN = 101  # above it, the ports of DDS run into the ephemeral ones of Linux
 
 
 def free_domain() -> int:
     """
     Return a domain id, 1 to 101, in which no participant of this machine is.
+
+    It is this process's until that ends: nobody else is given it, not even before anyone joins.
 
     Raises
     ------
@@ -24,7 +27,7 @@ def free_domain() -> int:
     first = os.getpid() % LAST_DOMAIN
     for offset in range(LAST_DOMAIN):
         domain = 1 + (first + offset) % LAST_DOMAIN
-        if _is_free(domain):
+        if _is_free(domain) and _reserve(domain):
             return domain
     raise PegOnHoleError(f"all DDS domains 1 to {LAST_DOMAIN} are taken: end a ROS process first")
 
@@ -51,6 +54,18 @@ def _profiles_variable():
     except PackageNotFoundError:
         old = False
     return f"{'FASTRTPS' if old else 'FASTDDS'}_DEFAULT_PROFILES_FILE"
+
+
+def _reserve(domain):
+    """Take a name that only one process has, and that goes with it."""
+    name = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        name.bind(f"\0peg_on_hole_ros.dds_domain.{domain}")
+    except OSError:
+        name.close()
+        return False
+    _RESERVED.append(name)
+    return True
 
 
 def _is_free(domain):

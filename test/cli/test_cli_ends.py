@@ -160,7 +160,20 @@ def test_a_disk_that_fails_gives_what_lies_before(tmp_path, monkeypatch):
 
 
 def test_sigterm_leaves_no_half_written_file(tmp_path):
-    out = tmp_path / "out.mcap"
+    # On a busy machine the replay may be done before the signal comes.
+    for attempt in range(10):
+        folder = tmp_path / str(attempt)
+        folder.mkdir()
+        code, text = ended_while_writing(folder / "out.mcap")
+        if code != 0:
+            break
+    assert code == 130
+    assert "Traceback" not in text
+    assert list(folder.iterdir()) == []
+
+
+def ended_while_writing(out):
+    """Replay, end that by SIGTERM as soon as there is a part of the output; return code, text."""
     command = [sys.executable, "-m", "peg_on_hole_ros.cli.main", "replay"]
     process = subprocess.Popen(
         [*command, str(ROOT / "bags" / "working_cycle.mcap"), "--out", str(out)],
@@ -170,18 +183,15 @@ def test_sigterm_leaves_no_half_written_file(tmp_path):
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
     try:
-        part = tmp_path / "out.mcap.part"
+        part = out.with_name("out.mcap.part")
         deadline = time.monotonic() + 120
         while not part.exists() and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.01)
-        assert part.exists()
         process.send_signal(signal.SIGTERM)
         _, text = process.communicate(timeout=60)
     finally:
         process.kill()
-    assert process.returncode == 130
-    assert "Traceback" not in text
-    assert list(tmp_path.iterdir()) == []
+    return process.returncode, text
 
 
 @pytest.mark.parametrize("which", [1, 2])
