@@ -185,8 +185,10 @@ def ended_while_writing(out):
     try:
         part = out.with_name("out.mcap.part")
         deadline = time.monotonic() + 120
-        while not part.exists() and process.poll() is None and time.monotonic() < deadline:
+        while not (begun := part.exists()) and process.poll() is None:
+            assert time.monotonic() < deadline
             time.sleep(0.01)
+        assert begun or process.returncode == 0
         process.send_signal(signal.SIGTERM)
         _, text = process.communicate(timeout=60)
     finally:
