@@ -79,13 +79,14 @@ def _mix(s, scratch, o, n, first, shut, time):
                 t += share[i, j] * s.x[first + i, a]
             x[a] = t
         for a in range(n):
-            for b in range(a + 1):
-                t = 0.0
-                for i in range(levels):
-                    y = s.x[first + i]
-                    t += share[i, j] * (s.P[first + i, a, b] + (y[a] - x[a]) * (y[b] - x[b]))
-                P[a, b] = t
-                P[b, a] = t
+            row = P[a]
+            for b in range(n):
+                row[b] = 0.0
+            for i in range(levels):
+                part, y, before = share[i, j], s.x[first + i], s.P[first + i, a]
+                off = y[a] - x[a]
+                for b in range(n):
+                    row[b] += part * (before[b] + off * (y[b] - x[b]))
     for j in range(first, first + levels):
         s.weight[j] = scratch.log_likelihood[j]
         for a in range(w):
@@ -232,27 +233,20 @@ def _friction_of(s, levels, g):
 @compiled
 def combine(s: StateRecord, n: int) -> None:
     """Fill in mean and covariance of the whole mixture."""
-    m, w = s.components, n + 3
+    w, mean, C = n + 3, s.mean, s.covariance
     for a in range(w):
-        t = 0.0
-        for j in range(m):
-            if s.weight[j] > 0.0:
-                t += s.weight[j] * s.x[j, a]
-        s.mean[a] = t
-        for b in range(a + 1):
-            s.covariance[a, b] = 0.0
-    for j in range(m):
-        weight = s.weight[j]
-        if weight == 0.0:
-            continue
-        x, P = s.x[j], s.P[j]
-        for a in range(w):
-            d = x[a] - s.mean[a]
-            for b in range(a + 1):
-                s.covariance[a, b] += weight * (P[a, b] + d * (x[b] - s.mean[b]))
-    for a in range(w):
-        for b in range(a):
-            s.covariance[b, a] = s.covariance[a, b]
+        mean[a] = 0.0
+        for b in range(w):
+            C[a, b] = 0.0
+    for j in range(s.components):
+        for a in range(w if s.weight[j] > 0.0 else 0):
+            mean[a] += s.weight[j] * s.x[j, a]
+    for j in range(s.components):
+        weight, x = s.weight[j], s.x[j]
+        for a in range(w if weight > 0.0 else 0):
+            row, P, off = C[a], s.P[j, a], x[a] - mean[a]
+            for b in range(w):
+                row[b] += weight * (P[b] + off * (x[b] - mean[b]))
 
 
 @compiled

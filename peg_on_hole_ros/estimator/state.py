@@ -176,7 +176,7 @@ SCRATCH = np.dtype(
         ("by_friction", float, (6, 3)),
         ("product", float, (_M, 3, 3)),
         ("root", float, (6, 6)),
-        ("gain", float, (_W, 6)),
+        ("gain", float, (6, _W)),
         ("white", float, (6,)),
         ("scales", float, (3,)),
         ("left", float, (3,)),

@@ -233,11 +233,11 @@ def _innovation(x, P, s, scratch, at, q, R, white):
             t = 0.0
             for l in range(w):
                 t += E[i, l] * P[l, k]
-            scratch.gain[k, i] = t
+            scratch.gain[i, k] = t
         for k in range(i + 1):
             v = s.noise[0] * R[i, k]
             for l in range(w):
-                v += scratch.gain[l, i] * E[k, l]
+                v += scratch.gain[i, l] * E[k, l]
             root[i, k] = v
     lower_root(root, 3)
     return over_root(root, 3, residual, white)

@@ -10,7 +10,6 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 _LEAST_PIVOT = 1e-300
 # A variance that a subtraction leaves below this share of what it was is rounding.
 _ROUNDING = 1e-15
-_ANY = 1e300
 
 
 @compiled
@@ -72,42 +71,49 @@ def update(
     log_likelihood, nis : float
 
     """
-    for i in range(w):
-        for a in range(k):
-            t = 0.0
-            for j in range(w):
-                t += P[i, j] * E[a, j]
-            gain[i, a] = t
+    # Innermost loops go along rows, which compilers make vectors of.
     for a in range(k):
+        row = gain[a]
+        for i in range(w):
+            row[i] = 0.0
+        for j in range(w):
+            slope = E[a, j]
+            if slope != 0.0:
+                for i in range(w):
+                    row[i] += slope * P[j, i]
         for c in range(a + 1):
             t = R[a, c]
             for j in range(w):
-                t += E[a, j] * gain[j, c]
+                t += E[a, j] * gain[c, j]
             root[a, c] = t
     lower_root(root, k)
     nis, log_root = over_root(root, k, residual, white), 0.0
+    for i in range(w):
+        step[i] = 0.0
     for a in range(k):
         log_root += log(root[a, a])
+        row, over = gain[a], 1.0 / root[a, a]
+        for q in range(a):
+            t, other = root[a, q], gain[q]
+            for i in range(w):
+                row[i] -= t * other[i]
+        for i in range(w):
+            row[i] *= over
+            step[i] += row[i] * white[a]
     for i in range(w):
-        t = 0.0
+        step[i] *= learnt[i]
+        line, least = P[i], _ROUNDING * P[i, i]
         for a in range(k):
-            v = gain[i, a]
-            for q in range(a):
-                v -= root[a, q] * gain[i, q]
-            v /= root[a, a]
-            gain[i, a] = v
-            t += v * white[a]
-        step[i] = t * learnt[i]
-        for j in range(i + 1):
-            if learnt[i] + learnt[j] == 0.0:
-                continue
-            v = P[i, j]
-            least = _ROUNDING * v if i == j else -_ANY
-            for a in range(k):
-                v -= gain[i, a] * gain[j, a]
-            v = max(v, least)
-            P[i, j] = v
-            P[j, i] = v
+            t, row = gain[a, i], gain[a]
+            if learnt[i] > 0.0:
+                for j in range(i + 1):
+                    line[j] -= t * row[j]
+            else:
+                for j in range(i + 1):
+                    line[j] -= learnt[j] * t * row[j]
+        line[i] = max(line[i], least)
+        for j in range(i):
+            P[j, i] = line[j]
     if learnt[FRICTION] > 0.0:
         _keep_doubt(P, w, learnt, k, least_friction, gain, step)
     return -0.5 * nis - log_root, nis
@@ -118,7 +124,7 @@ def _keep_doubt(P, w, learnt, k, least, gain, step):
     """Take back the part of friction's gain that has made it surer than is allowed."""
     told = 0.0
     for a in range(k):
-        told += gain[FRICTION, a] * gain[FRICTION, a]
+        told += gain[a, FRICTION] * gain[a, FRICTION]
     after = P[FRICTION, FRICTION]
     if after >= least or told <= 0.0:
         return
@@ -131,7 +137,7 @@ def _keep_doubt(P, w, learnt, k, least, gain, step):
         # With what is learnt, the full gain of that makes it depend on friction no less.
         if learnt[i] == 0.0:
             for a in range(k):
-                P[FRICTION, i] += (1.0 - share) * gain[FRICTION, a] * gain[i, a]
+                P[FRICTION, i] += (1.0 - share) * gain[a, FRICTION] * gain[a, i]
             P[i, FRICTION] = P[FRICTION, i]
 
 
