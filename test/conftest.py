@@ -7,6 +7,7 @@ the package but them is imported up here.
 
 import json
 import os
+import signal
 import tempfile
 
 import pytest
@@ -14,6 +15,8 @@ from hypothesis import settings
 
 from peg_on_hole_ros.ros.local_dds import environment, free_domain
 
+# A shell lets what it runs in the background ignore Ctrl-C, and so what that starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.update(environment(free_domain()))
 # What the processes of a run share, gone with the first of them.
 RUN = "PEG_ON_HOLE_TEST_RUN"

@@ -115,22 +115,26 @@ class Peer:
         self.spin_until(future.done, f"answer of {name}")
         return future.result()
 
-    def state(self):
-        """Return the node's lifecycle state; asks again, as the first answer may be lost."""
-        client = self.clients["get_state"]
-        self.spin_until(client.service_is_ready, "service get_state")
+    def ask(self, name, request):
+        """Call a service that changes nothing, again if the first answer is lost; return it."""
+        client = self.clients[name]
+        self.spin_until(client.service_is_ready, f"service {name}")
         asked, answers = 0.0, []
 
         def answered():
             nonlocal asked
             if time.monotonic() - asked > 1.0:
                 asked = time.monotonic()
-                future = client.call_async(GetState.Request())
+                future = client.call_async(request)
                 future.add_done_callback(lambda future: answers.append(future.result()))
             return answers
 
-        self.spin_until(answered, "answer of get_state")
-        return answers[0].current_state.id
+        self.spin_until(answered, f"answer of {name}")
+        return answers[0]
+
+    def state(self):
+        """Return the node's lifecycle state."""
+        return self.ask("get_state", GetState.Request()).current_state.id
 
     def close(self):
         self.executor.shutdown()

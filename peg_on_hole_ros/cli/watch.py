@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
             _foxglove(arguments.node, arguments.host, port)
         else:
             _page(arguments.node, arguments.host, port)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, asyncio.CancelledError):
         pass
     return 0
 

@@ -3,6 +3,8 @@
 import asyncio
 import json
 import os
+import signal
+import threading
 from collections.abc import Callable
 from http import HTTPStatus
 from urllib.parse import urlsplit
@@ -27,7 +29,7 @@ async def run(
     ready: Callable[[str], None],
 ) -> None:
     """
-    Serve until cancelled.
+    Serve until cancelled, or until SIGINT or SIGTERM comes to the main thread.
 
     Parameters
     ----------
@@ -70,6 +72,7 @@ async def run(
             f"--port {port} on {host} cannot be had: {_why(error)}; name another, or 0 for any "
             "that is free"
         ) from None
+    _cancelled_by_signals()
     async with server:
         bound = next(iter(server.sockets)).getsockname()[1]
         ready(f"http://{f'[{host}]' if ':' in host else host}:{bound}/")
@@ -80,6 +83,17 @@ async def run(
             # What took longer is not made up for.
             due = max(due + PERIOD, clock())
             await asyncio.sleep(due - clock())
+
+
+def _cancelled_by_signals():
+    """Let signals cancel this task in its turn: at any moment they would break into asyncio."""
+    task = asyncio.current_task()
+    if task is None or threading.current_thread() is not threading.main_thread():
+        return
+    for number in (signal.SIGINT, signal.SIGTERM):
+        # In the background of a shell Ctrl-C is for others.
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            asyncio.get_running_loop().add_signal_handler(number, task.cancel)
 
 
 def _why(error):

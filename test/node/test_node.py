@@ -186,7 +186,7 @@ def test_all_parameters_of_the_table_are_declared(peer):
         assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
         names = [row.name for row in PARAMETERS]
         request = GetParameters.Request(names=names)
-        answer = peer.call("get_parameters", request)
+        answer = peer.ask("get_parameters", request)
         kinds = {
             "bool": ParameterType.PARAMETER_BOOL,
             "integer": ParameterType.PARAMETER_INTEGER,

@@ -23,7 +23,7 @@ def friction_of(*arguments):
     node, peer = subprocess.Popen(started, cwd=ROOT), Peer()
     try:
         request = GetParameters.Request(names=["scene.friction", "scene.peg_mass"])
-        return [value.double_value for value in peer.call("get_parameters", request).values]
+        return [value.double_value for value in peer.ask("get_parameters", request).values]
     finally:
         node.kill()
         node.wait()
