@@ -204,7 +204,7 @@ class Outputs(NamedTuple):
     slip_speed, slip_speed_stddev : ndarray, shape (3,)
         [m/s].
     closed : ndarray of bool, shape (3,)
-        Whether each contact carries load.
+        By the contact mode; where that is unknown, whether each contact carries load.
     contact_force : ndarray, shape (3, 3)
         Force on the peg at K, B1, B2 (rows), normal and friction, hole axes [N].
     contact_point : ndarray, shape (3, 3)

@@ -11,7 +11,7 @@ from peg_on_hole_ros.messages.output import Message, estimate_messages
 from peg_on_hole_ros.messages.published import WIDTHS, published
 from peg_on_hole_ros.monitor.memory import IN_AIR, MODES
 from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE, MONITOR
-from peg_on_hole_ros.monitor.outputs import outputs_of
+from peg_on_hole_ros.monitor.outputs import are_closed, outputs_of
 from peg_on_hole_ros.records import Outputs, Rows
 
 
@@ -112,8 +112,8 @@ class OutputColumns:
 
     @property
     def closed(self) -> np.ndarray:
-        """Whether each contact carries load, shape (n, 3)."""
-        return self._fields.normal > 0.0
+        """Whether each contact is closed, shape (n, 3)."""
+        return are_closed(self._rows[:, MODE, None], self._fields.normal)
 
     @cached_property
     def force(self) -> np.ndarray:

@@ -10,6 +10,7 @@ from peg_on_hole_ros.messages.output import POSE_FLOOR
 from peg_on_hole_ros.messages.plain import fill_quaternion
 from peg_on_hole_ros.monitor.memory import IN_AIR
 from peg_on_hole_ros.monitor.output_row import AT, MODE, MONITOR, MONITOR_NAMES
+from peg_on_hole_ros.monitor.outputs import are_closed
 
 # How many numbers each topic has, in the order in which they are published.
 WIDTHS = {
@@ -27,6 +28,7 @@ _STATE_STDDEV, _CONTACTS, _CONTACTS_STDDEV, _MONITOR, _WRENCHES, _, _, POSE, SIZ
     list(WIDTHS.values())
 ).tolist()
 _NAMES, _DETERMINED = len(MONITOR_NAMES), AT.reactions_determined
+_closed = compiled(are_closed)
 _FLOOR = np.ascontiguousarray(np.diagonal(POSE_FLOOR))
 
 
@@ -58,7 +60,7 @@ def fill_published(row: np.ndarray, floor: np.ndarray, out: np.ndarray) -> None:
         # Rounding may leave a variance of zero a hair below it.
         out[_STATE_STDDEV + i] = sqrt(max(row[at.COVARIANCE + 7 * i], 0.0))
     for i in range(3):
-        out[_CONTACTS + i] = 1.0 if row[at.NORMAL + i] > 0.0 else 0.0
+        out[_CONTACTS + i] = 1.0 if _closed(row[MODE], row[at.NORMAL + i]) else 0.0
         out[_CONTACTS + 3 + i] = row[at.SLIP + i]
         out[_CONTACTS + 6 + i] = row[at.NORMAL + i] if known else nan
         out[_CONTACTS_STDDEV + i] = row[at.SLIP_STDDEV + i]

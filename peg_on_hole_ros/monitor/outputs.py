@@ -1,11 +1,13 @@
 """A row of numbers as the record that programs read: names, texts and views of its arrays."""
 
+from typing import Any
+
 import numpy as np
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import described
 from peg_on_hole_ros.monitor.alarm_text import alarms_of
-from peg_on_hole_ros.monitor.memory import MODES
+from peg_on_hole_ros.monitor.memory import MODES, THREE_POINT, TWO_POINT, UNKNOWN
 from peg_on_hole_ros.monitor.output_row import (
     ALARM_WIDTH,
     ALARMS,
@@ -16,6 +18,24 @@ from peg_on_hole_ros.monitor.output_row import (
     SIZE,
 )
 from peg_on_hole_ros.records import Outputs
+
+
+def are_closed(mode: Any, normal: Any) -> Any:
+    """
+    Return whether contacts are closed: as the mode says, and by their load where it says nothing.
+
+    A load that is told as none, near zero or before it is told at all, opens no contact.
+
+    Parameters
+    ----------
+    mode : float or ndarray
+        Place in MODES; broadcast.
+    normal : float or ndarray
+        Reactions [N].
+
+    """
+    touches = (mode == THREE_POINT) | (mode == TWO_POINT)
+    return touches | ((mode == UNKNOWN) & (normal > 0.0))
 
 
 def outputs_of(t_ns: int, row: np.ndarray) -> Outputs:
@@ -35,7 +55,7 @@ def outputs_of(t_ns: int, row: np.ndarray) -> Outputs:
     return Outputs(
         t_ns,
         *estimate[:6],
-        estimate.normal > 0,
+        are_closed(row[MODE], estimate.normal),
         *estimate[6:],
         {name: value for name, value in told if value == value},
         MODES[int(row[MODE])],

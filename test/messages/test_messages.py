@@ -9,7 +9,9 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 from estimates import SCENE, estimate
+from peg_on_hole_ros.estimator.description import NORMAL
 from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.output import (
     POSITION_FLOOR,
     STRING,
@@ -18,10 +20,13 @@ from peg_on_hole_ros.messages.output import (
     OutputStream,
 )
 from peg_on_hole_ros.messages.plain import quaternion, stamp
+from peg_on_hole_ros.messages.published import WIDTHS, published
 from peg_on_hole_ros.messages.ros_messages import message_class, to_plain, to_ros
 from peg_on_hole_ros.messages.transforms import TRANSFORMS, Transforms
-from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
-from peg_on_hole_ros.records import Alarm
+from peg_on_hole_ros.monitor.memory import MODES
+from peg_on_hole_ros.monitor.output_row import MODE, MONITOR_NAMES, SIZE
+from peg_on_hole_ros.monitor.outputs import outputs_of
+from peg_on_hole_ros.records import Alarm, Rows
 
 
 def by_topic(messages):
@@ -123,6 +128,27 @@ def test_what_is_not_determined_is_nan_and_nothing_else_is(mode, determined, kno
         rings = np.hypot(ends[:, 0], ends[:, 1])
         np.testing.assert_allclose(rings, SCENE.peg_diameter / 2, rtol=1e-12)
         assert set(np.abs(ends[:, 2])) == {SCENE.peg_height / 2}
+
+
+@pytest.mark.parametrize(
+    ("mode", "closed"),
+    [
+        ("three_point", [1.0, 1.0, 1.0]),
+        # In the hole B1 and B2 are halves of one contact.
+        ("two_point", [1.0, 1.0, 1.0]),
+        ("open", [0.0, 0.0, 0.0]),
+        # Nothing is judged there: what carries is all that is known.
+        ("unknown", [1.0, 0.0, 1.0]),
+    ],
+)
+def test_contacts_are_closed_as_the_mode_says(mode, closed):
+    rows = np.zeros((1, SIZE))
+    rows[0, MODE], rows[0, NORMAL : NORMAL + 3] = MODES.index(mode), (5.0, 0.0, 0.1)
+    assert outputs_of(0, rows[0]).closed.tolist() == [each == 1.0 for each in closed]
+    columns = OutputColumns(Rows(np.zeros(1, np.int64), rows), [])
+    assert columns.closed.tolist() == [[each == 1.0 for each in closed]]
+    begin = WIDTHS["state"] + WIDTHS["state_stddev"]
+    assert published(rows)[0, begin : begin + 3].tolist() == closed
 
 
 def test_the_worst_level_of_all_alarms_is_sent_on_change():
