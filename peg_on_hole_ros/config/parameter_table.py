@@ -54,6 +54,8 @@ class Parameter:
 # The monitor is built with it or without.
 _BUILT = ("monitor.modes",)
 LIVE = (
+    "wrench.force_stddev",
+    "wrench.torque_stddev",
     "wrench.tare_in_contact",
     "joints.position_stddev",
     "filter.gate_threshold",

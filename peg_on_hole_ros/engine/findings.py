@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.diagnosis.delay import Delay
 from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
 from peg_on_hole_ros.diagnosis.finding import Finding
@@ -19,6 +19,7 @@ from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Stamps that fall by more begin another window of the diagnosis.
 DUE_NS = 100_000_000
+_NOISE = "force_stddev", "torque_stddev"
 
 
 class Findings:
@@ -54,6 +55,7 @@ class Findings:
         self._adopted: dict[str, Any] = {}
         self._mounted: dict[str, Any] = {}
         self._found: list[Finding] = []
+        self._stated = configuration.wrench
         self.look(configuration, reduction, reduction.taken_off)
 
     def look(
@@ -83,6 +85,14 @@ class Findings:
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
         """Take note of another pose of the sensor [m], [rad]."""
         self._mounted = {"sensor_xyz": xyz, "sensor_rpy": rpy}
+
+    def restate(self, wrench: WrenchInput) -> bool:
+        """Let noise that is stated anew take the place of what was found; return whether it is."""
+        before, self._stated = self._stated, wrench
+        changed = [name for name in _NOISE if getattr(wrench, name) != getattr(before, name)]
+        for name in changed:
+            self._adopted.pop(name, None)
+        return bool(changed)
 
     def as_found(self, configuration: Configuration) -> Configuration:
         """Return settings with what is used in place of them."""

@@ -260,8 +260,12 @@ class Placing:
     def retune(self, configuration: Configuration) -> None:
         """Take other settings from here on, of those that a node takes while it is active."""
         self.forget_past()
+        restated = self.findings.restate(configuration.wrench)
         self.configuration = self.findings.as_found(configuration)
         self.processor.retune(self.configuration)
+        if restated:
+            reduction = self.processor.reduction
+            self.findings.look(self.configuration, reduction, reduction.taken_off)
 
     def describe(self, joints: JointInput) -> None:
         """Take what the robot's description makes known."""

@@ -23,7 +23,7 @@ from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
 from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
 from peg_on_hole_ros.monitor import judgement
 from peg_on_hole_ros.monitor.evidence import force_noise
 from peg_on_hole_ros.monitor.memory import NO_STAMP, thresholds
@@ -70,18 +70,23 @@ class Processor:
         self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
         # A filter that has steps of its own is called step by step.
         self.in_one_piece = type(self.filter) is HeldPeg
-        self._force_stddev = force_noise(scene, self.reduction.covariance)
         self._memory = np.zeros(1, ENGINE)
         self.engine, self._words = self._memory[0], self._memory.view(np.int64)
         self.engine["reduction"] = self.reduction.steps
-        self.engine["variance"] = self.reduction.noise
-        self.engine["covariance"], self.engine["tared"] = self.reduction.covariance, np.nan
+        self.engine["tared"] = np.nan
+        self._state_noise()
         self.engine["memory"]["numbers"] = self._new_judgement()
         self.filter.move_to(self._memory["held"])
         self._no_room = self.room(0)
         self._rules = np.zeros(1, RULES)
         self._rule()
         self.restart()
+
+    def _state_noise(self):
+        reduction = self.reduction
+        self._force_stddev = force_noise(self.configuration.scene, reduction.covariance)
+        self.engine["variance"] = reduction.noise
+        self.engine["covariance"] = reduction.covariance
 
     def _new_judgement(self):
         configuration = self.configuration
@@ -135,9 +140,13 @@ class Processor:
         self.engine["memory"]["numbers"] = self._new_judgement()
 
     def retune(self, configuration: Configuration) -> None:
-        """Take other gates and thresholds from here on; estimate, mode, flag and alarms stay."""
-        self.configuration = configuration
+        """Take other gates, noise and thresholds; estimate, mode, flag and alarms stay."""
+        before, self.configuration = self.configuration, configuration
         self.filter.options = configuration.filter
+        if noise_of(configuration.wrench) != noise_of(before.wrench):
+            self.reduction.take_noise(configuration.wrench)
+            self._state_noise()
+            wrench_noise.begin(self.engine["wrench_noise"])
         self._rule()
         numbers = self.engine["memory"]["numbers"]
         judgement.retune(numbers, configuration.monitor, configuration.scene, self._force_stddev)

@@ -79,6 +79,11 @@ def tilt_axes(tilt: Sequence[float] | np.ndarray) -> np.ndarray:
     return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * K @ K
 
 
+def noise_of(options: WrenchInput) -> tuple[float, float]:
+    """Return the noise that is stated of forces and of torques [N], [N m]."""
+    return options.force_stddev, options.torque_stddev
+
+
 class WrenchReduction:
     """
     The map from the sensor's wrench to the wrench on the peg at its mass centre, peg axes.
@@ -115,9 +120,7 @@ class WrenchReduction:
         center_P = np.array([0.0, 0.0, scene.mass_center_height])
         r_P = np.array(options.sensor_xyz) - center_P
         self.matrix = np.block([[R_PS, np.zeros((3, 3))], [skew(r_P) @ R_PS, R_PS]])
-        stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
-        self.noise = np.square(stddev)
-        self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
+        self.take_noise(options)
         steps = np.zeros(1, REDUCTION)[0]
         self.tare = steps["tare"]
         self.tare[:] = self.sign * np.array([*options.bias_force, *options.bias_torque])
@@ -132,6 +135,12 @@ class WrenchReduction:
         self.steps = steps
         self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity, float)
+
+    def take_noise(self, options: WrenchInput) -> None:
+        """Take the noise that is stated."""
+        stddev = [options.force_stddev] * 3 + [options.torque_stddev] * 3
+        self.noise = np.square(stddev)
+        self.covariance = self.matrix @ np.diag(self.noise) @ self.matrix.T
 
     def offsets(self, configuration: Configuration) -> Offsets:
         """Return what is not known of the sensor's zero and of the hole's direction."""

@@ -36,6 +36,13 @@ def forget_noise(memory: np.ndarray) -> None:
         memory[first] = memory[first + 1] = 1.0
 
 
+def begin(memory: np.ndarray) -> None:
+    """Forget all that was found, as where other noise is stated."""
+    memory[:] = 0.0
+    for first in (FORCE, WIDE_FORCE, AIR_FORCE):
+        memory[first : first + 2] = 1.0
+
+
 @compiled
 def follow_wrench(
     memory: np.ndarray,

@@ -106,6 +106,10 @@ def test_rounding_that_hides_the_noise_is_told():
     ]
     assert line.configuration.wrench.torque_stddev == 0.0293
     assert seconds < 0.2
+    # What is stated from then on counts before what was found.
+    line.retune(from_parameters({"wrench.torque_stddev": 0.05}))
+    assert line.configuration.wrench.torque_stddev == 0.05
+    assert not any("used in place" in cause for cause in line.causes)
 
 
 def test_after_a_tare_nothing_is_adopted():

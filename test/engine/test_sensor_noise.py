@@ -198,3 +198,29 @@ def test_contacts_that_chatter_behind_calm_air_are_no_wrong_setting(begun):
     # It is used as noise all the same.
     assert line.health["wrench_noise"] == pytest.approx(10.0, rel=0.3)
     assert bool(line.causes) == bool(begun)
+
+
+def test_noise_that_is_stated_anew_takes_the_place_of_what_was_found():
+    recorded, samples = noisier("closing_with_slip", 1.0, wrench=3.0)
+    samples, stated = list(samples), recorded.plan.configuration
+    line, half = Pipeline(stated), len(samples) // 2
+    list(line.play(samples[:half]))
+    assert any("wrench.force_stddev: the noise" in cause for cause in line.causes)
+    found, sensor = line.counts["wrench_noisy"], stated.wrench
+    right = replace(
+        sensor, force_stddev=3.0 * sensor.force_stddev, torque_stddev=3.0 * sensor.torque_stddev
+    )
+    line.retune(replace(stated, wrench=right))
+    outputs = list(line.play(samples[half:]))
+    # As stated now: nothing is noisier, and nothing is told of what was.
+    assert line.counts["wrench_noisy"] == found > 0
+    assert not any("_stddev: the noise" in cause for cause in line.causes)
+    covered_in(outputs, outputs, recorded_from(recorded, outputs, samples))
+
+
+def recorded_from(recorded, outputs, samples):
+    """Return a truth that begins at the first of some outputs."""
+    at = int(
+        np.argmin(np.abs(recorded.t_ns - recorded.t_ns[0] - outputs[0].t_ns + samples[0].t_ns))
+    )
+    return replace(recorded, t_ns=recorded.t_ns[at:], normal=recorded.normal[at:])
