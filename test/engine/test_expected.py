@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from estimates import estimate
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
+from peg_on_hole_ros.engine.announced_motion import Expected
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.messages.stream import is_event, message_stream
-from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.records import Alarm, JointSample, WrenchSample
 from peg_on_hole_ros.replay.run import check_bag, hand_over, sources_of
 from simulated import ROOT
 
@@ -43,6 +45,26 @@ def test_an_announced_lift_off_is_no_lost_contact():
     assert any(text.startswith("expected (lift_off): the peg") for _, _, text in announced)
     taken_back = played([(6.0, "expect lift_off"), (6.5, "expect nothing")])
     assert max(level for t, level, _ in taken_back if t > 6.8) == 2
+
+
+@pytest.mark.parametrize(("what", "mode"), [("insertion", "two_point"), ("lift_off", "open")])
+def test_what_is_announced_is_over_half_a_second_behind_it(what, mode):
+    lost = (Alarm("contact_loss", 2, "the peg has left the rim", (), ()),)
+    jams = (Alarm("jamming", 2, "the peg wedges", (), ()),)
+    expected = Expected()
+    expected.announce(what)
+
+    def levels(t_ms, mode, alarms):
+        outputs = estimate(t_ns=t_ms * MS, contact_mode=mode, alarms=alarms)
+        return [alarm.level for alarm in expected.judged(outputs).alarms]
+
+    # Before it has come, and as long as the alarm is held behind it.
+    assert levels(0, "unknown", lost) == [0] and levels(100, mode, lost) == [0]
+    assert levels(700, mode, lost) == [0]
+    # No other alarm is quiet for it.
+    assert levels(701, mode, lost + jams) == [0, 2]
+    assert levels(702, mode, ()) == []
+    assert levels(703, "unknown", lost) == [2]
 
 
 def test_only_known_motions_are_events():
