@@ -26,7 +26,7 @@ if RUN not in os.environ:
 os.environ.setdefault("ROS_LOG_DIR", os.environ[RUN])
 
 # How many examples: `HYPOTHESIS_PROFILE=nightly` for a run that may take its time.
-settings.register_profile("push", max_examples=100, deadline=None)
+settings.register_profile("push", max_examples=50, deadline=None)
 settings.register_profile("nightly", max_examples=20_000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "push"))
 

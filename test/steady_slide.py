@@ -1,5 +1,7 @@
 """A peg that slides on three contacts at steady rates, and the samples that this motion makes."""
 
+from functools import cache
+
 import numpy as np
 
 from peg_on_hole_ros.config.configuration import from_parameters
@@ -18,16 +20,22 @@ def motion(k, rate=-0.05):
     return np.array([0.15 + rate * k * 1e-3, 0.0, 1e-3 * k]), np.array([rate, 0.0, 1.0])
 
 
+@cache
+def balanced(k, rate, load):
+    """Return force and torque [N, N m] at the sensor after k milliseconds; solved once each."""
+    names, at_rim = quantities("peg")[-6:], {"N_K": load, "N_B1": load / 2, "N_B2": load / 2}
+    found = solve_any(CONFIGURATION.scene, *motion(k, rate), names, at_rim, "peg").values
+    force, torque = np.array([found[name] for name in names]).reshape(2, 3)
+    return force, torque + np.cross([0.0, 0.0, CENTRE], force)
+
+
 def wrench(k, random, moved=0, rate=-0.05, load=6.0):
     """
     Return a wrench of the stamp k [ms]: what the motion at another asks for under a load at K [N].
 
     Any other contradicts the motion, which then begins anew for ever.
     """
-    names, at_rim = quantities("peg")[-6:], {"N_K": load, "N_B1": load / 2, "N_B2": load / 2}
-    found = solve_any(CONFIGURATION.scene, *motion(moved, rate), names, at_rim, "peg").values
-    force, torque = np.array([found[name] for name in names]).reshape(2, 3)
-    torque = torque + np.cross([0.0, 0.0, CENTRE], force)
+    force, torque = balanced(moved, rate, load)
     force, torque = force + random.normal(0, 0.2, 3), torque + random.normal(0, 0.005, 3)
     return WrenchSample(BEGIN + k * MS, tuple(force), tuple(torque))
 

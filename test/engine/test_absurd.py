@@ -10,6 +10,7 @@ from peg_on_hole_ros.measurements.measurement import MOST_FORCE, MOST_TORQUE, wr
 from peg_on_hole_ros.messages.decode import Malformed, wrench_sample
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.records import JointSample, WrenchSample
+from tiers import nightly
 
 
 def not_finite(outputs):
@@ -32,7 +33,7 @@ def with_one(samples, kind, at_ms, **changes):
 
 
 @pytest.mark.parametrize("kind", ["force", "torque"])
-@pytest.mark.parametrize("size", [2e6, 1e20, 1e200, -1e308])
+@pytest.mark.parametrize("size", [2e6, -1e308, *nightly(1e20, 1e200)])
 def test_a_wrench_that_no_sensor_measures_is_dropped(kind, size):
     samples, at = with_one(ordered(250), WrenchSample, 150, **{kind: (0.0, size, 1.0)})
     line, plain = pipeline(), pipeline()
@@ -64,7 +65,7 @@ def test_the_largest_that_is_let_in_is_not_remembered(kind):
 
 
 @pytest.mark.parametrize("at_ms", [-1, 150])
-@pytest.mark.parametrize("size", [2e6, 1e16, 1e100, 1e300])
+@pytest.mark.parametrize("size", [2e6, 1e300, *nightly(1e16, 1e100)])
 def test_angles_that_no_joint_counts_are_dropped(at_ms, size):
     samples, _ = with_one(ordered(250), JointSample, at_ms, position=(0.15, size, -size))
     line = pipeline()

@@ -256,6 +256,7 @@ def test_a_jammed_peg_has_no_peak_beyond_what_it_can_have_been():
     assert 0.0 < max(record["mean_normal"].values()) < peak
 
 
+@pytest.mark.nightly
 def test_the_working_cycle_has_two_tries(tmp_path):
     scene = truth("working_cycle")
     path = tmp_path / "cycle.mcap"

@@ -17,10 +17,11 @@ from peg_on_hole_ros.replay.run import check_bag, hand_over, sources_of
 from simulated import ROOT
 
 MS = 1_000_000
+BEGIN = 4.5  # of what is played [s]: the peg slides
 
 
 def played(events):
-    """Seconds, level and text of contact_loss over the first try of working_cycle."""
+    """Seconds, level and text of contact_loss over the end of working_cycle's first try."""
     bag, configuration = Bag(ROOT / "bags" / "working_cycle.mcap"), Configuration()
     stream, sources = message_stream(configuration, 0.0), sources_of(configuration)
     begun, waiting, told = None, list(events), []
@@ -29,6 +30,8 @@ def played(events):
         t = (item.log_ns - begun) * 1e-9
         if t > 7.6:
             return told
+        if t < BEGIN:
+            continue
         while waiting and t >= waiting[0][0]:
             assert stream.on_event(waiting.pop(0)[1]).success
         for suffix, _, fields in hand_over(stream, item, sources):

@@ -11,6 +11,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from simulated import truth
+from tiers import nightly
 
 
 @pytest.mark.parametrize("most_ms", [3, 30])
@@ -231,7 +232,7 @@ def stamped(samples, delay_ns):
     return sorted(moved, key=lambda s: s.t_ns)
 
 
-@pytest.mark.parametrize("delay_ms", [10, -10, 80])
+@pytest.mark.parametrize("delay_ms", [-10, *nightly(10, 80)])
 def test_a_known_delay_between_the_sensors_is_taken_out(delay_ms):
     samples = ordered(200)
     first = play_all(pipeline(), samples, 0)

@@ -1,5 +1,6 @@
 """Without any orientation for long the motion is let go of, counted, and begun anew with one."""
 
+from itertools import product
 from math import isfinite, pi
 
 import numpy as np
@@ -11,6 +12,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.engine.processor import LOST
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from steady_slide import BEGIN, MS, motion, orientation, wrench
+from tiers import at_push
 
 LOST_MS = round(LOST * 1e3)
 
@@ -60,17 +62,21 @@ def same(first, second):
         assert second.counts[name] == first.counts[name], name
 
 
-@pytest.mark.parametrize("first", ["joint", "wrench"])
-@pytest.mark.parametrize("silence_s", [LOST + 0.1, 60.0, 3600.0, 14 * 3600.0])
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {},
-        {"wrench.bias_force_stddev": 1.0, "joints.hole_tilt_stddev": 0.01},
-        {"monitor.modes": False},
-    ],
+OPEN = {"wrench.bias_force_stddev": 1.0, "joints.hole_tilt_stddev": 0.01}
+PAUSES = [
+    ({}, 14 * 3600.0, "wrench"),
+    (OPEN, LOST + 0.1, "joint"),
+    ({"monitor.modes": False}, 60.0, "joint"),
+]
+ALL_PAUSES = product(
+    ({}, OPEN, {"monitor.modes": False}),
+    (LOST + 0.1, 60.0, 3600.0, 14 * 3600.0),
+    ("joint", "wrench"),
 )
-def test_after_a_pause_the_motion_begins_anew(first, silence_s, settings):
+
+
+@pytest.mark.parametrize(("settings", "silence_s", "first"), at_push(PAUSES, ALL_PAUSES))
+def test_after_a_pause_the_motion_begins_anew(settings, silence_s, first):
     line = Pipeline(from_parameters(settings))
     samples = pause(round(silence_s * 1e3), first=first)
     outputs = list(line.play(samples))

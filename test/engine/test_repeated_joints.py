@@ -16,6 +16,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
+from tiers import nightly
 
 REASON = "joints_dropped_repeated_stamp"
 
@@ -34,7 +35,7 @@ def joint_count(samples):
 
 
 # At once, with a wrench in between, and as late as a message may be: 40 ms.
-@pytest.mark.parametrize("after", [1, 3, 60])
+@pytest.mark.parametrize("after", [3, *nightly(1, 60)])
 @pytest.mark.parametrize("window", [0.05, 0.0])
 def test_sent_twice_is_used_once(after, window):
     samples = ordered(200)

@@ -1,11 +1,14 @@
 """A component that stays at the end of its range: told, and nothing is made of such wrenches."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from recorded_faults import BAGS, samples, spoilt
+from tiers import nightly
 
 
 def clipped(force, torque):
@@ -51,8 +54,17 @@ def test_a_wrench_that_comes_off_its_end_is_used_again():
     assert "unknown" in modes and "open" in modes[modes.index("unknown") :]
 
 
-@pytest.mark.parametrize("steps", [(0.1, 0.01), (0.1, 0.1), (1.0, 0.05)])
-@pytest.mark.parametrize("path", BAGS, ids=lambda path: path.stem)
-def test_a_sensor_that_rounds_has_no_end(path, steps):
-    line, _ = played(path, rounded(*steps))
+STEPS = [(0.1, 0.01), (0.1, 0.1), (1.0, 0.05)]
+
+
+@pytest.mark.parametrize(
+    ("path", "steps", "end"),
+    [
+        *product(BAGS[:2], STEPS, (np.inf,)),
+        (BAGS[2], STEPS[2], 2.5),
+        *nightly(*product(BAGS[2:], STEPS, (np.inf,))),
+    ],
+)
+def test_a_sensor_that_rounds_has_no_end(path, steps, end):
+    line, _ = played(path, rounded(*steps), end=end)
     assert line.counts["wrench_saturated"] == 0

@@ -1,7 +1,7 @@
 """Sensors that are noisier than stated: told, used as found, and bounds still hold."""
 
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 import pytest
@@ -11,12 +11,9 @@ from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.ros.diagnostics import ERROR, WARN, Diagnostics
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
+from tiers import at_push, nightly
 
-SCENES = [
-    "closing_with_slip",
-    "closing_without_slip",
-    pytest.param("working_cycle", marks=pytest.mark.nightly),
-]
+SCENES = ["closing_with_slip", "closing_without_slip", "working_cycle"]
 
 
 def noisier(name, times, seed=3, wrench=1.0):
@@ -52,8 +49,12 @@ def seconds_to_tell(outputs):
     )
 
 
-@pytest.mark.parametrize("times", [3.0, 5.0])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    ("name", "times"),
+    at_push(
+        [("closing_with_slip", 3.0), ("closing_without_slip", 5.0)], product(SCENES, (3.0, 5.0))
+    ),
+)
 def test_more_noise_is_found_told_and_used(name, times):
     recorded, samples = noisier(name, times)
     line, outputs, _ = played(recorded, samples)
@@ -80,8 +81,9 @@ def covered_in(settled, outputs, recorded):
     assert (np.array(covered) / count).min() > 0.85
 
 
-@pytest.mark.parametrize("times", [3.0, 10.0])
-@pytest.mark.parametrize("name", SCENES[:2])
+@pytest.mark.parametrize(
+    ("name", "times"), at_push([("closing_without_slip", 10.0)], product(SCENES[:2], (3.0, 10.0)))
+)
 def test_more_noise_of_the_wrench_is_found_told_and_used(name, times):
     recorded, samples = noisier(name, 1.0, wrench=times)
     line, outputs, _ = played(recorded, samples)
@@ -97,8 +99,9 @@ def test_more_noise_of_the_wrench_is_found_told_and_used(name, times):
     covered_in(settled, outputs, recorded)
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    ("name", "seed"), at_push([(name, 0) for name in SCENES[:2]], product(SCENES, range(3)))
+)
 def test_noise_as_stated_is_not_told(name, seed):
     recorded, samples = noisier(name, 1.0, seed)
     line, outputs, _ = played(recorded, samples)
@@ -154,7 +157,7 @@ def test_it_is_said_in_words():
     assert found == pytest.approx(3.0 * stated, rel=0.3)
 
 
-@pytest.mark.parametrize("part", ["force", "torque"])
+@pytest.mark.parametrize("part", ["torque", *nightly("force")])
 def test_what_is_rougher_than_any_noise_is_told_and_not_used(part):
     """A thousand times, as where another unit hides in the air: nothing is said of contacts."""
     recorded, samples = noisier("working_cycle", 1.0)
@@ -178,7 +181,7 @@ def test_what_is_rougher_than_any_noise_is_told_and_not_used(part):
     assert {alarm.level for each in settled for alarm in each.alarms} == {0}
 
 
-@pytest.mark.parametrize("begun", [0.0, 1.5])
+@pytest.mark.parametrize("begun", [1.5, *nightly(0.0)])
 def test_contacts_that_chatter_behind_calm_air_are_no_wrong_setting(begun):
     """Ten times the noise from the touch-down at 1.2 s on; without the air before nobody knows."""
     recorded, samples = noisier("working_cycle", 1.0)

@@ -9,6 +9,7 @@ from peg_on_hole_ros.messages.cycles import Cycles
 from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.replay.summary import Summary
+from tiers import at_push
 
 AT = 150
 
@@ -88,7 +89,7 @@ def test_a_wrench_far_ahead_is_undone_by_the_next(ahead_ms):
     assert total(second.counts) == total(first.counts) + 1
 
 
-@pytest.mark.parametrize("begin", range(AT, AT + 24, 3))
+@pytest.mark.parametrize("begin", at_push([AT, AT + 12], range(AT, AT + 24, 3)))
 @pytest.mark.parametrize("after", [1, 40])
 def test_late_messages_are_put_in_their_place_after_it(begin, after):
     """What is kept for them begins anew, with a snapshot."""

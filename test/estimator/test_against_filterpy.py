@@ -1,5 +1,7 @@
 """The compiled estimator against filterpy on the numpy model, wrench by wrench."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from compiled_beside import (
     with_scene,
 )
 from simulated import truth
+from tiers import nightly
 
 # The first test of a process may have to compile the step.
 pytestmark = pytest.mark.timeout(600)
@@ -25,26 +28,32 @@ LIMIT = 1e-6
 LEVELS = {"one level": ONE_LEVEL, "three levels": {}, "held": ONE_LEVEL | {"time": (np.inf,)}}
 
 
-@pytest.mark.parametrize("levels", LEVELS)
-def test_friction_is_known(levels):
+@pytest.mark.parametrize(
+    ("levels", "count"),
+    [("three levels", 60), ("held", 60), *nightly(*product(LEVELS, (150,)))],
+)
+def test_friction_is_known(levels, count):
     recorded = truth("closing_with_slip")
-    rows, noise = samples(recorded, count=150)
+    rows, noise = samples(recorded, count=count)
     cell = cell_of(with_scene(recorded, friction_stddev=0.0), noise, **LEVELS[levels])
     assert differences(cell, 1, rows).max() < LIMIT
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["closing_with_slip", pytest.param("closing_without_slip", marks=pytest.mark.nightly)],
+    ("name", "count"),
+    [
+        ("closing_with_slip", 60),
+        *nightly(("closing_with_slip", 120), ("closing_without_slip", 120)),
+    ],
 )
-def test_a_mixture_of_frictions_and_levels(name):
+def test_a_mixture_of_frictions_and_levels(name, count):
     recorded = truth(name)
-    rows, noise = samples(recorded, count=120)
+    rows, noise = samples(recorded, count=count)
     cell = cell_of(with_scene(recorded, friction=0.17, friction_stddev=0.05), noise)
     assert differences(cell, 7, rows).max() < LIMIT
 
 
-@pytest.mark.parametrize("learnt", [True, False])
+@pytest.mark.parametrize("learnt", [True, *nightly(False)])
 def test_friction_is_open_where_the_slip_tells_little(learnt):
     """Its variance is bound from below while the slip may point elsewhere, or stays."""
     recorded = truth("closing_without_slip")
@@ -54,13 +63,21 @@ def test_friction_is_open_where_the_slip_tells_little(learnt):
     assert differences(cell, 1, rows).max() < LIMIT
 
 
-@pytest.mark.parametrize("how", ["learnt", "considered"])
-@pytest.mark.parametrize("quantity", STATED)
-def test_one_quantity_is_open(quantity, how):
+FEW = [("bias", "learnt", 60), ("clearance", "learnt", 60), ("tilt", "considered", 60)]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "how", "count"),
+    [
+        *FEW,
+        *nightly(*product(STATED, ("learnt", "considered"), (120,))),
+    ],
+)
+def test_one_quantity_is_open(quantity, how, count):
     # A delay is only ever considered: its slope by the rates is that of no delay.
     considered = (quantity,) if how == "considered" or quantity == "delay" else ()
     recorded = truth("closing_with_slip")
-    rows, noise = samples(recorded, count=120)
+    rows, noise = samples(recorded, count=count)
     cell = cell_of(with_scene(recorded), noise, (quantity,), considered, **ONE_LEVEL)
     assert differences(cell, 1, rows).max() < LIMIT
 
@@ -85,17 +102,17 @@ def test_a_peg_that_hangs_touches_down():
     assert differences(cell, 7, rows, contacts.__getitem__).max() < LIMIT
 
 
-@pytest.mark.parametrize("wrenches", [1, 3])
+@pytest.mark.parametrize("wrenches", [3, *nightly(1)])
 def test_wrenches_that_are_far_off(wrenches):
     """One alone is a spike, and counts little; of several the others count in full."""
     recorded = truth("closing_with_slip")
     rows, noise = samples(recorded, count=120)
     cell = cell_of(with_scene(recorded, friction_stddev=0.0), noise)
-    plain = differences(cell, 1, rows)
+    plain = differences(cell, 1, rows[:90])
     for k in range(90, 90 + wrenches):
         rows[k] = rows[k]._replace(u=rows[k].u + [5.0, 20.0, 0.0, 0.1, 0.0, 0.0])
     found = differences(cell, 1, rows)
-    np.testing.assert_array_equal(found[:90], plain[:90])
+    np.testing.assert_array_equal(found[:90], plain)
     assert found.max() < LIMIT
 
 

@@ -6,6 +6,8 @@ import pytest
 from benchmarks.grid.consistency import score
 from simulated import SAMPLES, truth
 
+# Of a few seeds, test_other_pegs and test_open_quantities.
+pytestmark = pytest.mark.nightly
 # The closing scenes are short: with fewer seeds chance alone moves an error by a tenth.
 SEEDS = {"working_cycle": range(7000, 7003)}
 MANY_SEEDS = range(7000, 7020)
@@ -18,9 +20,7 @@ UNPROMISED = {
 }
 
 
-@pytest.fixture(
-    scope="module", params=[*SAMPLES[:2], pytest.param(SAMPLES[2], marks=pytest.mark.nightly)]
-)
+@pytest.fixture(scope="module", params=SAMPLES)
 def scored(request):
     seeds = SEEDS.get(request.param, MANY_SEEDS)
     return request.param, *score(truth(request.param), seeds)

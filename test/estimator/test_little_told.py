@@ -1,11 +1,14 @@
 """A steady slide hardly tells friction, bias and tilt apart: no more is to be told."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from steady_slide import CONFIGURATION, motion, orientation, wrench
+from tiers import at_push
 
 BIAS = {"wrench.bias_force_stddev": 1.0}
 TILT = {"joints.hole_tilt_stddev": 0.01}
@@ -23,14 +26,15 @@ def played(settings, load, seed, count=500):
             yield k, out, line.filter.friction
 
 
-@pytest.mark.parametrize("load", [6.0, 25.0, 60.0])
-@pytest.mark.parametrize(
-    "settings", [{}, BIAS, TILT, BIAS | TILT], ids=("", "bias", "tilt", "both")
-)
-def test_neither_friction_nor_reactions_are_surely_wrong(settings, load):
+OPEN = {"none": {}, "bias": BIAS, "tilt": TILT, "both": BIAS | TILT}
+PUSH = [("both", 6.0)]
+
+
+@pytest.mark.parametrize(("what", "load"), at_push(PUSH, product(OPEN, (6.0, 25.0, 60.0))))
+def test_neither_friction_nor_reactions_are_surely_wrong(what, load):
     at_rim, inside = np.array([load, load / 2, load / 2]), []
     for seed in SEEDS:
-        for k, out, (friction, stddev) in played(settings, load, seed):
+        for k, out, (friction, stddev) in played(OPEN[what], load, seed):
             assert abs(friction - CONFIGURATION.scene.friction) < 4 * stddev
             assert abs(out.state[0] - motion(k)[0][0]) < 4 * out.state_covariance[0, 0] ** 0.5
             if out.monitor["reactions_determined"]:

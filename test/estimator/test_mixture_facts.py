@@ -9,6 +9,7 @@ from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, run, samples, 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
 from simulated import truth
+from tiers import nightly
 
 
 def recorded(count=400):
@@ -17,15 +18,15 @@ def recorded(count=400):
     return with_scene(scene), rows, noise
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_weights_and_covariances_over_a_long_random_run(seed):
+@pytest.mark.parametrize(("seed", "count"), [(0, 2500), *nightly((0, 9000), (1, 9000), (2, 9000))])
+def test_weights_and_covariances_over_a_long_random_run(seed, count):
     """Samples are lost, contacts come and go, now and then a wrench is 25 deviations off."""
     rng = np.random.default_rng(seed)
     recording = truth("working_cycle")
     rows, noise = samples(recording)
     cell = cell_of(with_scene(recording), noise, ("clearance", "bias", "tilt"))
     estimator, last, n = Compiled(cell, 7), None, cell.n
-    for k, row in enumerate(rows[:9000]):
+    for k, row in enumerate(rows[:count]):
         if last is None:
             estimator.start(row.q, row.R, *stated(cell))
             last = row.t

@@ -16,6 +16,7 @@ from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 from peg_on_hole_ros.study import scenes
 from simulated import truth
+from tiers import nightly
 
 pytestmark = pytest.mark.xdist_group("simulation")
 SECONDS = 1e9
@@ -102,7 +103,7 @@ def test_a_clearance_that_is_only_considered_stays_and_widens_the_bounds():
     assert sure[-1].normal_stddev[0] < outputs[-1].normal_stddev[0]
 
 
-@pytest.mark.parametrize("off", [2e-6, -2e-6, 1e-5, -1e-5])
+@pytest.mark.parametrize("off", [2e-6, -1e-5, *nightly(-2e-6, 1e-5)])
 def test_reactions_keep_their_bounds_with_a_peg_that_is_not_as_stated(off):
     motion = truth("closing_with_slip")
     configuration = motion.plan.configuration
@@ -142,10 +143,11 @@ def drawn(motion, seed, torque=0.02):
     return bias, replace(configuration, scene=replace(scene, friction=friction))
 
 
-def test_a_bias_is_learnt_while_the_peg_slides():
+@pytest.mark.parametrize("seeds", [4, *nightly(16)])
+def test_a_bias_is_learnt_while_the_peg_slides(seeds):
     motion, shares = closing("reversals"), []
     names = [f"bias_force_{axis}" for axis in "xyz"] + [f"bias_torque_{axis}" for axis in "xyz"]
-    for seed in range(16):
+    for seed in range(seeds):
         bias, configuration = drawn(motion, seed)
         pipeline, outputs = played(motion, configuration, seed, bias)
         monitor = outputs[-1].monitor
@@ -160,7 +162,7 @@ def test_a_bias_is_learnt_while_the_peg_slides():
     assert np.mean(shares) > LEAST_COVERED
 
 
-@pytest.mark.parametrize("seeds", [3, pytest.param(8, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("seeds", [1, *nightly(8)])
 def test_a_soft_touch_down_is_no_bias(seeds):
     """What contacts carry before they are seen: reactions keep their bounds from there on."""
     motion, shares = truth("working_cycle"), []

@@ -1,6 +1,8 @@
 """After a reset a pipeline is a new one, and what a gate refuses leaves nothing behind."""
 
 from dataclasses import replace
+from functools import cache
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -13,13 +15,20 @@ from peg_on_hole_ros.estimator.methods import CONSTANTS
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.study import scenes
+from tiers import at_push
+
+
+@cache
+def reversing():
+    """Return a peg that closes with reversals."""
+    case = next(case for case in scenes.CASES if case.name == "reversals")
+    return scenes.truth_of(case, Configuration())
 
 
 def sliding(count=300, seed=3):
     """Return the configuration and the first samples of a peg that closes with reversals."""
-    case = next(case for case in scenes.CASES if case.name == "reversals")
-    truth = scenes.truth_of(case, Configuration())
-    return truth.plan.configuration, list(measure(truth, seed))[:count]
+    truth = reversing()
+    return truth.plan.configuration, list(islice(measure(truth, seed), count))
 
 
 def numbers(pipeline, samples):
@@ -30,7 +39,12 @@ def numbers(pipeline, samples):
 
 
 @pytest.mark.parametrize(
-    ("method", "offsets"), [("mixture", False), ("mixture", True), ("quasi_static", False)]
+    ("method", "offsets"),
+    [
+        pytest.param("mixture", False, marks=pytest.mark.nightly),
+        ("mixture", True),
+        pytest.param("quasi_static", False, marks=pytest.mark.nightly),
+    ],
 )
 def test_after_a_reset_the_same_samples_give_the_same_numbers(method, offsets):
     configuration, samples = sliding()
@@ -63,7 +77,7 @@ def test_what_waits_at_a_reset_is_counted_and_no_stamp_is_told_of_twice():
     assert pipeline.on_wrench(last._replace(t_ns=last.t_ns + 10**6)) is not None
 
 
-@pytest.mark.parametrize("method", list(CONSTANTS))
+@pytest.mark.parametrize("method", at_push(["mixture"], CONSTANTS))
 def test_an_outlier_is_refused_and_leaves_nothing_behind(method):
     """It was let in, by rates that were widened until it fitted: psi 600 deviations off."""
     configuration, samples = sliding()
@@ -101,9 +115,9 @@ def test_outliers_in_a_row_are_no_jump():
 @pytest.mark.parametrize(
     ("motion", "noise"),
     [
-        (Motion(1e-4, 0.5, 1.0, "reversals"), "low"),
-        (Motion(1e-4, 0.5, 0.16, "reversals"), "low"),
-        (Motion(2e-5, 0.5, 1.0, "reversals"), "high"),
+        pytest.param(Motion(1e-4, 0.5, 1.0, "reversals"), "low", marks=pytest.mark.nightly),
+        pytest.param(Motion(1e-4, 0.5, 0.16, "reversals"), "low", marks=pytest.mark.nightly),
+        pytest.param(Motion(2e-5, 0.5, 1.0, "reversals"), "high", marks=pytest.mark.nightly),
         (Motion(2e-3, 0.5, 1.0, "reversals"), "low"),
     ],
     ids=str,

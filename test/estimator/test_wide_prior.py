@@ -11,6 +11,7 @@ from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspac
 from peg_on_hole_ros.mechanics.reference import peg_axes, solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from simulated import truth
+from tiers import nightly
 
 # The method as it is shipped, with friction along the mean slip as the driven filter has it (a
 # share of zero would leave a peg at rest without any direction), from the first sample on.
@@ -74,8 +75,8 @@ ENDS = {1220: 2480, 2520: 3480, 3520: 4280, 4320: 5280, 5320: 5780, 9010: 10200}
 @pytest.mark.parametrize(
     "name, first, least",
     [
-        *STRETCHES[:-4],
-        *(pytest.param(*each, marks=pytest.mark.nightly) for each in STRETCHES[-4:]),
+        STRETCHES[2],
+        *nightly(*STRETCHES[:2], *STRETCHES[3:]),
     ],
 )
 def test_the_sample_scenes_as_the_driven_filter_has_them(name, first, least):
