@@ -12,6 +12,7 @@ from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from recorded_faults import BAGS, Filtered, in_base, samples, spoilt, without_weight
 from simulated import truth
+from tiers import nightly
 
 # Slides, slips, turns back, comes to rest, lets go, and closes once more [s].
 ALL = 10.3
@@ -51,7 +52,7 @@ def delay_of(cause):
     return float(cause.removeprefix(begin).split()[0]) * 1e3
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [1, pytest.param(10, marks=pytest.mark.nightly)])
 def test_a_delay_that_was_drawn_is_the_first_hint(count):
     """Right in nine of ten, and never of the other sign."""
     rng, right = random.Random(47), 0
@@ -74,7 +75,8 @@ def test_it_says_what_comes_behind_what():
 
 def test_a_delay_that_is_stated_is_none():
     stated = {"joints.delay": -0.02}
-    assert causes_of(late(samples(BAGS[2]), 20.0), **stated) == []
+    # Longer than any takes to be named.
+    assert causes_of(late(samples(BAGS[2], end=6.0), 20.0), **stated) == []
     (cause,) = causes_of(samples(BAGS[2]), **stated)
     # None would fit.
     assert abs(delay_of(cause)) < 5.0
@@ -83,7 +85,7 @@ def test_a_delay_that_is_stated_is_none():
 @pytest.mark.parametrize(
     ("change", "stated"),
     [
-        (in_base, {"wrench.axes": "base"}),
+        pytest.param(in_base, {"wrench.axes": "base"}, marks=pytest.mark.nightly),
         pytest.param(without_weight, {"wrench.gravity": "compensated"}, marks=pytest.mark.nightly),
     ],
 )
@@ -94,7 +96,7 @@ def test_a_delay_is_told_of_wrenches_in_other_axes_and_without_weight(change, st
     assert delay_of(cause) == pytest.approx(20.0, abs=5.0)
 
 
-@pytest.mark.parametrize("milliseconds", [-50, -20, 20, 50])
+@pytest.mark.parametrize("milliseconds", [-50, 20, *nightly(-20, 50)])
 def test_a_steady_motion_does_not_tell_it(milliseconds):
     for path in BAGS[:2]:
         assert causes_of(late(samples(path), milliseconds)) == []
@@ -105,12 +107,7 @@ def test_a_low_pass_is_named_before_the_delay_that_it_makes():
     assert causes[0].startswith("wrench: low-pass: ")
 
 
-@pytest.mark.parametrize("seed", range(100, 103))
-def test_nothing_is_said_of_what_is_right(seed):
-    assert causes_of(measured(seed)) == []
-
-
 @pytest.mark.nightly
-@pytest.mark.parametrize("seed", range(103, 140))
-def test_nothing_is_said_of_what_is_right_often(seed):
+@pytest.mark.parametrize("seed", range(100, 140))
+def test_nothing_is_said_of_what_is_right(seed):
     assert causes_of(measured(seed)) == []

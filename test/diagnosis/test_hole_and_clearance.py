@@ -11,11 +11,12 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.replay.run import replay_bag
 from simulated import ROOT
+from tiers import at_push
 
 pytest.importorskip("pinocchio")
 
 CELLS = ("ur_like", "franka_like", "iiwa_like")
-DRAWN = pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.nightly)])
+DRAWN = pytest.mark.parametrize("count", [1, pytest.param(10, marks=pytest.mark.nightly)])
 
 
 @cache
@@ -39,7 +40,7 @@ def hints(name, turn=None, clearance=1.0):
     return replay_bag(bag, stated, 0.0, []).causes
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", at_push(CELLS[:1], CELLS))
 def test_nothing_is_said_of_a_cell_that_is_right(name):
     assert hints(name) == []
 

@@ -13,6 +13,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.sim.measure import measure, sensor_wrench
 from recorded_faults import BAGS, first_cause, in_base, samples, spoilt, turned, without_weight
+from tiers import at_push, nightly
 
 ADOPTED = "used in place of what is stated (wrench.adopt_found)"
 # Free air, contact that slides, and the way down again; bags of 0.7 s as they are.
@@ -62,7 +63,7 @@ def test_axes_that_are_turned_are_named():
     assert len(TURNS) == 23 and right >= 21
 
 
-@pytest.mark.parametrize("path", BAGS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", at_push(BAGS[:2], BAGS), ids=lambda path: path.stem)
 def test_nothing_is_said_of_a_bag_that_is_right(path):
     line = Pipeline(from_parameters({}))
     for sample in samples(path):
@@ -123,7 +124,7 @@ def test_after_a_tare_nothing_is_adopted():
     assert line.counts["setting_adopted"] == 0
 
 
-@pytest.mark.parametrize("stated", [0.13, 0.16, 0.24, 0.26])
+@pytest.mark.parametrize("stated", [0.13, *nightly(0.16, 0.24, 0.26)])
 def test_a_friction_that_is_stated_off_is_no_wrong_setting(stated):
     """Of a firmly pressed peg it leaves as much unbalanced as its weight does."""
     truth = with_noise(truth_of(Motion(2e-5, 0.2, 0.16, "slip"))[0], "low")
@@ -135,7 +136,7 @@ def test_a_friction_that_is_stated_off_is_no_wrong_setting(stated):
     assert line.filter.friction[0] == pytest.approx(0.2, rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["slip", "reversals"])
+@pytest.mark.parametrize("name", ["slip", *nightly("reversals")])
 def test_a_friction_between_those_tried_is_no_wrong_setting(name):
     """Reactions are twenty times the load: of another friction they leave as much as a weight."""
     truth = with_noise(truth_of(Motion(1e-4, 0.05, 0.01, name))[0], "nominal")

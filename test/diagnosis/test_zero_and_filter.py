@@ -10,6 +10,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, WrenchSample
 from recorded_faults import BAGS, Filtered, samples, spoilt, without_weight
+from tiers import nightly
 
 CYCLE = BAGS[2]
 
@@ -61,6 +62,7 @@ def test_a_force_that_a_contact_could_have_is_no_payload():
     assert not [cause for cause in played(change).causes if "payload_mass" in cause]
 
 
+@pytest.mark.nightly
 def test_without_gravity_nothing_weighs_and_a_zero_is_named():
     """Where a controller takes all weight off, a cell may state no gravity."""
     stated = {"scene.gravity": [0.0, 0.0, 0.0]}
@@ -120,7 +122,7 @@ def test_a_zero_within_what_is_stated_of_it_is_no_cause():
     assert line.causes == []
 
 
-@pytest.mark.parametrize("cutoff", [20.0, 50.0, 100.0])
+@pytest.mark.parametrize("cutoff", [50.0, *nightly(20.0, 100.0)])
 @pytest.mark.parametrize(("path", "begin"), [(CYCLE, 0.0), (CYCLE, 1.3), (BAGS[1], 0.0)])
 def test_a_low_pass_in_the_driver_is_named_with_its_cutoff(path, begin, cutoff):
     line = played(Filtered(cutoff), begin, begin + 2.2, path)
@@ -137,7 +139,7 @@ def test_a_low_pass_in_the_driver_is_named_with_its_cutoff(path, begin, cutoff):
 
 
 @pytest.mark.parametrize("path", BAGS, ids=lambda path: path.stem)
-@pytest.mark.parametrize("every", [1, 2, 5])
+@pytest.mark.parametrize("every", [5, *nightly(1, 2)])
 def test_slower_sensors_without_a_filter_are_silent(path, every):
     """Every so manyth wrench of a sound bag: noise that is white stays so."""
     line = Pipeline(from_parameters({}))

@@ -139,6 +139,7 @@ def test_intervals_hold_what_was_put_in_wherever_the_search_starts(friction, cle
     assert sum(e.low <= t <= e.high for e, t in zip(found.estimates, at)) >= 12
 
 
+@pytest.mark.nightly
 def test_a_cell_that_is_right_is_left_as_it_is_and_what_is_not_told_is_named():
     truth = simulated_truth("closing_with_slip")
     start = truth.plan.configuration

@@ -1,6 +1,7 @@
 """Stuck in the hole: pushed and not moving along it, whatever friction is stated."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, rests
 from peg_on_hole_ros.sim.measure import START_NS, measure
+from tiers import at_push, nightly
 from two_points import length_inside, samples, tilt_at
 
 WARN, ERROR = 1, 2
@@ -42,7 +44,7 @@ def played(told, tilts, loads, friction, share=1.0):
     return np.array([row.contact_mode for row in rows]), np.array(risk), np.array(level)
 
 
-@pytest.mark.parametrize("stated", [0.5, 1.1, 1.5])
+@pytest.mark.parametrize("stated", [1.5, *nightly(0.5, 1.1)])
 @pytest.mark.parametrize(
     ("peg", "loads", "depth", "speed"),
     [
@@ -60,7 +62,7 @@ def test_a_peg_that_slides_in_is_not_stuck(peg, loads, depth, speed, stated):
     assert level.max() == 0
 
 
-@pytest.mark.parametrize("stated", [0.5, 0.75, 1.5])
+@pytest.mark.parametrize("stated", [0.75, *nightly(0.5, 1.5)])
 @pytest.mark.parametrize(
     ("peg", "loads", "depth", "share"),
     [
@@ -123,8 +125,10 @@ def test_rest_and_motion_are_told_by_the_tilt():
     assert sliding[20] < 0.05 and sliding[-1] < 0.7
 
 
-@pytest.mark.parametrize("stated", [0.5, 1.0, 1.5])
-@pytest.mark.parametrize("kind", ["goes_on", "jams"])
+@pytest.mark.parametrize(
+    ("kind", "stated"),
+    at_push([("goes_on", 0.5), ("jams", 1.5)], product(("goes_on", "jams"), (0.5, 1.0, 1.5))),
+)
 def test_a_simulated_insertion_is_alarmed_where_it_jams(kind, stated):
     truth = inserted(kind)
     told, scene = truth.plan.configuration, truth.plan.configuration.scene
@@ -173,7 +177,7 @@ def test_the_spread_of_the_depth_is_that_of_tilt_and_clearance():
     assert by_diameter == pytest.approx((depth_at(d + step, D, gamma)[0] - depth) / step, rel=1e-3)
 
 
-@pytest.mark.parametrize("stated", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("stated", [0.5, *nightly(1.0, 1.5)])
 def test_friction_is_told_no_surer_in_the_hole_than_contacts_that_give_let_it_be(stated):
     """It was learnt on a rim that gives by 1 um for 100 N, with a clearance of 40 um."""
     truth = inserted("goes_on", 4e-5, 3e-3)

@@ -55,6 +55,7 @@ from peg_on_hole_ros.monitor.trend import follow, new_trend
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
+from tiers import nightly
 from two_points import samples
 from under_way import move, placed, press
 
@@ -518,7 +519,7 @@ def modes_of(load, gamma, seed):
     return np.array([row.contact_mode for row in rows])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
 @pytest.mark.parametrize("gamma", [0.02, 0.055])
 def test_what_both_walls_carry_is_contact_though_the_net_force_is_small(gamma, seed):
     """15 N at each wall are 3.6 N in sum; a peg that carries nothing stays open."""
@@ -538,7 +539,7 @@ def hangs_upright(seed, count=400, noise=1e-4):
         yield WrenchSample(k * 1_000_000, tuple(force), tuple(random.normal(0, 0.005, 3)))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, *nightly(1)])
 def test_a_free_peg_that_hangs_upright_touches_nothing(seed):
     """Its azimuth is told to turn by thousands of rad/s, and so would its angular momentum."""
     rows = list(Pipeline(from_parameters({})).play(hangs_upright(seed)))

@@ -23,6 +23,7 @@ from peg_on_hole_ros.replay.run import (
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate
 from simulated import ROOT, contact_plan
+from tiers import nightly
 
 PRESS = np.array([-0.0005, 0.0, -0.001])
 # No end by the holder, so that what is not followed can be seen to the end.
@@ -100,7 +101,7 @@ def followed(limit, t, turn, share=1.0):
     )
 
 
-@pytest.mark.parametrize("limit", [200.0, 60.0])
+@pytest.mark.parametrize("limit", [60.0, *nightly(200.0)])
 def test_followed_the_load_stays_under_what_is_said_and_not_followed_it_does_not(limit):
     """A wedge ahead at a limit of 200 N; at 60 N the load comes first, and asks for less push."""
     truth, t, text = closed(limit)
@@ -117,16 +118,18 @@ def test_followed_the_load_stays_under_what_is_said_and_not_followed_it_does_not
     assert truth.ended_by == "jammed" and truth.normal.max() > max(limit, 1.5 * load)
 
 
-def test_what_no_turning_helps_is_said_to_be_lifted():
+@pytest.mark.parametrize("turns", [(0.3,), pytest.param((0.05, 2.0), marks=pytest.mark.nightly)])
+def test_what_no_turning_helps_is_said_to_be_lifted(turns):
     """A limit that even a tenth of the push passes; three turns are tried, none of them helps."""
     limit = 6.0
     _, t, text = closed(limit)
     expected = r"at \d+ N of push: no turning up to 2 rad/s keeps the limits, overload at K .*lift"
     assert re.match(expected, text), text
-    for turn in (0.05, 0.3, 2.0):
+    for turn in turns:
         assert followed(limit, t, turn).normal.max() > limit
 
 
+@pytest.mark.nightly
 def test_a_push_that_grows_is_to_grow_no_more():
     """The motion is harmless at the push that there is: it is the push that raises the alarm."""
     limit, turning, growing = 300.0, [-0.05, 0.0, 0.1], [-0.0015, 0.0, -0.008]
