@@ -183,7 +183,12 @@ NAMESPACED = [
 @pytest.mark.parametrize(
     ("node", "arguments", "topics"),
     [
-        ("peg_on_hole", REMAPPED, ("/ft/wrench", "/joint_states")),
+        pytest.param(
+            "peg_on_hole",
+            REMAPPED,
+            ("/ft/wrench", "/joint_states"),
+            marks=pytest.mark.nightly,
+        ),
         ("cell/peg_on_hole", NAMESPACED, ("/cell/wrench", "/cell/joint_states")),
     ],
 )

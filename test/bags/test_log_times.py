@@ -1,5 +1,7 @@
 """Log times that cannot be are replaced; those that only look odd are left as they are."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin
@@ -8,6 +10,7 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from peg_on_hole_ros.bags.reader import Bag
 from recorded import INPUTS, STORE, Row, joints, motion, wrench, write
 from small_bags import MS
+from tiers import at_push, nightly
 
 SECOND = 10**9
 
@@ -56,9 +59,13 @@ def scattered(rows, which, low, high):
     return [row._replace(log_ns=t) if it else row for row, t, it in zip(rows, draw, which)]
 
 
-@pytest.mark.parametrize("which", [third, second_wrench, at_random])
-@pytest.mark.parametrize("between", [(0, 0), (0, 9998 * SECOND)])
-@pytest.mark.parametrize("chunk_size", [1000, 1 << 20])
+@pytest.mark.parametrize(
+    ("chunk_size", "between", "which"),
+    at_push(
+        [(1000, (0, 9998 * SECOND), at_random), (1 << 20, (0, 0), third)],
+        product((1000, 1 << 20), ((0, 0), (0, 9998 * SECOND)), (third, second_wrench, at_random)),
+    ),
+)
 def test_wrong_log_times_do_not_vouch_for_one_another(tmp_path, which, between, chunk_size):
     rows = motion(3000, start=10_000 * SECOND)
     rows = [row._replace(log_ns=row.log_ns + 3 * MS) for row in rows]
@@ -70,7 +77,7 @@ def test_wrong_log_times_do_not_vouch_for_one_another(tmp_path, which, between, 
 
 
 @pytest.mark.parametrize("run", [slice(-150, None), slice(150), slice(1000, 2600)])
-@pytest.mark.parametrize("chunk_size", [1000, 1 << 20])
+@pytest.mark.parametrize("chunk_size", [1 << 20, *nightly(1000)])
 def test_a_run_of_log_times_that_were_never_set(tmp_path, run, chunk_size):
     rows = motion(3000, start=10_000 * SECOND)
     rows = [row._replace(log_ns=row.log_ns + 3 * MS) for row in rows]

@@ -94,6 +94,7 @@ def test_nothing_of_the_progress_is_piped(bag):
     assert "\r" not in done.stdout
 
 
+@pytest.mark.nightly
 def test_reader_that_goes_away_is_no_error(bag):
     done = subprocess.run(
         f"{sys.executable} -m peg_on_hole_ros.cli.main inspect {bag} | true; "

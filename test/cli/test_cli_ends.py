@@ -17,6 +17,7 @@ from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from small_bags import JOINTS, MS, WRENCH, joints, wrench, write_bag
+from tiers import nightly
 
 SOLVE = "solve", "--state", "0.2,0,0,0,0,1"
 
@@ -103,8 +104,11 @@ def unread(*arguments, errors_too=False):
     return done.returncode, done.stderr
 
 
-@pytest.mark.parametrize("buffered", ["", pytest.param("1", marks=pytest.mark.nightly)])
-def test_a_reader_that_goes_changes_no_exit_code(tmp_path, monkeypatch, buffered):
+@pytest.mark.parametrize(
+    ("buffered", "commands"),
+    [("", ["inspect"]), *nightly(("", ["inspect", "replay"]), ("1", ["inspect"]))],
+)
+def test_a_reader_that_goes_changes_no_exit_code(tmp_path, monkeypatch, buffered, commands):
     monkeypatch.setenv("PYTHONUNBUFFERED", buffered)
     whole = write_bag(tmp_path / "whole.mcap", count=400, chunk_bytes=4000)
     cut = tmp_path / "cut.mcap"
@@ -112,7 +116,7 @@ def test_a_reader_that_goes_changes_no_exit_code(tmp_path, monkeypatch, buffered
     assert unread("inspect", whole) == (0, "")
     if not buffered:
         assert unread("--help") == (0, "")
-    for command in ("inspect",) if buffered else ("inspect", "replay"):
+    for command in commands:
         code, told = unread(command, cut)
         assert code == 4
         assert told.startswith(f"peg-on-hole: error: {cut} is cut off at byte ")

@@ -15,6 +15,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from recorded import INPUTS, Row, write
 from simulated import ROOT
 from small_bags import JOINTS, MS, WRENCH, joints, wrench
+from tiers import nightly
 
 
 def bag_with(path, parameters=None, metadata=None, wrench_topic="/wrench", position=(0.3, 0, 0)):
@@ -134,8 +135,7 @@ def test_all_that_is_unreadable_is_counted_together(tmp_path, capsys):
     ("text", "silent"),
     [
         # The peg turns while nobody says so: what comes next is no motion of it.
-        ("{}", (2.5, 5.5)),
-        ("{}", (3.0, 7.5)),
+        *nightly(("{}", (2.5, 5.5)), ("{}", (3.0, 7.5))),
         # What the data say in place of a setting decides what fits from then on.
         ("wrench: {acts_on: robot}", (1.0, 1.0)),
     ],

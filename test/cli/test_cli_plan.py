@@ -38,6 +38,7 @@ def test_the_example_is_planned_in_words_and_written_for_a_robot(tmp_path, capsy
         assert words in picture
 
 
+@pytest.mark.nightly
 def test_json_on_stdout_is_that_of_the_file(tmp_path, capsys):
     out = tmp_path / "plan"
     assert main(["plan", "--config", str(CELL), "--out", str(out), "--json"]) == 0

@@ -31,6 +31,7 @@ from recorded import (
 )
 from small_bags import MS
 from small_bags import write_bag as write_small
+from tiers import nightly
 
 SAMPLE = ROOT / "bags" / "closing_with_slip.mcap"
 
@@ -71,8 +72,7 @@ def agree(inspected, summary):
 @pytest.mark.parametrize(
     "wrong, absurd",
     [
-        (slice(300, 303), 0),
-        (slice(300, 303), 2**63),
+        *nightly((slice(300, 303), 0), (slice(300, 303), 2**63)),
         (slice(300, 303), 2**64 - 5000),
         (slice(0, None, 3), 0),
     ],
@@ -95,8 +95,7 @@ def test_wrong_log_times_cost_nothing(tmp_path, capsys, wrong, absurd):
     assert [t["duration"] for t in inspected["topics"]] == pytest.approx([0.666, 0.666], abs=1e-9)
 
 
-@pytest.mark.parametrize("mixed", [0, 6])
-@pytest.mark.parametrize("rounds", [2, 4])
+@pytest.mark.parametrize(("rounds", "mixed"), [(4, 6), *nightly((2, 0), (2, 6), (4, 0))])
 def test_short_loops_are_named(tmp_path, capsys, mixed, rounds):
     rows = sample()
     order, n = rows * rounds, len(rows)
@@ -241,7 +240,7 @@ def robot(tmp_path):
     return make
 
 
-@pytest.mark.parametrize("options", [(), ("--bag-urdf",)])
+@pytest.mark.parametrize("options", [("--bag-urdf",), pytest.param((), marks=pytest.mark.nightly)])
 def test_a_bag_opens_no_device(tmp_path, capsys, robot, options):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
@@ -281,6 +280,7 @@ def test_a_bag_chooses_no_file(tmp_path, capsys, robot):
     fails(capsys, 2, message, "replay", path, "--config", robot_file)
 
 
+@pytest.mark.nightly
 def test_a_description_travels_in_the_bag(tmp_path, capsys):
     pytest.importorskip("pinocchio")
     from robot_bags import write_robot_bag
@@ -307,7 +307,7 @@ def test_a_description_travels_in_the_bag(tmp_path, capsys):
 def test_joint_states_out_of_order_have_their_period_and_do_not_jump(tmp_path, capsys):
     """At 500 Hz and 1 rad/s, each up to 40 ms on its way."""
     rows, rng = [], np.random.default_rng(4)
-    for i in range(3000):
+    for i in range(1000):
         t_ns = 10**9 + i * MS
         rows.append(Row("/wrench", t_ns, wrench(t_ns)))
         if i % 2 == 0:
@@ -320,7 +320,7 @@ def test_joint_states_out_of_order_have_their_period_and_do_not_jump(tmp_path, c
     inspected = json.loads(capsys.readouterr().out)
     clock = inspected["clock"]["/joint_states"]
     assert clock["median_period"] == pytest.approx(2e-3, rel=1e-9)
-    assert clock["backwards"] > 500 and clock["gaps"]["count"] == 0
+    assert clock["backwards"] > 500 / 3 and clock["gaps"]["count"] == 0
     assert not any("jump" in line for line in inspected["oddities"]["/joint_states"])
     assert inspected["clock"]["/wrench"]["gaps"]["longest"] == pytest.approx(1e-3, rel=1e-9)
 

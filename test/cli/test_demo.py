@@ -185,7 +185,10 @@ def test_truth_of_no_use_does_not_keep_the_demo_from_its_end(tmp_path):
     assert run.stderr.startswith("no comparison with the truth: ")
 
 
-@pytest.mark.parametrize("arguments", [("{bag}", "--out", ""), ("", "--out", "out")])
+@pytest.mark.parametrize(
+    "arguments",
+    [pytest.param(("{bag}", "--out", ""), marks=pytest.mark.nightly), ("", "--out", "out")],
+)
 def test_an_empty_path_is_an_error_and_not_the_current_folder(arguments, bag, tmp_path):
     run = demo(*(word.format(bag=bag) for word in arguments), cwd=tmp_path)
     assert run.returncode == 2

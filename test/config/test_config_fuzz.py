@@ -10,8 +10,6 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import PARAMETERS
 from peg_on_hole_ros.config.parameters_file import write_parameters
 
-# As many times the profile's examples: one takes 3 ms, but for the whole file.
-MORE = settings.default.max_examples * 2
 UNFIT = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\u2028\u2029]")
 WHOLE = write_parameters({})
 
@@ -103,7 +101,6 @@ def write(tmp_path_factory, content):
 def test_files_as_people_write_them(tmp_path_factory, capsys):
     codes = set()
 
-    @settings(max_examples=MORE)
     @given(stated())
     @example("peg_on_hole:\n  ros__parameters:\n    wrench: {acts_on: robot}\n")
     def each(content):
@@ -114,7 +111,6 @@ def test_files_as_people_write_them(tmp_path_factory, capsys):
 
 
 def test_files_of_any_structure(tmp_path_factory, capsys):
-    @settings(max_examples=MORE)
     @given(nested() | st.binary(max_size=60))
     def each(content):
         holds(write(tmp_path_factory, content), capsys)

@@ -1,6 +1,7 @@
 """Messages that are taken many at once give what they give one by one, bit for bit."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from peg_on_hole_ros.report.inputs import Inputs
 from peg_on_hole_ros.report.tracks import Tracks
 from recorded import Row, joints, wrench, write
 from simulated import truth
+from tiers import at_push
 
 AT = 240
 
@@ -181,21 +183,19 @@ def replayed(bag, configuration, path):
     return told, doubts, messages, statistics.channel_message_counts
 
 
-# Without a window there is no going back: one of each way to leave the order.
-WITHOUT_WINDOW = in_order, late, joint_states_behind, silence, pushed_by_the_peg
+# One of each way to leave the order; without a window there is no going back.
+AT_PUSH = [
+    (late, 0.05),
+    (joint_states_far_behind, 0.05),
+    (silence, 0.05),
+    (pushed_by_the_peg_with_joint_states_behind, 0.05),
+    (joint_states_behind, 0.0),
+]
 
 
 @pytest.mark.parametrize(
     ("stream", "window"),
-    [
-        *((stream, 0.05) for stream in STREAMS),
-        *((stream, 0.0) for stream in WITHOUT_WINDOW),
-        *(
-            pytest.param(stream, 0.0, marks=pytest.mark.nightly)
-            for stream in STREAMS
-            if stream not in WITHOUT_WINDOW
-        ),
-    ],
+    at_push(AT_PUSH, product(STREAMS, (0.05, 0.0))),
     ids=lambda value: getattr(value, "__name__", str(value)),
 )
 def test_in_one_go_is_as_one_by_one(stream, window, tmp_path, monkeypatch):
@@ -232,7 +232,10 @@ def drawn(bag, configuration):
 # Orientations of another time are far off the estimate, and what a wrong stamp draws ends sooner.
 @pytest.mark.parametrize(
     "stream",
-    [s for s in STREAMS if s not in (ahead, many_orientations_ahead, no_orientations)],
+    at_push(
+        (late, set_back),
+        [s for s in STREAMS if s not in (ahead, many_orientations_ahead, no_orientations)],
+    ),
 )
 def test_what_a_report_draws_of_the_input_is_the_same(stream, tmp_path, monkeypatch):
     configuration = truth(SCENE).plan.configuration

@@ -15,6 +15,7 @@ from peg_on_hole_ros.messages.output import (
 from peg_on_hole_ros.records import UNTOLD
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.summary import Summary
+from tiers import nightly
 
 MS = 1_000_000
 
@@ -103,17 +104,18 @@ def test_alarms_that_flicker_are_counted_but_not_all_listed(monkeypatch):
     assert content["transition_time"] is None
 
 
-def test_median_period_of_a_long_recording_needs_little_memory():
+@pytest.mark.parametrize("count", [20_000, *nightly(100_000)])
+def test_median_period_of_a_long_recording_needs_little_memory(count):
     statistics = StampStatistics(max_gap=0.1)
     t_ns = 0
-    for i in range(100_000):
+    for i in range(count):
         # Every third period is 3 ms, the others 1 ms.
         t_ns += 3 * MS if i % 3 == 0 else MS
         statistics.add(t_ns, t_ns + 5 * MS)
     # Of 100 000 periods it would be ten times as much.
     assert len(pickle.dumps(statistics)) < 60_000
     summary = statistics.summary()
-    assert summary["stamps"] == 100_000
+    assert summary["stamps"] == count
     assert summary["median_period"] == pytest.approx(1e-3, abs=1e-12)
     offset = summary["log_minus_stamp"]
     assert offset["least"] == offset["greatest"] == pytest.approx(5e-3, abs=1e-12)
