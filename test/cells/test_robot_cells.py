@@ -14,6 +14,7 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.replay.run import replay_bag
 from simulated import ROOT
+from tiers import at_push, nightly
 
 pytest.importorskip("pinocchio")
 
@@ -39,7 +40,7 @@ TOUCHES = 1.70, 1.90  # [s]
 IN_THE_HOLE = 4.50
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", at_push(["ur_like_base"], CELLS))
 def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     bag, limits = ROOT / "bags" / f"cell_{name}.mcap", CELLS[name]
     path = tmp_path / "s.json"
@@ -83,7 +84,7 @@ def test_the_load_that_a_low_pass_lets_through_is_within_the_bounds():
         assert rmse[1] < 0.4 * rmse[0], contact
 
 
-@pytest.mark.parametrize("name", ["ur_like", "franka_like", "iiwa_like"])
+@pytest.mark.parametrize("name", ["ur_like", *nightly("franka_like", "iiwa_like")])
 def test_a_tilt_that_bending_gears_feign_is_told_as_not_known(name):
     """The hole lies as stated; gears bend by less than a milliradian, and vibrate."""
     configuration, _ = load(ROOT / "config" / f"cell_{name}.yaml")

@@ -13,8 +13,8 @@ pytestmark = pytest.mark.xdist_group("dds")
 @pytest.mark.parametrize(
     ("name", "fault"),
     [
-        ("jam", "encoders stand still"),
-        ("jam", "wrench noise x 5"),
+        pytest.param("jam", "encoders stand still", marks=pytest.mark.nightly),
+        pytest.param("jam", "wrench noise x 5", marks=pytest.mark.nightly),
         ("closing", "nothing for a while"),
     ],
 )

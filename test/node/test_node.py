@@ -181,6 +181,7 @@ def test_what_waits_at_the_end_is_worked_off(end, capfd):
     assert cycles(capfd.readouterr().err) == ["unfinished"]
 
 
+@pytest.mark.nightly
 def test_all_parameters_of_the_table_are_declared(peer):
     with node_process("-p", "autostart:=false"):
         assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED

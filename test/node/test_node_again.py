@@ -18,8 +18,9 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
+from tiers import nightly
 
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 
 MS = 1_000_000
 OK, ERROR = 0, 2
@@ -90,7 +91,7 @@ def test_what_was_lost_before_is_not_reported_again_and_what_no_report_told_is(c
     assert "times" not in again
 
 
-@pytest.mark.parametrize("topic", ["topics.wrench", "topics.joint_states"])
+@pytest.mark.parametrize("topic", ["topics.wrench", *nightly("topics.joint_states")])
 def test_an_activation_that_fails_says_why_and_leaves_nothing(topic, capfd):
     # ROS 2 has one type for a topic, and this one is an output's.
     with configured("-p", f"{topic}:=/peg_on_hole/pose") as node:
@@ -144,6 +145,7 @@ def named(one):
     return getattr(one, "topic", None) or getattr(one, "srv_name", None)
 
 
+@pytest.mark.nightly
 def test_a_node_that_cannot_be_activated_ends_with_a_word():
     with node_process("-p", "topics.wrench:=/peg_on_hole/pose") as process:
         text, _ = process.communicate(timeout=PATIENCE)
@@ -151,7 +153,9 @@ def test_a_node_that_cannot_be_activated_ends_with_a_word():
     assert "cannot activate: " in text
 
 
-@pytest.mark.parametrize("end", ["trigger_deactivate", "trigger_cleanup", "trigger_shutdown"])
+@pytest.mark.parametrize(
+    "end", ["trigger_cleanup", *nightly("trigger_deactivate", "trigger_shutdown")]
+)
 def test_an_error_at_an_end_is_said_and_leaves_nothing(end, capfd):
     with configured() as node:
         if end != "trigger_cleanup":
@@ -173,7 +177,7 @@ def raised(errors):
     return []
 
 
-@pytest.mark.parametrize("end", ["close", "trigger_cleanup", "trigger_shutdown"])
+@pytest.mark.parametrize("end", ["close", *nightly("trigger_cleanup", "trigger_shutdown")])
 def test_a_disk_that_is_full_at_the_end_of_a_record_costs_the_record_alone(end, tmp_path, capfd):
     path = tmp_path / "arrivals.mcap"
     with configured("-p", f"record_arrivals:={path}") as node:

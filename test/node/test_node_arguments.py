@@ -9,7 +9,7 @@ from rcl_interfaces.srv import GetParameters
 from cli_helpers import ROOT, command, config, fails
 from dds_peer import Peer
 
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 
 ADVICE = (
     "what is for ROS stands behind --ros-args, as in --ros-args --params-file CONFIG "
@@ -46,6 +46,7 @@ def test_config_is_looked_through_as_by_every_other_command(tmp_path, capsys):
     fails(capsys, 2, "there is no configuration file no.yaml", "node", "--config", "no.yaml")
 
 
+@pytest.mark.nightly
 def test_config_of_another_name_is_refused_by_the_node(tmp_path):
     path = config(tmp_path, "scene: {friction: 0.3}")
     done = command("node", "--config", path, "--ros-args", "-r", "__node:=left")
@@ -56,7 +57,9 @@ def test_config_of_another_name_is_refused_by_the_node(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "found"),
     [
-        (["--params-file", "x.yaml"], "--params-file x.yaml"),
+        pytest.param(
+            ["--params-file", "x.yaml"], "--params-file x.yaml", marks=pytest.mark.nightly
+        ),
         (["--ros-args", "-p", "autostart:=false", "--", "x.yaml"], "x.yaml"),
     ],
 )

@@ -23,7 +23,7 @@ from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.replay.run import replay_bag, stored_configuration
 
 pytest.importorskip("pinocchio")
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 MS = 1_000_000
 TEXT = URDF.read_text(encoding="utf-8")
 
@@ -130,6 +130,7 @@ def test_the_node_waits_for_the_description_and_then_goes_on(peer, tmp_path):
     assert json.loads(bag.metadata["peg_on_hole_configuration"]["joints.urdf"]) == "topic"
 
 
+@pytest.mark.nightly
 def test_a_pose_that_the_description_contradicts_is_refused_by_the_node(peer, tmp_path):
     path = parameters_file(tmp_path, sensor_xyz=(0.0, 0.0, 0.17))
     with node_process("--params-file", str(path)) as process:
@@ -144,6 +145,7 @@ def test_a_pose_that_the_description_contradicts_is_refused_by_the_node(peer, tm
     assert "wrench dropped sensor contradicted" in text
 
 
+@pytest.mark.nightly
 def test_a_frame_that_is_no_link_is_told_once(peer, tmp_path):
     with node_process("--params-file", str(parameters_file(tmp_path))) as process:
         cell = Cell(peer, "somewhere")

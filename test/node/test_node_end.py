@@ -5,8 +5,9 @@ import time
 import pytest
 
 from dds_peer import PATIENCE, Peer, node_process, stop
+from tiers import nightly
 
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 
 # [s] DDS keeps what a killed process had for twice as long.
 HALF_A_LEASE = 10.0
@@ -19,9 +20,9 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.parametrize("program", PROGRAMS.values(), ids=PROGRAMS)
-def test_nothing_holds_the_process_behind_its_last_line(program):
-    with node_process("-p", "scene.frictoin:=0.2", program=("-c", program)) as process:
+@pytest.mark.parametrize("name", ["command line", *nightly("ros2 run")])
+def test_nothing_holds_the_process_behind_its_last_line(name):
+    with node_process("-p", "scene.frictoin:=0.2", program=("-c", PROGRAMS[name])) as process:
         printed, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 2
     assert "unknown parameter 'scene.frictoin'" in printed

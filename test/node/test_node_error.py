@@ -15,6 +15,7 @@ from peg_on_hole_ros.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
+from tiers import nightly
 
 pytestmark = pytest.mark.xdist_group("dds")
 
@@ -101,7 +102,7 @@ def test_an_error_costs_the_estimate_and_not_the_node(tmp_path):
     assert events == ["reset", "reset", "reset", "tare", "reset"]
 
 
-@pytest.mark.parametrize("stop", [KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, *nightly(SystemExit)])
 def test_what_is_to_end_the_program_does(stop):
     def row_of(sample):
         raise stop

@@ -12,8 +12,9 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.ros import process
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.parameters import check_files
+from tiers import at_push
 
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 
 
 def file(tmp_path, text):
@@ -25,61 +26,61 @@ def file(tmp_path, text):
 OWN = "peg_on_hole:\n  ros__parameters:\n    scene: {friction: 0.1}\n"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "text", "message"),
-    [
-        (
-            ["-p", "scene.peg_diameter:=49.9"],
-            "",
-            "peg-on-hole: error: scene.peg_diameter = 49.9 m is not within 0.0001 to 1 m; "
-            "0.0499 m would be: the units look slipped by 1000",
-        ),
-        (
-            ["-p", "scene.peg_diameter:=0.06"],
-            "",
-            "peg-on-hole: error: scene.peg_diameter = 0.06 m is not below scene.hole_diameter = "
-            "0.05 m: a peg rests on three points of a rim only if it is thinner than the hole; "
-            "check whether the two are exchanged",
-        ),
-        (
-            ["-p", "scene.frictoin:=0.2"],
-            "",
-            "peg-on-hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
-            "scene.friction, scene.friction_stddev, scene.friction_k_stddev, filter.friction",
-        ),
-        (
-            ["-p", "scene.friction:=1"],
-            "",
-            "peg-on-hole: error: scene.friction = 1 is an integer, not a double; write 1.0 "
-            "(ROS 2 does not take an integer for a double)",
-        ),
-        (
-            ["-p", "scene.gravity:=[0.0, 0, -9.8]"],
-            "",
-            "peg-on-hole: error: -p scene.gravity:=[0.0, 0, -9.8]: scene.gravity[1] = 0 is an "
-            "integer, not a double; write 0.0 (ROS 2 does not take an integer for a double)",
-        ),
-        (
-            ["-p", "joints.names:=[]"],
-            "",
-            "peg-on-hole: error: joints.names = [] is empty; it is a string[] such as "
-            "['gamma', 'psi', 'phi']",
-        ),
-        (
-            ["--params-file", "{file}", "-r", "__node:=left"],
-            OWN,
-            "peg-on-hole: error: {file} has parameters for /peg_on_hole, but this node is /left "
-            "and would run with its defaults: write '/left:' or '/**:' in the file",
-        ),
-        (
-            ["--params-file", "{file}", "-r", "__ns:=/cell"],
-            OWN,
-            "peg-on-hole: error: {file} has parameters for /peg_on_hole, but this node is "
-            "/cell/peg_on_hole and would run with its defaults: write '/cell/peg_on_hole:' or "
-            "'/**:' in the file",
-        ),
-    ],
-)
+BAD = [
+    (
+        ["-p", "scene.peg_diameter:=49.9"],
+        "",
+        "peg-on-hole: error: scene.peg_diameter = 49.9 m is not within 0.0001 to 1 m; "
+        "0.0499 m would be: the units look slipped by 1000",
+    ),
+    (
+        ["-p", "scene.peg_diameter:=0.06"],
+        "",
+        "peg-on-hole: error: scene.peg_diameter = 0.06 m is not below scene.hole_diameter = "
+        "0.05 m: a peg rests on three points of a rim only if it is thinner than the hole; "
+        "check whether the two are exchanged",
+    ),
+    (
+        ["-p", "scene.frictoin:=0.2"],
+        "",
+        "peg-on-hole: error: unknown parameter 'scene.frictoin'; the nearest are: "
+        "scene.friction, scene.friction_stddev, scene.friction_k_stddev, filter.friction",
+    ),
+    (
+        ["-p", "scene.friction:=1"],
+        "",
+        "peg-on-hole: error: scene.friction = 1 is an integer, not a double; write 1.0 "
+        "(ROS 2 does not take an integer for a double)",
+    ),
+    (
+        ["-p", "scene.gravity:=[0.0, 0, -9.8]"],
+        "",
+        "peg-on-hole: error: -p scene.gravity:=[0.0, 0, -9.8]: scene.gravity[1] = 0 is an "
+        "integer, not a double; write 0.0 (ROS 2 does not take an integer for a double)",
+    ),
+    (
+        ["-p", "joints.names:=[]"],
+        "",
+        "peg-on-hole: error: joints.names = [] is empty; it is a string[] such as "
+        "['gamma', 'psi', 'phi']",
+    ),
+    (
+        ["--params-file", "{file}", "-r", "__node:=left"],
+        OWN,
+        "peg-on-hole: error: {file} has parameters for /peg_on_hole, but this node is /left "
+        "and would run with its defaults: write '/left:' or '/**:' in the file",
+    ),
+    (
+        ["--params-file", "{file}", "-r", "__ns:=/cell"],
+        OWN,
+        "peg-on-hole: error: {file} has parameters for /peg_on_hole, but this node is "
+        "/cell/peg_on_hole and would run with its defaults: write '/cell/peg_on_hole:' or "
+        "'/**:' in the file",
+    ),
+]
+
+
+@pytest.mark.parametrize(("arguments", "text", "message"), at_push(BAD[6:7], BAD))
 def test_bad_parameters_end_with_one_line_and_code_2(arguments, text, message, tmp_path):
     path = file(tmp_path, text)
     arguments = [word.replace("{file}", str(path)) for word in arguments]
@@ -106,6 +107,14 @@ def said(*arguments):
     finally:
         rclpy.try_shutdown()
     return None
+
+
+@pytest.mark.parametrize(("arguments", "text", "message"), BAD)
+def test_bad_parameters_are_told_in_one_line(arguments, text, message, tmp_path):
+    """As by the process, in this one."""
+    path = file(tmp_path, text)
+    told = said(*(word.replace("{file}", str(path)) for word in arguments))
+    assert f"peg-on-hole: error: {told}" == message.replace("{file}", str(path))
 
 
 @pytest.mark.parametrize(

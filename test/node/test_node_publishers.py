@@ -69,6 +69,7 @@ def test_a_second_node_of_the_name_is_logged_once_each_time_it_comes():
     assert {text for level, text, _ in found if level == 0} == {ALONE}
 
 
+@pytest.mark.nightly
 def test_two_nodes_of_one_name_tell_of_each_other():
     peer = Peer()
 

@@ -159,6 +159,7 @@ def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_pa
     assert len(levels) > 2 and told[: len(levels)] == levels
 
 
+@pytest.mark.nightly
 def test_a_tare_in_contact_is_refused_and_names_the_mode(peer):
     messages = list(pressed())
     with node_process() as process:

@@ -8,7 +8,7 @@ import pytest
 from dds_peer import Peer, node_process, stop
 from simulated import ROOT
 
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 # Opened where the settings or the installation ask for it.
 AT_TIMES = {
     "/tf", "/clock", "/robot_description", "/parameter_events",

@@ -4,6 +4,9 @@ import re
 
 import pytest
 
+from browsing import Opened
+from tiers import nightly
+
 pytestmark = [pytest.mark.xdist_group("browser"), pytest.mark.timeout(600)]
 
 WHOLE = (0.0, 11.7)
@@ -11,8 +14,28 @@ WHOLE = (0.0, 11.7)
 FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.fixture(scope="module")
+def wide(browser, working_cycle):
+    """Return a wide page that is open for several tests, and the time it shows at first."""
+    shown = Opened(browser, working_cycle)
+    yield shown, shown.page.input_value("#time")
+    shown.context.close()
+    shown.hold()
+
+
+@pytest.fixture
+def shown(wide):
+    """Return that page as it was opened."""
+    shown, begin = wide
+    shown.page.mouse.move(0, 0)
+    shown.page.click("#all")
+    shown.page.locator("#time").fill(begin)
+    return shown
+
+
+@pytest.mark.parametrize(
+    ("width", "scheme"), [(390, "dark"), *nightly((1280, "light"), (1280, "dark"), (390, "light"))]
+)
 def test_everything_is_there_and_fits_the_width(opened, working_cycle, width, scheme):
     shown = opened(working_cycle, width=width, height=844, scheme=scheme, touch=width < 500)
     page = shown.page
@@ -33,8 +56,8 @@ def test_everything_is_there_and_fits_the_width(opened, working_cycle, width, sc
     assert max(wide) <= width
 
 
-def test_the_first_lines_say_what_happened(opened, working_cycle):
-    page = opened(working_cycle).page
+def test_the_first_lines_say_what_happened(shown):
+    page = shown.page
     lead = page.inner_text(".lead")
     assert re.match(
         r"The peg went in, in the second of 2 tries: transition at 10\.2\d\d s\.", lead
@@ -46,8 +69,7 @@ def test_the_first_lines_say_what_happened(opened, working_cycle):
     assert "Nothing speaks against the settings." in summary
 
 
-def test_the_cursor_follows_the_mouse_through_all_plots_and_the_drawing(opened, working_cycle):
-    shown = opened(working_cycle)
+def test_the_cursor_follows_the_mouse_through_all_plots_and_the_drawing(shown):
     seen = []
     for share, mode in ((0.05, "open"), (0.4, "three_point"), (0.95, "two_point")):
         shown.page.mouse.move(*shown.on_plot("tilt", share))
@@ -73,8 +95,7 @@ def test_the_cursor_follows_the_mouse_through_all_plots_and_the_drawing(opened, 
     assert shown.page.locator(".hoverlayer .legend, .hoverlayer .hovertext").count() > 0
 
 
-def test_the_drawing_has_arrows_and_cones_where_there_is_contact(opened, working_cycle):
-    shown = opened(working_cycle)
+def test_the_drawing_has_arrows_and_cones_where_there_is_contact(shown):
     # It begins where the load is greatest, in the hole.
     for name in ("#side", "#top"):
         assert shown.page.locator(name).locator(".head").count() == 3
@@ -120,8 +141,7 @@ def test_the_drawing_has_arrows_and_cones_where_there_is_contact(opened, working
     assert inside == [True] * 3
 
 
-def test_a_drag_zooms_all_plots_and_all_goes_back(opened, working_cycle):
-    shown = opened(working_cycle)
+def test_a_drag_zooms_all_plots_and_all_goes_back(shown):
     mouse = shown.page.mouse
     mouse.move(*shown.on_plot("reactions", 0.2))
     mouse.down()
@@ -145,8 +165,7 @@ def test_a_drag_zooms_all_plots_and_all_goes_back(opened, working_cycle):
     assert shown.span() == pytest.approx(WHOLE, abs=1e-6)
 
 
-def test_a_try_brings_plots_and_drawing_to_its_place(opened, working_cycle):
-    shown = opened(working_cycle)
+def test_a_try_brings_plots_and_drawing_to_its_place(shown):
     second = shown.page.locator("#tries tr").nth(2)
     begins = float(second.locator("button").first.inner_text().removesuffix(" s"))
     assert begins == pytest.approx(8.75, abs=0.05)
@@ -159,8 +178,7 @@ def test_a_try_brings_plots_and_drawing_to_its_place(opened, working_cycle):
     assert shown.reading("t").startswith("10.28")
 
 
-def test_it_plays_and_stops(opened, working_cycle):
-    shown = opened(working_cycle)
+def test_it_plays_and_stops(shown):
     shown.page.locator("#time").fill("3")
     shown.page.select_option("#speed", "4")
     shown.page.click("#play")
@@ -177,8 +195,8 @@ def test_it_plays_and_stops(opened, working_cycle):
     assert shown.reading("t") == "0.000 s"
 
 
-def test_colours_follow_the_theme_while_it_is_open_and_paper_is_light(opened, working_cycle):
-    shown = opened(working_cycle, scheme="dark")
+def test_colours_follow_the_theme_while_it_is_open_and_paper_is_light(shown):
+    shown.page.emulate_media(color_scheme="dark")
 
     def colours():
         shown.page.evaluate(FRAMES)
@@ -199,8 +217,10 @@ def test_colours_follow_the_theme_while_it_is_open_and_paper_is_light(opened, wo
     assert shown.page.pdf(format="A4").startswith(b"%PDF")
     shown.page.emulate_media(color_scheme="dark", media="screen")
     assert colours() == dark
+    shown.page.emulate_media(color_scheme="light")
 
 
+@pytest.mark.nightly
 def test_paper_is_wide_enough(opened, working_cycle):
     # A4 less its margins, in the pixels of a print.
     shown = opened(working_cycle, width=718)

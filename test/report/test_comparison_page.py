@@ -15,6 +15,7 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.messages.output import OutputStream
 from small_bags import MS, write_bag
+from tiers import nightly
 
 
 def output(path, change=None, psi=0.4):
@@ -86,7 +87,7 @@ def test_a_report_is_not_written_over_what_is_compared(tmp_path, capsys):
 
 
 @pytest.mark.xdist_group("browser")
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [390, *nightly(1280)])
 def test_it_opens_in_a_browser_and_fits(opened, tmp_path, width):
     a, b = output(tmp_path / "a.mcap"), output(tmp_path / "b.mcap")
     compared(tmp_path, a, b)

@@ -22,6 +22,7 @@ from peg_on_hole_ros.bags.reader import Bag  # noqa: E402
 from peg_on_hole_ros.messages.output import PREFIX  # noqa: E402
 from peg_on_hole_ros.ros.player import Player  # noqa: E402
 from pictures import differing, parts  # noqa: E402
+from tiers import nightly  # noqa: E402
 
 pytestmark = [pytest.mark.xdist_group("dds"), pytest.mark.timeout(600)]
 BAG = ROOT / "bags" / "closing_with_slip.mcap"
@@ -143,8 +144,9 @@ PIXELS = """([strip, name]) => {
 }"""
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize(
+    ("width", "scheme"), [(1280, "light"), *nightly((390, "dark"), (1280, "dark"), (390, "light"))]
+)
 def test_drawing_strips_and_numbers_are_the_node_s(shown, live, address, width, scheme):
     seen = shown(address, width=width, scheme=scheme)
     page = seen.page

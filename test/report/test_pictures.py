@@ -5,6 +5,7 @@ import pytest
 from test_comparison_page import output
 from test_report_page import replay_of
 
+from browsing import Opened
 from estimates import SCENE, estimate
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.messages.output import OutputStream
@@ -78,7 +79,21 @@ VIEWS = {
 }
 
 
-@pytest.mark.parametrize("view", VIEWS)
+@pytest.fixture(scope="module")
+def wide(browser, report):
+    """Return a wide page that is open for several tests, and its parts."""
+    shown = Opened(browser, report, **VIEWS["report"])
+    yield shown.page, parts(shown.page)
+    shown.context.close()
+    shown.hold()
+
+
+def test_a_wide_report_is_as_it_was_looked_at(wide):
+    assert differing("report", wide[1]) == {}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("view", [view for view in VIEWS if view != "report"])
 def test_a_report_is_as_it_was_looked_at(opened, report, view):
     page = opened(report, **VIEWS[view]).page
     page.emulate_media(media="print" if view == "report_paper" else "screen")
@@ -107,9 +122,8 @@ CHANGES = [
 ]
 
 
-def test_a_letter_is_no_change_and_a_lost_line_is(opened, report):
-    page = opened(report, width=1280).page
-    before = parts(page)
+def test_a_letter_is_no_change_and_a_lost_line_is(wide):
+    page, before = wide
     for style, changed in CHANGES:
         page.evaluate(STYLE, style)
         after = parts(page)

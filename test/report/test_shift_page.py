@@ -7,6 +7,7 @@ import pytest
 from cli_helpers import ROOT
 from peg_on_hole_ros.cli.main import main
 from recorded import motion, write
+from tiers import nightly
 
 pytestmark = [pytest.mark.xdist_group("browser"), pytest.mark.timeout(600)]
 HOSTILE = "<b>&x.mcap"
@@ -23,8 +24,9 @@ def shift(tmp_path_factory):
     return out / "index.html"
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize(
+    ("width", "scheme"), [(1280, "light"), *nightly((390, "dark"), (1280, "dark"), (390, "light"))]
+)
 def test_all_tries_are_drawn_and_fit_the_width(opened, shift, width, scheme):
     page = opened(shift, width=width, height=844, scheme=scheme, touch=width < 500).page
     assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -52,6 +54,7 @@ def test_each_bag_leads_to_its_report(opened, shift):
     assert HOSTILE in shown.page.inner_text("h1")
 
 
+@pytest.mark.nightly
 def test_a_point_leads_to_the_report_of_its_bag(opened, shift):
     shown = opened(shift)
     plot = shown.page.locator(".plot[data-panel=transition]")

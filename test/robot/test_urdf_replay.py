@@ -34,7 +34,7 @@ from simulated import ROOT
 from small_bags import write_bag
 
 pytest.importorskip("pinocchio")
-pytestmark = pytest.mark.xdist_group("dds")
+pytestmark = pytest.mark.xdist_group("dds_starts")
 
 SAMPLE = ROOT / "bags" / "closing_with_slip.mcap"
 
@@ -99,6 +99,7 @@ def measured():
     return samples, dict(zip((s.t_ns for s in states), path))
 
 
+@pytest.mark.nightly
 def test_outputs_are_those_of_the_same_angles_with_covariance_by_differences():
     configuration = robot_configuration(SAMPLE)
     samples, joints = measured()
@@ -200,6 +201,7 @@ def test_node_reads_the_robots_joints(tmp_path):
         peer.close()
 
 
+@pytest.mark.nightly
 def test_node_says_why_it_cannot_be_configured(tmp_path):
     path = parameters_file(tmp_path, names=["arm_1"])
     with node_process("--params-file", str(path)) as process:
