@@ -11,6 +11,7 @@ pytest.importorskip("matplotlib.figure")
 Image = pytest.importorskip("PIL.Image")
 
 from pictures import DRAWN, apart  # noqa: E402
+from tiers import nightly  # noqa: E402
 
 TOOL = runpy.run_path(str(ROOT / "tools" / "figures.py"))
 MADE = TOOL["made"](ROOT / "docs" / "figures")
@@ -24,7 +25,7 @@ def test_tables_are_those_of_the_files(name):
     assert f"{TOOL['BEGIN']}{table}{TOOL['END']}" in page, "run tools/figures.py"
 
 
-@pytest.mark.parametrize("end", ["", "_narrow"])
+@pytest.mark.parametrize("end", ["", *nightly("_narrow")])
 @pytest.mark.parametrize("name", MADE)
 def test_pictures_are_those_of_the_files(name, end, tmp_path):
     """Another release of matplotlib may set a letter otherwise, and nothing more."""

@@ -18,6 +18,7 @@ from benchmarks.scenes.summary import summary
 from benchmarks.scenes.table import by_family, pooled, tables, wilson
 from peg_on_hole_ros.sim.truth import integrate
 from simulated import contact_plan, truth
+from tiers import nightly
 
 pytestmark = pytest.mark.xdist_group("simulation")
 N = 300
@@ -413,6 +414,7 @@ def test_a_few_scenes_whole(ran):
 LATE = pytest.mark.xfail(reason="at 100 Hz an overload is told as an error one wrench late")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("rate", [pytest.param(100, marks=LATE), 250])
 def test_a_slow_wrench_tells_as_much_one_sample_later(tmp_path, rate):
     chosen = [Case("insertion", 2), Case("tipped", 1), Case("overpress", 0)]
@@ -504,7 +506,7 @@ def test_closings_of_another_engine_as_scenes():
     assert run["family"] == "mujoco" and run["transition"]["error"] is not None
 
 
-@pytest.mark.parametrize("number", [0, 1, 3, 12, 64])
+@pytest.mark.parametrize("number", [0, 64, *nightly(1, 3, 12)])
 def test_stall_scenes_begin(number):
     """Steep and far ones too, of which a press straight down would lift the peg off K."""
     plan = plan_of(Case("stall", number, "tuning"))

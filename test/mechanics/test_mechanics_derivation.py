@@ -16,6 +16,7 @@ def load():
     return module
 
 
+@pytest.mark.nightly
 def test_every_claim_of_the_derivation_holds(capsys):
     count = load().main()
     assert count == capsys.readouterr().out.count("holds:") >= 30

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 import rigid_body_oracle as oracle
 from peg_on_hole_ros.mechanics import geometry, reference
 from peg_on_hole_ros.mechanics.scene import Scene
+from tiers import nightly
 
 SCENES = {
     "paper": Scene(),
@@ -40,7 +41,7 @@ def six(scene, q, rates, force_H, moment_H):
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(
-    "construction", [oracle.newton_euler, oracle.lagrange, oracle.multipliers]
+    "construction", [oracle.newton_euler, *nightly(oracle.lagrange, oracle.multipliers)]
 )
 def test_six_equations_equal_an_independent_construction(name, construction):
     scene = SCENES[name]
@@ -71,6 +72,7 @@ def test_states_in_an_array_give_what_each_gives_alone():
     assert A.shape == (6, 6, 5)
 
 
+@pytest.mark.nightly
 def test_energy_is_kept_for_a_second_without_friction():
     # A spring on the tilt keeps the peg between gamma0 and a level peg; all three angles move.
     scene = Scene(friction=0.0, gravity=(2.0, 1.0, -9.0), axial_inertia=3e-4)

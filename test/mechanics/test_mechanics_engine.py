@@ -42,6 +42,7 @@ def test_traces_are_small():
     assert len(sizes) == 2 and sum(sizes) < 500_000
 
 
+@pytest.mark.nightly
 def test_figures_are_drawn(draw, tmp_path, capsys):
     draw.main(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {

@@ -7,6 +7,7 @@ import pytest
 from cli_helpers import ROOT, reader
 
 
+@pytest.mark.nightly
 def test_the_guide_gives_a_first_estimate_without_a_robot(tmp_path):
     pytest.importorskip("pinocchio")
     run = reader(tmp_path)

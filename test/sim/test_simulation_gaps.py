@@ -42,7 +42,10 @@ def test_touching_pose_has_no_gaps(gamma):
 
 
 @pytest.mark.parametrize("gamma", TILTS)
-@pytest.mark.parametrize("offset", OFFSETS)
+@pytest.mark.parametrize(
+    "offset",
+    [OFFSETS[0], *(pytest.param(each, marks=pytest.mark.nightly) for each in OFFSETS[1:])],
+)
 def test_gaps_are_the_distances_of_the_shapes(gamma, offset):
     points, n, gaps = contact_gaps(P, gamma, offset)
     centre, R = end_centre(gamma, offset), axes(gamma)
