@@ -3,6 +3,7 @@
 from dataclasses import fields, replace
 from itertools import product
 from math import log
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,13 @@ from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
 
 # What a wrong setting costs before anything is measured, and each beside it [nats].
 ONE_WRONG, MORE_WRONG = 3.0, 6.0
-_UNITS = {"force": (1e3, "kN"), "torque": (1e-3, "N mm")}
+_KN, _N_MM, _KN_M = (1e3, "kN"), (1e-3, "N mm"), (1e3, "kN m")
+_UNITS = (
+    {"force": _KN},
+    {"torque": _N_MM},
+    {"force": _KN, "torque": _N_MM},
+    {"force": _KN, "torque": _KN_M},
+)
 # Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
 # weight, and the axes to turn to (3, 3) with the sign.
 WIDTH = 13
@@ -55,7 +62,7 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
     for robot, compensated in product((False, True), (False, True)):
         options = replace(stated, axes="base")
         found.append(_hypothesis(stated, _meant(options, robot, compensated)))
-    for units in (("force",), ("torque",), ("force", "torque")):
+    for units in _UNITS:
         found.append(_hypothesis(stated, stated, units))
     first = {hypothesis.settings: hypothesis for hypothesis in reversed(found)}
     return sorted(first.values(), key=lambda hypothesis: hypothesis.cost)
@@ -69,7 +76,7 @@ def _meant(options, robot, compensated):
     )
 
 
-def _hypothesis(stated, options, units=()):
+def _hypothesis(stated, options, units=MappingProxyType({})):
     settings, spread = [], 0.0
     for name in ("acts_on", "axes", "gravity"):
         value = getattr(options, name)
@@ -81,8 +88,7 @@ def _hypothesis(stated, options, units=()):
         spread = log(23)
     row = np.zeros(WIDTH)
     row[:2] = 1.0
-    for name in units:
-        factor, unit = _UNITS[name]
+    for name, (factor, unit) in units.items():
         settings.append(f"unit of the {name} read as {unit}")
         row[0 if name == "force" else 1] = factor
     row[2], row[3] = options.axes == "base", options.gravity == "compensated"

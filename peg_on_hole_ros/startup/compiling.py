@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-# On two cores of 2020 that have nothing else to do; once for each state of the sources.
-COMPILING = "compiling, for the first start of this version only: half a minute to a minute"
+# On two cores of 2020 to slower ones that others share; once for each state of the sources.
+COMPILING = "compiling, for the first start of this version only: one to four minutes"
 _PACKAGE = __name__.partition(".")[0] + "."
 
 

@@ -25,6 +25,10 @@ FAULTS = {
     "base, sign": (lambda *read: tuple(-x for x in in_base(*read)), f"{SIGN} and wrench.axes"),
     "weight": (without_weight, "wrench.gravity: compensated"),
     "kN": (lambda force, torque, q: (force / 1000, torque), "unit of the force read as kN"),
+    "kN, kN m": (
+        lambda force, torque, q: (force / 1000, torque / 1000),
+        "unit of the force read as kN and unit of the torque read as kN m",
+    ),
     "N mm": (lambda force, torque, q: (force, torque * 1000), "unit of the torque read as N mm"),
 }
 TURNS = [turn for turn in Rotation.create_group("O").as_matrix() if np.trace(turn) < 2.9]
