@@ -151,6 +151,8 @@ def noticed(mutation: Mutation | None, tests: list[str], folder: Path) -> bool:
     if mutation is not None and mutation.path != HOW and kept.exists():
         shutil.copytree(kept, own, dirs_exist_ok=True)
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
+    # Those of the night are tests of that part as well.
+    command += ["-m", "nightly or not nightly"]
     try:
         done = subprocess.run(
             [*command, *tests], cwd=copy, env=environment, capture_output=True, timeout=TIMEOUT
