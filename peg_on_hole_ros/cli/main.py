@@ -8,14 +8,13 @@ program.
 
 import gc
 import importlib
-import signal
 import sys
-import threading
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 
 from peg_on_hole_ros.cli.arguments import parsed
 from peg_on_hole_ros.cli.compiling import compiling_shown
 from peg_on_hole_ros.cli.streams import readers_may_go
+from peg_on_hole_ros.startup.interrupt import ended_by_signals
 from peg_on_hole_ros.startup.one_line import exit_code
 
 # New objects between two looks for garbage; Python's own is 700.
@@ -34,27 +33,12 @@ def _run(arguments):
     # again and again for garbage is a tenth of a second of each start.
     gc.set_threshold(_GARBAGE)
     # A node has its own way to end.
-    with nullcontext() if asked.command == "node" else _ended_by_sigterm():
+    with nullcontext() if asked.command == "node" else ended_by_signals():
         module = importlib.import_module(f"peg_on_hole_ros.cli.{asked.command}")
         with compiling_shown():
             code = module.run(asked)
         sys.stdout.flush()
         return code
-
-
-@contextmanager
-def _ended_by_sigterm():
-    """Let SIGTERM end the work as Ctrl-C does, so that files in the making are removed."""
-    # Whoever calls this from a program may have plans of his own for the signal.
-    main_thread = threading.current_thread() is threading.main_thread()
-    ours = main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
-    if ours:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        if ours:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 if __name__ == "__main__":

@@ -37,6 +37,9 @@ def exit_code(act: Callable[[], int | None]) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:
+        if isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt):
+            # C that went on with it, and whose caller noticed.
+            return INTERRUPTED
         code, text = said(error)
         if code == INTERNAL and os.environ.get(TRACEBACK):
             traceback.print_exc()

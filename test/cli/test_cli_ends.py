@@ -171,7 +171,7 @@ def test_sigterm_leaves_no_half_written_file(tmp_path):
         code, text = ended_while_writing(folder / "out.mcap")
         if code != 0:
             break
-    assert code == 130
+    assert code == 130, text
     assert "Traceback" not in text
     assert list(folder.iterdir()) == []
 
