@@ -1,10 +1,10 @@
-"""A report in a real browser."""
+"""A page in a real browser, and a report there."""
 
 
-class Opened:
+class Page:
     """A page in a browser, with what it complained of and asked for."""
 
-    def __init__(self, browser, path, width=1280, height=900, scheme="light", touch=False):
+    def __init__(self, browser, address, width=1280, height=900, scheme="light", touch=False):
         self.context = browser.new_context(
             viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=touch
         )
@@ -15,8 +15,15 @@ class Opened:
         self.page.on("console", lambda message: self.complaints.append(message.text))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(path.as_uri())
+        self.page.goto(address)
         self.page.wait_for_selector("html[data-ready]")
+
+
+class Opened(Page):
+    """A report."""
+
+    def __init__(self, browser, path, **options):
+        super().__init__(browser, path.as_uri(), **options)
 
     def reading(self, name):
         return self.page.inner_text(f'[data-reading="{name}"]')

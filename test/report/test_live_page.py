@@ -8,6 +8,7 @@ import urllib.request
 import numpy as np
 import pytest
 
+from browsing import Page
 from cli_helpers import ROOT, command, fails, watching
 from dds_peer import node_process
 
@@ -85,21 +86,11 @@ def first(address):
         return json.loads(socket_.recv(timeout=60))
 
 
-class Shown:
+class Shown(Page):
     """The page in a browser."""
 
-    def __init__(self, browser, address, width=1280, scheme="light"):
-        self.context = browser.new_context(
-            viewport={"width": width, "height": 844}, color_scheme=scheme
-        )
-        self.context.set_default_timeout(120_000)
-        self.page = self.context.new_page()
-        self.complaints, self.requests = [], []
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(address)
-        self.page.wait_for_selector("html[data-ready]")
+    def __init__(self, browser, address, **options):
+        super().__init__(browser, address, height=844, **options)
 
     def wait_for_status(self, text):
         self.page.wait_for_function(
