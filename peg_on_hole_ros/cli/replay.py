@@ -29,8 +29,9 @@ from peg_on_hole_ros.messages.cycles import json_line
 from peg_on_hole_ros.messages.output import LATCHED, PREFIX
 from peg_on_hole_ros.monitor.pose_only import LINE as UNJUDGED
 from peg_on_hole_ros.replay.advice import lines as doubts_of
+from peg_on_hole_ros.replay.advice import other_units
 from peg_on_hole_ros.replay.run import check_bag, replay_bag
-from peg_on_hole_ros.replay.summary import VERSION, Summary
+from peg_on_hole_ros.replay.summary import VERSION, Summary, without_reactions
 from peg_on_hole_ros.replay.topic_findings import two_robots
 from peg_on_hole_ros.safe_text import printable
 
@@ -160,7 +161,10 @@ def replay(
         },
         **summary.content(),
         "cycles": cycles.records,
+        "reactions_void": None,
     }
+    if replayed.void_reactions or other_units(configuration, replayed.seen):
+        content = without_reactions(content)
     content["realtime_factor"] = finite(content["duration"] / max(replayed.seconds, 1e-9))
     if score:
         content |= {"rmse": score.rmse(), "coverage95": score.coverage95()}
@@ -194,7 +198,9 @@ def _peak(normal):
     return "-" if None in normal.values() else f"{max(normal.values()):.4g}"
 
 
-def _largest(normal):
+def _largest(normal, void):
+    if void:
+        return f"reactions: not told, as {void} (above)"
     if None in normal.values():
         return "largest reaction: none, as they were determined nowhere (reactions_determined)"
     row = "largest reaction [N]", *(f"{n:.4g}" for n in normal.values())
@@ -249,7 +255,7 @@ def _text(result, score, doubts, untold):
         f"contact mode: {shares}",
         f"transition: {'none' if transition is None else f'after {transition:.3f} s'}",
         "",
-        _largest(result["max_normal"]),
+        _largest(result["max_normal"], result["reactions_void"]),
     ]
     lines += [untold] if untold else []
     if result["cycles"]:

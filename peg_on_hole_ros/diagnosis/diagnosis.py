@@ -141,7 +141,8 @@ class Diagnosis:
         found = self._all[best]
         if self._best != best:
             self._best = best
-            self.finding = Finding(said(found, before, after), changed(self._stated, found))
+            text, instead = said(found, before, after), changed(self._stated, found)
+            self.finding = Finding(text, instead, voids=True)
 
     def _balanced(self):
         """Return to how much forces may balance where all is as it should be [N]."""

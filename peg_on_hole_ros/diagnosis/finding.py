@@ -15,9 +15,12 @@ class Finding(NamedTuple):
         Fields of WrenchInput with the values that fit; empty: there is no such setting.
     of : str
         What it is about: wrench, joints or scene.
+    voids : bool
+        Whether reactions mean nothing where all is as stated.
 
     """
 
     text: str
     found: dict[str, object]
     of: str = "wrench"
+    voids: bool = False

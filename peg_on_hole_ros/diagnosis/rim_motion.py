@@ -94,6 +94,7 @@ class RimMotion:
                 "where it is stated",
                 {},
                 "joints",
+                voids=True,
             )
         elif by_size < min(least, APART * by_turn) and LARGER[0] < abs(larger[2]) < LARGER[1]:
             size = 1e3 * self._clearance * exp(larger[2])
@@ -102,6 +103,7 @@ class RimMotion:
                 f"tilt to {1e3 * by_size:.2g} mm instead of {1e3 * stated:.2g} mm",
                 {},
                 "scene",
+                voids=True,
             )
 
     def _fit(self, free, places, axes):

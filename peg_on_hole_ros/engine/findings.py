@@ -118,11 +118,19 @@ class Findings:
         """Settings that the data have contradicted, a line each."""
         return [
             f"{finding.of}: {finding.text}; used in place of what is stated (wrench.adopt_found)"
-            if self._adopted.items() >= finding.found.items() and finding.found
+            if self._is_used(finding)
             else f"{finding.of}: {finding.text}"
             # What a wrench means rests on how hole and peg are stated.
             for finding in sorted(self._found, key=lambda each: each.of == "wrench")
         ]
+
+    @property
+    def void_reactions(self) -> bool:
+        """Whether reactions rest on what the data have contradicted, with nothing in its place."""
+        return any(found.voids and not self._is_used(found) for found in self._found)
+
+    def _is_used(self, finding):
+        return bool(finding.found) and self._adopted.items() >= finding.found.items()
 
     def pass_by(self, sample: WrenchSample) -> None:
         """Take any wrench."""

@@ -109,6 +109,11 @@ class Pipeline:
         return [*self._placing.findings.causes, *self.processor.causes]
 
     @property
+    def void_reactions(self) -> bool:
+        """Whether reactions rest on what the data have contradicted, with nothing in its place."""
+        return self._placing.findings.void_reactions
+
+    @property
     def filter(self) -> HeldPeg:
         """The filter, for those who made it."""
         return self.processor.filter

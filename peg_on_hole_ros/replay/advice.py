@@ -269,12 +269,13 @@ def lines(
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
     odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]
     told += [line for line in odd_lines if line not in told]
-    told += _other_unit(configuration, seen)
+    told += other_units(configuration, seen)
     told += [seen.loop] if seen.loop else []
     return [*told, *([f"{MISFIT_COUNT}: {MISFIT}"] if misfit and not causes else [])]
 
 
-def _other_unit(configuration, seen):
+def other_units(configuration: Configuration, seen: Seen) -> list[str]:
+    """Return a line for force and for torque whose noise is that of a larger unit."""
     told = []
     for name, unit in (("force", "N"), ("torque", "N m")):
         noise, stated = seen.noise(name), getattr(configuration.wrench, f"{name}_stddev")

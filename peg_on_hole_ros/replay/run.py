@@ -87,6 +87,8 @@ class Replayed(NamedTuple):
         What the end of the bag made known, such as a try that was under way.
     causes : list of str
         Settings that the data have contradicted, a line each.
+    void_reactions : bool
+        Whether reactions rest on one of these.
 
     """
 
@@ -100,6 +102,7 @@ class Replayed(NamedTuple):
     t_ns: int
     ending: list[Message]
     causes: list[str]
+    void_reactions: bool
 
 
 def sources_of(configuration: Configuration) -> dict[str, str]:
@@ -267,7 +270,17 @@ def replay_bag(
         )
     total = sum(read.values())
     told = sum(used.values()), dropped, events
-    return Replayed(total, *told, seconds, read, seen, stream.t_ns, ending, stream.causes)
+    return Replayed(
+        total,
+        *told,
+        seconds,
+        read,
+        seen,
+        stream.t_ns,
+        ending,
+        stream.causes,
+        stream.pipeline.void_reactions,
+    )
 
 
 def played(

@@ -104,9 +104,10 @@ def _damage(damage):
 
 def _summary(found):
     content, limits = found.content, found.configuration.monitor.max_normal
-    peaks = found.tracks.peaks
+    void = content["reactions_void"]
+    peaks = {} if void else found.tracks.peaks
     cards = [
-        ("Loads", points([words.load_line(peaks, limits)]) + _loads(peaks, limits)),
+        ("Loads", points([words.load_line(peaks, limits, void)]) + _loads(peaks, limits)),
         ("Alarms", points(words.alarm_lines(content["alarms"], content["alarm_changes"]))),
         ("What to doubt", points(words.doubt_lines(found.doubts, found.tracks.undetermined))),
         ("Dropped", points([words.dropped_line(content["messages"])])),

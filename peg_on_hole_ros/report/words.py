@@ -74,8 +74,10 @@ def _ordinal(n):
     return _ORDINALS[n - 1] if n <= len(_ORDINALS) else f"{n}th"
 
 
-def load_line(peaks: dict[str, Peak], limits: Sequence[float]) -> Place:
-    """Return the worst load against its limit [N]."""
+def load_line(peaks: dict[str, Peak], limits: Sequence[float], void: str | None = None) -> Place:
+    """Return the worst load against its limit [N], or `void`, why none is told."""
+    if void:
+        return Place(f"No load is told: {void}.")
     if not peaks:
         return Place("No load is known: the reactions were determined nowhere.")
     shares = {name: peaks[name].normal / limit for name, limit in _limited(peaks, limits)}

@@ -7,7 +7,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 
-from cli_helpers import config, fails
+from cli_helpers import SCHEMA, config, fails
+from json_schema import check
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.simulated_bag import write_bag as write_simulated
 from peg_on_hole_ros.bags.writer import BagWriter
@@ -352,14 +353,55 @@ def test_a_few_that_are_not_used_are_told_where_none_should_be(sliding, tmp_path
 
 
 def test_forces_in_kilonewtons_are_told(sliding, tmp_path, capsys):
-    def slipped(t_ns, force, torque):
-        return [wrench(t_ns, [x / 1000 for x in force], torque)]
-
-    path = changed(sliding, tmp_path / "a.mcap", wrench_of=slipped)
-    assert main(["replay", str(path)]) == 0
-    told = capsys.readouterr().out
+    told = replayed_in_units(sliding, tmp_path, capsys, 1e-3, 1.0)
     assert "\nwrench: with unit of the force read as kN the forces balance to 0.2" in told
     assert "the driver has to send N\n" in told
+
+
+def replayed_in_units(sliding, folder, capsys, force_unit, torque_unit, *options):
+    """Return what a replay prints of the recording with force and torque so many times theirs."""
+
+    def slipped(t_ns, force, torque):
+        return [wrench(t_ns, [force_unit * x for x in force], [torque_unit * x for x in torque])]
+
+    path = changed(sliding, folder / "units.mcap", wrench_of=slipped)
+    assert main(["replay", str(path), *map(str, options)]) == 0
+    return capsys.readouterr().out
+
+
+def reactions_in(told):
+    return [line for line in told.splitlines() if line.startswith(("reactions:", "largest reac"))]
+
+
+NOT_TOLD = "reactions: not told, as they would rest on what the data contradict (above)"
+
+
+@pytest.mark.parametrize(
+    ("force", "torque"), [(1e-3, 1.0), (1.0, 1e-3), (1.0, 1e3), (1e-3, 1e3), (1e-3, 1e-3)]
+)
+def test_of_a_wrench_in_another_unit_no_reaction_is_told(sliding, tmp_path, capsys, force, torque):
+    summary, report = tmp_path / "s.json", tmp_path / "r.html"
+    to = "--summary", summary, "--report", report
+    told = replayed_in_units(sliding, tmp_path, capsys, force, torque, *to)
+    assert reactions_in(told) == [NOT_TOLD]
+    assert "not told by the last motion" not in told
+    content, nothing = json.loads(summary.read_text()), dict.fromkeys(("K", "B1", "B2"))
+    check(content, SCHEMA)
+    assert content["reactions_void"] and content["max_normal"] == nothing
+    for cycle in content["cycles"]:
+        assert cycle["peak_normal"] == cycle["mean_normal"] == nothing
+    page = report.read_text(encoding="utf-8")
+    assert "No load is told: they would rest on what the data contradict" in page
+    assert "Worst load:" not in page and "of limit" not in page
+
+
+def test_reactions_are_told_once_the_right_setting_is_used(sliding, tmp_path, capsys):
+    """The sign that is found is taken, unless that is not wanted: then nothing is right."""
+    for adopt, begun in (("true", "largest reaction [N]"), ("false", NOT_TOLD)):
+        wrong = config(tmp_path, f"wrench: {{acts_on: robot, adopt_found: {adopt}}}")
+        told = replayed_in_units(sliding, tmp_path, capsys, 1.0, 1.0, "--config", wrong)
+        (line,) = reactions_in(told)
+        assert line.startswith(begun)
 
 
 def test_a_wrong_sign_is_told(sliding, tmp_path, capsys):

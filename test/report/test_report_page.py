@@ -28,6 +28,7 @@ MESSAGES = {"read": 3, "used": 2, "dropped": {"wrench_dropped_late": 1}, "events
 CONTENT = {
     "damage": None, "messages": MESSAGES, "outputs": 2, "start_time": 1.0, "duration": 0.5,
     "contact_mode": MODES, "alarms": [], "alarm_changes": 0, "cycles": [], "realtime_factor": 2.0,
+    "reactions_void": None,
 }  # fmt: skip
 
 
