@@ -69,6 +69,7 @@ class Placing:
         self.findings = Findings(configuration, self.processor.reduction, counts, offline)
         self.room: Kept | None = None
         self._orders = [arrival_order.new_order(configuration) for _ in range(2)]
+        self._now_ns = [order["now_ns"] for order in self._orders]
         self.history = History(int(self.order["window_ns"]))
         self.waiting: deque[AngleMeasurement] = deque()
         self.recent: deque[WrenchSample] = deque(maxlen=RECENT)
@@ -96,6 +97,7 @@ class Placing:
     def come_to(self) -> None:
         """Take the copy for the order."""
         self._orders.reverse()
+        self._now_ns.reverse()
 
     def restart(self) -> None:
         """Begin anew with the next orientation; what was learnt stays."""
@@ -175,7 +177,7 @@ class Placing:
         if row is None:
             self.told = None
         else:
-            self.tell(Rows(np.array([sample.t_ns]), row.reshape(1, -1)))
+            self._tell_one(sample.t_ns, row)
         return row
 
     def take_back(self) -> None:
@@ -225,6 +227,16 @@ class Placing:
         rows.values[:, DOUBTS] = np.where(rests, untold.costs, np.nan)
         self.told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
+
+    def _tell_one(self, t_ns, row):
+        """Do what `tell` does with one row, in a fifth of the time."""
+        if self.findings.unsure:
+            return self.tell(Rows(np.array([t_ns]), row.reshape(1, -1)))
+        untold = self.findings.untold
+        untold.count(1)
+        row[DOUBTS] = untold.costs if row[MODE] == THREE_POINT else np.nan
+        self.told = t_ns, row
+        self._flag = bool(row[FLAG])
 
     def diagnose(self, sample: WrenchSample) -> bool:
         """Hold a wrench against the settings; return whether others are used from here on."""
@@ -288,4 +300,4 @@ class Placing:
     @property
     def now_ns(self) -> int:
         """Stamp that the estimate has come to, once started [ns]."""
-        return int(self.order["now_ns"])
+        return self._now_ns[0].item()

@@ -36,6 +36,7 @@ LOST = 5.0
 _NONE = np.zeros(0, np.int64)
 _NO_WRENCH = _NONE, np.zeros((0, 6)), _NONE, _NONE
 _NO_ROW = np.zeros((0, SIZE))
+_NO_JOINTS = _NONE, np.zeros((0, ORIENTATION))
 _CONTACTS = {number: contacts for contacts, number in SETS.items()}
 
 
@@ -242,12 +243,20 @@ class Processor:
         """Take the next unit; return the row at the stamp of its wrench, None while lost."""
         t_ns, force, torque = unit.wrench
         wrench, ends = np.array([[*force, *torque]], float), np.array([len(unit.joints)])
-        stamps, orientations = _as_arrays(unit.joints)
+        stamps, orientations = _as_arrays(unit.joints) if unit.joints else _NO_JOINTS
         one = Stretch(np.array([t_ns]), wrench, ends, ends, stamps, orientations)
-        rows = self.go_on(one, 0, 1, 0)[0] if self.in_one_piece else self._step(one)
+        # As `go_on` would, without what many need.
+        told, row = 0, np.empty((1, SIZE))
+        if self.in_one_piece:
+            told = advance(
+                self._memory, self._words, self._rules, *one[:6], 0.0, self._no_room, 0, 1, 0,
+                np.zeros(2, np.int64), row,
+            )  # fmt: skip
+        else:
+            told = self._step(one, row)
         for measurement in unit.after:
             self.correct(measurement)
-        return rows.values[0] if len(rows.t_ns) else None
+        return row[0] if told else None
 
     def go_on(
         self, stretch: Stretch, first: int, last: int, taken: int, kept: Kept | None = None
@@ -305,20 +314,20 @@ class Processor:
 
     # What follows calls the steps one by one, with a filter that has its own.
 
-    def _step(self, stretch):
-        e, rules, t_ns, row = self.engine, self.rules, int(stretch.t_ns[0]), np.empty((1, SIZE))
+    def _step(self, stretch, row):
+        e, rules, t_ns = self.engine, self.rules, int(stretch.t_ns[0])
         silent = steps.begin_unit(e, rules, t_ns)
         for stamp, orientation in zip(stretch.stamps.tolist(), stretch.orientations):
             self._advance(e, rules, stamp)
             self._correct(e, stamp, orientation, 0.0)
         self._advance(e, rules, t_ns)
         if not steps.told(e, rules):
-            return Rows(stretch.t_ns[:0], row[:0])
+            return False
         contacts = steps.reduce(e, t_ns, stretch.wrenches[0], silent)
         self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
         self.filter.mark(t_ns)
         steps.judge(e, rules, t_ns, contacts, row[0])
-        return Rows(stretch.t_ns, row)
+        return True
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost

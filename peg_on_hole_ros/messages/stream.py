@@ -53,6 +53,8 @@ class Published(NamedTuple):
 
     Attributes
     ----------
+    t_ns : int
+        Stamp [ns].
     estimate : list of (str, bytes)
         Topic under the node's name and serialised message of all that comes with every stamp.
     pose : callable
@@ -62,6 +64,7 @@ class Published(NamedTuple):
 
     """
 
+    t_ns: int
     estimate: list[tuple[str, bytes]]
     pose: Callable[[], dict]
     said: list[Message]
@@ -175,7 +178,7 @@ class MessageStream:
             self._encoder = EstimateEncoder(estimate_messages(outputs_of(t_ns, row)))
         estimate = self._encoder(t_ns, row)
         ended = self._cycles.add_row(t_ns, row, said)
-        return Published(estimate, partial(self._encoder.pose, t_ns), said + _told(ended))
+        return Published(t_ns, estimate, partial(self._encoder.pose, t_ns), said + _told(ended))
 
     def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
         """

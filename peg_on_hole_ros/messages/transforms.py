@@ -1,5 +1,7 @@
 """The peg in the hole as a transform for /tf, at a rate that displays need."""
 
+from collections.abc import Callable
+
 from peg_on_hole_ros.messages.plain import HOLE_FRAME
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
@@ -15,18 +17,27 @@ class Transforms:
     def __init__(self) -> None:
         self._last_ns: int | None = None
 
-    def message(self, pose: dict) -> dict | None:
-        """Return tf2_msgs/TFMessage of a PoseWithCovarianceStamped, or None where none is due."""
-        stamp = pose["header"]["stamp"]
-        t_ns = stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
+    def message(self, t_ns: int, pose_of: Callable[[], dict]) -> dict | None:
+        """
+        Return tf2_msgs/TFMessage, or None where none is due.
+
+        Parameters
+        ----------
+        t_ns : int
+            Stamp [ns].
+        pose_of : callable
+            Returns its PoseWithCovarianceStamped, or header and pose of that.
+
+        """
         last_ns = self._last_ns
         # Stamps may jump back: a bag played again, a simulator started again.
         if last_ns is not None and last_ns <= t_ns < last_ns + PERIOD_NS:
             return None
         self._last_ns = t_ns
+        pose = pose_of()
         there = pose["pose"]["pose"]
         transform = {
-            "header": {"stamp": stamp, "frame_id": HOLE_FRAME},
+            "header": {"stamp": pose["header"]["stamp"], "frame_id": HOLE_FRAME},
             "child_frame_id": PEG_FRAME,
             "transform": {"translation": there["position"], "rotation": there["orientation"]},
         }

@@ -53,6 +53,8 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
             continue
         for _, ros_type, fields in stream.on_wrench(message):
             convert(ros_type, fields)
+    # What reports say has compiled code too, which would hold up the first second of wrenches.
+    _ = stream.pipeline.health, stream.pipeline.causes
 
 
 def _giving(message):

@@ -55,7 +55,7 @@ class Publishers:
             self._outputs[suffix].publish(payload)
         self.say(published.said)
         if self._tf is not None:
-            transform = self._transforms.message(published.pose())
+            transform = self._transforms.message(published.t_ns, published.pose)
             if transform is not None:
                 self._tf.publish(self._encode_tf(transform))
 

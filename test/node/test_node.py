@@ -223,6 +223,7 @@ stream = message_stream(Configuration())
 for source, message in closing(1000):
     (stream.on_joints if source == "joints" else stream.on_wrench)(message)
 assert stream.counts["wrench_used"] > 900
+assert stream.pipeline.health and stream.pipeline.causes is not None
 after = overloads()
 assert after == before, {name for name in after if after[name] != before.get(name)}
 """
