@@ -192,13 +192,13 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         return self._description.waiting if self._description else ""
 
     def close(self) -> None:
-        """Work off what waits, finish the record and log a try under way, in whatever state."""
+        """Work off what waits, finish the record and tell a try under way, in whatever state."""
         self._stop_listening()
         if self._recording is not None:
             self._recording.close()
         if self._stream is not None:
             ended = self._stream.finish()
-            self._outputs.say(ended)
+            self._outputs.say_last(ended)
             self._log_cycles(ended)
 
     def _stop_listening(self):

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable
 
+from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from peg_on_hole_ros.messages.cdr import Encoder
@@ -10,6 +12,9 @@ from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS, Messag
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import Published
 from peg_on_hole_ros.messages.transforms import TOPIC, TRANSFORMS, Transforms
+
+# For who listens to acknowledge what is said last.
+_HEARD = Duration(seconds=1.0)
 
 
 class Publishers:
@@ -64,6 +69,14 @@ class Publishers:
         for suffix, _, fields in messages:
             # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes.
             self._outputs[suffix].publish(self._encoders[suffix](fields))
+
+    def say_last(self, messages: Iterable[Message]) -> None:
+        """Publish messages behind which the publishers go, also of a node that is not active."""
+        for suffix, _, fields in messages:
+            publisher = self._outputs[suffix]
+            Publisher.publish(publisher, self._encoders[suffix](fields))
+            # With a publisher DDS lets go of what nobody has acknowledged.
+            publisher.wait_for_all_acked(_HEARD)
 
     def diagnostics(self, fields: dict) -> None:
         """Publish a diagnostic_msgs/DiagnosticArray on /diagnostics."""

@@ -22,10 +22,11 @@ from inputs import closing, joints, wrench
 from peg_on_hole_ros.config.parameter_table import PARAMETERS
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
-from peg_on_hole_ros.messages.output import DIAGNOSTICS
+from peg_on_hole_ros.messages.output import DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
+from tiers import nightly
 
 pytestmark = pytest.mark.xdist_group("dds")
 
@@ -154,6 +155,29 @@ def test_sigterm_ends_it_cleanly_with_a_record_of_the_try_under_way(peer):
         process.send_signal(signal.SIGTERM)
         text, _ = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0
+    assert cycles(text) == ["unfinished"]
+
+
+@pytest.mark.parametrize("end", ["cleanup", "shutdown", *nightly("inactive shutdown")])
+def test_a_try_that_a_transition_ends_is_published(peer, end):
+    with node_process() as process:
+        peer.wait_for_matching()
+        send(peer, 5_000_000_000, 80)
+        assert peer.received["cycle"] == []
+        if end != "shutdown":
+            assert transition(peer, Transition.TRANSITION_DEACTIVATE)
+        numbers = {
+            "cleanup": Transition.TRANSITION_CLEANUP,
+            "shutdown": Transition.TRANSITION_ACTIVE_SHUTDOWN,
+            "inactive shutdown": Transition.TRANSITION_INACTIVE_SHUTDOWN,
+        }
+        assert transition(peer, numbers[end])
+        peer.spin_until(lambda: peer.received["cycle"], "the record of the try")
+        text = stop(process)
+    (payload,) = peer.received["cycle"]
+    told = deserialize_message(payload, message_class(STRING)).data
+    # The log has the same line, and once.
+    assert re.findall("cycle: (.*)", text) == [told]
     assert cycles(text) == ["unfinished"]
 
 
