@@ -45,6 +45,8 @@ class Score(NamedTuple):
         For each begin of a level after the transition: whether it was right.
     modes : Counter
         Samples by true and declared mode.
+    alone : Counter
+        Samples told `two_point` by true mode, and by whether one point is likelier to be alone.
     flag : float
         After the transition [s]; NaN: there was none; infinite: it did not come.
     estimates : Estimates
@@ -55,6 +57,7 @@ class Score(NamedTuple):
     told: list[dict[str, bool]]
     alarms: dict[str, list[bool]]
     modes: Counter
+    alone: Counter
     flag: float
     estimates: Estimates
 
@@ -86,13 +89,19 @@ def score_of(case: Case, factor: float) -> Score:
     for k in np.flatnonzero(labels.mode[1:] != labels.mode[:-1]):
         far &= np.abs(t - t[k]) > CHANGES
     pairs = zip(labels.mode[far].tolist(), record.mode[far].tolist(), strict=True)
+    below = record.monitor["mode_probability_two_point"]
+    alone = record.monitor["mode_probability_K_alone"] + record.monitor["mode_probability_B_alone"]
+    told_two = far & (record.mode == "two_point") & np.isfinite(alone)
+    which = zip(
+        labels.mode[told_two].tolist(), (2 * alone > below)[told_two].tolist(), strict=True
+    )
     slides = far & (labels.mode == "two_point") & (np.abs(truth.place_rate[:, 2]) > SLIDES)
     normal = np.column_stack([truth.normal[:, 0], truth.normal[:, 1:].sum(axis=1)])
     found = estimates_of(record, t, slides, normal, friction_of(truth))
     flag = np.nan
     if labels.transition is not None:
         flag = float(t[record.flag].min(initial=np.inf)) - labels.transition
-    return Score(case, stops, alarms, Counter(pairs), flag, found)
+    return Score(case, stops, alarms, Counter(pairs), Counter(which), flag, found)
 
 
 def main(arguments=None):
@@ -125,6 +134,10 @@ def main(arguments=None):
         print(f"{true:11} {sum(row.values()):7} samples: {shares}")
     right = sum(n for (true, told), n in modes.items() if true == told)
     print(f"mode right: {right / modes.total():.1%} of {modes.total()} samples")
+    alone = sum((row.alone for row in found), Counter())
+    for true in sorted({pair[0] for pair in alone}):
+        total = alone[true, True] + alone[true, False]
+        print(f"{true:11} {total:7} told two_point: one alone {alone[true, True] / total:.1%}")
     flags = np.array([row.flag for row in found])
     off = np.abs(flags[np.isfinite(flags)])
     print(

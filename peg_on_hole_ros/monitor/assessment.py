@@ -16,6 +16,7 @@ from peg_on_hole_ros.monitor.insertion_depth import insertion_depth
 from peg_on_hole_ros.monitor.jamming import Risk
 from peg_on_hole_ros.monitor.judgement import (
     KNOWN,
+    POINTS,
     RISK,
     SHOWN,
     break_course,
@@ -27,6 +28,7 @@ from peg_on_hole_ros.monitor.judgement import (
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT, TWO_POINT
 from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
+from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
 from peg_on_hole_ros.monitor.output_row import ALARM_WIDTH, ALARMS, AT, FLAG, MODE, MONITOR
 from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
 from peg_on_hole_ros.record_types import MemoryRecord, ThresholdsRecord
@@ -173,6 +175,8 @@ def assess(
     if d.mode != IN_AIR and not blind:
         _fill_risk(row, risk)
     if on_contacts == 2 and not blind:
+        row[AT.mode_probability_K_alone] = shown.two_point * m[POINTS + K_ALONE]
+        row[AT.mode_probability_B_alone] = shown.two_point * m[POINTS + B_ALONE]
         row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(f)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
     # and otherwise what a rim of this tilt may wedge against what it carries.

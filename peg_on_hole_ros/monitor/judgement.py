@@ -5,6 +5,7 @@ from math import fabs
 import numpy as np
 
 from peg_on_hole_ros.config.options import MonitorOptions
+from peg_on_hole_ros.estimator.record import CONTACTS
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor import (
@@ -13,6 +14,7 @@ from peg_on_hole_ros.monitor import (
     evidence,
     jamming,
     leftover_wrench,
+    one_point,
     trend,
 )
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
@@ -24,6 +26,7 @@ from peg_on_hole_ros.monitor.output_row import ALARM_WIDTH
 # array is a copy of all of it: so everything stands in one, the options too.
 _SIZES = {
     "HYPOTHESES": contacts.COUNT,
+    "POINTS": one_point.COUNT,
     "MEANS": leftover_wrench.SIZE,
     "MOTION": trend.SIZE,
     "DESCENT": down_the_hole.SIZE,
@@ -39,8 +42,8 @@ _SIZES = {
 _ENDS = dict(zip(_SIZES, np.cumsum(list(_SIZES.values())).tolist()))
 _AT = {name: _ENDS[name] - size for name, size in _SIZES.items()}
 (
-    HYPOTHESES, MEANS, MOTION, DESCENT, JAMMING, SETTINGS, LIMITS, DIAMETERS, BAND, SHOWN, RISK,
-    KNOWN,
+    HYPOTHESES, POINTS, MEANS, MOTION, DESCENT, JAMMING, SETTINGS, LIMITS, DIAMETERS, BAND, SHOWN,
+    RISK, KNOWN,
 ) = _AT.values()  # fmt: skip
 SIZE = _ENDS["KNOWN"]
 
@@ -63,7 +66,8 @@ def retune(m: np.ndarray, options: MonitorOptions, scene: Scene, force_stddev: f
     m[SETTINGS:SHOWN] = new_judgement(options, scene, force_stddev)[SETTINGS:SHOWN]
 
 
-_NOTHING_SEEN = np.concatenate([contacts.no_knowledge(), leftover_wrench.new_means()])
+_NO_POINTS = one_point.no_points()
+_NOTHING_SEEN = np.concatenate([contacts.no_knowledge(), _NO_POINTS, leftover_wrench.new_means()])
 # All that the next judgement depends on beside the estimate: of `judge`, what is declared, each
 # alarm's level, and the alarms as they were told last and of what caused them last; see `row`.
 MEMORY = np.dtype(
@@ -136,10 +140,14 @@ def judge(
 
     """
     shown, motion = m[SHOWN:RISK], m[MOTION:JAMMING]
-    hypotheses, means, settings = m[HYPOTHESES:MEANS], m[MEANS:MOTION], m[SETTINGS:LIMITS]
+    hypotheses, means, settings = m[HYPOTHESES:POINTS], m[MEANS:MOTION], m[SETTINGS:LIMITS]
     evidence.show(
         f, hypotheses, means, motion, settings, dt, since, nis, determinant, displaced, shown
     )
+    if f[CONTACTS] == 2.0:
+        one_point.weigh_points(m[POINTS:MEANS], f, dt, settings[1], settings[2])
+    else:
+        m[POINTS:MEANS] = _NO_POINTS
     contact, below, time, usable = 1.0 - shown[4], shown[6], shown[7], shown[10] > 0.0
     memory, limits, risk = m[JAMMING:SETTINGS], m[LIMITS:DIAMETERS], m[RISK:KNOWN]
     jamming.assess(f, motion, memory, limits, dt, since, contact, below, time, usable, risk)

@@ -26,6 +26,8 @@ MONITOR_NAMES = (
     "three_point_validity",
     "mode_probability_three_point",
     "mode_probability_two_point",
+    "mode_probability_K_alone",
+    "mode_probability_B_alone",
     "mode_probability_opened",
     "mode_probability_stuck",
     "mode_probability_free",

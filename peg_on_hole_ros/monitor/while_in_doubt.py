@@ -22,6 +22,8 @@ _RISKS = (
     AT.jamming_load,
     AT.insertion_ratio,
     AT.whitney_margin,
+    AT.mode_probability_K_alone,
+    AT.mode_probability_B_alone,
     AT.insertion_depth,
     AT.insertion_depth_stddev,
     AT.determinant,

@@ -1,0 +1,78 @@
+"""Whether one of two points in the hole carries alone: contact sets nested in one estimate."""
+
+from math import exp, log, pi, sqrt
+
+import numpy as np
+
+from peg_on_hole_ros.estimator.record import REACTIONS, Y
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.contacts import MOST, below
+
+# Hypotheses: K alone, B alone, both.
+K_ALONE, B_ALONE, BOTH = range(3)
+COUNT = 3
+# What of a peg in the hole is taken for so, before any evidence: it rests on two.
+_PRIOR = (0.15, 0.15, 0.7)
+# A reaction that is there may be of this size [N]: by three times more or less, as many are told
+# as one that is not.
+REACTION = 10.0
+# Beyond so many deviations its tail alone counts.
+_TAIL = -5.0
+
+
+def no_points() -> np.ndarray:
+    """Return the probabilities before any evidence, shape (3,)."""
+    return np.array(_PRIOR)
+
+
+@compiled
+def absence(normal: float, variance: float) -> float:
+    """
+    Return log p(wrenches | there is no such reaction) - log p(wrenches | it pushes).
+
+    The set without it is the set with it where the reaction is zero: their likelihoods are to each
+    other as its density there is to what it was before the wrench (J. M. Dickey, Annals of
+    Mathematical Statistics 42 (1971) 204-223).
+
+    Parameters
+    ----------
+    normal, variance : float
+        Of the reaction, by the set with it [N], [N^2].
+
+    """
+    sigma = sqrt(max(variance, 1e-18))
+    z = normal / sigma
+    # The density at zero of what pushes, whose tail cancels the square.
+    tail = 0.5 * log(0.5 * pi) + log(-z) if z < _TAIL else -0.5 * z * z - log(2.0 * below(z))
+    ratio = tail - log(sigma) + 0.5 * log(REACTION * REACTION + sigma * sigma)
+    return min(max(ratio, -MOST), MOST) if ratio == ratio else 0.0
+
+
+@compiled
+def weigh_points(p: np.ndarray, f: np.ndarray, dt: float, rate: float, correlation: float) -> None:
+    """
+    Carry the probabilities over a time, then weigh them with the reactions of two points.
+
+    Parameters
+    ----------
+    p : ndarray, shape (3,)
+        Changed.
+    f : ndarray
+        Record of the estimate, which has weighed a wrench with two points.
+    dt : float
+        Since the last wrench [s].
+    rate, correlation : float
+        As for `contacts.weigh`.
+
+    """
+    change, share = 1.0 - exp(-rate * dt), min(dt / correlation, 1.0)
+    for i in range(COUNT):
+        p[i] += change * (_PRIOR[i] - p[i])
+    # B stands as two equal halves.
+    first = REACTIONS + 21
+    of_B = f[first + 7] + 2.0 * f[first + 8] + f[first + 14]
+    p[K_ALONE] *= exp(share * absence(f[Y + 4] + f[Y + 5], of_B))
+    p[B_ALONE] *= exp(share * absence(f[Y + 3], f[first]))
+    total = p[K_ALONE] + p[B_ALONE] + p[BOTH]
+    for i in range(COUNT):
+        p[i] /= total
