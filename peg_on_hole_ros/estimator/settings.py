@@ -108,7 +108,7 @@ def default_settings(**changed: Any) -> Settings:
     given = {
         "level": (3.0, 30.0, 500.0),
         "time": (0.05, 0.05, 0.02),
-        "up": (0.0, 50.0, 10.0),
+        "up": (0.0, 30.0, 6.0),
     } | changed
     for name in ("level", "time", "up"):
         given[name] = np.array(given[name], float)
