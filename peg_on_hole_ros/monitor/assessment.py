@@ -12,7 +12,7 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import evidence
 from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms
 from peg_on_hole_ros.monitor.evidence import Shown
-from peg_on_hole_ros.monitor.insertion_depth import insertion_depth
+from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
 from peg_on_hole_ros.monitor.jamming import Risk
 from peg_on_hole_ros.monitor.judgement import (
     KNOWN,
@@ -178,6 +178,8 @@ def assess(
         row[AT.mode_probability_K_alone] = shown.two_point * m[POINTS + K_ALONE]
         row[AT.mode_probability_B_alone] = shown.two_point * m[POINTS + B_ALONE]
         row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(f)
+        if row[AT.insertion_depth] == row[AT.insertion_depth]:
+            row[AT.insertion_speed], row[AT.insertion_speed_stddev] = insertion_speed(f)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
     # and otherwise what a rim of this tilt may wedge against what it carries.
     wide = force_stddev

@@ -1,11 +1,11 @@
-"""How deep a peg on two points is in the hole, by its tilt and the clearance."""
+"""How deep a peg on two points is in the hole, and how fast, by its tilt and the clearance."""
 
 from math import nan, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.insertion_depth import depth_at
-from peg_on_hole_ros.estimator.record import REACTIONS, SCENE, SPREAD, P, X, Y
+from peg_on_hole_ros.estimator.insertion_depth import depth_at, slope_slopes
+from peg_on_hole_ros.estimator.record import RATES, REACTIONS, SCENE, SPREAD, P, X, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # Tilt and reactions have to be surely above zero, by so many standard deviations: a peg that
@@ -27,3 +27,16 @@ def insertion_depth(f: np.ndarray) -> tuple[float, float]:
     depth, by_tilt, by_diameter = depth_at(f[SCENE], f[SCENE + 1], gamma)
     diameter = max(f[SPREAD + 3], 0.0) + SURFACE * SURFACE
     return depth, sqrt(by_tilt * by_tilt * variance + by_diameter * by_diameter * diameter)
+
+
+@compiled
+def insertion_speed(f: np.ndarray) -> tuple[float, float]:
+    """Return speed into the hole and standard deviation [m/s], where the depth is told."""
+    d, D, gamma, rate = f[SCENE], f[SCENE + 1], f[X], f[X + 3]
+    by_rate = depth_at(d, D, gamma)[1]
+    by_tilt, by_diameter = slope_slopes(d, D, gamma)
+    by_tilt, by_diameter = by_tilt * rate, by_diameter * rate
+    variance = by_rate * (by_rate * f[RATES] + 2.0 * by_tilt * f[P + 3])
+    variance += by_tilt * by_tilt * f[P]
+    variance += by_diameter * by_diameter * (max(f[SPREAD + 3], 0.0) + SURFACE * SURFACE)
+    return by_rate * rate, sqrt(max(variance, 0.0))

@@ -23,6 +23,8 @@ MONITOR_NAMES = (
     "whitney_margin",
     "insertion_depth",
     "insertion_depth_stddev",
+    "insertion_speed",
+    "insertion_speed_stddev",
     "three_point_validity",
     "mode_probability_three_point",
     "mode_probability_two_point",

@@ -26,6 +26,8 @@ _RISKS = (
     AT.mode_probability_B_alone,
     AT.insertion_depth,
     AT.insertion_depth_stddev,
+    AT.insertion_speed,
+    AT.insertion_speed_stddev,
     AT.determinant,
     AT.time_to_transition,
     AT.time_to_transition_stddev,

@@ -6,6 +6,8 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.insertion.scenes import Case, plan_of
+from benchmarks.scenes.play import play
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
@@ -14,6 +16,7 @@ from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, rests
 from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.sim.truth import integrate
 from tiers import at_push, nightly
 from two_points import length_inside, samples, tilt_at
 
@@ -162,6 +165,27 @@ def test_how_deep_the_peg_is_is_told_while_rim_and_wall_carry(kind):
     assert (truth.mode[at[known]] == "two_point").all()
     assert np.mean(np.abs(error[known]) <= 1.96 * stddev[known]) > 0.9
     assert np.median(stddev[known]) < 0.1 * truth.place[:, 2].max()
+
+
+@pytest.mark.parametrize("scene", ["goes_on", *nightly("jams", "turns")])
+def test_how_fast_the_peg_goes_in_is_told_with_its_depth(scene):
+    """The simulation has a speed of its own; some 3 to 60 mm/s."""
+    turns = Case("normal", 7, "tuning")
+    truth = integrate(plan_of(turns)) if scene == "turns" else inserted(scene)
+    record = play(truth, truth.plan.configuration, [[4]])
+    speed, stddev = (record.monitor[f"insertion_speed{end}"] for end in ("", "_stddev"))
+    known = np.isfinite(speed)
+    assert (known == np.isfinite(stddev)).all()
+    assert (known == np.isfinite(record.monitor["insertion_depth"])).all()
+    true = truth.place_rate[:, 2]
+    chosen = known & (np.abs(true) > 1e-3)
+    assert chosen.sum() > 100
+    error, spread = np.abs(speed - true)[chosen], stddev[chosen]
+    assert 0.85 <= np.mean(error <= 1.96 * spread) <= 1.0
+    # Deep in the hole, with little load, the tilt tells the speed no nearer than to 60 mm/s.
+    near = spread < 5e-3
+    assert near.sum() > 80
+    assert np.sqrt(np.mean(error[near] ** 2)) < 3e-3
 
 
 def test_the_spread_of_the_depth_is_that_of_tilt_and_clearance():
