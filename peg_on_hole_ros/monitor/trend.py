@@ -6,9 +6,10 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 
-# A held peg moves as smoothly as its holder. The contact filter must not assume that: it follows
-# the measured wrench, whose noise alone moves a light peg by some 10 rad/s^2, and so knows the
-# rates to about 0.02 rad/s. Over tens of milliseconds the orientations tell them ten times better.
+# A held peg moves as smoothly as its holder. The estimator must not assume that: its components
+# leave the peg's accelerations open from one wrench to the next, and so know the tilt's rate to
+# some 0.02 rad/s. Of drawn insertions that slide, orientations over tens of milliseconds tell it
+# twice as well just below gamma0, and ten times as well where depth hangs on it most.
 #
 # One channel is position, rate, acceleration and the upper triangle of their covariance, 9 places.
 # The acceleration is an Ornstein-Uhlenbeck process (Singer, IEEE Trans. AES-6, 1970).
