@@ -41,15 +41,6 @@ def depth_at(d: float, D: float, gamma: float) -> tuple[float, float, float]:
 
 
 @compiled
-def slope_slopes(d: float, D: float, gamma: float) -> tuple[float, float]:
-    """Return the derivatives by gamma and by d of the depth's slope by gamma; see `depth_at`."""
-    s, c = sin(gamma), cos(gamma)
-    room, steep = D - d * c, c * c / (s * s)
-    by_tilt = 2.0 * room * c / (s * s * s) - d * s * (1.5 + steep)
-    return by_tilt, c * (1.5 + steep)
-
-
-@compiled
 def sink(
     s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, p: SceneScalars, at: np.ndarray,
     n: int, learnt: np.ndarray, depth: float, variance: float, since: float,

@@ -1,10 +1,10 @@
 """How deep a peg on two points is in the hole, and how fast, by its tilt and the clearance."""
 
-from math import nan, sqrt
+from math import cos, nan, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.insertion_depth import depth_at, slope_slopes
+from peg_on_hole_ros.estimator.insertion_depth import depth_at
 from peg_on_hole_ros.estimator.record import RATES, REACTIONS, SCENE, SPREAD, P, X, Y
 from peg_on_hole_ros.mechanics.kernel import compiled
 
@@ -34,9 +34,18 @@ def insertion_speed(f: np.ndarray) -> tuple[float, float]:
     """Return speed into the hole and standard deviation [m/s], where the depth is told."""
     d, D, gamma, rate = f[SCENE], f[SCENE + 1], f[X], f[X + 3]
     by_rate = depth_at(d, D, gamma)[1]
-    by_tilt, by_diameter = slope_slopes(d, D, gamma)
+    by_tilt, by_diameter = _slope_slopes(d, D, gamma)
     by_tilt, by_diameter = by_tilt * rate, by_diameter * rate
     variance = by_rate * (by_rate * f[RATES] + 2.0 * by_tilt * f[P + 3])
     variance += by_tilt * by_tilt * f[P]
     variance += by_diameter * by_diameter * (max(f[SPREAD + 3], 0.0) + SURFACE * SURFACE)
     return by_rate * rate, sqrt(max(variance, 0.0))
+
+
+@compiled
+def _slope_slopes(d: float, D: float, gamma: float) -> tuple[float, float]:
+    """Return the derivatives by gamma and by d of the depth's slope by gamma; see `depth_at`."""
+    s, c = sin(gamma), cos(gamma)
+    room, steep = D - d * c, c * c / (s * s)
+    by_tilt = 2.0 * room * c / (s * s * s) - d * s * (1.5 + steep)
+    return by_tilt, c * (1.5 + steep)
