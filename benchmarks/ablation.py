@@ -46,7 +46,7 @@ LIMIT = 0.9
 # What is put in a field's place: without its rule where that is possible, else much of it.
 SWITCHED = {
     "level": (("level", (10.0, 30.0, 500.0)), ("level", (1.0, 30.0, 500.0))),
-    "up": (("up", (0.0, 25.0, 5.0)), ("up", (0.0, 100.0, 20.0))),
+    "up": (("up", (0.0, 15.0, 3.0)), ("up", (0.0, 60.0, 12.0))),
     "time": (("time", (0.02, 0.02, 0.02)), ("time", (0.05, 0.05, 0.05))),
     "around_axes": (("around_axes", 0.0), ("around_axes", 1.0)),
     "frictions": (("frictions", 1), ("frictions", 5)),
