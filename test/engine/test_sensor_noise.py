@@ -229,4 +229,5 @@ def recorded_from(recorded, outputs, samples):
     at = int(
         np.argmin(np.abs(recorded.t_ns - recorded.t_ns[0] - outputs[0].t_ns + samples[0].t_ns))
     )
-    return replace(recorded, t_ns=recorded.t_ns[at:], normal=recorded.normal[at:])
+    cut = {name: getattr(recorded, name)[at:] for name in ("t_ns", "normal", "mode")}
+    return replace(recorded, **cut)
