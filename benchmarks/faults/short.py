@@ -25,7 +25,7 @@ WHY = {
     "back": "the mode is declared again a few milliseconds late",
     "hole": "in the hole the bounds of an insertion are too narrow, here a little more so",
     "steps": "a stamp that is up to 4 ms off moves the angles by what the peg turns meanwhile",
-    "chance": "89 % where it is 93 % or more without the fault: half a second of one noise tells no more",
+    "chance": "89 % for 93 % and more without the fault: half a second of noise tells no more",
     "small": "joints of this arm in degrees are within its limits, or point away",
 }
 
