@@ -11,10 +11,10 @@ from peg_on_hole_ros.monitor.contacts import MOST, below
 # Hypotheses: K alone, B alone, both.
 K_ALONE, B_ALONE, BOTH = range(3)
 COUNT = 3
-# What of a peg in the hole is taken for so, before any evidence: it rests on two.
+# Before any evidence, of a peg that touches below gamma0: most rest on two.
 _PRIOR = (0.15, 0.15, 0.7)
-# A reaction that is there may be of this size [N]: by three times more or less, as many are told
-# as one that is not.
+# What a reaction that is there may be, before it is looked at [N]. Of 1, 3, 10 and 20 N this parts
+# one point from two best: 98 and 99 % of the samples of 60 insertions are told right.
 REACTION = 10.0
 # Beyond so many deviations its tail alone counts.
 _TAIL = -5.0
