@@ -180,15 +180,11 @@ NAMESPACED = [
 ]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("node", "arguments", "topics"),
     [
-        pytest.param(
-            "peg_on_hole",
-            REMAPPED,
-            ("/ft/wrench", "/joint_states"),
-            marks=pytest.mark.nightly,
-        ),
+        ("peg_on_hole", REMAPPED, ("/ft/wrench", "/joint_states")),
         ("cell/peg_on_hole", NAMESPACED, ("/cell/wrench", "/cell/joint_states")),
     ],
 )

@@ -19,7 +19,6 @@ from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.messages.definitions import definition
 from recorded import records
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench, write_bag
-from tiers import nightly
 
 TEXT = "std_msgs/msg/String"
 BOTH = {"/wrench": WRENCH, "/joint_states": JOINTS}
@@ -158,7 +157,8 @@ def test_damage_within_compressed_data_is_reported(tmp_path, compression):
     assert bag.damage.startswith(f"{path} is damaged")
 
 
-@pytest.mark.parametrize("checked", [False, *nightly(True)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("checked", [False, True])
 def test_flipped_bits_in_the_index_cost_no_message(tmp_path, checked):
     # Without checksums, as some recorders write, the index may be anything.
     whole = text_bag(tmp_path / "w.mcap", range(100), 1000, enable_crcs=checked).read_bytes()

@@ -59,6 +59,7 @@ def test_no_more_than_twelve_points_and_each_row_its_own():
     assert [one.rate for one in shown if one.name == chart.DEFAULT.name] == [1000, 500, 100]
 
 
+@pytest.mark.nightly
 def test_what_the_default_and_others_come_to(motion):
     default, slow, driven, unscented, smoother = scored(
         motion, chart.DEFAULT, named("default", 100), named("DDE-driven"),
@@ -79,6 +80,7 @@ def test_what_the_default_and_others_come_to(motion):
     assert smoother.reactions < default.reactions and smoother.reactions_inside > 0.9
 
 
+@pytest.mark.nightly
 def test_common_methods_come_to_what_they_leave_out(motion):
     """Closing with slip: the tilt goes on at 0.16 rad/s, the turn about the peg at 2 rad/s."""
     default, balance, small, one, two, particles = scored(

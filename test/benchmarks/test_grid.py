@@ -68,6 +68,7 @@ def ran(tmp_path_factory):
     return asked, told, cells
 
 
+@pytest.mark.nightly
 def test_what_holds(ran):
     cells = {cell["motion"]["name"]: cell for cell in ran[2]}
     for cell in cells.values():

@@ -14,23 +14,32 @@ from pictures import DRAWN, apart  # noqa: E402
 from tiers import nightly  # noqa: E402
 
 TOOL = runpy.run_path(str(ROOT / "tools" / "figures.py"))
-MADE = TOOL["made"](ROOT / "docs" / "figures")
+PAGES = "chart", "stability"
 SIZE = (900, 900)
 
 
-@pytest.mark.parametrize("name", MADE)
-def test_tables_are_those_of_the_files(name):
+@pytest.fixture(scope="module")
+def made():
+    return TOOL["made"](ROOT / "docs" / "figures")
+
+
+def test_every_page_is_looked_at(made):
+    assert tuple(made) == PAGES
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_tables_are_those_of_the_files(made, name):
     page = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
-    table, _ = MADE[name]
+    table, _ = made[name]
     assert f"{TOOL['BEGIN']}{table}{TOOL['END']}" in page, "run tools/figures.py"
 
 
 @pytest.mark.parametrize("end", ["", *nightly("_narrow")])
-@pytest.mark.parametrize("name", MADE)
-def test_pictures_are_those_of_the_files(name, end, tmp_path):
+@pytest.mark.parametrize("name", PAGES)
+def test_pictures_are_those_of_the_files(made, name, end, tmp_path):
     """Another release of matplotlib may set a letter otherwise, and nothing more."""
     drawn = tmp_path / "drawn.png"
-    MADE[name][1][end].savefig(drawn)
+    made[name][1][end].savefig(drawn)
     kept = ROOT / "docs" / "figures" / f"{name}{end}.png"
     both = [Image.open(path).convert("RGB") for path in (drawn, kept)]
     assert both[0].size == both[1].size

@@ -174,6 +174,7 @@ def test_a_contact_that_bounces_is_not_lost():
     assert event[:3] == ("contact_loss", pytest.approx(0.12), pytest.approx(0.131))
 
 
+@pytest.mark.nightly
 def test_a_wedge_of_the_simulation_is_found_without_its_determinant():
     result = truth("closing_without_slip")
     (event,) = labels_of(result).events
@@ -393,6 +394,7 @@ def ran(tmp_path_factory):
     return folder, told, chosen, found
 
 
+@pytest.mark.nightly
 def test_a_few_scenes_whole(ran):
     folder, told, chosen, found = ran
     assert told[0] == "3 scenes, matched and mismatch and second_try: 3 to compute"
@@ -442,6 +444,7 @@ def test_goes_on_with_what_it_has(ran, monkeypatch):
     assert scenes.run(chosen, scenes.VARIANTS, folder, 1, told.append) == found
 
 
+@pytest.mark.nightly
 def test_tables_and_pictures(ran, monkeypatch, capsys):
     folder, _, chosen, found = ran
     monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)

@@ -43,6 +43,7 @@ def unwound(scene, options, noise, offsets=None):
     return Unwound(scene, options, noise, offsets)
 
 
+@pytest.mark.nightly
 def test_what_holds_what_errs_and_what_diverges(monkeypatch):
     methods = {"default": make_filter, "surer": surer, "unwound": unwound}
     monkeypatch.setattr(study, "METHODS", methods)
@@ -71,6 +72,7 @@ def test_the_worst_seed_is_told(monkeypatch):
     assert len(calls) == 3 and result.verdict is Verdict.DIVERGED
 
 
+@pytest.mark.nightly
 def test_reactions_that_are_not_told_are_no_error(monkeypatch):
     def silent(*arguments):
         track = run(*arguments)

@@ -66,6 +66,7 @@ def test_a_cell_is_estimated_within_its_limits(name, tmp_path, capsys):
     assert bag.stat().st_size < 5e6
 
 
+@pytest.mark.nightly
 def test_the_load_that_a_low_pass_lets_through_is_within_the_bounds():
     """The arm shakes its peg at 100 to 200 Hz, which its driver's filter of 100 Hz takes off."""
     bag = Bag(ROOT / "bags" / "cell_franka_like.mcap")

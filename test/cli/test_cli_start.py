@@ -72,6 +72,7 @@ def on_terminal(cache, *command):
     return text.decode()
 
 
+@pytest.mark.nightly
 def test_compiling_is_told_with_progress_and_done_once_for_all_ways_of_starting(tmp_path):
     # Looking through a bag compiles one function, in seconds; of these topics it has none.
     bag = str(ROOT / "bags" / "closing_without_slip.mcap")

@@ -66,6 +66,7 @@ def test_a_delay_that_was_drawn_is_the_first_hint(count):
     assert right >= 0.9 * count
 
 
+@pytest.mark.nightly
 def test_it_says_what_comes_behind_what():
     (cause,) = causes_of(late(samples(BAGS[2]), 20.0))
     assert "wrenches come some" in cause and "or behind a low-pass of" in cause
@@ -73,6 +74,7 @@ def test_it_says_what_comes_behind_what():
     assert "joint states come some" in cause and "low-pass" not in cause
 
 
+@pytest.mark.nightly
 def test_a_delay_that_is_stated_is_none():
     stated = {"joints.delay": -0.02}
     # Longer than any takes to be named.

@@ -159,6 +159,7 @@ def test_a_longer_silence_that_is_allowed_is_no_loss():
     assert line.counts["motion_lost"] == 1
 
 
+@pytest.mark.nightly
 def test_a_tilt_beyond_a_quarter_turn_is_never_told():
     """It opens at 1 rad/s, and orientations end: a second later it would be lying down."""
     line = Pipeline(from_parameters({}))

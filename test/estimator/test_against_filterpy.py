@@ -82,6 +82,7 @@ def test_one_quantity_is_open(quantity, how, count):
     assert differences(cell, 1, rows).max() < LIMIT
 
 
+@pytest.mark.nightly
 def test_all_are_open_and_friction_is_considered():
     recorded = truth("closing_with_slip")
     rows, noise = samples(recorded, count=120)

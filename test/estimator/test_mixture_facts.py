@@ -80,6 +80,7 @@ def test_a_state_that_is_put_back_goes_on_bit_for_bit():
         assert first.memory.tobytes() == second.memory.tobytes()
 
 
+@pytest.mark.nightly
 def test_a_snapshot_of_a_held_peg_is_gone_back_to_bit_for_bit():
     scene, rows, noise = recorded(200)
     peg = HeldPeg(replace(scene, clearance_stddev=1e-5), FilterOptions(), noise)

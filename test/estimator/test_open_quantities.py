@@ -191,6 +191,7 @@ def test_a_bias_is_learnt_in_free_air_and_nothing_is_taken_for_a_contact():
     assert not any(alarm.level for row in outputs for alarm in row.alarms)
 
 
+@pytest.mark.nightly
 def test_a_bias_that_is_considered_or_known_is_not_learnt():
     motion = truth("working_cycle")
     configuration = uncertain(motion.plan.configuration)

@@ -156,6 +156,7 @@ def test_where_all_orientations_are_far_the_filter_begins_anew_with_its_mode():
     assert told[begin + 1] == "unknown" and told[-1] == "three_point"
 
 
+@pytest.mark.nightly
 def test_rates_that_are_known_wrongly_are_followed_again_without_a_restart():
     """The noise of a wrench has stopped the peg, within a step that was believed."""
     truth = with_noise(truth_of(Motion(2e-3, 0.2, 0.01, "slip"))[0], "low", 0.05)

@@ -125,10 +125,8 @@ def test_what_was_put_in_is_written(wrong):
     assert "the model explains the recording" in " ".join(heading.split())
 
 
-@pytest.mark.parametrize(
-    ("friction", "clearance"),
-    [(0.12, 1.1e-4), pytest.param(0.3, 9e-5, marks=pytest.mark.nightly)],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("friction", "clearance"), [(0.12, 1.1e-4), (0.3, 9e-5)])
 def test_intervals_hold_what_was_put_in_wherever_the_search_starts(friction, clearance):
     truth, true = measured(**TRUE, tilt_x=0.0), coordinates(measured(**TRUE).plan.configuration)
     start = changed(truth.plan.configuration, friction=friction, clearance=clearance)

@@ -62,6 +62,7 @@ def whole(given):
     return observability_text.observe(Bag(BAG), given)
 
 
+@pytest.mark.nightly
 def test_friction_alone_is_told_as_the_estimator_that_learns_it_has_it(configuration, observed):
     scene = replace(configuration.scene, friction_stddev=0.1)
     learnt = run(replace(configuration, scene=scene)).friction[1]
@@ -132,6 +133,7 @@ def test_nothing_is_told_where_nothing_slides():
     assert "never surely slide" in observability_text.lines(found)[0]
 
 
+@pytest.mark.nightly
 def test_two_motions_tell_what_each_tells(configuration):
     """The second as if the first had not been: what was gathered stays, and adds up."""
     once = run(configuration, ObservingFilter, 600)

@@ -132,6 +132,7 @@ def test_where_no_scheduler_answers_it_is_said(shift, tmp_path, capsys, monkeypa
     assert "no dask scheduler answers at 127.0.0.1:9" in capsys.readouterr().err
 
 
+@pytest.mark.nightly
 def test_what_is_done_is_not_done_again_unless_bag_or_settings_change(
     tmp_path, capsys, no_workers
 ):
@@ -190,7 +191,8 @@ def under_way(out, name):
     return any(out.glob(f"{name}-*")) and not any(out.glob(f"{name}-*/result.json"))
 
 
-@pytest.mark.parametrize("jobs", [pytest.param(1, marks=pytest.mark.nightly), 2])
+@pytest.mark.nightly
+@pytest.mark.parametrize("jobs", [1, 2])
 def test_a_worker_that_is_killed_loses_nothing(tmp_path, jobs, shift, one_job):
     out = tmp_path / "out"
     process = started(out, [shift], jobs)

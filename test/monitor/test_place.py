@@ -18,7 +18,6 @@ from peg_on_hole_ros.records import ANGLES, AngleMeasurement, JointSample, Wrenc
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import integrate
 from simulated import contact_plan
-from tiers import nightly
 
 pytestmark = pytest.mark.xdist_group("simulation")
 SCENE = Scene()
@@ -46,7 +45,8 @@ def test_touching_place_is_that_of_the_simulated_peg():
         assert place == pytest.approx(truth.position[k], abs=1e-12)
 
 
-@pytest.mark.parametrize(("draws", "within"), [(500, 0.33), *nightly((2000, 0.17))])
+@pytest.mark.nightly
+@pytest.mark.parametrize(("draws", "within"), [(500, 0.33), (2000, 0.17)])
 def test_what_the_hole_and_the_angles_leave_open_is_in_the_deviations(draws, within):
     """White draws of place, angle and clearance: chi-squared with three degrees of freedom."""
     rng = np.random.default_rng(5)

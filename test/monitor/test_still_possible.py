@@ -118,7 +118,8 @@ def test_followed_the_load_stays_under_what_is_said_and_not_followed_it_does_not
     assert truth.ended_by == "jammed" and truth.normal.max() > max(limit, 1.5 * load)
 
 
-@pytest.mark.parametrize("turns", [(0.3,), pytest.param((0.05, 2.0), marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("turns", [(0.3,), (0.05, 2.0)])
 def test_what_no_turning_helps_is_said_to_be_lifted(turns):
     """A limit that even a tenth of the push passes; three turns are tried, none of them helps."""
     limit = 6.0

@@ -73,6 +73,7 @@ class App:
         self._reader.join(60)
 
 
+@pytest.mark.nightly
 def test_what_is_looked_at_comes_byte_for_byte_and_the_rest_is_not_taken():
     state, mode = PREFIX + "state", PREFIX + "contact_mode"
     with served() as address, node_process() as process:

@@ -26,7 +26,6 @@ from peg_on_hole_ros.messages.output import DIAGNOSTICS, STRING
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
-from tiers import nightly
 
 pytestmark = pytest.mark.xdist_group("dds")
 
@@ -139,6 +138,7 @@ def test_diagnostics_count_what_is_discarded_and_why(peer):
         assert "sim_time" not in text
 
 
+@pytest.mark.nightly
 def test_sim_time_without_clock_is_said_and_estimates_go_on(peer):
     with node_process("-p", "use_sim_time:=true") as process:
         peer.wait_for_matching()
@@ -158,7 +158,8 @@ def test_sigterm_ends_it_cleanly_with_a_record_of_the_try_under_way(peer):
     assert cycles(text) == ["unfinished"]
 
 
-@pytest.mark.parametrize("end", ["cleanup", "shutdown", *nightly("inactive shutdown")])
+@pytest.mark.nightly
+@pytest.mark.parametrize("end", ["cleanup", "shutdown", "inactive shutdown"])
 def test_a_try_that_a_transition_ends_is_published(peer, end):
     with node_process() as process:
         peer.wait_for_matching()

@@ -92,6 +92,7 @@ def level_of(text, words):
     return line.split()[0]
 
 
+@pytest.mark.nightly
 def test_the_node_waits_for_the_description_and_then_goes_on(peer, tmp_path):
     record = tmp_path / "record.mcap"
     arguments = "--params-file", str(parameters_file(tmp_path)), "-p", f"record_arrivals:={record}"

@@ -67,6 +67,7 @@ def publish(peer, messages):
         peer.spin_until(lambda: len(states) >= sent - MISSED, "estimates")  # noqa: B023
 
 
+@pytest.mark.nightly
 def test_descriptors_say_what_can_be_set(peer):
     with node_process("-p", "autostart:=false") as process:
         assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED

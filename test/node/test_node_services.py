@@ -113,6 +113,7 @@ def losses(peer):
     ]
 
 
+@pytest.mark.nightly
 def test_an_announced_lift_off_is_no_alarm_and_the_next_one_is():
     peer = Peer()
     publishers = {"/wrench": peer.wrench, "/joint_states": peer.joints}

@@ -15,7 +15,6 @@ from peg_on_hole_ros.messages.output import (
 from peg_on_hole_ros.records import UNTOLD
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.summary import Summary
-from tiers import nightly
 
 MS = 1_000_000
 
@@ -104,7 +103,8 @@ def test_alarms_that_flicker_are_counted_but_not_all_listed(monkeypatch):
     assert content["transition_time"] is None
 
 
-@pytest.mark.parametrize("count", [20_000, *nightly(100_000)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("count", [20_000, 100_000])
 def test_median_period_of_a_long_recording_needs_little_memory(count):
     statistics = StampStatistics(max_gap=0.1)
     t_ns = 0

@@ -56,6 +56,7 @@ def test_everything_is_there_and_fits_the_width(opened, working_cycle, width, sc
     assert max(wide) <= width
 
 
+@pytest.mark.nightly
 def test_the_first_lines_say_what_happened(shown):
     page = shown.page
     lead = page.inner_text(".lead")
@@ -195,6 +196,7 @@ def test_it_plays_and_stops(shown):
     assert shown.reading("t") == "0.000 s"
 
 
+@pytest.mark.nightly
 def test_colours_follow_the_theme_while_it_is_open_and_paper_is_light(shown):
     shown.page.emulate_media(color_scheme="dark")
 

@@ -111,6 +111,7 @@ def shown(browser):
         one.context.close()
 
 
+@pytest.mark.nightly
 def test_without_a_node_it_says_so(shown, address):
     page = shown(address)
     page.wait_for_status("no node /peg_on_hole is active: start it, or name another with --node")

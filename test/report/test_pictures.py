@@ -100,6 +100,7 @@ def test_a_report_is_as_it_was_looked_at(opened, report, view):
     assert differing(view, parts(page)) == {}
 
 
+@pytest.mark.nightly
 def test_a_comparison_is_as_it_was_looked_at(opened, tmp_path):
     def heavier(made):
         return made._replace(normal=made.normal + [2.0, 0.0, 0.0])
