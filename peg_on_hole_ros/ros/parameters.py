@@ -203,8 +203,7 @@ def check_files(full_name: str, arguments: list[str]) -> None:
         own = of_node(sections, full_name)
         if own:
             read_parameters(path, full_name)
-        # A part for all nodes may be there for the clock alone.
-        found |= any(_is_ours(part) or "*" not in part.name for part in own)
+        found |= any(_is_ours(part) or _names_it(part) for part in own)
         names = [
             f"/{printable(part.name.strip('/'))}"
             for part in sections
@@ -224,6 +223,12 @@ def check_files(full_name: str, arguments: list[str]) -> None:
 
 def _files(arguments):
     return [value for word, value in zip(arguments, arguments[1:]) if word == "--params-file"]
+
+
+def _names_it(part):
+    # For all nodes there may be anything; and a launch sets the clock of each by its name.
+    body = part.body.get(BODY) if isinstance(part.body, dict) else None
+    return "*" not in part.name and not (isinstance(body, dict) and set(body) == {"use_sim_time"})
 
 
 def _is_ours(part):

@@ -328,14 +328,18 @@ def files(tmp_path, *texts):
         [OWN, CONTROLLER],
         [OWN, LEFT],
         [LEFT + OWN],
-        ["peg_on_hole:\n  ros__parameters: {use_sim_time: true}\n", LEFT],
+        ["peg_on_hole:\n  ros__parameters: {markers_rate: 5.0}\n", LEFT],
     ],
 )
 def test_parameters_of_other_programs_are_no_matter(texts, tmp_path):
     check_files("/peg_on_hole", files(tmp_path, *texts))
 
 
-@pytest.mark.parametrize("more", [[], [CONTROLLER], [CLOCK]])
+# As launch_ros writes it for {"use_sim_time": ...} beside a parameters file.
+CLOCK_BY_NAME = CLOCK.replace("/**", "/peg_on_hole")
+
+
+@pytest.mark.parametrize("more", [[], [CONTROLLER], [CLOCK], [CLOCK_BY_NAME]])
 def test_ours_under_another_name_alone_is_refused_whatever_other_files_there_are(more, tmp_path):
     arguments = files(tmp_path, *more, LEFT)
     with pytest.raises(PegOnHoleError) as caught:
