@@ -7,8 +7,9 @@ What the node costs over DDS at 1 kHz, beside a bare node of rclpy that publishe
 Wrenches at 1 kHz and joint states at 500 Hz, stamped as they are sent, go to the node, and then
 to one that takes the same bytes and answers each wrench with outputs that are prepared: what is
 between them is the package's own. A listener of its own process has all outputs. Of each node:
-time of the processor for a wrench, time from the stamp of a wrench until its `state` is given to
-DDS, and wrenches without one.
+time of the processor for a wrench that it answers, time from the stamp of a wrench until its
+`state` is given to DDS, and wrenches without one. What is lost costs a node nothing, so nothing
+is divided by it.
 """
 
 import argparse
@@ -56,7 +57,7 @@ class Turn(NamedTuple):
     Attributes
     ----------
     cpu : float
-        Time of its process for a wrench [s].
+        Time of its process for a wrench that has a state [s].
     ages : list of float
         From the stamp of each wrench until its state was given to DDS [s].
     lost : int
@@ -262,7 +263,7 @@ def turn(node: Any, publishers: dict, arguments: list[str], seconds: float, out:
     states, counts = dict(told["states"]), {name: each[1] for name, each in told["last"].items()}
     ages = [(states[t_ns] - t_ns) * 1e-9 for t_ns in sent if t_ns in states]
     outputs = sum(counts.values()) / counts[STATE]
-    return Turn(cpu / len(sent), ages, len(sent) - len(ages), outputs)
+    return Turn(cpu / max(len(ages), 1), ages, len(sent) - len(ages), outputs)
 
 
 def main() -> None:
@@ -301,18 +302,31 @@ def main() -> None:
             turns["node"].append(turn(node, publishers, real, given.seconds, out))
             turns["bare"].append(turn(node, publishers, bare, given.seconds, other))
     rclpy.shutdown()
-    head = ("", "CPU for a wrench [us]", "stamp to DDS, median [ms]", "99 % [ms]")
-    print("| " + " | ".join((*head, "without a state", "outputs for a state")) + " |")
-    print("|---" * 6 + "|")
+    print(table(turns))
+
+
+def table(turns: dict[str, list[Turn]]) -> str:
+    """Return a row for each node, and what the first takes beside the other."""
+    head = ("", "CPU for a wrench answered [us]", "stamp to DDS, median [ms]", "99 % [ms]")
+    lines = ["| " + " | ".join((*head, "lost", "outputs for a state")) + " |", "|---" * 6 + "|"]
+    late = []
     for name, found in turns.items():
         ages = sorted(age for each in found for age in each.ages)
+        if not ages:
+            return f"{name}: no wrench was answered"
         cpu = statistics.median(each.cpu for each in found)
         middle, most = ages[len(ages) // 2], ages[len(ages) * 99 // 100]
+        late.append(most)
         lost = sum(each.lost for each in found)
-        figures = f"{cpu * 1e6:.0f} | {middle * 1e3:.2f} | {most * 1e3:.2f} | {lost}"
-        print(f"| {name} | {figures} | {found[0].outputs:.2f} |")
-    ratios = [a.cpu / b.cpu for a, b in zip(turns["node"], turns["bare"], strict=True)]
-    print(f"the node takes {statistics.median(ratios):.2f} times the bare node's time")
+        figures = f"{cpu * 1e6:.0f} | {middle * 1e3:.2f} | {most * 1e3:.2f}"
+        share = f"{lost} of {lost + len(ages)}"
+        lines.append(f"| {name} | {figures} | {share} | {found[0].outputs:.2f} |")
+    ratios = [a.cpu / b.cpu for a, b in zip(*turns.values(), strict=True)]
+    lines.append(
+        f"the node takes {statistics.median(ratios):.2f} times the bare node's time; at 99 % its "
+        f"states are {late[0] / late[1]:.1f} times as old"
+    )
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
