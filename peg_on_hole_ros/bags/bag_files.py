@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from shlex import quote
 from typing import NamedTuple
 
 from peg_on_hole_ros.bags.metadata_file import Description, read_description
@@ -93,7 +94,7 @@ def _files(path):
         if path.suffix in _OTHERS:
             raise BagError(
                 f"{path} is packed as a whole, in a way that is not read; unpack it: "
-                f"{_OTHERS[path.suffix]} {path}"
+                f"{_OTHERS[path.suffix]} {quote(str(path))}"
             )
         return BagFiles(path, (path,))
     description = path / "metadata.yaml"

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from cli_helpers import COMMANDS, ROOT
+from peg_on_hole_ros.startup.compiling import in_quarters
 
 HEAVY = {
     "numpy", "scipy", "numba", "llvmlite", "yaml", "mcap", "mcap_ros2", "rosbags", "rclpy",
@@ -79,7 +80,7 @@ def test_compiling_is_told_with_progress_and_done_once_for_all_ways_of_starting(
     looking = "inspect", bag, "--wrench-topic", "/none", "--joints-topic", "/neither"
     first = on_terminal(tmp_path, sys.executable, "-m", "peg_on_hole_ros.cli.main", *looking)
     line, _, rest = first.partition("\r\n")
-    assert line.startswith("compiling, for the first start of this version only")
+    assert line == "compiling, for the first start of this version only: one to four minutes"
     assert "compiling   0 %" in rest
     (folder,) = (tmp_path / "peg_on_hole_ros").iterdir()
     kept = sorted(folder.rglob("*.nb*"))
@@ -87,3 +88,12 @@ def test_compiling_is_told_with_progress_and_done_once_for_all_ways_of_starting(
     again = on_terminal(tmp_path, sys.executable, "-c", COMPILES, *looking)
     assert "compiling" not in again
     assert sorted(folder.rglob("*.nb*")) == kept
+
+
+def test_a_log_is_told_how_long_compiling_takes_and_each_quarter_once():
+    lines = []
+    tell = in_quarters(lines.append)
+    for share in (0.0, 0.1, 0.3, 0.31, 0.8, 1.0):
+        tell(share)
+    assert lines[0].endswith("first start of this version only: one to four minutes")
+    assert lines[1:] == ["compiling: 25 %", "compiling: 75 %", "compiling: 100 %"]

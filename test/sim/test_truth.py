@@ -135,6 +135,13 @@ def test_missed_and_false_flags_are_said():
     ]
 
 
+def test_a_flag_that_never_had_to_rise_and_never_did_is_not_called_right():
+    score = Score(truth())
+    for k in range(10):
+        score.row(k * S, k * ONES, ONES, "three_point", False)
+    assert flag_lines(score) == ["there is no transition in the truth"]
+
+
 def test_score_takes_the_messages_of_a_replay():
     outputs = estimate(t_ns=S, psi=0.4)
     outputs.monitor["reactions_determined"] = 1.0
