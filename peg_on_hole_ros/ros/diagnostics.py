@@ -11,6 +11,11 @@ from peg_on_hole_ros.replay.advice import MISFIT, MISFIT_COUNT
 OK, WARN, ERROR = 0, 1, 2
 NAME = "peg_on_hole"
 
+_INPUTS = "wrench", "joints"
+# Reports without a message of an input until that is logged: a driver may start later.
+_SILENT_REPORTS = 3
+_CHECK = "check topic names, QoS and domain"
+
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
 _OWN_ERROR = "_internal_error"
@@ -52,6 +57,8 @@ class Diagnostics:
         Returns how many publish on the topics of the node, which is one of them.
     counts : dict of str to int, optional
         Every message by fate up to now: what no report is to call new.
+    why_silent : callable, optional
+        Returns what is odd about the publishers of `wrench` or `joints`; empty: nothing is.
 
     """
 
@@ -60,9 +67,12 @@ class Diagnostics:
         wrench_publishers: Callable[[], int] = lambda: 1,
         output_publishers: Callable[[], int] = lambda: 1,
         counts: dict[str, int] | None = None,
+        why_silent: Callable[[str], str] = lambda source: "",
     ) -> None:
         self._wrench_publishers = wrench_publishers
         self._output_publishers = output_publishers
+        self._why_silent = why_silent
+        self._silent_reports = dict.fromkeys(_INPUTS, 0)
         self._publish = 1
         self._received: Counter[str] = Counter()
         self._busy_ns = 0
@@ -120,14 +130,15 @@ class Diagnostics:
         load = self._busy_ns / elapsed_ns
         busy = load > _BUSY or any(name.endswith(_OVERLOAD) for name in new)
         output, joined = self._output()
+        silent, unheard = self._silent()
         status = [
-            self._input(elapsed_ns, counts, lost),
+            self._input(elapsed_ns, counts, lost, silent),
             self._timing(elapsed_ns, load, busy),
             output,
             self._filter(health, model, new, causes, idle),
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
-        told += joined
+        told += joined + unheard
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
@@ -145,16 +156,29 @@ class Diagnostics:
         # What a late message changed may also have undone something.
         return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
 
-    def _input(self, elapsed_ns, counts, lost):
+    def _silent(self):
+        """Return why each input that is silent is so, and lines where one has long been."""
+        silent, lines = {}, []
+        for name in _INPUTS:
+            self._silent_reports[name] += 1
+            if self._received[name]:
+                self._silent_reports[name] = 0
+            if self._silent_reports[name]:
+                silent[name] = self._why_silent(name)
+            if self._silent_reports[name] == _SILENT_REPORTS:
+                lines.append(f"no messages of {name}: {silent[name] or _CHECK}")
+        return silent, lines
+
+    def _input(self, elapsed_ns, counts, lost, silent):
         seconds = elapsed_ns * 1e-9
         came = Counter(self._received)
         for name in came:
             came[name] += lost.get(name + _OVERLOAD, 0)
-        values = {f"{name}_rate": came[name] / seconds for name in ("wrench", "joints")}
-        silent = [name for name in ("wrench", "joints") if not self._received[name]]
+        values = {f"{name}_rate": came[name] / seconds for name in _INPUTS}
         publishers = self._wrench_publishers()
         if silent:
-            text = f"no messages of {' and '.join(silent)}: check topic names, QoS and domain"
+            whys = [why for why in silent.values() if why]
+            text = "; ".join([f"no messages of {' and '.join(silent)}: {_CHECK}", *whys])
         elif publishers > 1:
             # Joint states of robot and gripper share a topic as a rule; wrenches of two mix.
             text = f"{publishers} publish on the topic of the wrench, which has to be one sensor's"

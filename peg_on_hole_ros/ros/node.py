@@ -41,6 +41,7 @@ from peg_on_hole_ros.ros.lifecycle import aloud
 from peg_on_hole_ros.ros.lost_messages import subscribe, take_waiting
 from peg_on_hole_ros.ros.publishers import Publishers
 from peg_on_hole_ros.ros.robot_description import RobotDescription
+from peg_on_hole_ros.ros.silence import why_silent
 from peg_on_hole_ros.safe_text import printable, shown
 from peg_on_hole_ros.startup.compiling import in_quarters, watched
 from peg_on_hole_ros.startup.one_line import exit_code
@@ -125,7 +126,10 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         counts = self._stream.counts
         published = self.resolve_topic_name("~/state")
         self._diagnostics = Diagnostics(
-            lambda: self.count_publishers(wrench), lambda: self.count_publishers(published), counts
+            lambda: self.count_publishers(wrench),
+            lambda: self.count_publishers(published),
+            counts,
+            partial(why_silent, self, topics),
         )
         self._reported_ns = time.monotonic_ns()
         inputs = (

@@ -60,6 +60,8 @@ def test_a_second_node_of_the_name_is_logged_once_each_time_it_comes():
     # No publisher is known yet, alone, two, still two, three, one that leaves, alone, again two.
     for count in (0, 1, 2, 2, 3, 2, 1, 2):
         here.append(count)
+        for source in ("wrench", "joints"):
+            diagnostics.received(source, 1)
         report, lines = diagnostics.report(0, 10**9, {}, {})
         found.append((*output(report), lines))
     told = [lines for *_, lines in found]
