@@ -57,9 +57,8 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
     stated = [name for name in ("sensor_xyz", "sensor_rpy") if _is_stated(wrench, name)]
     pose = _on_peg(joints, frame)
     if isinstance(pose, str):
-        return Mounting(
-            wrench, "" if stated else f"{pose}; the sensor is taken to sit at {_said(wrench)}"
-        )
+        told = f"{pose}; the sensor is taken to sit at {_said(wrench)}"
+        return Mounting(wrench, "" if stated or not pose else told)
     found = replace(wrench, sensor_xyz=pose[0], sensor_rpy=pose[1])
     off = [name for name in stated if not _alike(wrench, found, name)]
     if off:
@@ -93,6 +92,9 @@ def _alike(stated, found, name):
 def _on_peg(joints: JointInput, frame: str):
     """Return xyz and rpy of a link in the peg frame, or in words why it has none."""
     links, every = parts(description_of(joints), named(joints))
+    if joints.tip_frame not in links:
+        # An error, which the kinematics tell.
+        return ""
     if frame not in links:
         return f"frame_id {shown(frame)} of the wrench is no link of {named(joints)}"
     above = {joint.child: joint for joint in every.values()}

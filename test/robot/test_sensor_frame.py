@@ -85,6 +85,12 @@ def test_a_frame_that_tells_no_pose_is_told_where_none_is_stated(frame, text):
     assert mounting(stated, frame) == (stated.wrench, "")
 
 
+def test_a_tip_that_is_no_link_is_no_matter_of_the_sensor():
+    wrong = configuration()
+    wrong = replace(wrong, joints=replace(wrong.joints, tip_frame="tol"))
+    assert mounting(wrong, "ft_sensor") == (wrong.wrench, "")
+
+
 def test_the_pegs_own_angles_have_no_links():
     plain = Configuration()
     assert mounting(plain, "anything") == (plain.wrench, "")
