@@ -1,9 +1,10 @@
 """The launch file run by ROS 2's own launch, where that is installed: the wheels have none."""
 
 import os
+import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 from rcl_interfaces.srv import GetParameters
@@ -59,13 +60,15 @@ def launched(environment, **arguments):
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
+        start_new_session=True,
     )
     try:
         yield process
     finally:
-        if process.poll() is None:
-            process.terminate()
-        process.communicate(timeout=PATIENCE)
+        # The node too, which outlives a launch that is killed.
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
 
 
 def test_every_argument_reaches_the_node(installed, tmp_path):
