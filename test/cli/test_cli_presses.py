@@ -9,32 +9,9 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from cli_helpers import fails
-from peg_on_hole_ros.bags.writer import BagWriter
+from hand_bags import UP, X, Y, presses
 from peg_on_hole_ros.cli.main import main
-from small_bags import MS, WRENCH, wrench
 from tiers import nightly
-
-UP, X, Y = np.eye(3)[[2, 0, 1]]
-
-
-def presses(path, rpy, acts_on, pushes=(UP, X, Y), strength=25.0, seed=1):
-    """
-    Write what a sensor reads of a hanging peg that a hand pushes, 1 s each.
-
-    By Newton: what holds the peg carries its weight, and the opposite of the hand.
-    """
-    random, t_ns = np.random.default_rng(seed), 10**9
-    to_sensor = Rotation.from_euler("xyz", rpy).inv()
-    weight, zero = np.array([0.0, 0.0, -12.0]), np.array([3.0, -2.0, 5.0])
-    with BagWriter(path) as bag:
-        for push in pushes:
-            for i in range(2500):
-                hand = strength * np.sin(np.pi * min(max((i - 700) / 1000, 0.0), 1.0)) * push
-                held = to_sensor.apply(-(weight + hand))
-                read = (held if acts_on == "peg" else -held) + zero + random.normal(0, 0.5, 3)
-                bag.write("/wrench", WRENCH, wrench(t_ns, read, [0.0] * 3), t_ns)
-                t_ns += MS
-    return path
 
 
 def found(bag, tmp_path):
