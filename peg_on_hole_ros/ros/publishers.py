@@ -42,6 +42,8 @@ class Publishers:
             )
             for suffix, ros_type in TOPICS.items()
         }
+        # rclpy's own publish asks for each message whether the node is active, and its type.
+        self._handles = {suffix: each.handle for suffix, each in self._outputs.items()}
         self._diagnostics = node.create_lifecycle_publisher(
             message_class(DIAGNOSTICS), "/diagnostics", QoSProfile(depth=10)
         )
@@ -55,9 +57,12 @@ class Publishers:
             self._encode_tf = Encoder(TRANSFORMS)
 
     def publish(self, published: Published) -> None:
-        """Publish what a wrench makes known, in its order."""
+        """Publish what a wrench makes known, in its order; the node has to be active."""
         for suffix, payload in published.estimate:
-            self._outputs[suffix].publish(payload)
+            handle = self._handles[suffix]
+            # Nobody who comes later would be given it.
+            if handle.get_subscription_count():
+                handle.publish_raw(payload)
         self.say(published.said)
         if self._tf is not None:
             transform = self._transforms.message(published.t_ns, published.pose)
@@ -65,10 +70,10 @@ class Publishers:
                 self._tf.publish(self._encode_tf(transform))
 
     def say(self, messages: Iterable[Message]) -> None:
-        """Publish messages in their order."""
+        """Publish messages in their order; the node has to be active."""
         for suffix, _, fields in messages:
             # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes.
-            self._outputs[suffix].publish(self._encoders[suffix](fields))
+            self._handles[suffix].publish_raw(self._encoders[suffix](fields))
 
     def say_last(self, messages: Iterable[Message]) -> None:
         """Publish messages behind which the publishers go, also of a node that is not active."""

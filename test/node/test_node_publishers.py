@@ -1,15 +1,20 @@
 """More publish on a topic of the node than should."""
 
+import inspect
+import time
+
 import pytest
 import rclpy
+from rclpy.experimental import EventsExecutor
 from rclpy.serialization import deserialize_message
 
-from dds_peer import Peer, node_process, stop
+from dds_peer import PATIENCE, Peer, node_process, stop
 from inputs import joints, wrench
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.output import DIAGNOSTICS
 from peg_on_hole_ros.messages.ros_messages import message_class
+from peg_on_hole_ros.ros.arrivals import stamp_ns
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
@@ -97,3 +102,52 @@ def test_two_nodes_of_one_name_tell_of_each_other():
     finally:
         peer.close()
     assert log.count("2 publish on the topics of this node: another of its name") == 1
+
+
+def test_what_nobody_listens_to_is_not_given_to_dds():
+    """The numbers of what is published begin with who listens."""
+    init([])
+    context, came = rclpy.Context(), []
+    rclpy.init(context=context)
+    listener = rclpy.create_node("listener", context=context)
+    executor = EventsExecutor(context=context)
+    executor.add_node(listener)
+    node = PegOnHoleNode([])
+
+    def feed(first, last):
+        for k in range(first, last + 1):
+            node.arrivals.joints(Encoder(JOINTS_TYPE)(joints(k * MS)))
+            node.arrivals.wrench(Encoder(WRENCH_TYPE)(wrench(k * MS)))
+            node.process()
+
+    def wait(done):
+        end = time.monotonic() + PATIENCE
+        while not done():
+            assert time.monotonic() < end
+            executor.spin_once(timeout_sec=0.02)
+
+    def take(payload, known):
+        came.append((stamp_ns(payload) // MS, known["publication_sequence_number"]))
+
+    def take_pair(given):
+        take(*given)
+
+    take_pair.__signature__ = inspect.signature(take)
+    try:
+        node.trigger_configure()
+        node.trigger_activate()
+        feed(1, 20)
+        listener.create_subscription(
+            message_class(JOINTS_TYPE), "/peg_on_hole/state", take_pair, 100, raw=True
+        )
+        wait(lambda: node.count_subscribers("/peg_on_hole/state"))
+        wait(node._outputs._outputs["state"].get_subscription_count)
+        feed(21, 30)
+        wait(lambda: len(came) == 10)
+    finally:
+        node.close()
+        node.destroy_node()
+        listener.destroy_node()
+        rclpy.shutdown(context=context)
+        rclpy.shutdown()
+    assert came == [(20 + k, k) for k in range(1, 11)]

@@ -12,6 +12,7 @@ from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
+from peg_on_hole_ros.ros.local_dds import free_domain
 from peg_on_hole_ros.ros.node import PegOnHoleNode
 from peg_on_hole_ros.ros.process import init
 
@@ -19,8 +20,9 @@ pytestmark = pytest.mark.xdist_group("dds")
 
 
 @pytest.fixture
-def driver():
-    """Return a node of another participant, and a node of ours."""
+def driver(monkeypatch):
+    """Return a node of another participant, and one of ours, where nobody else is or was."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(free_domain()))
     init([])
     context = rclpy.Context()
     rclpy.init(context=context)
