@@ -2,9 +2,9 @@
 """
 What the node costs over DDS at 1 kHz, beside a bare node of rclpy that publishes as much.
 
-    python -m benchmarks.cost.node_cost [--seconds 60] [--turns 1]
+    python -m benchmarks.cost.node_cost [--seconds 60] [--turns 1] [--rate 1000]
 
-Wrenches at 1 kHz and joint states at 500 Hz, stamped as they are sent, go to the node, and then
+Wrenches at 1 kHz and joint states at half of it, stamped as they are sent, go to the node, then
 to one that takes the same bytes and answers each wrench with outputs that are prepared: what is
 between them is the package's own. A listener of its own process has all outputs. Of each node:
 time of the processor for a wrench that it answers, time from the stamp of a wrench until its
@@ -41,7 +41,6 @@ STATE = PREFIX + "state"
 OUTPUTS = {PREFIX + suffix: kind for suffix, kind in TOPICS.items()}
 OUTPUTS |= {"/diagnostics": DIAGNOSTICS}
 WITHOUT_STAMP = {PREFIX + suffix for suffix in (*UNSTAMPED, "markers")}
-PERIOD = 0.001  # [s]
 DEPTH = 200
 # What is sent first may come before a reader is known, and is not measured.
 WARM_UP = 2.0  # [s]
@@ -223,16 +222,16 @@ def answer(path: Path) -> None:
             return
 
 
-def play(publishers: dict, seconds: float, pid: int) -> tuple[list[int], float]:
-    """Send at 1 kHz; return the stamps of what is measured, and the time a process took for it."""
+def play(publishers: dict, seconds: float, rate: float, pid: int) -> tuple[list[int], float]:
+    """Send; return the stamps of what is measured, and the time a process took for it."""
     inputs, sent = recorded(), []
-    count, first, begun = round((seconds + WARM_UP) / PERIOD), round(WARM_UP / PERIOD), 0.0
+    count, first, begun = round((seconds + WARM_UP) * rate), round(WARM_UP * rate), 0.0
     start = time.monotonic()
     for i in range(count):
         if i == first:
             begun = cpu_seconds(pid)
         wrench, joints = inputs[i % len(inputs)]
-        left = start + i * PERIOD - time.monotonic()
+        left = start + i / rate - time.monotonic()
         if left > 0:
             time.sleep(left)
         t_ns = time.time_ns()
@@ -245,7 +244,7 @@ def play(publishers: dict, seconds: float, pid: int) -> tuple[list[int], float]:
     return sent, cpu_seconds(pid) - begun
 
 
-def turn(node: Any, publishers: dict, arguments: list[str], seconds: float, out: Path) -> Turn:
+def turn(publishers: dict, arguments: list[str], seconds: float, rate: float, out: Path) -> Turn:
     """Have a node take all wrenches, and a listener what it publishes."""
     ours = ["-m", "benchmarks.cost.node_cost"]
     log = out.with_suffix(".log")
@@ -258,7 +257,7 @@ def turn(node: Any, publishers: dict, arguments: list[str], seconds: float, out:
         assert listener.stdout is not None
         listener.stdout.readline()
         time.sleep(1.0)
-        sent, cpu = play(publishers, seconds, process.pid)
+        sent, cpu = play(publishers, seconds, rate, process.pid)
     told = json.loads(out.read_text())
     states, counts = dict(told["states"]), {name: each[1] for name, each in told["last"].items()}
     ages = [(states[t_ns] - t_ns) * 1e-9 for t_ns in sent if t_ns in states]
@@ -271,6 +270,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--seconds", type=float, default=60.0, help="of each node in a turn")
     parser.add_argument("--turns", type=int, default=1)
+    parser.add_argument("--rate", type=float, default=1000.0, help="of wrenches [Hz]")
     parser.add_argument("--listen", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--answer", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args()
@@ -299,8 +299,8 @@ def main() -> None:
         bare = ["-m", "benchmarks.cost.node_cost", "--answer", str(out)]
         for _ in range(given.turns):
             real = [*NODE, str(parameters)]
-            turns["node"].append(turn(node, publishers, real, given.seconds, out))
-            turns["bare"].append(turn(node, publishers, bare, given.seconds, other))
+            turns["node"].append(turn(publishers, real, given.seconds, given.rate, out))
+            turns["bare"].append(turn(publishers, bare, given.seconds, given.rate, other))
     rclpy.shutdown()
     print(table(turns))
 
