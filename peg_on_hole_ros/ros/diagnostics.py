@@ -19,6 +19,7 @@ _CHECK = "check topic names, QoS and domain"
 # Among the names of counts: what is not used, and what is no event to speak of.
 _LOST = re.compile("_(dropped|gated)")
 _OWN_ERROR = "_internal_error"
+_FIGURE = re.compile(r"-?\d[\d.e+-]*")
 _OVERLOAD = "_dropped_overload"
 # Of the time; what the rest goes to is not the node's own work.
 _BUSY = 0.9
@@ -73,6 +74,7 @@ class Diagnostics:
         self._output_publishers = output_publishers
         self._why_silent = why_silent
         self._silent_reports = dict.fromkeys(_INPUTS, 0)
+        self._causes: set[str] = set()
         self._publish = 1
         self._received: Counter[str] = Counter()
         self._busy_ns = 0
@@ -138,7 +140,7 @@ class Diagnostics:
             self._filter(health, model, new, causes, idle),
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
-        told += joined + unheard
+        told += joined + unheard + self._new_causes(causes)
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
@@ -155,6 +157,12 @@ class Diagnostics:
         self._shared = new.pop(_SHARED, 0) if new.get("joints_used", 0) > 0 else 0
         # What a late message changed may also have undone something.
         return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
+
+    def _new_causes(self, causes):
+        """Return the causes that no report before had; their figures may change every second."""
+        before, kinds = self._causes, [_FIGURE.sub("", cause) for cause in causes]
+        self._causes = set(kinds)
+        return [cause for cause, kind in zip(causes, kinds) if kind not in before]
 
     def _silent(self):
         """Return why each input that is silent is so, and lines where one has long been."""
