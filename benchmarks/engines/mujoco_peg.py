@@ -22,10 +22,14 @@ import numpy as np
 
 D, d, H, MASS, FRICTION, GRAVITY = 0.050, 0.049, 0.070, 1.0, 0.2, 9.81
 BOXES, BOX_LENGTH, STEP, WINDOW = 1440, 0.003, 2e-5, 50
+# Of a contact, over the mass that it moves: stiffness (0.43 of it holds) and damping [1/s^2, 1/s].
+CONTACT = 4.7e6, 2600.0
 # Half of how deep the boxes go down [m].
 WALL = 0.005
-# How far boxes go from the plane in which the peg tilts at the begin, on both sides [rad].
-SECTOR = np.pi / 2
+# How far boxes go from the plane in which the peg tilts at the begin, beside B and beside K [rad].
+SECTOR = np.pi / 2, np.pi / 2
+# How much stiffer contacts are along the surfaces: friction creeps by 1 over it.
+IMPRATIO = 1000
 # Holder: stiffness, and damping at this ratio; where it holds the peg, from the three-point pose.
 STIFFNESS, TURNING_STIFFNESS, DAMPING_RATIO = 2e4, 2000.0, 0.7
 PRESS = np.array([-0.3e-3, 0.0, -0.5e-3])
@@ -36,7 +40,7 @@ def scene() -> str:
     boxes = []
     for k in range(BOXES):
         angle = 2 * np.pi * k / BOXES
-        if abs((angle + np.pi / 2) % np.pi - np.pi / 2) > SECTOR:
+        if abs((angle + np.pi / 2) % np.pi - np.pi / 2) > SECTOR[int(np.cos(angle) < 0)]:
             continue
         x, y = (D / 2 + 0.002) * np.cos(angle), (D / 2 + 0.002) * np.sin(angle)
         half = angle / 2
@@ -46,9 +50,10 @@ def scene() -> str:
             f'quat="{np.cos(half):.17g} 0 0 {np.sin(half):.17g}" class="rim"/>'
         )
     Ie, Iz = MASS * (3 * (d / 2) ** 2 + H**2) / 12, MASS * (d / 2) ** 2 / 2
-    contact = f'condim="3" friction="{FRICTION} 0 0" solref="-4.7e6 -2600" solimp="0.3 0.3 0.001" '
+    contact = f'condim="3" friction="{FRICTION} 0 0" '
+    contact += f'solref="{-CONTACT[0]} {-CONTACT[1]}" solimp="0.3 0.3 0.001" '
     return f"""<mujoco>
-  <option timestep="{STEP}" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="1000"
+  <option timestep="{STEP}" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="{IMPRATIO}"
           integrator="implicitfast" ccd_tolerance="1e-10" tolerance="1e-10" iterations="50">
     <flag multiccd="disable"/>
   </option>

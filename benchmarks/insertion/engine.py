@@ -19,6 +19,8 @@ from peg_on_hole_ros.sim.truth import integrate
 TRACES = Path(__file__).parent / "data" / "mujoco_insertions.npz"
 # The engine's peg taps on its contacts at the begin, until this [s].
 AFTER = 0.05
+# A wedge is squeezed until this; what then stays locked in hangs on the contacts [s].
+LET_GO, LOCKED = 0.1, 0.2
 
 
 def engine_rows(name: str, scene: Scene) -> dict[str, np.ndarray]:
@@ -62,7 +64,7 @@ def own_rows(plan) -> dict[str, np.ndarray]:
 
 def differences(name: str, plan) -> dict[str, float]:
     """
-    Return how far both are apart after AFTER.
+    Return how far both are apart after AFTER, those that wedge until LET_GO.
 
     Largest of tilt [rad] and depth [m]; root mean square of rim and edge, and the mean of their
     difference, over their mean.
@@ -70,6 +72,8 @@ def differences(name: str, plan) -> dict[str, float]:
     """
     theirs, own = engine_rows(name, plan.configuration.scene), own_rows(plan)
     rows = theirs["t"] > AFTER
+    if name == "wedges":
+        rows &= theirs["t"] <= LET_GO
     found = {
         what: float(np.abs(theirs[what] - own[what])[rows].max()) for what in ("tilt", "depth")
     }
@@ -81,6 +85,23 @@ def differences(name: str, plan) -> dict[str, float]:
     return found
 
 
+def locked_in(rows: dict[str, np.ndarray]) -> tuple[float, float, float]:
+    """
+    Return what a wedge keeps.
+
+    Returns
+    -------
+    share, change, moved : float
+        The load of rim and edge after LOCKED over that before LET_GO; by how much of it that
+        changes to the end; how far the peg goes meanwhile, pushed [m].
+
+    """
+    t, load = rows["t"], rows["rim"] + rows["edge"]
+    squeezed, kept = load[t <= LET_GO].max(), load[t > LOCKED]
+    depth = rows["depth"][t > LOCKED]
+    return kept[0] / squeezed, kept[-1] / kept[0] - 1, np.ptp(depth)
+
+
 def main():
     """Print the table."""
     for name in PROGRAMS:
@@ -90,9 +111,16 @@ def main():
             for what in ("rim", "edge")
         )
         print(
-            f"{name:9} tilt {found['tilt'] * 1e6:.0f} urad, depth {found['depth'] * 1e6:.0f} um, "
+            f"{name:14} tilt {found['tilt'] * 1e6:.0f} urad, depth {found['depth'] * 1e6:.0f} um, "
             f"{loads}"
         )
+    plan = plan_of("wedges")
+    for who, rows in (
+        ("MuJoCo", engine_rows("wedges", plan.configuration.scene)),
+        ("own", own_rows(plan)),
+    ):
+        share, change, moved = locked_in(rows)
+        print(f"{who} locks {share:.1%} in, which changes by {change:+.1%}: {moved * 1e6:.1f} um")
 
 
 if __name__ == "__main__":

@@ -1,13 +1,22 @@
 """The insertions that are compared with another engine: peg, holder and its program."""
 
+from dataclasses import replace
+
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.plan import plan_from_tree
 
 SCENE = Scene(hole_diameter=0.050, peg_diameter=0.0496)
+# Friction holds what is pressed in along a line from rim to edge: that leans by 0.22.
+SCENES = {"wedges": replace(SCENE, friction=0.4)}
 HOLDER = {"stiffness": 1e4, "rotational_stiffness": 100.0, "force_limit": 1e3}
 # On two points, 20 mm in the hole.
 START = {"angles": [0.02, 0.0, 0.0], "rates": [0.0, 0.0, 0.0]}
+# On three contacts, 20 mrad above gamma0, pressed on and turning.
+ABOVE = {"angles": [0.1465, 0.0, 0.0], "rates": [-0.25, 0.0, 1.5], "offset": [0.0, 0.0, -1e-3]}
+# 10 mm in the hole.
+HARDLY_IN = {"angles": [0.04, 0.0, 0.0], "rates": [0.0, 0.0, 0.0]}
+STARTS = {"goes_in": ABOVE, "wedges": HARDLY_IN}
 
 
 def _insert(duration, **more):
@@ -34,10 +43,28 @@ PROGRAMS = {
         "less": _insert(0.1, place=[0.0, 0.0]),
         "rest": _insert(0.1),
     },
+    # Tilted against both contacts, let go of, and pushed.
+    "wedges": {
+        "squeeze": _insert(0.1, angles=[0.06, 0.0, 0.0]),
+        "let_go": _insert(0.1, angles=[0.04, 0.0, 0.0]),
+        "push": _insert(0.08, depth=0.0112),
+        "pushing": _insert(0.1),
+    },
+    # From three contacts through the transition, 10 mm down the hole.
+    "goes_in": {
+        "close": _insert(0.12, rates=[-0.25, 0.0, 1.5]),
+        "through": _insert(0.15, angles=[0.06, 0.0, 0.4], depth=0.0085),
+        "down": _insert(0.1, angles=[0.04, 0.0, 0.45], depth=0.013),
+    },
+    # Upright and pressed on one wall, 10 mm down along it.
+    "along_one_wall": {
+        "upright": _insert(0.1, angles=[0.0045, 0.0, 0.0], depth=0.022, place=[0.0015, 0.0]),
+        "down": _insert(0.15, angles=[0.0045, 0.0, 0.0], depth=0.032, place=[0.0015, 0.0]),
+    },
 }  # fmt: skip
 
 
 def plan_of(name: str, **more):
     """Return the plan of a program, for `simulation.truth.integrate` as well."""
-    tree = {"holder": HOLDER, "start": START, "phases": PROGRAMS[name], **more}
-    return plan_from_tree(Configuration(scene=SCENE), tree)
+    tree = {"holder": HOLDER, "start": STARTS.get(name, START), "phases": PROGRAMS[name], **more}
+    return plan_from_tree(Configuration(scene=SCENES.get(name, SCENE)), tree)

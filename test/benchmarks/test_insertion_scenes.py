@@ -52,20 +52,51 @@ def test_a_freed_peg_goes_on():
     assert truth.place[-1, 2] > stuck_at + 1e-3
 
 
+# Largest of tilt [rad]; of the loads, rms and mean of the difference over the mean load.
+AGREE = (5e-5, 0.06, 0.01)
+OTHERS = {
+    # From gamma0 on up to 50 boxes touch at once, and the edge comes and goes.
+    "goes_in": (4e-4, 0.08, 0.01),
+    # Contacts give by 1 um for 100 N, those of a patch of boxes by less, 11 mm apart.
+    "wedges": (3e-4, 0.02, 0.015),
+    # Of a line it touches in one place at a time.
+    "along_one_wall": (5e-5, 0.12, 0.01),
+}
+
+
 @pytest.mark.parametrize("name", insertion_programs.PROGRAMS)
 def test_another_engine_agrees(name):
     """Its contacts vibrate while they slide: means are compared closely, rms values loosely."""
     found = insertion_engine.differences(name, insertion_programs.plan_of(name))
-    assert found["tilt"] < 5e-5 and found["depth"] < 4e-5
+    tilt, rms, mean = OTHERS.get(name, AGREE)
+    assert found["tilt"] < tilt and found["depth"] < 4e-5
     for what in ("rim", "edge"):
-        assert abs(found[f"{what}_mean"]) < 0.01
-        assert found[what] < 0.06
+        assert abs(found[f"{what}_mean"]) < mean
+        assert found[what] < rms
 
 
-def test_reactions_of_another_engine_s_insertion_are_known():
-    """It slides on two points, turning; nothing was learnt on the rim before."""
-    found, record = engine_estimates("slides")
-    assert len(found.error) > 150 and (record.mode == "two_point").sum() > 150
+def test_what_a_wedge_locks_in_another_engine_locks_in_as_well():
+    """Let go of and pushed by 12 N it stays; friction without a spring keeps more, and creeps."""
+    plan = insertion_programs.plan_of("wedges")
+    theirs = insertion_engine.engine_rows("wedges", plan.configuration.scene)
+    (kept, change, moved), own = map(
+        insertion_engine.locked_in, (theirs, insertion_engine.own_rows(plan))
+    )
+    assert 0.95 < kept < 1.05 and 0.85 < own[0] < kept
+    assert -0.02 < change < 0.0 and abs(own[1]) < 0.005
+    assert moved < 1e-6 and own[2] < 1e-6
+
+
+@pytest.mark.parametrize(("name", "noise"), [("slides", 1.0), ("slides", 4.0), ("goes_in", 4.0)])
+def test_reactions_of_another_engine_s_insertion_are_known(name, noise):
+    """
+    It slides on two points, turning; one goes through the transition before.
+
+    Where the edge comes and goes, loads jump by 2.5 N from one 2 ms to the next: that is stated
+    as noise of the wrench, for both alike.
+    """
+    found, record = engine_estimates(name, noise)
+    assert len(found.error) > 130 and (record.mode == "two_point").sum() > 130
     assert (found.rms < 0.10).all()
     assert (found.covered >= 0.80).all()
 
