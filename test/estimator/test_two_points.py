@@ -8,8 +8,9 @@ import pytest
 from benchmarks.insertion.scenes import Case, plan_of
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, differences, samples, with_scene
 from insertions import inserted
+from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, FRICTION_K, RATE
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
 from peg_on_hole_ros.measurements.measurement import PegJoints
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -17,6 +18,8 @@ from peg_on_hole_ros.mechanics.two_point import solve_two_point, two_point_pose
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate
 from tiers import nightly
+from two_points import samples as slid
+from two_points import tilt_at
 
 # The first test of a process may have to compile the step.
 pytestmark = pytest.mark.timeout(600)
@@ -119,6 +122,42 @@ def test_reactions_go_on_through_the_transition(told):
         spread = np.array([row.normal_stddev[0], row.normal_stddev[1:].sum()])
         assert (np.abs(found - true) < np.maximum(3.0 * spread, 0.2 * true)).all()
         assert row.normal_stddev.max() < normal.sum()
+
+
+# At K beside B; seeds of noise.
+@pytest.mark.parametrize(("apart", "seed"), [(0.08, 1), *nightly((-0.05, 1), (0.0, 2), (0.08, 3))])
+def test_friction_of_both_contacts_is_told_apart_where_the_peg_turns(apart, seed):
+    """Turning, friction at rim and edge pulls to opposite sides; along the hole it adds up."""
+    rows = {turning: frictions_apart(turning, apart, seed) for turning in (0.0, 2.0)}
+    for found in rows.values():
+        off, stddev, error, bound, determined = found[150:].T
+        assert (np.abs(off - apart) < 2.0 * stddev).all()
+        inside = np.abs(error) < 2.0 * bound
+        assert inside[determined == 1.0].mean() > 0.9 or not determined.any()
+    slides, turns = rows[0.0], rows[2.0]
+    # Stated to 0.1, and hardly told: nor are the reactions.
+    assert slides[150:, 1].min() > 0.085
+    assert slides[150:, 4].mean() < 0.3
+    assert turns[-1, 0] == pytest.approx(apart, abs=0.05) and turns[-1, 1] < 0.04
+    assert turns[150:, 4].mean() > 0.95
+
+
+def frictions_apart(turning, apart, seed):
+    """Return rows of K's friction beside B's, deviation, error and bound of N_K, if determined."""
+    scene = Scene(0.030, 0.0298, peg_height=0.06, friction=0.25, friction_k_stddev=0.1)
+    told = Configuration(scene=scene, wrench=WrenchInput(sensor_xyz=(0.0, 0.0, 0.072)))
+    tilts = [tilt_at(scene, 0.010 + 15e-6 * i) for i in range(600)]
+    line, found = Pipeline(told), []
+    for sample in slid(told, tilts, 20.0, (0.25 + apart, 0.25), seed=seed, turning=turning):
+        out = line.on_sample(sample)
+        if out is None:
+            continue
+        state, at = line.filter.state, int(line.filter.held["at"][FRICTION_K])
+        apart_stddev = np.sqrt(state.covariance[at, at])
+        error, bound = out.normal[0] - 20.0, out.normal_stddev[0]
+        row = state.mean[at], apart_stddev, error, bound, out.monitor["reactions_determined"]
+        found.append(row)
+    return np.array(found)
 
 
 def test_a_measured_depth_tells_the_clearance():

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.insertion.labels import labels_of
 from benchmarks.insertion.scenes import Case, plan_of
 from benchmarks.scenes.play import play
 from insertions import inserted
@@ -149,6 +150,20 @@ def test_a_simulated_insertion_is_alarmed_where_it_jams(kind, stated):
     assert t[-1] - since > 0.25
     assert (level[t > since + 0.1] >= WARN).all() and level[-1] == ERROR
     assert not (level[t < since - 0.1] == ERROR).any()
+
+
+@pytest.mark.parametrize("number", [12, *nightly(8, 9)])
+def test_the_alarm_of_a_jammed_peg_ends_soon_after_it_is_wiggled_free(number):
+    """Between two swings it rests under a push: that is stuck, so WARN waits for the last."""
+    truth = integrate(plan_of(Case("freed", number, "tuning")))
+    level = play(truth, truth.plan.configuration, [[4]]).alarms["jamming"]
+    t, stop = truth.t_ns * 1e-9, labels_of(truth).events[0]
+    on = t[np.flatnonzero(truth.phase == "go_on")[0]]
+    assert stop.cause == "jammed" and stop.freed and stop.end < on
+    assert level[np.searchsorted(t, stop.end)] == ERROR
+    # Of either time `monitor.alarm_hold` is 0.2 s.
+    assert (level[(t > stop.end + 0.25) & (t < on)] < ERROR).all()
+    assert level[(t > on) & (t < on + 0.35)].min() == 0
 
 
 @pytest.mark.parametrize("kind", ["goes_on", "jams"])

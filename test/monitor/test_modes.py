@@ -54,6 +54,8 @@ from peg_on_hole_ros.monitor.leftover_wrench import (
 from peg_on_hole_ros.monitor.trend import follow, new_trend
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.sim.plan import plan_from_tree
+from peg_on_hole_ros.sim.truth import integrate
 from simulated import truth
 from tiers import nightly
 from two_points import samples
@@ -525,6 +527,44 @@ def test_what_both_walls_carry_is_contact_though_the_net_force_is_small(gamma, s
     """15 N at each wall are 3.6 N in sum; a peg that carries nothing stays open."""
     assert (modes_of(15.0, gamma, seed)[50:] == "two_point").all()
     assert (modes_of(0.0, gamma, seed)[50:] == "open").all()
+
+
+@pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
+@pytest.mark.parametrize(("gamma", "loads"), [(0.02, (12.0, 12.0)), (0.055, (12.0, 0.0))])
+def test_a_touch_in_the_hole_is_told_soon_by_the_couple_and_by_the_force(gamma, loads, seed):
+    """12 N at each wall are 3 N in sum, and a couple as that of 10 N of noise; at one a force."""
+    carried = np.zeros((400, 2))
+    carried[200:] = loads
+    modes = modes_of(carried, gamma, seed)
+    assert (modes[50:200] == "open").all()
+    # 14 ms and the dwell.
+    assert (modes[225:] == "two_point").all()
+
+
+@pytest.mark.parametrize("seed", [0, *nightly(1, 2)])
+@pytest.mark.parametrize("tilt", [0.1, 0.2])
+def test_a_touch_on_the_rim_is_told_before_it_is_a_press(tilt, seed):
+    """A stiff holder comes down to 12 N in 30 ms."""
+    turning = [-0.05, 0.0, 1.0]
+    down = {"kind": "free", "duration": 0.25, "rates": [0.0, 0.0, 1.0], "offset": [0.0] * 3}
+    press = {"kind": "contact", "duration": 0.03, "rates": turning, "offset": [0.0, 0.0, -1.2e-3]}
+    tree = {
+        "holder": {"stiffness": 1e4, "rotational_stiffness": 30.0},
+        "start": {
+            "angles": [tilt, 0.0, 0.0],
+            "rates": [0.0, 0.0, 1.0],
+            "offset": [0.0, 0.0, 1e-3],
+        },
+        "phases": {"down": down, "press": press, "on": {**press, "duration": 0.1}},
+    }
+    motion = integrate(plan_from_tree(LONG, tree))
+    (touch, _), *_ = motion.events
+    rows = list(Pipeline(LONG).play(measure(motion, seed)))
+    modes, since = np.array([row.contact_mode for row in rows]), motion.t_ns - touch
+    load = np.linalg.norm(motion.contact_force.sum(axis=1)[-1])
+    assert load == pytest.approx(12.0, abs=0.5)
+    assert (modes[(since > -200_000_000) & (since <= 0)] == "open").all()
+    assert (modes[since > 35_000_000] == "three_point").all()
 
 
 def hangs_upright(seed, count=400, noise=1e-4):
