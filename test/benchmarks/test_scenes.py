@@ -431,6 +431,7 @@ def test_a_slow_wrench_tells_as_much_one_sample_later(tmp_path, rate):
     assert not any(r["alarms"][a]["error"]["false"] for r in found for a in r["alarms"])
 
 
+@pytest.mark.nightly
 def test_goes_on_with_what_it_has(ran, monkeypatch):
     folder, told, chosen, found = ran
     told.clear()
