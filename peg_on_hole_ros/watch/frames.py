@@ -8,7 +8,7 @@ import numpy as np
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 from peg_on_hole_ros.report.drawing import moving
-from peg_on_hole_ros.watch.thinned import Reader, peaks
+from peg_on_hole_ros.watch.thinned import Reader, Table, peaks
 
 # Read whole; of the other topics the last message serves.
 WHOLE = ("state", "contacts", "monitor")
@@ -35,6 +35,8 @@ class Frames:
     def __init__(self) -> None:
         self.kept: deque[dict] = deque(maxlen=_MOST_KEPT)
         self._readers = {topic: Reader() for topic in WHOLE}
+        # The newest of each.
+        self._tables: dict[str, Table] = {}
         self._begun_ns: int | None = None
         self._last_ns = 0
         self._mode: str | None = None
@@ -55,18 +57,24 @@ class Frames:
             As the node has it.
 
         """
-        tables = {topic: self._readers[topic].table(arrived[topic]) for topic in WHOLE}
-        state = tables["state"]
+        read = {topic: self._readers[topic].table(arrived[topic]) for topic in WHOLE}
+        tables = {topic: table for topic, table in read.items() if table is not None}
         frame: dict = {}
+        state = tables.get("state")
         if state is not None:
             if self._begun_ns is None or state.t_ns[-1] < self._last_ns - _FALL_NS:
                 self.kept.clear()
+                self._tables.clear()
                 self._begun_ns, frame["anew"] = int(state.t_ns[0]), True
             self._last_ns = int(state.t_ns[-1])
+        told = bool(tables) and self._begun_ns is not None
+        if told:
+            # Of one wrench the others may arrive after its state, in a frame of their own.
+            self._tables |= tables
             frame |= {"t": self._passed(self._last_ns), "lines": self._lines(tables)}
         self._declare(frame, arrived)
-        if state is not None:
-            frame["moment"] = self._moment_of(tables, latest, scene)
+        if told:
+            frame["moment"] = self._moment_of(self._tables, latest, scene)
             self._keep(frame)
         return frame
 
@@ -80,7 +88,7 @@ class Frames:
             ("contacts", CONTACTS, lambda table: table.efforts),
             ("monitor", RISKS, lambda table: table.positions),
         ):
-            table = tables[topic]
+            table = tables.get(topic)
             if table is None:
                 continue
             t = (table.t_ns - self._begun_ns) * 1e-9
@@ -107,7 +115,7 @@ class Frames:
 
     def _moment_of(self, tables, latest, scene):
         moment = {"t": np.array([self._passed(self._last_ns)])}
-        state, contacts, monitor = (tables[topic] for topic in WHOLE)
+        state, contacts, monitor = (tables.get(topic) for topic in WHOLE)
         angles = {name: state.positions.get(name, np.array([np.nan]))[-1:] for name in ANGLES}
         moment |= angles
         pose = latest.get("pose")
