@@ -59,6 +59,17 @@ def stop(process) -> str:
     return text
 
 
+def wait_until(done, what, executor=None):
+    """Wait until a condition holds, and spin if there is what to; fail by name if it does not."""
+    end = time.monotonic() + PATIENCE
+    while not done():
+        assert time.monotonic() < end, f"waited {PATIENCE:g} s in vain: {what}"
+        if executor is None:
+            time.sleep(0.01)
+        else:
+            executor.spin_once(timeout_sec=0.02)
+
+
 class Peer:
     """Publishers of wrench and joint states, and subscriptions to all topics of the node."""
 
@@ -92,10 +103,7 @@ class Peer:
 
     def spin_until(self, done, what):
         """Spin until a condition holds; fail by name if it does not in time."""
-        end = time.monotonic() + PATIENCE
-        while not done():
-            assert time.monotonic() < end, f"waited {PATIENCE:g} s in vain: {what}"
-            self.executor.spin_once(timeout_sec=0.02)
+        wait_until(done, what, self.executor)
 
     def wait_for_matching(self):
         publishers, subscriptions = (self.wrench, self.joints), self.subscriptions.values()

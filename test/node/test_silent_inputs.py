@@ -1,11 +1,9 @@
 """An input that is silent: the log says once why, and where it may be found."""
 
-import time
-
 import pytest
 import rclpy
 
-from dds_peer import PATIENCE
+from dds_peer import wait_until
 from inputs import joints, wrench
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -36,10 +34,7 @@ def driver(monkeypatch):
 
 
 def known(node, topic):
-    end = time.monotonic() + PATIENCE
-    while not node.count_publishers(topic):
-        assert time.monotonic() < end, topic
-        time.sleep(0.01)
+    wait_until(lambda: node.count_publishers(topic), f"a publisher of {topic}")
 
 
 def test_a_topic_of_another_name_or_type_is_named(driver):

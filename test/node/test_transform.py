@@ -1,7 +1,6 @@
 """The transform on /tf. The wheels have no tf2_msgs: another type lends the topic its name."""
 
 import sys
-import time
 from types import ModuleType
 
 import pytest
@@ -10,7 +9,7 @@ from rclpy.qos import QoSProfile
 from rosbags.typesys import Stores, get_typestore
 from std_msgs.msg import String
 
-from dds_peer import PATIENCE
+from dds_peer import wait_until
 from inputs import joints, wrench
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -40,17 +39,15 @@ def test_the_pose_is_a_transform_where_tf2_msgs_is(monkeypatch):
     try:
         node.trigger_configure()
         node.trigger_activate()
-        end = time.monotonic() + PATIENCE
-        while not (node.count_subscribers("/tf") and display.count_publishers("/tf")):
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        wait_until(
+            lambda: node.count_subscribers("/tf") and display.count_publishers("/tf"),
+            "both to know of each other",
+        )
         for k in range(1, 102):
             node.arrivals.joints(Encoder(JOINTS_TYPE)(joints(k * MS)))
             node.arrivals.wrench(Encoder(WRENCH_TYPE)(wrench(k * MS)))
             node.process()
-        while len(came) < 6:
-            assert time.monotonic() < end
-            executor.spin_once(timeout_sec=0.1)
+        wait_until(lambda: len(came) >= 6, "six transforms", executor)
     finally:
         node.close()
         node.destroy_node()
