@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from peg_on_hole_ros.messages.cdr import Encoder
@@ -42,8 +41,6 @@ class Publishers:
             )
             for suffix, ros_type in TOPICS.items()
         }
-        # rclpy's own publish asks for each message whether the node is active, and its type.
-        self._handles = {suffix: each.handle for suffix, each in self._outputs.items()}
         self._diagnostics = node.create_lifecycle_publisher(
             message_class(DIAGNOSTICS), "/diagnostics", QoSProfile(depth=10)
         )
@@ -59,7 +56,7 @@ class Publishers:
     def publish(self, published: Published) -> None:
         """Publish what a wrench makes known, in its order; the node has to be active."""
         for suffix, payload in published.estimate:
-            handle = self._handles[suffix]
+            handle = self._outputs[suffix].handle
             # Nobody who comes later would be given it.
             if handle.get_subscription_count():
                 handle.publish_raw(payload)
@@ -70,18 +67,18 @@ class Publishers:
                 self._tf.publish(self._encode_tf(transform))
 
     def say(self, messages: Iterable[Message]) -> None:
-        """Publish messages in their order; the node has to be active."""
+        """Publish messages in their order, whether or not the node is active."""
         for suffix, _, fields in messages:
-            # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes.
-            self._handles[suffix].publish_raw(self._encoders[suffix](fields))
+            # Serialised by the replay's encoder: a fifth of rclpy's time, and the same bytes. And
+            # rclpy's own publish asks for each message whether the node is active, and its type.
+            self._outputs[suffix].handle.publish_raw(self._encoders[suffix](fields))
 
     def say_last(self, messages: Iterable[Message]) -> None:
         """Publish messages behind which the publishers go, also of a node that is not active."""
-        for suffix, _, fields in messages:
-            publisher = self._outputs[suffix]
-            Publisher.publish(publisher, self._encoders[suffix](fields))
+        for message in messages:
+            self.say([message])
             # With a publisher DDS lets go of what nobody has acknowledged.
-            publisher.wait_for_all_acked(_HEARD)
+            self._outputs[message[0]].wait_for_all_acked(_HEARD)
 
     def diagnostics(self, fields: dict) -> None:
         """Publish a diagnostic_msgs/DiagnosticArray on /diagnostics."""
