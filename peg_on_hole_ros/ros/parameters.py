@@ -227,9 +227,13 @@ def _files(arguments):
 
 def _names_it(part):
     # For all nodes there may be anything; and a launch sets the clock of each by its name.
-    body = part.body.get(BODY) if isinstance(part.body, dict) else None
+    body = _body(part)
     return "*" not in part.name and not (isinstance(body, dict) and set(body) == {"use_sim_time"})
 
 
 def _is_ours(part):
-    return isinstance(part.body, dict) and is_ours(part.body.get(BODY))
+    return is_ours(_body(part))
+
+
+def _body(part):
+    return part.body.get(BODY) if isinstance(part.body, dict) else None

@@ -57,8 +57,8 @@ class Frames:
             As the node has it.
 
         """
-        read = {topic: self._readers[topic].table(arrived[topic]) for topic in WHOLE}
-        tables = {topic: table for topic, table in read.items() if table is not None}
+        read = ((topic, self._readers[topic].table(arrived[topic])) for topic in WHOLE)
+        tables = {topic: table for topic, table in read if table is not None}
         frame: dict = {}
         state = tables.get("state")
         if state is not None:
