@@ -57,7 +57,6 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python tools/sentences.py
 
 format: $(STAMP)
 	$(BIN)/ruff check --fix .
