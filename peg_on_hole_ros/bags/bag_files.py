@@ -1,5 +1,6 @@
 """Which files a bag consists of: one `.mcap` or `.db3` file, or those of a rosbag2 folder."""
 
+import os
 import re
 from pathlib import Path
 from shlex import quote
@@ -50,7 +51,8 @@ class BagFiles(NamedTuple):
 
     def named_by_recorder(self) -> bool:
         """Return whether the files are called after the folder and counted on from 0."""
-        expected = [f"{self.path.resolve().name}_{i}" for i in range(len(self.files))]
+        name = os.path.basename(os.path.realpath(self.path))
+        expected = [f"{name}_{i}" for i in range(len(self.files))]
         return [file.name.partition(".")[0] for file in self.files] == expected
 
     def remedy(self) -> str:
@@ -89,8 +91,10 @@ def bag_files(path: str | Path) -> BagFiles:
 
 def _files(path):
     if not path.exists():
-        raise BagError(f"there is no bag {path}")
+        points = f": it is a link to {os.readlink(path)}" if path.is_symlink() else ""
+        raise BagError(f"there is no bag {path}{points}")
     if not path.is_dir():
+        _check_regular(path)
         if path.suffix in _OTHERS:
             raise BagError(
                 f"{path} is packed as a whole, in a way that is not read; unpack it: "
@@ -111,6 +115,12 @@ def _files(path):
     )
 
 
+def _check_regular(path):
+    """Refuse what would be waited for, or has no end: pipes, sockets and devices."""
+    if not path.is_file():
+        raise BagError(f"{path} is no regular file, so it is not opened")
+
+
 def in_sqlite(path: Path) -> bool:
     """Return whether a file holds a bag in SQLite, by its name."""
     return bare(path).suffix == ".db3"
@@ -127,7 +137,8 @@ def bags_in(path: Path) -> list[Path]:
     for packed in ("", *_PACKED):
         for kind in _STORED:
             for file in path.glob(f"*{kind}{packed}"):
-                found.setdefault(bare(file), file)
+                if not file.is_dir():
+                    found.setdefault(bare(file), file)
     return sorted(found.values(), key=_natural)
 
 
@@ -139,6 +150,8 @@ def _in_bags():
 
 
 def _one_recording(found):
+    for file in found.files:
+        _check_regular(file)
     parts = [_PART.fullmatch(file.name) for file in found.files]
     if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):  # type: ignore[index]
         raise BagError(

@@ -1,6 +1,5 @@
 """Read bags in order of log time, in bounded memory: as arrays, or message by message."""
 
-import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -25,8 +24,6 @@ from peg_on_hole_ros.errors import BagError
 _ENCODINGS = ("cdr, ros2msg", "cdr, ros2idl", "cdr, ")
 _NAMELESS = "cdr, no schema"
 _ROS1 = "ros1"
-# A payload that does not fit its definition.
-_UNDECODABLE = (struct.error, ValueError, IndexError, OverflowError, MemoryError, RecursionError)
 
 
 class BagMessage(NamedTuple):
@@ -266,7 +263,9 @@ class Bag:
     def _decoded(self, decoder, payload):
         try:
             return decoder.decode(payload)
-        except _UNDECODABLE:
+        except Exception:
+            # A payload that does not fit its definition, or a definition of what the library
+            # cannot read, as wstring: it has a dozen exceptions with no base but this.
             self.undecodable[decoder.topic] += 1
             return None
 

@@ -79,7 +79,8 @@ def _check_place(path, bag, inputs, seen):
 
 def _same(a, b):
     # Two names of one file, too: links and detours.
-    return a.resolve() == b.resolve() or (a.exists() and b.exists() and a.samefile(b))
+    one_place = os.path.realpath(a) == os.path.realpath(b)
+    return one_place or (a.exists() and b.exists() and a.samefile(b))
 
 
 def _try(path):

@@ -277,14 +277,18 @@ def _check_together(configuration):
         for name in ("urdf", "tip_frame"):
             if not getattr(joints, name):
                 raise PegOnHoleError(f"joints.{name} is empty, but joints.source robot needs it")
-    for low, high in (
-        ("transition_probability_off", "transition_probability_on"),
-        ("jamming_warn", "jamming_error"),
+    for group, low, high in (
+        ("monitor", "transition_probability_off", "transition_probability_on"),
+        ("monitor", "jamming_warn", "jamming_error"),
+        ("plan", "min_closing_rate", "max_closing_rate"),
     ):
-        if getattr(monitor, low) > getattr(monitor, high):
+        record = getattr(configuration, group)
+        if getattr(record, low) > getattr(record, high):
+            unit = BY_NAME[f"{group}.{low}"].unit
+            unit = f" {unit}" if unit else ""
             raise PegOnHoleError(
-                f"monitor.{low} = {getattr(monitor, low):g} is above monitor.{high} = "
-                f"{getattr(monitor, high):g}; it has to be at most that"
+                f"{group}.{low} = {getattr(record, low):g}{unit} is above {group}.{high} = "
+                f"{getattr(record, high):g}{unit}; it has to be at most that"
             )
     if monitor.alarm_hysteresis >= monitor.jamming_warn:
         raise PegOnHoleError(

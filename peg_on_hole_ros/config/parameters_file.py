@@ -1,6 +1,7 @@
 """Read and write ROS 2 parameters files: `peg_on_hole: ros__parameters:`."""
 
 import difflib
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -98,6 +99,7 @@ def _body(part: Part):
 def load_yaml(path: Path) -> Any:
     """Return what a YAML file holds, its values as ROS 2 reads them; errors name file and line."""
     try:
+        check_no_pipe(path)
         with path.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
@@ -119,6 +121,19 @@ def load_yaml(path: Path) -> Any:
     except (OSError, ValueError) as error:  # ValueError: a name with a NUL
         reason = getattr(error, "strerror", None) or error
         raise PegOnHoleError(f"cannot read the configuration {path}: {reason}") from None
+
+
+def check_no_pipe(path: Path) -> None:
+    """
+    Refuse a named pipe, whose writer would be waited for; one of a shell has its writer.
+
+    Raises
+    ------
+    PegOnHoleError
+
+    """
+    if path.is_fifo() and not os.path.realpath(path).startswith("/proc/"):
+        raise PegOnHoleError(f"{path} is a named pipe, which is not read; name a file")
 
 
 class NoYamlFile(PegOnHoleError):

@@ -67,6 +67,8 @@ ROTATION_FLOOR = 1.0e-6  # [rad]
 POSE_FLOOR = np.diag([POSITION_FLOOR**2] * 3 + [ROTATION_FLOOR**2] * 3)
 
 ALARM_PERIOD_NS = 100_000_000
+# Of markers, where their rate is next to none: 30 years, which is no int64 beside a stamp if more.
+_LONGEST_NS = 10**18
 _NOT_DETERMINED = (nan, nan, nan)
 _NEVER = np.iinfo(np.int64).max
 # What is said changes with these of a row.
@@ -114,7 +116,7 @@ class OutputStream:
 
     def set_markers_rate(self, rate: float) -> None:
         """Take another rate of the markers [Hz]; 0: none."""
-        self._markers_period_ns = round(1e9 / rate) if rate > 0 else None
+        self._markers_period_ns = round(min(1e9 / rate, _LONGEST_NS)) if rate > 0 else None
 
     def messages(self, outputs: Outputs) -> list[Message]:
         """Return (topic under the node's name, type, fields) of every message of one stamp."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from peg_on_hole_ros.bags.batch import stretches
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.messages.decode import WRENCH_TYPE
 from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.robot.sensor_frame import mounting
@@ -46,8 +47,11 @@ def settled(bag: Bag, configuration: Configuration) -> Settled:
     if awaited(joints):
         topic = absolute(configuration.topics.robot_description)
         bag.require({topic: STRING}, "name the robot's description as a file in joints.urdf")
-        text = next(bag.messages([topic])).message.data
-        configuration = replace(configuration, joints=replace(joints, description=text))
+        first = next(bag.messages([topic]), None)
+        if first is None:
+            raise BagError(f"{bag.path}: no message on {topic} can be read as {STRING}")
+        joints = replace(joints, description=first.message.data)
+        configuration = replace(configuration, joints=joints)
     frame = _frame(bag, absolute(configuration.topics.wrench))
     if frame is None:
         return Settled(configuration, "")

@@ -2,17 +2,32 @@
 
 import difflib
 import xml.etree.ElementTree as ElementTree
-from math import inf, isfinite
+from collections import defaultdict
+from math import hypot, inf, isfinite
 from typing import NamedTuple
 
 from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.robot.urdf_source import description_of, named
-from peg_on_hole_ros.safe_text import shown
+from peg_on_hole_ros.robot.urdf_source import MOST_BYTES, description_of, named
+from peg_on_hole_ros.safe_text import cut, printable, shown
 
 MOVING = ("revolute", "continuous", "prismatic")
 # Of a coordinate [m] or an angle [rad]: squares of much larger ones are no doubles.
 _LARGEST = 1e6
+# Of an axis: squares of much smaller ones are zero, and it would have no direction.
+_LEAST_AXIS = 1e-6
+# Pinocchio descends the tree by recursion: it overflows a stack of 8 MB between 2000 and 4000
+# links below each other, and there are smaller stacks.
+MOST_DEPTH = 200
+MOST_LINKS = 1000
+# Pinocchio reserves 63 bytes times the third power of the degrees of freedom: 130 MB of these.
+MOST_FREEDOMS = 128
+# Degrees of freedom of a joint by its kind; of every other kind one at most.
+_FREEDOMS = {"fixed": 0, "planar": 3, "floating": 6}
+# Of XML elements: in all, and within each other, as far as Pinocchio's parser follows.
+_MOST_ELEMENTS, _MOST_NESTED = 100_000, 100
+# Characters of a list of names in an error.
+_MOST_NAMES = 400
 
 
 class Joint(NamedTuple):
@@ -128,13 +143,21 @@ def parts(text: str, path: str) -> tuple[list[str], dict[str, Joint]]:
     Raises
     ------
     PegOnHoleError
-        It is no URDF, or has xacro in it.
+        It is no URDF, has xacro in it, or is larger than what Pinocchio can be given.
 
     """
+    if len(text) > MOST_BYTES:
+        raise PegOnHoleError(
+            f"joints.urdf: {path} has {len(text)} characters, a description at most {MOST_BYTES}"
+        )
+    parser = ElementTree.XMLParser(target=_Bounded(path))
     try:
         # Bytes, as ElementTree refuses a text that declares its encoding.
-        root = ElementTree.fromstring(text.encode())
-    except ElementTree.ParseError as error:
+        root = ElementTree.fromstring(text.encode(), parser)
+    except PegOnHoleError:
+        raise
+    # Of an encoding that is unknown, or has several bytes a character, the others.
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
         raise PegOnHoleError(f"joints.urdf: {path} is not XML: {error}") from None
     if root.tag != "robot":
         raise PegOnHoleError(
@@ -148,8 +171,66 @@ def parts(text: str, path: str) -> tuple[list[str], dict[str, Joint]]:
     joints = {}
     for element in root.findall("joint"):
         joint = _joint(element, path)
+        if joint.name in joints:
+            raise PegOnHoleError(f"{path} has two joints {shown(joint.name)}")
         joints[joint.name] = joint
+    _check_tree(links, joints, path)
     return links, joints
+
+
+class _Bounded(ElementTree.TreeBuilder):
+    """Builds a tree as long as it is within the bounds of a description."""
+
+    def __init__(self, path):
+        super().__init__()
+        self._path, self._depth, self._count = path, 0, 0
+
+    def doctype(self, name, public, system):
+        # It may declare entities, which a few bytes make as long as memory lasts.
+        raise PegOnHoleError(
+            f"joints.urdf: {self._path} has a DOCTYPE, which a URDF does not need; take it out"
+        )
+
+    def start(self, tag, attributes):
+        self._depth += 1
+        self._count += 1
+        if self._depth > _MOST_NESTED or self._count > _MOST_ELEMENTS:
+            raise PegOnHoleError(
+                f"joints.urdf: {self._path} is no description of a robot: it has more than "
+                f"{_MOST_ELEMENTS} XML elements, or more than {_MOST_NESTED} within each other"
+            )
+        return super().start(tag, attributes)
+
+    def end(self, tag):
+        self._depth -= 1
+        return super().end(tag)
+
+
+def _check_tree(links, joints, path):
+    """Refuse a larger tree than Pinocchio can be given; that it is one at all, its parser sees."""
+    freedoms = sum(_FREEDOMS.get(joint.kind, 1) for joint in joints.values())
+    if len(links) > MOST_LINKS or freedoms > MOST_FREEDOMS:
+        raise PegOnHoleError(
+            f"joints.urdf: {path} has {len(links)} links and {freedoms} degrees of freedom, of "
+            f"at most {MOST_LINKS} and {MOST_FREEDOMS}; leave out what does not carry the peg"
+        )
+    above, below = {}, defaultdict(list)
+    for joint in joints.values():
+        if joint.child in above:
+            raise PegOnHoleError(
+                f"{path}: joints {shown(above[joint.child])} and {shown(joint.name)} both carry "
+                f"{shown(joint.child)}; a link hangs on one"
+            )
+        above[joint.child] = joint.name
+        below[joint.parent].append(joint.child)
+    level, depth = [link for link in links if link not in above], 0
+    while level := [child for link in level for child in below[link]]:
+        depth += 1
+    if depth > MOST_DEPTH:
+        raise PegOnHoleError(
+            f"joints.urdf: {path} has {depth} joints one behind the other, of at most "
+            f"{MOST_DEPTH}; leave out what does not carry the peg"
+        )
 
 
 def _joint(element, path):
@@ -167,7 +248,7 @@ def _joint(element, path):
     axis, origin = element.find("axis"), element.find("origin")
     if kind in MOVING and axis is not None:
         given = axis.get("xyz", "1 0 0")
-        if not any(_triple(given)):
+        if hypot(*_triple(given)) < _LEAST_AXIS:
             raise PegOnHoleError(
                 f"{path}: joint {shown(name)} turns about no axis: {shown(given)}"
             )
@@ -184,8 +265,8 @@ def _joint(element, path):
     leader, multiplier, offset = "", 1.0, 0.0
     if mimic is not None:
         leader = mimic.get("joint", "")
-        multiplier = _number(mimic, "multiplier", 1.0, name, path)
-        offset = _number(mimic, "offset", 0.0, name, path)
+        multiplier = _number(mimic, "multiplier", 1.0, name, path, _LARGEST)
+        offset = _number(mimic, "offset", 0.0, name, path, _LARGEST)
     return Joint(name, kind, parent, child, lower, upper, leader, multiplier, offset, **placed)
 
 
@@ -198,7 +279,7 @@ def _triple(text):
     return found if len(found) == 3 and all(abs(x) <= _LARGEST for x in found) else []
 
 
-def _number(element, key, default, joint, path):
+def _number(element, key, default, joint, path, most=inf):
     text = element.get(key)
     try:
         value = default if text is None else float(text)
@@ -207,6 +288,10 @@ def _number(element, key, default, joint, path):
     if not isfinite(value):
         raise PegOnHoleError(
             f"{path}: joint {shown(joint)} has {key} {shown(text)}, which is no number"
+        )
+    if abs(value) > most:
+        raise PegOnHoleError(
+            f"{path}: joint {shown(joint)} has {key} {shown(text)}, more than {most:g}"
         )
     return value
 
@@ -236,6 +321,11 @@ def _leader(joint, joints, path):
             )
         joint = joints[joint.leader]
         seen.append(joint.name)
+    if not abs(multiplier) <= _LARGEST or not abs(offset) <= _LARGEST:
+        raise PegOnHoleError(
+            f"{path}: joint {shown(seen[0])} moves by {multiplier:g} times {shown(joint.name)} "
+            f"and {offset:g}, which is more than {_LARGEST:g}"
+        )
     if joint.kind not in MOVING:
         raise PegOnHoleError(
             f"{path}: joint {shown(seen[0])} mimics {shown(joint.name)}, which is {joint.kind}"
@@ -272,4 +362,4 @@ def _nearest(name, known):
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.6)
     if near:
         return f"the nearest are: {', '.join(near)}"
-    return f"it has: {', '.join(known) or 'none'}"
+    return f"it has: {cut(printable(', '.join(known)), _MOST_NAMES) or 'none'}"

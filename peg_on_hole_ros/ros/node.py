@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.config.configuration import half_stated
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import (
@@ -77,7 +78,12 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
     def __init__(self, arguments: list[str]) -> None:
         self.arguments = arguments
         self._stream: MessageStream | None = None
-        super().__init__(NAME, automatically_declare_parameters_from_overrides=True)
+        super().__init__(
+            NAME,
+            automatically_declare_parameters_from_overrides=True,
+            start_parameter_services=False,
+        )
+        self._answers = node_parameters.ParameterAnswers(self)
         self._recording: Recording | None = None
         self._outputs: Publishers | None = None
         self.arrivals = Arrivals()
@@ -182,8 +188,11 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         if values and self.is_configured:
             # A replay of what arrived takes it at the same place.
             event = SET + json.dumps(values)
+            answer = self._stream.on_event(event)
+            if not answer.success:
+                raise PegOnHoleError(answer.message)
             self._recording.event(event)
-            self.get_logger().info(printable(self._stream.on_event(event).message))
+            self.get_logger().info(printable(answer.message))
 
     def _describe(self, joints):
         self._stream.describe(joints)

@@ -10,8 +10,11 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
 
 from peg_on_hole_ros.config.configuration import (
     BY_NAME,
@@ -27,6 +30,7 @@ from peg_on_hole_ros.config.parameters_file import load_yaml, read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.robot.urdf_source import beside
 from peg_on_hole_ros.safe_text import printable
+from peg_on_hole_ros.startup.one_line import said
 
 
 def declare(node: Node) -> None:
@@ -86,7 +90,37 @@ class Explained:
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set all or none; what cannot be set at present, and no parameter, has its reason."""
         result = refusal(self, self.is_configured, parameter_list)
-        return super().set_parameters_atomically(parameter_list) if result.successful else result
+        if not result.successful:
+            return result
+        before = [self.get_parameter(parameter.name) for parameter in parameter_list]
+        try:
+            return super().set_parameters_atomically(parameter_list)
+        except Exception as error:
+            # Of a callback: what it had taken by then is put back, and the node goes on.
+            super().set_parameters_atomically(before)
+            return _refused(error)
+
+    def set_messages(self, messages: Iterable[ParameterMessage]) -> SetParametersResult:
+        """Set all or none of what a service was asked for."""
+        try:
+            parameters = [Parameter.from_parameter_msg(message) for message in messages]
+            return self.set_parameters_atomically(parameters)
+        # Of a type that there is not, which nothing of rclpy's own catches, and of no such name.
+        except (ValueError, ParameterNotDeclaredException) as error:
+            return SetParametersResult(successful=False, reason=printable(error))
+
+
+class ParameterAnswers(ParameterService):
+    """The services of parameters of an Explained node, which nothing that is asked can end."""
+
+    def _set_parameters_callback(self, request, response):
+        node = self._get_node()
+        response.results = [node.set_messages([message]) for message in request.parameters]
+        return response
+
+    def _set_parameters_atomically_callback(self, request, response):
+        response.result = self._get_node().set_messages(request.parameters)
+        return response
 
 
 class FilesChecked:
@@ -158,9 +192,14 @@ def refusal(node: Node, configured: bool, changed: Iterable[Parameter]) -> SetPa
                 "deactivate and clean up the node first, then set it and configure the node again"
             )
         from_parameters(values(node) | new)
-    except PegOnHoleError as error:
-        return SetParametersResult(successful=False, reason=printable(error))
+    except Exception as error:
+        return _refused(error)
     return SetParametersResult(successful=True)
+
+
+def _refused(error):
+    reason = printable(said(error)[1])
+    return SetParametersResult(successful=False, reason=reason)
 
 
 def live(changed: Iterable[Parameter]) -> dict[str, object]:

@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, NoReturn
 
 import rclpy
@@ -11,6 +12,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from peg_on_hole_ros.config.parameters_file import check_no_pipe
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.ros.refused_parameters import explained
 from peg_on_hole_ros.startup.library_output import held_back
@@ -34,6 +36,9 @@ def init(arguments: list[str]) -> None:
         Arguments that ROS 2 cannot read, or that it would pass over.
 
     """
+    for word, value in zip(arguments, arguments[1:]):
+        if word == "--params-file":
+            check_no_pipe(Path(value))
     try:
         # ROS 2 logs what it cannot read before it raises.
         with held_back():

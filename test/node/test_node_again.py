@@ -221,3 +221,24 @@ def fill_disk(node):
     """Let nothing more be written to the record."""
     with open("/dev/full", "wb") as full:
         os.dup2(full.fileno(), node._recording._record._stream.fileno())
+
+
+def test_what_a_change_throws_refuses_it_and_leaves_the_node_as_it_was(monkeypatch):
+    with configured() as node:
+        gates = node.get_parameter("filter.gate_threshold").value
+        taken, retune = [], node._stream.pipeline.retune
+
+        def throws_once(configuration, orientation):
+            taken.append(configuration.filter.gate_threshold)
+            if len(taken) == 1:
+                raise OverflowError("cannot convert float infinity to integer")
+            retune(configuration, orientation)
+
+        monkeypatch.setattr(node._stream.pipeline, "retune", throws_once)
+        answer = node.set_parameters_atomically([Parameter("filter.gate_threshold", value=60.0)])
+        assert not answer.successful and "cannot convert float infinity" in answer.reason
+        # What it had taken of the change by then is put back, in the node as in its stream.
+        assert node.get_parameter("filter.gate_threshold").value == gates
+        assert taken == [60.0, gates]
+        answer = node.set_parameters_atomically([Parameter("filter.gate_threshold", value=70.0)])
+        assert answer.successful and taken[-1] == 70.0

@@ -106,10 +106,15 @@ def test_what_cannot_be_set_says_why(peer):
             double("scene.frictoin", 0.3),
             double("scene.friction", 0.3),
             double("monitor.jamming_warn", 0.95),
+            Parameter(name="markers_rate", value=ParameterValue(type=99)),
+            double("qos_overrides./x.depth", 1.0),
         )
+        # As small as a double can be: no more markers than one.
+        assert put(peer, double("markers_rate", 5e-324)) == [(True, "")]
         stop(process)
-    assert [done for done, _ in answers] == [False] * 3
-    unknown, fixed, together = (reason for _, reason in answers)
+    assert [done for done, _ in answers] == [False] * 5
+    unknown, fixed, together, untyped, undeclared = (reason for _, reason in answers)
+    assert "99 is not a valid" in untyped and "qos_overrides./x.depth" in undeclared
     assert unknown.startswith("unknown parameter 'scene.frictoin'; the nearest are: scene.fri")
     assert fixed.startswith("scene.friction: the estimator is built with it")
     assert "deactivate and clean up the node first" in fixed

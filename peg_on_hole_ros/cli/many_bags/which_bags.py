@@ -51,15 +51,16 @@ def named_bags(arguments: Iterable[str], out: Path) -> list[Named]:
         An argument that names nothing.
 
     """
-    found: dict[Path, Path] = {}
+    found: dict[str, Path] = {}
     for argument in arguments:
         for path in _matches(argument):
-            bags = list(_bags(path, out.resolve()))
+            bags = list(_bags(path, os.path.realpath(out)))
             if not bags:
                 raise BagError(f"{path} is a folder that holds no bag")
             for bag in bags:
-                found.setdefault(bag.resolve(), bag)
-    return [Named(path, _name(where)) for where, path in found.items()]
+                # Not by Path.resolve, which raises where links lead in a circle.
+                found.setdefault(os.path.realpath(bag), bag)
+    return [Named(path, _name(Path(where))) for where, path in found.items()]
 
 
 def _matches(argument):
@@ -79,7 +80,7 @@ def _bags(path, out):
     if not path.is_dir():
         yield path
         return
-    if path.resolve() == out or (path / RESULT).is_file():
+    if os.path.realpath(path) == out or (path / RESULT).is_file():
         return
     if (path / _DESCRIPTION).is_file() or _parts_of_one(path):
         yield path

@@ -156,7 +156,8 @@ def _search(scene, cell, max_normal, tilt, rates, present, fineness):
     for motion in islice(motions(scene, table, by_margin, cell, tilt, rates), fineness.tried):
         ahead = judge(scene, cell, max_normal, motion, fineness)
         nearest = _nearer(nearest, (motion, ahead), cell, max_normal)
-    return MotionPlan(False, *nearest, plain, plain_outlook)  # type: ignore[call-arg]
+    # Closing alone is no candidate, and near gamma0 it may be what keeps the limits.
+    return MotionPlan(kept(nearest[1], cell), *nearest, plain, plain_outlook)  # type: ignore[call-arg]
 
 
 def _plain(scene, cell, tilt, rates):

@@ -52,10 +52,13 @@ def advice(
     if not found.possible:
         ways = [f"turning up to {cell.max_slip_rate:g} rad/s"] if cell.max_slip_rate else []
         ways += [f"sliding up to {cell.max_slide_rate:g} rad/s"] if cell.max_slide_rate else []
-        cause, chance = found.outlook.causes[0]
+        # Where less than a cause's least share is allowed, none may be named.
+        why = [
+            f", {cause.value} with a probability of {_share(chance)}"
+            for cause, chance in found.outlook.causes[:1]
+        ]
         return (
-            f"no {' or '.join(ways) or 'closing'} keeps the limits, {cause.value} with a "
-            f"probability of {_share(chance)}: lift the peg off"
+            f"no {' or '.join(ways) or 'closing'} keeps the limits{''.join(why)}: lift the peg off"
         )
     under = f"and the load at {CONTACTS[found.contact]} stays under {found.load:g} N"
     if found.goes_on:
