@@ -5,6 +5,7 @@ import os
 import resource
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,6 +13,10 @@ from peg_on_hole_ros.cli.main import main
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = json.loads((ROOT / "docs" / "summary.schema.json").read_text(encoding="utf-8"))
+# What SIGINT has a shell pass on to what it starts, as a script does to what is in its background.
+IGNORING = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
+# [s] after SIGINT: two at rest, more where other tests have the cores.
+ENDS = 10.0
 COMMANDS = ["replay", "simulate", "solve", "plan", "inspect", "calibrate", "compare", "node"]
 
 
@@ -28,24 +33,32 @@ def largest_file(size):
 
 
 @contextmanager
-def watching(begin, *options):
-    """Run `watch` on a port; yield the address that follows the begin of its line."""
+def watching(begin, *options, errors=subprocess.STDOUT, shell=()):
+    """
+    Run `watch` on a port; yield the address that follows the begin of its line.
+
+    It has to end by SIGINT in time, whoever is still connected. Its errors may go to a file.
+    """
     program = [sys.executable, "-m", "peg_on_hole_ros.cli.main", "watch", *options]
     process = subprocess.Popen(
-        program,
+        [*shell, *program],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
+        stderr=errors,
         text=True,
     )
     try:
         line = process.stdout.readline()
         assert line.startswith(begin), line
         yield line.removeprefix(begin).split()[0]
-    finally:
+        begun = time.monotonic()
         process.send_signal(2)
         rest, _ = process.communicate(timeout=60)
         assert process.returncode == 0 and rest == ""
+        assert time.monotonic() - begun < ENDS
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def command(*arguments, cwd=None):

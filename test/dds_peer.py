@@ -37,9 +37,9 @@ NODE = ("-m", "peg_on_hole_ros.ros.node")
 
 
 @contextmanager
-def node_process(*arguments, program=NODE):
+def node_process(*arguments, program=NODE, shell=()):
     """Start the node, or another program of Python's, with ROS arguments; kill what is left."""
-    command = [sys.executable, *program, "--ros-args", *arguments]
+    command = [*shell, sys.executable, *program, "--ros-args", *arguments]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )

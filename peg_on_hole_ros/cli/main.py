@@ -9,7 +9,6 @@ program.
 import gc
 import importlib
 import sys
-from contextlib import nullcontext
 
 from peg_on_hole_ros.cli.arguments import parsed
 from peg_on_hole_ros.cli.compiling import compiling_shown
@@ -32,8 +31,7 @@ def _run(arguments):
     # The hundreds of thousands of objects of numba and numpy come to stay: to look through them
     # again and again for garbage is a tenth of a second of each start.
     gc.set_threshold(_GARBAGE)
-    # A node has its own way to end.
-    with nullcontext() if asked.command == "node" else ended_by_signals():
+    with ended_by_signals():
         module = importlib.import_module(f"peg_on_hole_ros.cli.{asked.command}")
         with compiling_shown():
             code = module.run(asked)

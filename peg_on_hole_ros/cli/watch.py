@@ -3,11 +3,13 @@
 import argparse
 import asyncio
 import re
+from contextlib import suppress
 from importlib import import_module
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.report.live_page import drawn, live_page
+from peg_on_hole_ros.startup.interrupt import note_signals
 
 PAGE_PORT = 8470
 # Where the app looks unless told otherwise.
@@ -30,13 +32,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise PegOnHoleError(
             f"--node = {arguments.node} is not the full name of a node, such as /cell/peg_on_hole"
         )
-    try:
-        if arguments.foxglove:
-            _foxglove(arguments.node, arguments.host, port)
-        else:
-            _page(arguments.node, arguments.host, port)
-    except (KeyboardInterrupt, asyncio.CancelledError):
-        pass
+    with suppress(KeyboardInterrupt):  # before it serves
+        (_foxglove if arguments.foxglove else _page)(arguments.node, arguments.host, port)
     return 0
 
 
@@ -46,7 +43,7 @@ def _foxglove(node, host, port):
     def ready(address):
         print(f"the topics of {node} for Foxglove: {address} (Ctrl-C ends it)", flush=True)
 
-    app.run(node, host, port, ready)
+    app.run(node, host, port, ready, note_signals())
 
 
 def _page(node, host, port):
@@ -71,7 +68,7 @@ def _page(node, host, port):
 
     page = live_page(node)
     try:
-        asyncio.run(server.run(host, port, page, frame, hello, ready))
+        asyncio.run(server.run(host, port, page, frame, hello, ready, note_signals()))
     finally:
         watched.close()
 

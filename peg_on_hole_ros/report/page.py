@@ -70,7 +70,7 @@ def document(title: str, before: list[str], model: dict, after: list[str]) -> st
 
 def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str, ...]) -> str:
     """
-    Return a page with style, scripts, library and data within it.
+    Return a page with style, scripts, library, its licences and data within it.
 
     Parameters
     ----------
@@ -84,6 +84,8 @@ def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str,
 
     """
     packed = [
+        # As they are: whoever opens the file as text can read them.
+        f'<script type="text/plain" id="licences">\n{_read("licences.txt")}</script>',
         f'<script type="text/plain" id="library">{_packed(library().read_bytes())}</script>',
         f'<script type="text/plain" id="data">{_packed(_json(model).encode())}</script>',
     ]
@@ -92,10 +94,7 @@ def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str,
 
 def bare_page(title: str, body: list[str], scripts: tuple[str, ...]) -> str:
     """Return a page with style and scripts within it; see `standing_alone`."""
-    folder = files("peg_on_hole_ros.report") / "page"
-    style, *parts = (
-        (folder / name).read_text(encoding="utf-8") for name in ("style.css", *scripts)
-    )
+    style, *parts = map(_read, ("style.css", *scripts))
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
@@ -108,6 +107,10 @@ def bare_page(title: str, body: list[str], scripts: tuple[str, ...]) -> str:
             "<script>\n(() => {\n" + "\n".join(parts) + "})();\n</script>\n</body>\n</html>\n",
         ]
     )
+
+
+def _read(name):
+    return (files("peg_on_hole_ros.report") / "page" / name).read_text(encoding="utf-8")
 
 
 def _desk(panels, moves):

@@ -45,6 +45,7 @@ from peg_on_hole_ros.ros.robot_description import RobotDescription
 from peg_on_hole_ros.ros.silence import why_silent
 from peg_on_hole_ros.safe_text import printable, shown
 from peg_on_hole_ros.startup.compiling import in_quarters, watched
+from peg_on_hole_ros.startup.interrupt import ended_by_signals, note_signals
 from peg_on_hole_ros.startup.one_line import exit_code
 
 NAME = "peg_on_hole"
@@ -393,6 +394,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     process.leave(exit_code(lambda: _run(sys.argv[1:] if arguments is None else arguments)))
 
 
+@ended_by_signals()
 def _run(arguments):
     node = None
     try:
@@ -400,7 +402,7 @@ def _run(arguments):
         node = PegOnHoleNode(arguments)
         if node.options.autostart and node.trigger_configure() != SUCCESS:
             return 2
-        stopping = process.note_signals()
+        stopping = note_signals()
         if node.options.autostart and node.trigger_activate() != SUCCESS:
             return 2
         process.spin(node, stopping)

@@ -1,7 +1,6 @@
-"""What a process needs around its node: arguments, signals, and turns to work in."""
+"""What a process needs around its node: arguments, turns to work in, and an end."""
 
 import os
-import signal
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -71,19 +70,6 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
-def note_signals() -> list[int]:
-    """
-    Return a list that SIGINT and SIGTERM fill.
-
-    rclpy's own handlers shut ROS down in the middle of a callback, so that half of an estimate
-    would be published; and EventsExecutor.spin() ignores them.
-    """
-    noted: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: noted.append(number))
-    return noted
-
-
 def spin(node: Any, stopping: list[int]) -> None:
     """
     Let a node take messages and work them off, until ROS ends or a signal is noted.
@@ -98,7 +84,7 @@ def spin(node: Any, stopping: list[int]) -> None:
         With `arrivals`, which its subscriptions fill, `take_waiting`, which fills it with what
         they hold, and `process`, which works off so many.
     stopping : list of int
-        See `note_signals`.
+        Of `note_signals`.
 
     """
     executor = _executor()

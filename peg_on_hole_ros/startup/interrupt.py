@@ -1,4 +1,10 @@
-"""Ctrl-C and SIGTERM end the work by KeyboardInterrupt, where that can be raised."""
+"""
+SIGINT and SIGTERM end a command: by KeyboardInterrupt, or, where it runs until ended, in its turn.
+
+A shell that ignores SIGINT, as a script does for what it starts in the background, passes that
+on, and Python then installs no handler: the command could only be killed. So an ignored signal is
+replaced as a default one is; a handler that a calling program has installed stays.
+"""
 
 import signal
 import threading
@@ -6,6 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_PLAIN = (signal.default_int_handler, signal.SIG_DFL, signal.SIG_IGN)
 # What is raised while these load compiled code may reach C that loses it: the process would end
 # by SIGABRT, or go on.
 _NOT_WITHIN = ("numba", "llvmlite")
@@ -41,19 +49,37 @@ def _within(frame):
     return str(frame.f_globals.get("__name__")).partition(".")[0] in _NOT_WITHIN
 
 
+def _replaceable() -> dict:
+    """Return the handlers that no calling program has installed, by signal."""
+    if threading.current_thread() is not threading.main_thread():
+        return {}  # Python lets the main thread alone install a handler
+    found = {number: signal.getsignal(number) for number in SIGNALS}
+    return {n: was for n, was in found.items() if was in _PLAIN or isinstance(was, _Interrupt)}
+
+
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM end the work as Ctrl-C does, so that files in the making are removed."""
-    handler, ours = _Interrupt(), {}
-    if threading.current_thread() is threading.main_thread():
-        # Whoever calls this from a program may have plans of his own for the signals.
-        plain = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
-        ours = {n: before for n, before in plain.items() if signal.getsignal(n) is before}
-    for number in ours:
+    """Let SIGINT and SIGTERM raise KeyboardInterrupt: files in the making are removed."""
+    handler, before = _Interrupt(), _replaceable()
+    for number in before:
         signal.signal(number, handler)
     try:
         yield
     finally:
         handler.cancel()
-        for number, before in ours.items():
-            signal.signal(number, before)
+        for number, was in before.items():
+            signal.signal(number, was)
+
+
+def note_signals() -> list[int]:
+    """
+    Return a list that SIGINT and SIGTERM fill, for a loop that looks at it in each of its turns.
+
+    An exception would break into asyncio or ROS at any moment: half of an estimate would be
+    published. rclpy's own handlers shut ROS down in the middle of a callback, and
+    EventsExecutor.spin() ignores them. Within `ended_by_signals` the handlers end with that.
+    """
+    noted: list[int] = []
+    for number in _replaceable():
+        signal.signal(number, lambda number, frame: noted.append(number))
+    return noted

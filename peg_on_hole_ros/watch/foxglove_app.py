@@ -6,8 +6,9 @@ it, and the node does not notice.
 """
 
 import re
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import foxglove
 import rclpy
@@ -22,6 +23,8 @@ from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS
 from peg_on_hole_ros.watch.taking import subscribe, taken
 
 PERIOD = 0.02  # [s] between two looks at what has come
+# For so long the apps may take their leave [s].
+CLOSING = 0.5
 # What may wait for an app: a second of all topics at 1 kHz.
 _WAITING = 16 * 1024
 
@@ -74,9 +77,11 @@ class _Topic:
         self._subscription, self._last = None, None
 
 
-def run(name: str, host: str, port: int, ready: Callable[[str], None]) -> None:
+def run(
+    name: str, host: str, port: int, ready: Callable[[str], None], stopping: Sequence[int]
+) -> None:
     """
-    Serve until interrupted.
+    Serve until stopped.
 
     Parameters
     ----------
@@ -88,6 +93,8 @@ def run(name: str, host: str, port: int, ready: Callable[[str], None]) -> None:
         0: any that is free.
     ready : callable
         Is given the address that the app asks for.
+    stopping : sequence of int
+        Of `note_signals`.
 
     Raises
     ------
@@ -119,13 +126,16 @@ def run(name: str, host: str, port: int, ready: Callable[[str], None]) -> None:
     ]
     try:
         ready(f"ws://{f'[{host}]' if ':' in host else host}:{server.port}")
-        while True:
+        while not stopping:
             for topic in topics:
                 new = topic.name in asked.topics
                 asked.topics.discard(topic.name)
                 topic.forward(new)
             time.sleep(PERIOD)
     finally:
-        server.stop()
+        # It waits for every client, also for one that does not read or never sends its request.
+        ending = threading.Thread(target=server.stop, daemon=True)
+        ending.start()
+        ending.join(CLOSING)
         node.destroy_node()
         rclpy.try_shutdown(context=context)

@@ -5,14 +5,14 @@ import time
 
 import pytest
 
-from peg_on_hole_ros.startup.interrupt import ended_by_signals
+from peg_on_hole_ros.startup.interrupt import SIGNALS, ended_by_signals, note_signals
 from peg_on_hole_ros.startup.one_line import INTERRUPTED, exit_code
 
 NUMBA = {"__name__": "numba.core.made_up"}
 exec("def call(act):\n    act()", NUMBA)  # noqa: S102
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", SIGNALS)
 def test_it_comes_once_numba_is_left(number):
     left = False
     with pytest.raises(KeyboardInterrupt), ended_by_signals():
@@ -27,6 +27,37 @@ def test_elsewhere_it_comes_at_once():
         signal.raise_signal(signal.SIGTERM)
         pytest.fail("nothing was raised")
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_what_was_ignored_at_the_start_ends_it_too(number):
+    """A script ignores SIGINT for what it starts in the background."""
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        with pytest.raises(KeyboardInterrupt), ended_by_signals():
+            signal.raise_signal(number)
+            pytest.fail("nothing was raised")
+        assert signal.getsignal(number) is signal.SIG_IGN
+        with ended_by_signals():
+            noted = note_signals()
+            signal.raise_signal(number)
+            assert noted == [number]
+        assert signal.getsignal(number) is signal.SIG_IGN
+    finally:
+        signal.signal(number, before)
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_program_that_calls_keeps_its_handler(number):
+    came = []
+    before = signal.signal(number, lambda *_: came.append(number))
+    try:
+        with ended_by_signals():
+            noted = note_signals()
+            signal.raise_signal(number)
+        assert came == [number] and noted == []
+    finally:
+        signal.signal(number, before)
 
 
 def test_compiling_that_lasts_is_ended_all_the_same():

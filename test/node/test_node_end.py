@@ -1,9 +1,11 @@
 """How the process of the node ends: at once, whatever libraries still hold, and not unsaid."""
 
+import signal
 import time
 
 import pytest
 
+from cli_helpers import IGNORING
 from dds_peer import PATIENCE, Peer, node_process, stop
 from tiers import nightly
 
@@ -38,3 +40,15 @@ def test_a_node_that_is_ended_takes_its_topics_back():
         assert time.monotonic() < end, "its topics stay as those of a process that was killed"
         peer.executor.spin_once(timeout_sec=0.02)
     peer.close()
+
+
+@pytest.mark.parametrize(("line", "codes"), [("active: ", (0,)), *nightly(("compiling", (130,)))])
+def test_sigint_ends_a_node_whose_shell_ignores_it(line, codes, tmp_path, monkeypatch):
+    if line == "compiling":
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    with node_process(program=("-c", PROGRAMS["command line"]), shell=IGNORING) as process:
+        while line not in process.stdout.readline():
+            assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=PATIENCE)
+    assert process.returncode in codes

@@ -41,7 +41,16 @@ def test_installs_what_ros_looks_for(install_space):
     assert list(prefix.rglob("ros/fastdds_local.xml"))
     assert list(prefix.rglob("peg_on_hole_ros/py.typed"))
     page = {path.name for path in prefix.rglob("report/page/*")}
-    assert {"style.css", "plots.js", "drawing.js", "page.js"} <= page
+    assert {"style.css", "plots.js", "drawing.js", "page.js", "licences.txt"} <= page
+
+
+def test_pip_installs_what_a_page_is_made_of(tmp_path):
+    # The step of a wheel that gathers what belongs to the packages.
+    command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    folder = Path("peg_on_hole_ros", "report", "page")
+    kept = {path.name: path.read_bytes() for path in (ROOT / folder).iterdir()}
+    assert {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()} == kept
 
 
 def installed(install_space, name, *arguments):

@@ -65,6 +65,32 @@ def test_it_stands_alone_and_is_well_formed(tmp_path):
     assert {"tilt", "turns", "force", "intervals"} <= {one["name"] for one in model["panels"]}
 
 
+def test_a_page_with_the_library_has_the_licences_of_all_that_is_in_it(tmp_path):
+    """Whatever the installed library says that it contains."""
+    bag, path = write_bag(tmp_path / "a.mcap"), tmp_path / "r.html"
+    assert main(["replay", str(bag), "--report", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    licences = re.search(r'<script type="text/plain" id="licences">\n([^<]+)</script>', text)[1]
+    # Beside the programs there are some lines of itself, within a string, with escapes.
+    script = library().read_text(encoding="utf-8").replace("\\n", "\n")
+    comments = re.findall(r"/\*[*!]\s.*?\*/", script, re.DOTALL)
+    told = "\n".join(one for one in comments if re.search("licen[sc]e|copyright", one, re.I))
+    programs = re.findall(r"^ *([\w.@-]+)/[\w./-]+:$", told, re.M)
+    programs += re.findall(r"^ \* ([\w-]+) <https", told, re.M)
+    programs += re.findall(r"plotly\.js", told)
+    holders = re.findall(r"(?:copyright|@author|\(c\))[\d ,-]*([A-Z]\w+,? [A-Z]\w+)", told, re.I)
+    assert {"plotly.js", "polybooljs", "maplibre-gl", "pad-left"} <= set(programs)
+    assert {"Plotly, Inc", "Kyle Simpson", "Sean Connelly"} <= set(holders)
+    assert [one for one in {*programs, *holders} if one not in licences] == []
+    for demanded in (
+        "Permission is hereby granted, free of charge, to any person obtaining a copy",
+        "The above copyright notice and this permission notice shall be included in",
+        'THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND',
+        "Redistributions in binary form must reproduce the above copyright notice",
+    ):
+        assert demanded in licences
+
+
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
