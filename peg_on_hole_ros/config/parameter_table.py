@@ -203,7 +203,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _wrench(
         "tare_in_contact",
-        "whether a tare is taken though the peg touches or moves: its load then counts as zero",
+        "whether a tare or a pose is taken though nothing shows a free and still peg: its load "
+        "then counts as zero",
     ),
     _wrench(
         "tare_automatically",

@@ -1,45 +1,147 @@
 """Whether a peg hangs free and still, as a tare needs it, by what was told of it last."""
 
-from math import cos, sqrt
+from collections.abc import Sequence
+from math import cos, hypot, sqrt
 
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.engine.placing import LEAST_NS
+from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.monitor.memory import MODES
-from peg_on_hole_ros.records import Outputs
+from peg_on_hole_ros.records import Outputs, WrenchSample
 
 *TOUCHING, FREE, UNKNOWN = MODES
 # Standard deviations by which a peg has to turn faster than at rest to count as turning.
 SURE = 4.0
 # A peg that is free and still for so long is tared, where that is asked for [ns].
 FREE_NS = 1_000_000_000
+# Rates that are known no better show no peg at rest [rad/s]: within LEAST_NS its weight may turn
+# by a tenth of itself. One joint state leaves them at the 1.7 of a start.
+RATES = 1.0
+# A load may come or go while wrenches are taken: so many parts of them have to fit, each alone.
+PARTS = 5
 
 
-def not_free(told: Outputs | None, configuration: Configuration, unsure: bool) -> str:
+def not_free(
+    told: Outputs | None,
+    samples: Sequence[WrenchSample],
+    processor: Processor,
+    unsure: bool,
+    payload_unknown: bool = False,
+) -> str:
     """
-    Return what speaks against a peg that hangs free and still, or nothing.
+    Return why nothing shows a peg that hangs free and still, or nothing where something does.
+
+    A free peg is shown by a contact mode that has been `open` for LEAST_NS, or by a reading that
+    is its weight and a plausible zero; that it is still, by joint states.
 
     Parameters
     ----------
     told : Outputs or None
-        The last; None: nothing was told. A zero that is off by more than is stated leaves the mode
-        unknown.
-    configuration : Configuration
+        The last; None: there is none.
+    samples : sequence of WrenchSample
+        The latest, from LEAST_NS on.
+    processor : Processor
+        Its estimate is that after the last of them.
     unsure : bool
         Whether the wrench seems to mean something else than is stated, such as another unit.
+    payload_unknown : bool
+        Whether any payload may hang below the sensor. The contact mode is then no evidence of
+        contact: it rests on the payload that is stated.
 
     """
     if told is None:
-        return ""
-    if told.contact_mode in TOUCHING:
-        return f"the peg touches, contact mode {told.contact_mode}"
-    moves = turns(told, configuration)
-    if moves or told.contact_mode == FREE or not unsure:
+        return "nothing is known of the peg at the last wrench"
+    mode = told.contact_mode
+    if mode in TOUCHING and not payload_unknown:
+        return f"the peg touches, contact mode {mode}"
+    moves = turns(told, processor.configuration)
+    if moves:
         return moves
+    lacking = _not_still(told, processor)
+    if not lacking and mode == FREE and told.t_ns - processor.open_since * 1e9 >= LEAST_NS:
+        return ""
+    if unsure and not payload_unknown:
+        return (
+            f"the peg may touch, contact mode {mode}: the wrench seems to mean something else "
+            "than is stated (/diagnostics)"
+        )
+    lacking = lacking or _not_its_weight(samples, processor, payload_unknown)
+    if not lacking:
+        return ""
+    return f"nothing shows a peg that is free and still: contact mode {mode}, and {lacking}"
+
+
+def _not_still(told, processor):
+    """Return why nothing shows that the peg is still, or nothing."""
+    if processor.is_blind:
+        return "joint states do not show how it hangs: they have a gap, or stand still"
+    spread = rates_stddev(told)
+    if not spread < RATES:
+        return (
+            f"too few joint states show that it is still: it may turn at {spread:.2g} rad/s, "
+            f"{RATES:g} is needed"
+        )
+    return ""
+
+
+def _not_its_weight(samples, processor, payload_unknown):
+    """Return why the reading is not that of a weight and a plausible zero, or nothing."""
+    if processor.wrench_stands_still or processor.is_saturated:
+        return "the wrench stands still, or at the end of its range"
+    rows = np.array([[*sample.force, *sample.torque] for sample in samples])
+    parts = np.array_split(rows, PARTS)
+    zeros = np.array([processor.zero_of(part.mean(axis=0)) for part in parts])
+    limits = plausible_zero(processor.configuration, len(parts[-1]))
+    reduction, worst, away = processor.reduction, np.inf, np.zeros(6)
+    for known in (reduction.stated, reduction.tare):
+        off = zeros - known
+        if payload_unknown:
+            off = _without_payload(off, processor)
+        shares = np.abs(off / limits).max(axis=1)
+        if shares.max() < worst:
+            worst, away = shares.max(), reduction.sign * off[shares.argmax()]
+    if worst <= 1.0:
+        return ""
+    force, torque = (", ".join(f"{x:.3g}" for x in each) for each in (away[:3], away[3:]))
     return (
-        f"the peg may touch, contact mode {told.contact_mode}: the wrench seems to mean something "
-        "else than is stated (/diagnostics)"
+        f"the sensor reads [{force}] N, [{torque}] N m beside the weight and the zero that is "
+        f"stated, where {limits[0]:.3g} N and {limits[3]:.3g} N m are plausible "
+        "(wrench.bias_force_stddev, wrench.bias_torque_stddev)"
     )
+
+
+def plausible_zero(configuration: Configuration, count: int) -> np.ndarray:
+    """
+    Return by how much a zero may be another than is stated, as it seems from a mean, shape (6,).
+
+    By what is stated of the zero, by the noise of the mean, and by what is no contact anywhere: a
+    force below `monitor.contact_force_threshold`, at the peg's lower end.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    count : int
+        Of how many wrenches the mean is.
+
+    """
+    wrench, force = configuration.wrench, configuration.monitor.contact_force_threshold
+    reach = float(np.linalg.norm(wrench.sensor_xyz)) + 0.5 * configuration.scene.peg_diameter
+    spreads = (
+        hypot(wrench.bias_force_stddev, wrench.force_stddev / sqrt(count)),
+        hypot(wrench.bias_torque_stddev, wrench.torque_stddev / sqrt(count)),
+    )
+    return np.repeat([force + SURE * spreads[0], reach * force + SURE * spreads[1]], 3)
+
+
+def _without_payload(off, processor):
+    """Return zeros (n, 6) without what a payload may be of them; none weighs less than zero."""
+    gravity = processor.gravity_in_sensor
+    mass = -off[:, :3] @ gravity / (gravity @ gravity)
+    mass = np.maximum(mass, -processor.configuration.wrench.payload_mass)
+    # Where its mass centre is nobody knows, so the torque is anything.
+    return np.hstack([off[:, :3] + mass[:, None] * gravity, np.zeros((len(off), 3))])
 
 
 def turns(told: Outputs, configuration: Configuration) -> str:
@@ -55,15 +157,24 @@ def turns(told: Outputs, configuration: Configuration) -> str:
 
 def turning(told: Outputs) -> tuple[float, float]:
     """Return how fast the peg turns about any axis, and the standard deviation of that [rad/s]."""
-    gamma, rates = told.state.item(0), told.state[3:]
-    # psi and phi turn about axes that are gamma apart.
-    metric = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, cos(gamma)], [0.0, cos(gamma), 1.0]])
+    rates, metric = told.state[3:], _metric(told)
     slope = metric @ rates
     speed = sqrt(max(float(rates @ slope), 0.0))
     if not speed:
         return 0.0, 0.0
     variance = float(slope @ told.state_covariance[3:, 3:] @ slope) / speed**2
     return speed, sqrt(max(variance, 0.0))
+
+
+def rates_stddev(told: Outputs) -> float:
+    """Return how well it is known how fast the peg turns, root mean square [rad/s]."""
+    return sqrt(max(float(np.trace(_metric(told) @ told.state_covariance[3:, 3:])), 0.0))
+
+
+def _metric(told):
+    """Return what makes squares of angular velocities of rates: two axes are gamma apart."""
+    apart = cos(told.state.item(0))
+    return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, apart], [0.0, apart, 1.0]])
 
 
 class FreeFor:

@@ -19,8 +19,11 @@ from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
 
-# A tare takes so many wrenches at most.
-RECENT = 100
+# A tare takes wrenches of this time at least, and so many of them where they are to be had.
+LEAST_NS = 100_000_000
+FEWEST = 100
+# Kept for it: this time at 40 kHz.
+RECENT = 4096
 
 
 class Placing:

@@ -178,6 +178,22 @@ class Processor:
         """Gravity in sensor axes at the present estimate, shape (3,) [m/s^2]."""
         return self.reduction.in_sensor(self.filter.x[:3], self.filter.gravity)
 
+    def zero_of(self, wrench: np.ndarray) -> np.ndarray:
+        """Return the `WrenchReduction.tare` with which a wrench is a free peg's, shape (6,)."""
+        return self.reduction.zero_of(
+            wrench[:3], wrench[3:], self.filter.x[:3], self.filter.gravity
+        )
+
+    @property
+    def open_since(self) -> float:
+        """Since when the contact mode has been `open` [s]; NaN: it is another."""
+        return self.engine["memory"]["declared"][0]["aloft"].item()
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether no orientation has come for long, or none that tells anything."""
+        return self.engine["motion"]["blind"].item() == 1
+
     @property
     def bias(self) -> np.ndarray:
         """What the unloaded sensor reads, as far as it is known, shape (6,) [N], [N m]."""

@@ -5,14 +5,17 @@ from collections import Counter
 import numpy as np
 
 from peg_on_hole_ros.engine.announced_motion import Expected
-from peg_on_hole_ros.engine.free_peg import UNKNOWN, FreeFor, not_free, turns
-from peg_on_hole_ros.engine.placing import Placing
+from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, not_free
+from peg_on_hole_ros.engine.placing import FEWEST, LEAST_NS, Placing
 from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.records import Answer, Outputs, WrenchSample
 
 # A tare takes no wrench that is older: the peg may have touched before.
 TARE_NS = 500_000_000
+_ALL_THE_SAME = (
+    "; call again once it hangs free and still (wrench.tare_in_contact takes it all the same)"
+)
 
 
 class Requests:
@@ -29,11 +32,11 @@ class Requests:
 
     def __init__(self, placing: Placing, counts: Counter[str]) -> None:
         self._placing, self._counts = placing, counts
-        self._free = FreeFor(placing.configuration)
         self._forget()
 
     def _forget(self):
         self._expected, self._poses = Expected(), StillPoses(self._placing.configuration)
+        self._free = FreeFor(self._placing.configuration)
 
     @property
     def watching(self) -> bool:
@@ -74,18 +77,14 @@ class Requests:
         )
 
     def tare(self) -> Answer:
-        """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
-        wrench = self._placing.configuration.wrench
-        if self._lacking:
-            return self.refuse_tare(self._lacking)
-        told, findings = self._told, self._placing.findings
-        held = not_free(told, self._placing.configuration, findings.unsure)
-        if held and not wrench.tare_in_contact:
-            return self.refuse_tare(
-                f"{held}; call again once it hangs free and still (wrench.tare_in_contact takes "
-                "it all the same)"
-            )
+        """Take the mean of the last wrenches as zero, where they show a peg that hangs free."""
         samples = self._latest()
+        lacking = self._lacking(samples)
+        if lacking:
+            return self.refuse_tare(lacking)
+        held = self._held(samples)
+        if held and not self._all_the_same:
+            return self.refuse_tare(f"{held}{_ALL_THE_SAME}")
         taken = self._placing.tare(samples)
         self._counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
@@ -93,7 +92,7 @@ class Requests:
         return Answer(
             True,
             f"tare over {len(samples)} samples of {seconds:.3g} s, sensor axes "
-            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}{_unknown(told)}",
+            f"[Fx, Fy, Fz N, Mx, My, Mz N m]: {numbers}{self._shown_by(held)}",
         )
 
     def refuse_tare(self, reason: str) -> Answer:
@@ -109,36 +108,65 @@ class Requests:
 
     def take_pose(self) -> Answer:
         """Take the present pose as that of a free and still peg; say what all such poses tell."""
-        refused = self._poses.refused or self._lacking
-        if not refused and self._told is not None:
-            # Whether it touches cannot be told before the payload is known.
-            refused = turns(self._told, self._placing.configuration)
+        samples = self._latest()
+        refused = self._poses.refused or self._lacking(samples)
+        if not refused and not self._all_the_same:
+            held = self._held(samples, payload_unknown=True)
+            refused = f"{held}{_ALL_THE_SAME}" if held else ""
         if refused:
             return Answer(False, f"no pose taken: {refused}")
-        samples = self._latest()
         mean = np.mean([[*sample.force, *sample.torque] for sample in samples], axis=0)
         gravity_S = self._placing.processor.gravity_in_sensor
         return Answer(True, self._poses.take(gravity_S, mean, len(samples)))
 
     @property
-    def _lacking(self) -> str:
-        if self._placing.recent and self._placing.processor.oriented:
+    def _all_the_same(self) -> bool:
+        """Whether a peg counts as free by the user's word."""
+        return self._placing.configuration.wrench.tare_in_contact
+
+    def _lacking(self, samples) -> str:
+        """Return what there is too little of for any mean, or nothing."""
+        if not samples or not self._placing.processor.oriented:
+            return "no wrench and orientation have arrived yet"
+        seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
+        if seconds < LEAST_NS * 1e-9:
+            return (
+                f"{len(samples)} wrenches over {seconds:.3g} s have come since a start, reset or "
+                f"silence (filter.max_gap), {LEAST_NS * 1e-9:g} s are needed; call again then"
+            )
+        return ""
+
+    def _held(self, samples, payload_unknown=False):
+        """Return why nothing shows a free peg, or nothing."""
+        placing = self._placing
+        unsure = placing.findings.unsure
+        return not_free(self._told, samples, placing.processor, unsure, payload_unknown)
+
+    def _shown_by(self, held):
+        """Return what there is to add to a tare where the contact mode did not show a free peg."""
+        if held:
+            return f"; taken all the same (wrench.tare_in_contact), though {held}"
+        if self._told.contact_mode == FREE:
             return ""
-        return "no wrench and orientation have arrived yet"
+        return (
+            f"; contact mode {self._told.contact_mode}, but all that the sensor reads is the "
+            "weight and a plausible zero"
+        )
 
     def _latest(self) -> list[WrenchSample]:
-        """Return the wrenches of the last moment."""
-        recent = self._placing.recent
-        return [each for each in recent if recent[-1].t_ns - each.t_ns <= TARE_NS]
+        """Return the wrenches that a mean is taken of: the last, with no silence between."""
+        last: list[WrenchSample] = []
+        silence_ns = self._placing.configuration.filter.max_gap * 1e9
+        for sample in reversed(self._placing.recent):
+            if last:
+                since_ns = last[0].t_ns - sample.t_ns
+                enough = len(last) >= FEWEST and last[0].t_ns - last[-1].t_ns >= LEAST_NS
+                if enough or since_ns > TARE_NS or last[-1].t_ns - sample.t_ns > silence_ns:
+                    break
+            last.append(sample)
+        return last[::-1]
 
     @property
     def _told(self):
         told = self._placing.told
         return None if told is None else outputs_of(*told)
-
-
-def _unknown(told):
-    """Return what there is to add to a tare where nothing told whether the peg hung free."""
-    if told is None or told.contact_mode != UNKNOWN:
-        return ""
-    return "; the contact mode was unknown: right only of a peg that hung free"

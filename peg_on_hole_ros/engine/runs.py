@@ -5,7 +5,7 @@ import numpy as np
 from peg_on_hole_ros.engine.arrival_order import FATE, arrive, forget
 from peg_on_hole_ros.engine.kept import Kept
 from peg_on_hole_ros.engine.late_orientations import Stretch, stretch_of
-from peg_on_hole_ros.engine.placing import RECENT, Placing
+from peg_on_hole_ros.engine.placing import FEWEST, LEAST_NS, Placing
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
 
 # Wrenches that going back may reach over; beyond, messages are taken one by one.
@@ -76,9 +76,15 @@ def take_run(p: Placing, run: Arrivals, late: bool) -> tuple[list[Rows], int, bo
         first = max(0, wrenches - len(kept.beside))
         history.hold(s.run(first, wrenches, taken, kept.of(first % len(kept.beside)), begin_ns))
     p.waiting = s.measurements(taken, s.ends[wrenches - 1])
-    new = slice(max(s.begin, wrenches - RECENT), wrenches)
+    new = slice(max(s.begin, _recent(s.t_ns[:wrenches])), wrenches)
     p.recent.extend(map(WrenchSample.of_row, s.t_ns[new], s.wrenches[new]))
     return given, wrenches - s.begin, other
+
+
+def _recent(t_ns):
+    """Return the first of those wrenches of which a tare may be taken."""
+    before = int(np.searchsorted(t_ns, t_ns[-1] - LEAST_NS, "right")) - 1
+    return max(min(before, len(t_ns) - FEWEST), 0)
 
 
 def _process(

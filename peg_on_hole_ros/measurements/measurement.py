@@ -123,7 +123,8 @@ class WrenchReduction:
         self.take_noise(options)
         steps = np.zeros(1, REDUCTION)[0]
         self.tare = steps["tare"]
-        self.tare[:] = self.sign * np.array([*options.bias_force, *options.bias_torque])
+        self._stated = self.sign * np.array([*options.bias_force, *options.bias_torque])
+        self.tare[:] = self._stated
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
         mass, arm = float(options.payload_mass), skew(payload_P - center_P)
         if options.gravity == "compensated":
@@ -156,6 +157,11 @@ class WrenchReduction:
             options.hole_tilt == "estimated",
             configuration.joints.delay_stddev,
         )
+
+    @property
+    def stated(self) -> np.ndarray:
+        """The `tare` that the configured bias is, shape (6,) [N], [N m]."""
+        return self._stated
 
     @property
     def taken_off(self) -> np.ndarray:
@@ -206,12 +212,22 @@ class WrenchReduction:
         What stays is the weight of peg and payload: with the reading itself set to zero the model
         would have the peg fall.
         """
+        self.tare[:] = self.zero_of(force, torque, q, gravity_H)
+
+    def zero_of(
+        self,
+        force: Sequence[float] | np.ndarray,
+        torque: Sequence[float] | np.ndarray,
+        q: np.ndarray,
+        gravity_H: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Return the `tare` with which a wrench is that of a peg which hangs free, shape (6,)."""
         gravity_H = tuple(self._gravity_H if gravity_H is None else gravity_H)
         measured, below = np.array([*force, *torque]), np.zeros(6)
         in_sensor(self.steps, measured, q)
         add_weight_below(self.steps, q, gravity_H, below)
         hanging = -self._peg_mass * np.array([*turned_to_peg(q, gravity_H), 0.0, 0.0, 0.0])
-        self.tare[:] = measured - np.linalg.solve(self.matrix, hanging - below)
+        return measured - np.linalg.solve(self.matrix, hanging - below)
 
 
 # The steps of a `WrenchReduction` for compiled code.

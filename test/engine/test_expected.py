@@ -115,7 +115,7 @@ def test_a_free_peg_is_tared_once_each_time_it_hangs_still():
 
 
 def test_poses_taken_one_by_one_tell_payload_and_zero():
-    line, rng = Pipeline(Configuration()), np.random.default_rng(5)
+    line, rng = Pipeline(configured(bias_force_stddev=2.0)), np.random.default_rng(5)
     assert line.take_pose() == (
         False,
         "no pose taken: no wrench and orientation have arrived yet",

@@ -155,7 +155,7 @@ def test_the_longest_delay_is_within_what_is_kept_of_a_fast_wrench():
 
 
 def test_a_tare_is_not_gone_back_behind():
-    samples = ordered(100)
+    samples = ordered(120)
     late = next(s for s in samples[-40:] if type(s) is JointSample)
     rest = [s for s in samples if s is not late]
     line = pipeline()

@@ -13,7 +13,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, node_process
-from inputs import closing, joints, wrench
+from inputs import closing, hanging, joints, wrench
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.ros.node import PegOnHoleNode
@@ -46,7 +46,7 @@ def feed(node, *stamps_ms):
     """Let the node work off a joint state and a wrench of each stamp."""
     for t_ms in stamps_ms:
         node.arrivals.joints(ENCODE["joints"](joints(t_ms * MS)))
-        node.arrivals.wrench(ENCODE["wrench"](wrench(t_ms * MS)))
+        node.arrivals.wrench(ENCODE["wrench"](hanging(t_ms * MS)))
     node.process()
 
 
@@ -123,18 +123,18 @@ def monitored(node, *stamps_ms):
 def test_a_cleanup_forgets_a_tare_and_a_deactivation_does_not():
     with configured() as node:
         node.trigger_activate()
-        assert "bias_force_x" not in monitored(node, 1000, 1001)
+        assert "bias_force_x" not in monitored(node, *range(1000, 1150))
         answer = node._service("tare")(None, Trigger.Response())
         assert answer.success, answer.message
-        assert "bias_force_x" in monitored(node, 1002)
+        assert "bias_force_x" in monitored(node, 1150)
         node.trigger_deactivate()
         node.trigger_activate()
-        assert "bias_force_x" in monitored(node, 1003)
+        assert "bias_force_x" in monitored(node, 1151)
         node.trigger_deactivate()
         node.trigger_cleanup()
         node.trigger_configure()
         node.trigger_activate()
-        assert "bias_force_x" not in monitored(node, 1004, 1005)
+        assert "bias_force_x" not in monitored(node, 1152, 1153)
 
 
 def state(node):

@@ -186,6 +186,6 @@ def test_a_tare_in_contact_is_refused_and_names_the_mode(peer):
         assert put(peer, Parameter(name="wrench.tare_in_contact", value=yes)) == [(True, "")]
         publish(peer, messages[600:750])
         answer = peer.call("tare", Trigger.Request())
-        assert answer.success and answer.message.startswith("tare over 100 samples")
+        assert answer.success and answer.message.startswith("tare over 101 samples")
         text = stop(process)
     assert "tare refused: 1 times" in text
