@@ -1,9 +1,17 @@
 """What is foreseen of a stall and of a load, on courses whose end is known."""
 
+from math import sqrt
+
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.monitor import load_ahead, stall_ahead
+from peg_on_hole_ros.config.options import MonitorOptions
+from peg_on_hole_ros.estimator.held_peg import ContactSet
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor import down_the_hole, jamming, load_ahead, stall_ahead
+from peg_on_hole_ros.monitor.jamming import Risk
+from peg_on_hole_ros.monitor.trend import TURN_SHARE, follow, new_trend
+from under_way import move, placed, press
 
 HELD, PUSH_NOISE, TILT_NOISE = 1.0, 0.007, 1e-4
 RATE, GIVES_WAY, BEGIN = 0.1, 0.006, 0.3
@@ -102,3 +110,87 @@ def test_a_reaction_that_is_not_determined_for_long_foretells_nothing():
     assert max(after[150:]) < -1.9
     assert after[599] == load_ahead.NOTHING
     assert load_ahead.NOTHING < after[-1] < -3.0
+
+
+@pytest.mark.parametrize(("stddev", "counts"), [(20.0, 20.0), (100.0, 46.0)])
+def test_a_mean_over_time_does_not_make_a_reaction_known_better_than_it_is(stddev, counts):
+    """460 N of 500: all its samples may be off by the same, but by no more than a tenth of it."""
+    _, z = loaded(lambda now: 460.0, stddev, horizon=0.0, noise=0.1)
+    # The mean of the samples is known to less than a third of each.
+    spread = -40.0 / z[300:]
+    assert (spread > 0.99 * counts).all()
+    assert (spread < sqrt(counts**2 + (stddev / 3.0) ** 2)).all()
+
+
+def foreseen(time, wrench, tilt, slip, limit):
+    """
+    Return the risks of a peg on three contacts, once a millisecond for 0.3 s.
+
+    Parameters
+    ----------
+    time : float
+        Until gamma0, all along [s]; below zero: not known.
+    wrench, tilt : callable
+        Of the time [s]: on the peg [N], [N m], and its angle [rad].
+    slip : float
+        Rate about its axis [rad/s].
+    limit : float
+        Of each reaction [N].
+
+    """
+    scene, options = Scene(friction_stddev=0.0), MonitorOptions(max_normal=(limit,) * 3)
+    d, D = scene.peg_diameter, scene.hole_diameter
+    spread, lasts = options.forecast_acceleration_stddev, options.forecast_acceleration_time
+    trend, draw = new_trend(), np.random.default_rng(2)
+    motion = np.concatenate([trend, np.zeros(down_the_hole.SIZE)])
+    memory, limits, found = jamming.new_memory(), jamming.limits(options), []
+    noise = np.diag([1e-4] * 3 + [1e-7] * 3)
+    kalman = placed([tilt(0.0), 0.0, 0.0], scene=scene, noise=noise, variance=1e-10)
+    for k in range(300):
+        now, out = k * 1e-3, np.zeros(len(Risk._fields))
+        q = np.array([tilt(now), 0.0, slip * now])
+        move(kalman, [(tilt(now + 1e-4) - tilt(now - 1e-4)) / 2e-4, 0.0, slip], 1e-6, q)
+        if k % 2 == 0:
+            q[0] += TILT_NOISE * draw.standard_normal()
+            since, R = -1.0 if k == 0 else 2e-3, TILT_NOISE**2 * np.eye(3)
+            follow(motion[: len(trend)], since, q, R, d / D, spread, lasts)
+            quick = TURN_SHARE * spread
+            down_the_hole.follow_depth(motion, len(trend), d, D, q[0], R[0, 0], since, quick)
+        record = press(kalman, wrench(now), ContactSet.THREE)
+        since = k % 2 * 1e-3
+        jamming.assess(record, motion, memory, limits, 1e-3, since, 1.0, 0.0, time, True, out)
+        found.append(Risk(*out.tolist()))
+    return found
+
+
+UNTIL_GAMMA0 = pytest.mark.parametrize(
+    ("time", "seen"), [(-1.0, True), (0.5, True), (0.02, False)]
+)
+
+
+@UNTIL_GAMMA0
+def test_a_load_is_foreseen_as_far_as_three_contacts_last(time, seen):
+    """B1 passes 36 N at 0.28 s."""
+
+    def wrench(t):
+        return 0, 0, -20 - 100 * t, 0, 0, 0
+
+    found = foreseen(time, wrench, lambda t: 0.12 - 0.05 * t, 2.0, 36.0)
+    load = np.array([risk.load for risk in found])
+    assert load[:100].max() < 0.1 and load[290:].min() > 0.9
+    assert load[235:245].min() > 0.8 if seen else load[:245].max() < 0.1
+
+
+@UNTIL_GAMMA0
+def test_a_stall_is_foreseen_as_far_as_three_contacts_last(time, seen):
+    """A push that grows ever faster stops the peg at 0.38 s."""
+
+    def push(t):
+        return 0.5 + 30.0 * max(t - 0.1, 0.0) ** 2
+
+    def tilt(t):
+        return 0.15 - RATE * t + GIVES_WAY * push(t)
+
+    found = foreseen(time, lambda t: (0, 0, -20, 0, push(t), 0), tilt, 0.3, 5000.0)
+    stall = np.array([risk.stall for risk in found])
+    assert stall[280:290].min() > 0.9 if seen else stall[:290].max() < 0.1
