@@ -49,9 +49,9 @@ STATE, COVARIANCE, NORMAL, STDDEV, SLIP, SLIP_STDDEV = 0, 6, 42, 45, 48, 51
 FORCE, POINT, POSITION, ROTATION, POSE = 54, 63, 72, 75, 84
 SIZE = 120
 
-# Hildreth's iteration converges linearly: each pass multiplies the error by the squared correlation
-# of the reactions that would pull. It ends where a pass moves none by more than this share of a
-# standard deviation.
+# Hildreth's iteration converges linearly: each pass multiplies the error by the squared
+# correlation of the reactions that would pull. It ends where a pass moves none by more than this
+# share of a standard deviation.
 _MOST_PASSES = 1000
 _PASS_ENDS = 1e-10
 

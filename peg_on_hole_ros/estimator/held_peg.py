@@ -227,12 +227,6 @@ class HeldPeg:
         return scene.item(1) - scene.item(0), sqrt(max(part(self.record, "SPREAD").item(3), 0.0))
 
     @property
-    def diameters(self) -> tuple[tuple[float, float], float]:
-        """The diameters d, D as they are now [m], and the variance of d [m^2]."""
-        d, D = part(self.record, "SCENE")[:2].tolist()
-        return (d, D), part(self.record, "SPREAD").item(3)
-
-    @property
     def gamma0(self) -> float:
         """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
         return part(self.record, "SCENE").item(3)

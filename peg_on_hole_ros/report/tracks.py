@@ -212,9 +212,9 @@ class Tracks:
         """Return `t` [s] and COLUMNS, those alone that have a number anywhere."""
         return named(*self._rows.arrays(most), COLUMNS)
 
-    def moments(self, most: int = MOST_MOMENTS) -> dict[str, np.ndarray]:
+    def moments(self) -> dict[str, np.ndarray]:
         """Return `t` [s] and MOMENTS: whole rows, near each other those with the most load."""
-        t_ns, values = self._moments.arrays(most)
+        t_ns, values = self._moments.arrays(MOST_MOMENTS)
         return {"t": t_ns * 1e-9, **dict(zip(MOMENTS, values.astype(float).T))}
 
 
@@ -228,7 +228,7 @@ def named(t_ns: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict[st
 
 
 def true_columns(
-    truth: Truth, runs: list[Run], estimate: dict[str, np.ndarray], most: int = MOST_DRAWN
+    truth: Truth, runs: list[Run], estimate: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """
     Return `t` [s] and QUANTITIES as they truly were.
@@ -240,8 +240,6 @@ def true_columns(
         Of the outputs.
     estimate : dict of str to ndarray
         Columns of the outputs: the turns of the truth are drawn beside theirs.
-    most : int
-        Rows to return.
 
     """
     times, rows = [], []
@@ -258,4 +256,4 @@ def true_columns(
         rows.append(values)
     if not times:
         return {"t": np.empty(0)}
-    return named(*thinned(np.concatenate(times), np.concatenate(rows), most), QUANTITIES)
+    return named(*thinned(np.concatenate(times), np.concatenate(rows), MOST_DRAWN), QUANTITIES)
