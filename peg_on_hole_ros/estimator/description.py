@@ -56,30 +56,6 @@ _MOST_PASSES = 1000
 _PASS_ENDS = 1e-10
 
 
-def description(
-    memory: np.ndarray, peg_height: float, on_contacts: int, wide: float
-) -> Description:
-    """
-    Return the description of an estimate by its record.
-
-    Parameters
-    ----------
-    memory : ndarray
-        From `fill_record`.
-    peg_height : float
-        H [m].
-    on_contacts : int
-        On how many contacts the peg rests with the reactions that were found: 3, or 2 in the hole,
-        where B1 and B2 are halves of B; 0: they are zero. The peg's place is free but on three.
-    wide : float
-        Standard deviation of the reactions then [N].
-
-    """
-    out = np.empty(SIZE)
-    describe(memory, peg_height, on_contacts, wide, out)
-    return described(out)
-
-
 def described(out: np.ndarray) -> Description:
     """Return what `describe` has filled in by name, shape (SIZE,)."""
     return Description(
@@ -119,7 +95,23 @@ def described_rows(rows: np.ndarray) -> Description:
 def describe(
     m: np.ndarray, peg_height: float, on_contacts: int, wide: float, out: np.ndarray
 ) -> None:
-    """Fill in the array of `description`."""
+    """
+    Fill in an estimate's description by its record, see `described`.
+
+    Parameters
+    ----------
+    m : ndarray
+        From `fill_record`.
+    peg_height : float
+        H [m].
+    on_contacts : int
+        On how many contacts the peg rests with the reactions that were found: 3, or 2 in the hole,
+        where B1 and B2 are halves of B; 0: they are zero. The peg's place is free but on three.
+    wide : float
+        Standard deviation of the reactions then [N].
+    out : ndarray, shape (SIZE,)
+
+    """
     p = scene_of(m)
     for i in range(6):
         out[i] = m[X + i]
