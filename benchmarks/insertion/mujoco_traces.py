@@ -25,7 +25,7 @@ from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.dynamics import angular_velocity, rotation, scene_numbers
 from peg_on_hole_ros.sim.holder import holder_numbers, mass_centre
 from peg_on_hole_ros.sim.hole_forces import commanded, pull
-from peg_on_hole_ros.sim.insertion_program import begin_of, place_program
+from peg_on_hole_ros.sim.insertion_phases import begin_of, place_program
 from peg_on_hole_ros.sim.plan import holder_program
 
 WALL = 0.03  # half of the hole's depth [m]

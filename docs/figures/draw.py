@@ -1,7 +1,7 @@
 """
 Draw the figures of the mechanics' documents; needs matplotlib.
 
-    python docs/figures/draw.py [FOLDER]
+    PYTHONPATH=test python docs/figures/draw.py [FOLDER]
 
 Writes PNG files to FOLDER (this one by default) and prints the numbers that the text quotes.
 """
@@ -15,14 +15,15 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from peg_on_hole_ros.mechanics import examples, printed, reference
+from paper import examples, printed
+from paper.wedging import wedging
+from peg_on_hole_ros.mechanics import reference
 from peg_on_hole_ros.mechanics.geometry import (
     contact_geometry_above,
     normals,
     velocity_jacobians,
 )
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.wedging import wedging
 
 HERE = Path(__file__).parent
 TRACES = HERE.parents[1] / "test" / "data"

@@ -1,7 +1,7 @@
 """
 Draw Whitney's jamming and wedging diagrams for docs/jamming.md; needs matplotlib.
 
-    python docs/figures/whitney.py [FOLDER]
+    PYTHONPATH=test python docs/figures/whitney.py [FOLDER]
 """
 
 import sys
@@ -13,9 +13,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from paper.two_point import insertion_length
+from paper.whitney import jamming_diagram
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.two_point import insertion_length
-from peg_on_hole_ros.mechanics.whitney import jamming_diagram
 
 HERE = Path(__file__).parent
 SCENE = Scene()

@@ -246,11 +246,6 @@ class Processor:
         return self.engine["fresh"]["turning"].item(WRENCH_STILL) == 1.0
 
     @property
-    def misfit(self) -> float:
-        """How badly the contacts fit, see `Innovations`."""
-        return self.engine["innovations"]["told"]["misfit"].item()
-
-    @property
     def model(self) -> str:
         """What is left out of the model, as one line; empty: nothing."""
         return "" if self.rules["judged"] else LINE

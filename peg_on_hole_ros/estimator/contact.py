@@ -254,7 +254,7 @@ def straighten(
     a = ACCELERATION
     y = (inertia * x[a], inertia * x[a + 1], inertia * x[a + 2], x[n], x[n + 1], x[n + 2])
     if at[FRICTION_K] >= 0:
-        _slopes_apart(p, x, at, scales, geo, rates, wrench, y, f, f_K, scratch)
+        _slopes_apart(p, at, scales, geo, rates, wrench, y, f, f_K, scratch)
     else:
         derivatives(
             p.m, p.Ie, p.Iz, f, p.d, p.D, scales, geo, rates, wrench, y, work[24:60]
@@ -319,7 +319,7 @@ def see_noise(columns: np.ndarray, noise: np.ndarray, product: np.ndarray, R: np
 
 
 @compiled
-def _slopes_apart(p, x, at, scales, geo, rates, wrench, y, f, f_K, scratch):
+def _slopes_apart(p, at, scales, geo, rates, wrench, y, f, f_K, scratch):
     """Fill in the slopes where friction at K differs: they are linear in each reaction."""
     slopes, total = scratch.work[24:60], scratch.gain.reshape(scratch.gain.size)
     total[:36] = 0.0

@@ -1,6 +1,6 @@
 """Everything that one estimate says of state, contacts and pose, filled by one compiled call."""
 
-from math import ceil, pi, sqrt
+from math import ceil, cos, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,10 +10,8 @@ from peg_on_hole_ros.estimator.forces import (
     tilt_on_contacts,
     two_point_forces,
 )
-from peg_on_hole_ros.estimator.pose import fill_pose
-from peg_on_hole_ros.estimator.pushing import fill_pushing
-from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, P, X
-from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
+from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, WORK, P, X, Y
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, scene_of
 
 
 class Description(NamedTuple):
@@ -51,29 +49,11 @@ STATE, COVARIANCE, NORMAL, STDDEV, SLIP, SLIP_STDDEV = 0, 6, 42, 45, 48, 51
 FORCE, POINT, POSITION, ROTATION, POSE = 54, 63, 72, 75, 84
 SIZE = 120
 
-
-def description(
-    memory: np.ndarray, peg_height: float, on_contacts: int, wide: float
-) -> Description:
-    """
-    Return the description of an estimate by its record.
-
-    Parameters
-    ----------
-    memory : ndarray
-        From `fill_record`.
-    peg_height : float
-        H [m].
-    on_contacts : int
-        On how many contacts the peg rests with the reactions that were found: 3, or 2 in the hole,
-        where B1 and B2 are halves of B; 0: they are zero. The peg's place is free but on three.
-    wide : float
-        Standard deviation of the reactions then [N].
-
-    """
-    out = np.empty(SIZE)
-    describe(memory, peg_height, on_contacts, wide, out)
-    return described(out)
+# Hildreth's iteration converges linearly: each pass multiplies the error by the squared
+# correlation of the reactions that would pull. It ends where a pass moves none by more than this
+# share of a standard deviation.
+_MOST_PASSES = 1000
+_PASS_ENDS = 1e-10
 
 
 def described(out: np.ndarray) -> Description:
@@ -115,7 +95,23 @@ def described_rows(rows: np.ndarray) -> Description:
 def describe(
     m: np.ndarray, peg_height: float, on_contacts: int, wide: float, out: np.ndarray
 ) -> None:
-    """Fill in the array of `description`."""
+    """
+    Fill in an estimate's description by its record, see `described`.
+
+    Parameters
+    ----------
+    m : ndarray
+        From `fill_record`.
+    peg_height : float
+        H [m].
+    on_contacts : int
+        On how many contacts the peg rests with the reactions that were found: 3, or 2 in the hole,
+        where B1 and B2 are halves of B; 0: they are zero. The peg's place is free but on three.
+    wide : float
+        Standard deviation of the reactions then [N].
+    out : ndarray, shape (SIZE,)
+
+    """
     p = scene_of(m)
     for i in range(6):
         out[i] = m[X + i]
@@ -139,3 +135,122 @@ def describe(
         contact_forces(p, m, tilt, out, NORMAL, FORCE, POINT)
     # Two contacts that give leave the depth open.
     fill_pose(p, m, peg_height, on_contacts != 3, out, POSITION, ROTATION, POSE)
+
+
+@compiled
+def fill_pushing(m: np.ndarray, out: np.ndarray, normal: int) -> None:
+    """
+    Fill in the reactions nearest to the estimated ones of which none is below zero.
+
+    Nearest in units of their covariance: what one may not pull moves the others as far as they
+    vary with it. In these units the true reactions, which push, are never farther from it than
+    from the estimate, so that the covariance that was found still covers it. Dual coordinate
+    ascent of Hildreth (Naval Research Logistics Quarterly 4, 1957, 79-85).
+
+    Parameters
+    ----------
+    m : ndarray
+        Record, see `record`.
+    out : ndarray
+        Filled at three places.
+    normal : int
+        Their first: N_K, N_B1, N_B2 [N].
+
+    """
+    least = 0.0
+    for i in range(3):
+        out[normal + i] = m[Y + 3 + i]
+        least = min(least, m[Y + 3 + i])
+    if least == 0.0:
+        return
+    at = REACTIONS + 21
+    for i in range(3):
+        m[WORK + i] = 0.0
+    for _ in range(_MOST_PASSES):
+        moved = 0.0
+        for i in range(3):
+            variance = m[at + 7 * i]
+            if variance <= 0.0:
+                continue
+            step = max(-m[WORK + i], -out[normal + i] / variance)
+            m[WORK + i] += step
+            moved = max(moved, step * step * variance)
+            for j in range(3):
+                out[normal + j] += m[at + 6 * i + j] * step
+        if moved <= _PASS_ENDS * _PASS_ENDS:
+            break
+    for i in range(3):
+        out[normal + i] = max(out[normal + i], 0.0)
+
+
+@compiled
+def fill_pose(
+    p: SceneScalars,
+    m: np.ndarray,
+    peg_height: float,
+    position_free: bool,
+    out: np.ndarray,
+    position: int,
+    rotation: int,
+    covariance: int,
+) -> None:
+    """
+    Fill in place, orientation and covariance of the peg's frame.
+
+    Parameters
+    ----------
+    p : SceneScalars
+    m : ndarray
+        Memory of the filter.
+    peg_height : float
+        H [m].
+    position_free : bool
+        No three contacts hold the peg: its place is then unknown to about its own height.
+    out : ndarray
+        Filled by rows from three places on.
+    position, rotation, covariance : int
+        Place of O2, centre of the lower end face, in the hole frame (3) [m]; of R_HP (3, 3); of
+        the covariance of place and rotation about the hole's axes (6, 6), rank 3 on three
+        contacts.
+
+    """
+    # At and below gamma0 the closed forms end; the pose there is that of gamma0, marked as free.
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, max(m[X], p.gamma0 * (1.0 + 1e-9)))
+    s, c, a1, a2 = geo[0], geo[1], geo[2], geo[3]
+    spsi, cpsi = sin(m[X + 1]), cos(m[X + 1])
+    sphi, cphi = sin(m[X + 2]), cos(m[X + 2])
+    along_h, along_z = a2 * s, a1 - a2 * c
+    out[position] = cpsi * along_h
+    out[position + 1] = spsi * along_h
+    out[position + 2] = along_z
+    sg, cg = sin(m[X]), cos(m[X])
+    out[rotation] = cpsi * cg * cphi - spsi * sphi
+    out[rotation + 1] = -cpsi * cg * sphi - spsi * cphi
+    out[rotation + 2] = -cpsi * sg
+    out[rotation + 3] = spsi * cg * cphi + cpsi * sphi
+    out[rotation + 4] = -spsi * cg * sphi + cpsi * cphi
+    out[rotation + 5] = -spsi * sg
+    out[rotation + 6] = sg * cphi
+    out[rotation + 7] = -sg * sphi
+    out[rotation + 8] = cg
+    # Columns: by gamma about eps = (spsi, -cpsi, 0), by psi about z, by phi about zeta.
+    by_h, by_z = a1 + a2 * c, (a2 - a1 * c) / s + a2 * s
+    J = (
+        (cpsi * by_h, -spsi * along_h, 0.0),
+        (spsi * by_h, cpsi * along_h, 0.0),
+        (by_z, 0.0, 0.0),
+        (spsi, 0.0, -cpsi * sg),
+        (-cpsi, 0.0, -spsi * sg),
+        (0.0, 1.0, cg),
+    )
+    for i in range(6):
+        a, b, f = J[i]
+        k0 = a * m[P] + b * m[P + 6] + f * m[P + 12]
+        k1 = a * m[P + 1] + b * m[P + 7] + f * m[P + 13]
+        k2 = a * m[P + 2] + b * m[P + 8] + f * m[P + 14]
+        for j in range(i + 1):
+            value = k0 * J[j][0] + k1 * J[j][1] + k2 * J[j][2]
+            if position_free and j < 3:
+                value = peg_height * peg_height if i == j else 0.0
+            out[covariance + 6 * i + j] = value
+            out[covariance + 6 * j + i] = value

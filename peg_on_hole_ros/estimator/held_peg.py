@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator import from_python, held
-from peg_on_hole_ros.estimator.description import Description, description
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED, fill_settings
 from peg_on_hole_ros.estimator.kept import (
@@ -17,14 +16,13 @@ from peg_on_hole_ros.estimator.kept import (
     put_estimate_back,
     room_for_estimates,
 )
-from peg_on_hole_ros.estimator.offsets import NAMES, Offsets
-from peg_on_hole_ros.estimator.record import DETERMINANT, part
+from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.record import part
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
     FRICTION,
     OPEN,
-    TILT,
     begin_state,
     named,
     places,
@@ -227,30 +225,9 @@ class HeldPeg:
         return scene.item(1) - scene.item(0), sqrt(max(part(self.record, "SPREAD").item(3), 0.0))
 
     @property
-    def diameters(self) -> tuple[tuple[float, float], float]:
-        """The diameters d, D as they are now [m], and the variance of d [m^2]."""
-        d, D = part(self.record, "SCENE")[:2].tolist()
-        return (d, D), part(self.record, "SPREAD").item(3)
-
-    @property
-    def gamma0(self) -> float:
-        """Tilt at which three-point contact ends, with the diameter as it is now [rad]."""
-        return part(self.record, "SCENE").item(3)
-
-    @property
-    def determinant(self) -> float:
-        """Determinant of the six equations over its frictionless value."""
-        return self.record.item(DETERMINANT)
-
-    @property
     def orientation_noise(self) -> float:
         """Variance of orientations as their innovations show it, over the stated one."""
         return self.state.noise.item(0)
-
-    @property
-    def innovation(self) -> tuple[float, ...]:
-        """The last orientation's innovation over the lower root of its covariance."""
-        return tuple(self.state.innovation.tolist())
 
     @property
     def frictions(self) -> int:
@@ -272,10 +249,6 @@ class HeldPeg:
         """Return the sizes of the force [N] and the couple [N m] that the rim carries."""
         return rim_load(self.record)
 
-    def describe(self, on_contacts: int, wide: float) -> Description:
-        """Return the estimate with the last reactions if on_contacts, and else without any."""
-        return description(self.record, self.scene.peg_height, on_contacts, wide)
-
     def tared(self, variance: np.ndarray) -> None:
         """Begin the bias anew: known to a variance from here on, shape (6,)."""
         first = self._at[BIAS]
@@ -292,27 +265,6 @@ class HeldPeg:
             x[first:last] = 0.0
             P[first:last] = P[:, first:last] = 0.0
             P[range(first, last), range(first, last)] = stddev**2
-
-    def learnt(self, taken: np.ndarray) -> dict[str, float]:
-        """
-        Return what is learnt of bias and tilt, with standard deviations, by name.
-
-        Parameters
-        ----------
-        taken : ndarray, shape (6,)
-            The bias that is taken off already, as the sensor reports it [N], [N m].
-
-        """
-        found, s = {}, self.state
-        for quantity, names, off in ((BIAS, NAMES[:6], taken), (TILT, NAMES[6:], (0.0, 0.0))):
-            first = self._at[quantity]
-            if first < 0:
-                continue
-            for i, name in enumerate(names):
-                found[name] = s.mean.item(first + i) + float(off[i])
-                variance = s.covariance.item(first + i, first + i)
-                found[f"{name}_stddev"] = sqrt(max(variance, 0.0))
-        return found
 
     @property
     def bias(self) -> np.ndarray:

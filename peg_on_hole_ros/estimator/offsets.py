@@ -4,13 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-NAMES = (
-    *(f"bias_force_{axis}" for axis in "xyz"),
-    *(f"bias_torque_{axis}" for axis in "xyz"),
-    "hole_tilt_x",
-    "hole_tilt_y",
-)
-
 
 class Offsets(NamedTuple):
     """

@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.checks import require_finite
-from peg_on_hole_ros.mechanics.reference import six_equations
+from peg_on_hole_ros.mechanics.reference import precession_axes, six_equations, wrench_axes
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.velocities import FRAMES, frame_axes
 
 ACCELERATIONS = ("ddgamma", "ddpsi", "ddphi")
 REACTIONS = ("N_K", "N_B1", "N_B2")
+# Components of the applied wrench in each frame.
 AXES = {
     "hole": ("x", "y", "z"),
     "auxiliary": ("h", "e", "z"),
@@ -82,10 +82,45 @@ def quantities(frame: str = "auxiliary") -> tuple[str, ...]:
 
     Units: rad/s^2, N, N and N m.
     """
-    if frame not in FRAMES:
-        raise PegOnHoleError(f"frame = {frame!r} is none of {', '.join(FRAMES)}")
+    if frame not in AXES:
+        raise PegOnHoleError(f"frame = {frame!r} is none of {', '.join(AXES)}")
     wrench = tuple(f"{kind}_{axis}" for kind in "FM" for axis in AXES[frame])
     return ACCELERATIONS + REACTIONS + wrench
+
+
+def frame_axes(frame: str, q: ArrayLike) -> np.ndarray:
+    """
+    Return the matrix that takes components along h, e, z to those of a frame.
+
+    Parameters
+    ----------
+    frame : {"hole", "auxiliary", "moving", "peg"}
+        `moving` is (eps, eta, zeta).
+    q : array_like, shape (3, ...)
+        gamma, psi, phi [rad].
+
+    Returns
+    -------
+    ndarray, shape (3, 3, ...)
+
+    Raises
+    ------
+    PegOnHoleError
+        Where the frame has no such name.
+
+    """
+    gamma, psi, phi = np.broadcast_arrays(*np.asarray(q))
+    zero = 0 * gamma
+    if frame == "hole":
+        return precession_axes(psi + zero)
+    if frame == "auxiliary":
+        return precession_axes(zero)
+    if frame == "moving":
+        s, c = np.sin(gamma), np.cos(gamma)
+        return np.array([[zero, zero - 1, zero], [c, zero, s], [-s, zero, c]])
+    if frame == "peg":
+        return np.swapaxes(wrench_axes(gamma, phi), 0, 1)
+    raise PegOnHoleError(f"frame = {frame!r} is none of {', '.join(AXES)}")
 
 
 def solve_any(

@@ -13,8 +13,8 @@ closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
 derivatives = compiled(generated.derivatives)
 
-# Columns of the derivatives: the state, the wrench in peg axes, friction and peg diameter.
-STATE, WRENCH, PARAMETERS = slice(0, 6), slice(6, 12), slice(12, 14)
+# Columns of the derivatives: six of the state, six of the wrench in peg axes, then friction and
+# peg diameter.
 WIDTH = 14
 
 
@@ -272,62 +272,18 @@ def accelerate_with_derivatives(
         As for `accelerate`.
 
     """
+    determinant = accelerate(p, scales, x, u, work, y)
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
-    applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
-    F_h, F_e, F_z, M_h, M_e, M_z = applied
-    wrench = (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
-    rates = (x[3], x[4], x[5])
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
-    determinant = _eliminate(p, geo, work)
-    factors = _factors(p, geo, work)
-    r = _R
-    answer = _solve(
-        factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
-    )
-    y[0], y[1], y[2], y[3], y[4], y[5] = answer
+    applied, g_h, g_e, _ = _wrench_in_hez(p, geo, x, u, work)
+    answer = (y[0], y[1], y[2], y[3], y[4], y[5])
+    factors, rates = _factors(p, geo, work), (x[3], x[4], x[5])
     _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work, dy)
     return determinant
 
 
-@compiled
-def slopes_of_answer(
-    p: SceneScalars,
-    scales: np.ndarray | tuple[float, float, float],
-    x: np.ndarray,
-    u: np.ndarray,
-    work: np.ndarray,
-    answer: np.ndarray,
-    dy: np.ndarray,
-) -> None:
-    """
-    Fill in how the six equations' solution would move with their quantities if it were `answer`.
-
-    They are A y = r with A and r of the state and the rest; that is inv(A) (dr - dA answer). At
-    the solution itself these are its derivatives. Where that is far from what accelerations and
-    reactions can be, the balance of forces is straightened where they are.
-
-    Parameters
-    ----------
-    p, scales, x, u
-        As for `accelerate`.
-    work : ndarray
-        As `accelerate` or `accelerate_with_derivatives` left it at the same state.
-    answer : ndarray, shape (6,)
-        gamma'', psi'', phi'' [rad/s^2], N_K, N_B1, N_B2 [N].
-    dy : ndarray, shape (6, 14)
-        Filled as by `accelerate_with_derivatives`.
-
-    """
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
-    applied, g_h, g_e, _ = _wrench_in_hez(p, geo, x, u, work)
-    given = (answer[0], answer[1], answer[2], answer[3], answer[4], answer[5])
-    factors, rates = _factors(p, geo, work), (x[3], x[4], x[5])
-    _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, given, work, dy)
-
-
 @inlined
 def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work, dy):
-    """Fill in the derivatives of `slopes_of_answer`."""
+    """Fill in dy = inv(A) (dr - dA y) of the six equations A y = r at their answer y."""
     F_h, F_e, F_z, M_h, M_e, M_z = applied
     wrench = (F_h + g_h, F_e + g_e, F_z + p.m * p.g_z, M_h, M_e, M_z)
     slopes = work[_SLOPES : _SLOPES + 36]

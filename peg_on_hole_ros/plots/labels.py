@@ -14,8 +14,7 @@ _DISTANCES = (5, 10, 17, 26, 38, 54, 74)
 def place_labels(
     fig: Figure, axis: Axes, points: Sequence[tuple], texts: Sequence[str],
     sizes: Sequence[float] | None = None, weights: Sequence[str] | None = None,
-    colors: Sequence[str] | None = None, radii: Sequence[float] | None = None,
-    bars: Sequence[tuple] = (), levels: Sequence[tuple] = (),
+    radii: Sequence[float] | None = None, bars: Sequence[tuple] = (), levels: Sequence[tuple] = (),
 ) -> list:  # fmt: skip
     """
     Label points; a label far from its point has a line to it.
@@ -29,7 +28,7 @@ def place_labels(
     points : sequence of tuple
         (x, y) in data coordinates.
     texts : sequence of str
-    sizes, weights, colors : sequence, optional
+    sizes, weights : sequence, optional
         Of the texts.
     radii : sequence of float, optional
         Of the markers [points].
@@ -63,7 +62,7 @@ def place_labels(
         text = axis.annotate(
             texts[k], points[k], xytext=(0, 0), textcoords="offset points", va="center",
             fontsize=sizes[k] if sizes else 8, weight=weights[k] if weights else "normal",
-            color=colors[k] if colors else "black", zorder=5,
+            color="black", zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.3},
         )  # fmt: skip
         extent = text.get_window_extent(renderer)

@@ -189,22 +189,22 @@ def input_panels(configuration: Configuration) -> list[dict]:
     ]
 
 
-def difference_panels(label: str = "B - A") -> list[dict]:
-    """Return the plots of how far two outputs are apart, in the smaller of their deviations."""
+def difference_panels() -> list[dict]:
+    """Return the plots of B - A of two outputs, in the smaller of their deviations."""
     source = Source("difference")
     angles, reactions = QUANTITIES[:3], QUANTITIES[3:]
     note = "Difference over the smaller of both stated standard deviations."
     return [
         panel(
             "angle_difference",
-            f"Angles: {label}",
+            "Angles: B - A",
             "stddev",
             note,
             [line(source, name, name, i) for i, name in enumerate(angles)],
         ),
         panel(
             "reaction_difference",
-            f"Reactions: {label}",
+            "Reactions: B - A",
             "stddev",
             note,
             [line(source, name, f"N_{name}", i) for i, name in enumerate(reactions)],

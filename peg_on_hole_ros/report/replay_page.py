@@ -25,8 +25,7 @@ from peg_on_hole_ros.report.provenance import (
     stamp_text,
     versions,
 )
-from peg_on_hole_ros.report.tracks import Tracks
-from peg_on_hole_ros.report.truth import true_columns
+from peg_on_hole_ros.report.tracks import Tracks, true_columns
 
 
 class Replay(NamedTuple):

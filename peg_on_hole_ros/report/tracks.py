@@ -1,4 +1,4 @@
-"""What a report draws of the outputs: columns over time, changes of the mode, peak loads."""
+"""What a report draws of the outputs and of the truth: columns over time, modes, peak loads."""
 
 from collections.abc import Sequence
 from math import isfinite, nan, pi
@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.bags.estimates import Estimate
-from peg_on_hole_ros.bags.truth import BOUND
+from peg_on_hole_ros.bags.truth import BOUND, Truth
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime, Run
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
 from peg_on_hole_ros.records import ANGLES, CONTACTS
-from peg_on_hole_ros.report.thinning import Rows, most_loaded
+from peg_on_hole_ros.report.thinning import Rows, most_loaded, thinned
 
 QUANTITIES = (*ANGLES, *CONTACTS)
 # Scalars of the monitor that are drawn, where they are there; those with a deviation have a band.
@@ -212,9 +212,9 @@ class Tracks:
         """Return `t` [s] and COLUMNS, those alone that have a number anywhere."""
         return named(*self._rows.arrays(most), COLUMNS)
 
-    def moments(self, most: int = MOST_MOMENTS) -> dict[str, np.ndarray]:
+    def moments(self) -> dict[str, np.ndarray]:
         """Return `t` [s] and MOMENTS: whole rows, near each other those with the most load."""
-        t_ns, values = self._moments.arrays(most)
+        t_ns, values = self._moments.arrays(MOST_MOMENTS)
         return {"t": t_ns * 1e-9, **dict(zip(MOMENTS, values.astype(float).T))}
 
 
@@ -225,3 +225,35 @@ def named(t_ns: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict[st
         if np.isfinite(column).any():
             found[name] = column
     return found
+
+
+def true_columns(
+    truth: Truth, runs: list[Run], estimate: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """
+    Return `t` [s] and QUANTITIES as they truly were.
+
+    Parameters
+    ----------
+    truth : Truth
+    runs : list of Run
+        Of the outputs.
+    estimate : dict of str to ndarray
+        Columns of the outputs: the turns of the truth are drawn beside theirs.
+
+    """
+    times, rows = [], []
+    for run in runs:
+        inside = (run.first_ns <= truth.t_ns) & (truth.t_ns <= run.last_ns)
+        if not inside.any():
+            continue
+        t_ns, values = run.passed(truth.t_ns[inside]), truth.values[inside].copy()
+        for i, name in ((1, "psi"), (2, "phi")):
+            if name in estimate:
+                beside = np.interp(t_ns[0] * 1e-9, estimate["t"], estimate[name])
+                values[:, i] += 2 * np.pi * np.round((beside - values[0, i]) / (2 * np.pi))
+        times.append(t_ns)
+        rows.append(values)
+    if not times:
+        return {"t": np.empty(0)}
+    return named(*thinned(np.concatenate(times), np.concatenate(rows), MOST_DRAWN), QUANTITIES)

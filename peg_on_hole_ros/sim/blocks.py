@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.optimize import nnls
 
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.contact_run import Model, contact_samples
@@ -21,10 +22,11 @@ from peg_on_hole_ros.sim.guided import (
 )
 from peg_on_hole_ros.sim.holder import holder_wrench, mass_centre
 from peg_on_hole_ros.sim.parted import parted_motion, pushes
-from peg_on_hole_ros.sim.stuck import rest_residual
 
 # Share of the load that may stay unbalanced: rounding.
 REST_TOLERANCE = 1e-6
+# Edges of the pyramid inside each friction cone; it holds up to 1 % less than the cone.
+_EDGES = 24
 # Reactions that fade are called contact above it [N].
 FREE_LOAD = 0.1
 
@@ -216,7 +218,7 @@ def stuck_block(
                 f"{np.linalg.norm(M):.2f} N m"
             )
             break
-        if rest_residual(p, state[:3], F, M) > REST_TOLERANCE:
+        if _rest_residual(p, state[:3], F, M) > REST_TOLERANCE:
             stays, reason = (
                 False,
                 (
@@ -236,3 +238,31 @@ def stuck_block(
         for k in range(3):
             block["contact_point"][i, k] = hole_axes(state[1], points[k])
     return block, stays, reason
+
+
+def _rest_residual(p, q, F, M):
+    """
+    Return how much of a load three contacts at rest cannot balance, as a share of it.
+
+    Zero: there are forces inside the friction cones that balance it, so rest is a solution (they
+    are not unique: nine components, six equations). F and M are the holder's, about the mass
+    centre, hole axes [N], [N m].
+    """
+    points, _, normals, _ = contacts(p, np.asarray(q, float), np.zeros(3), 1.0)
+    at_rest = np.zeros((3, 6))
+    at_rest[0, :3] = q
+    centre = mass_centre(p, at_rest)[0]
+    columns = []
+    # Metres become comparable with the force rows by the hole's radius.
+    radius = p[1] / 2
+    for point, normal in zip(points, normals, strict=True):
+        point, normal = hole_axes(q[1], point), hole_axes(q[1], normal)
+        a = np.cross(normal, [0.0, 0.0, 1.0])
+        a /= np.linalg.norm(a)
+        b = np.cross(normal, a)
+        for angle in np.arange(_EDGES) * (2 * np.pi / _EDGES):
+            force = normal + p[6] * (np.cos(angle) * a + np.sin(angle) * b)
+            columns.append([*force, *np.cross(point - centre, force) / radius])
+    load = np.concatenate([F + p[3] * p[8:11], M / radius])
+    _, residual = nnls(np.array(columns).T, -load)
+    return float(residual / max(np.linalg.norm(load), 1e-12))

@@ -25,7 +25,7 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.messages.output import JOINT_STATE, TOPICS, UNSTAMPED
-from peg_on_hole_ros.messages.ros_messages import message_class, to_plain, to_ros
+from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.replay.run import (
     check_bag,
@@ -35,6 +35,7 @@ from peg_on_hole_ros.replay.run import (
     stored_configuration,
     stored_options,
 )
+from plain_messages import to_plain
 
 pytestmark = pytest.mark.xdist_group("dds")
 

@@ -8,13 +8,13 @@ import pytest
 from benchmarks.insertion.scenes import Case, plan_of
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, differences, samples, with_scene
 from insertions import inserted
+from paper.two_point import solve_two_point, two_point_pose
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, FRICTION_K, RATE
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
 from peg_on_hole_ros.measurements.measurement import PegJoints
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.two_point import solve_two_point, two_point_pose
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate
 from tiers import nightly

@@ -114,7 +114,7 @@ def test_an_innovation_is_whitened_by_its_covariance():
     moved = np.array([0.01, -0.02, 0.03])
     kalman.correct(q + moved, R)
     expected = np.linalg.solve(np.linalg.cholesky(P + R), moved)
-    np.testing.assert_allclose(kalman.innovation, expected, rtol=1e-12)
+    np.testing.assert_allclose(kalman.state.innovation, expected, rtol=1e-12)
 
 
 @cache

@@ -7,9 +7,14 @@ import pytest
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics import any_side, reference
-from peg_on_hole_ros.mechanics.any_side import ACCELERATIONS, REACTIONS, Solvability, solve_any
+from peg_on_hole_ros.mechanics.any_side import (
+    ACCELERATIONS,
+    REACTIONS,
+    Solvability,
+    frame_axes,
+    solve_any,
+)
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.velocities import frame_axes
 
 SCENE = Scene(gravity=(0.5, 0.2, -9.5))
 Q, RATES = np.array([0.2, 0.4, -0.7]), np.array([-0.16, 0.3, 2.0])

@@ -3,17 +3,9 @@
 import numpy as np
 import pytest
 
+from paper import examples, small_tilt, two_point, velocities, wedging
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.mechanics import (
-    any_side,
-    checks,
-    examples,
-    small_tilt,
-    trajectory,
-    two_point,
-    velocities,
-    wedging,
-)
+from peg_on_hole_ros.mechanics import any_side, checks
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE, NAN = Scene(), float("nan")
@@ -27,7 +19,6 @@ ENTRIES = {
         SCENE, q, rates, np.ones(3)
     ),
     "wedging": lambda q, rates: wedging.wedging(SCENE, q, rates),
-    "integrate": lambda q, rates: trajectory.integrate(SCENE, q, rates, 0.01),
 }
 
 

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import rigid_body_oracle as oracle
-from peg_on_hole_ros.mechanics import geometry, printed, reference, small_tilt, velocities
+from paper import printed, small_tilt, velocities
+from peg_on_hole_ros.mechanics import geometry, reference
+from peg_on_hole_ros.mechanics.any_side import frame_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from simulated import ROOT
 
@@ -86,7 +88,7 @@ def test_slip_velocities():
 
 def test_slip_velocities_on_moving_axes():
     """(16), first expressions: the signs of V_B1eps and V_B2eta; the last ones are right."""
-    moving = velocities.frame_axes("moving", [GAMMA, PSI, 0.2]) @ oracle.rotation([0, PSI, 0]).T
+    moving = frame_axes("moving", [GAMMA, PSI, 0.2]) @ oracle.rotation([0, PSI, 0]).T
     true = (alone(2).velocity @ moving.T)[1:, :2]
     found = printed.slip_velocities_moving(SCENE, GAMMA, 1.0)
     np.testing.assert_allclose(found * [[-1, 1], [1, -1]], true, atol=1e-10)
@@ -116,7 +118,7 @@ def test_inertia_about_z():
 def test_moving_velocities():
     """(20.2): the sign of S1 psi' at B2."""
     found = printed.moving_velocities(SCENE, GAMMA, CLOSING)
-    moving = velocities.frame_axes("moving", [GAMMA, PSI, 0.2]) @ oracle.rotation([0, PSI, 0]).T
+    moving = frame_axes("moving", [GAMMA, PSI, 0.2]) @ oracle.rotation([0, PSI, 0]).T
     true = (body().velocity @ moving.T)[:, :2]
     g = geometry.contact_geometry(SCENE, GAMMA)
     np.testing.assert_allclose(found - true, [[0, 0], [0, 0], [2 * g.S1 * 0.5, 0]], atol=1e-10)

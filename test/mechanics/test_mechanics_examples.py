@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import rigid_body_oracle as oracle
-from peg_on_hole_ros.mechanics import examples, reference
+from paper import examples
+from peg_on_hole_ros.mechanics import reference
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE = Scene()

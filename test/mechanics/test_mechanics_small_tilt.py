@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import rigid_body_oracle as oracle
-from peg_on_hole_ros.mechanics import small_tilt
+from paper import small_tilt
+from paper.small_tilt import Stage
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.small_tilt import Stage
 
 EXCESS = 1e-4
 

@@ -5,8 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import rigid_body_oracle as oracle
+from paper import examples, small_tilt, two_point
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.mechanics import examples, geometry, reference, small_tilt, two_point
+from peg_on_hole_ros.mechanics import geometry, reference
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE = Scene(mass_center_height=0.033, axial_inertia=3e-4, gravity=(1.0, 2.0, -9.0))

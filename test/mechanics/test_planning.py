@@ -7,6 +7,7 @@ import pytest
 
 import rigid_body_oracle as oracle
 from benchmarks.plans import Drawn, foreseen, simulated
+from paper.wedging import wedging
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.motion import motion_of, path_of
@@ -18,7 +19,6 @@ from peg_on_hole_ros.mechanics.planning.steady import steady_loads
 from peg_on_hole_ros.mechanics.planning.windup import followed
 from peg_on_hole_ros.mechanics.planning.words import advice, as_data, in_words
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.wedging import wedging
 
 SCENE, CELL = Scene(friction_stddev=0.03), Cell()
 LIMITS = (200.0, 200.0, 200.0)

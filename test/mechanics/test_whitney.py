@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from paper.whitney import jamming_diagram
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.mechanics.whitney import jamming_diagram, jamming_margin
+from peg_on_hole_ros.mechanics.whitney import jamming_margin
 
 RADIUS, FRICTION = 0.025, 0.2
 LENGTH = 0.03

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from benchmarks.scenes.draw import Case, plan_of
+from paper.wedging import wedging
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.wedging import wedging
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
 from peg_on_hole_ros.monitor import down_the_hole, jamming

@@ -3,6 +3,7 @@
 import numpy as np
 
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.estimator.record import DETERMINANT
 from peg_on_hole_ros.measurements.measurement import PegJoints
 from peg_on_hole_ros.monitor import down_the_hole, jamming
 from peg_on_hole_ros.monitor.contacts import no_knowledge
@@ -51,8 +52,10 @@ def test_one_call_does_what_its_parts_do():
         dt = 0.0 if last_ns is None else (row.t_ns - last_ns) * 1e-9
         since = 0.0 if oriented_ns is None else (row.t_ns - oriented_ns) * 1e-9
         last_ns = row.t_ns
-        f, determinant = line.filter.record.copy(), line.filter.determinant
-        nis = line.processor.misfit if on_contacts else -1.0
+        f, determinant = line.filter.record.copy(), line.filter.record.item(DETERMINANT)
+        nis = (
+            line.processor.engine["innovations"]["told"]["misfit"].item() if on_contacts else -1.0
+        )
         shown, risk = np.zeros(WIDTH), np.zeros(len(Risk._fields))
         show(f, hypotheses, means, trend, o, dt, since, nis, determinant, 0.0, shown)
         s = Shown(*shown.tolist())

@@ -11,16 +11,21 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameter_table import PARAMETERS
 from peg_on_hole_ros.engine import pipeline, processor
 from peg_on_hole_ros.engine.state import COUNTS
-from peg_on_hole_ros.estimator.offsets import NAMES as OFFSETS
 from peg_on_hole_ros.measurements import measurement, orientation
 from peg_on_hole_ros.messages import decode, stream
 from peg_on_hole_ros.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
 from peg_on_hole_ros.replay import run as replay
 from simulated import ROOT
 
 PAGES = "integration", "topics", "alarms", "counts"
 TEXT = "\n".join((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8") for page in PAGES)
+OFFSETS = [
+    name
+    for name in MONITOR_NAMES
+    if name.startswith(("bias_", "hole_tilt_")) and not name.endswith("_stddev")
+]
 QUOTED = set(re.findall(r"`([^`\n]+)`", TEXT))
 
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import insertion_oracle as oracle
+from paper.two_point import solve_two_point
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.simulated_bag import write_bag
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.two_point import solve_two_point
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.sim.dynamics import rotation, scene_numbers
 from peg_on_hole_ros.sim.hole_places import touching_places
@@ -98,7 +98,7 @@ def test_agrees_with_rigid_contacts_by_a_time_stepping_scheme():
 
 
 def test_agrees_with_the_equations_of_two_rigid_contacts():
-    """The reactions that `mechanics.two_point` gives under the simulated wrench."""
+    """The reactions that `paper.two_point` gives under the simulated wrench."""
     truth = sliding(contact_stiffness=1e10)
     scene = truth.plan.configuration.scene
     for k in range(60, 200, 20):

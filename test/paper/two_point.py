@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from paper import jet
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.mechanics import jet
 from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.reference import precession_axes, wrench_axes
 from peg_on_hole_ros.mechanics.scene import Scene

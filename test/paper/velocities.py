@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.mechanics.any_side import frame_axes
 from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import (
     ContactGeometry,
@@ -25,7 +26,6 @@ from peg_on_hole_ros.mechanics.reference import (
 )
 from peg_on_hole_ros.mechanics.scene import Scene
 
-FRAMES = ("hole", "auxiliary", "moving", "peg")
 MOTIONS = {"align": 0, "slide": 1, "slip": 2}
 
 
@@ -68,41 +68,6 @@ def instant_center(g: ContactGeometry) -> InstantCenter:
     """Return the instant centre of the planar motion. Source: G17; eq. (10)."""
     L = np.array([-g.S1, 0 * g.s, 2 * g.a1])
     return InstantCenter(L, 2 * g.a1 / g.s, 2 * np.sqrt(g.a1**2 + g.S1**2))
-
-
-def frame_axes(frame: str, q: ArrayLike) -> np.ndarray:
-    """
-    Return the matrix that takes components along h, e, z to those of a frame.
-
-    Parameters
-    ----------
-    frame : {"hole", "auxiliary", "moving", "peg"}
-        `moving` is (eps, eta, zeta).
-    q : array_like, shape (3, ...)
-        gamma, psi, phi [rad].
-
-    Returns
-    -------
-    ndarray, shape (3, 3, ...)
-
-    Raises
-    ------
-    PegOnHoleError
-        Where the frame has no such name.
-
-    """
-    gamma, psi, phi = np.broadcast_arrays(*np.asarray(q))
-    zero = 0 * gamma
-    if frame == "hole":
-        return precession_axes(psi + zero)
-    if frame == "auxiliary":
-        return precession_axes(zero)
-    if frame == "moving":
-        s, c = np.sin(gamma), np.cos(gamma)
-        return np.array([[zero, zero - 1, zero], [c, zero, s], [-s, zero, c]])
-    if frame == "peg":
-        return np.swapaxes(wrench_axes(gamma, phi), 0, 1)
-    raise PegOnHoleError(f"frame = {frame!r} is none of {', '.join(FRAMES)}")
 
 
 def contact_velocities(

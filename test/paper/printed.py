@@ -1,7 +1,7 @@
 """
 The paper's equations as they are printed, kept to be compared with the true ones.
 
-Nothing else in the package uses them. `docs/errata.md` says where they differ; scalars only.
+The package uses none of them. `docs/errata.md` says where they differ; scalars only.
 `gamma'` is taken literally as the rate that is passed.
 """
 

@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from peg_on_hole_ros.mechanics import printed
+from paper import printed
+from paper.two_point import two_point_pose
 from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import six_equations, slip_directions
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.mechanics.two_point import two_point_pose
 
 
 class Imposed(NamedTuple):
