@@ -142,8 +142,8 @@ def inspect(
             info = bag.topics.get(topic)
             if info and info.count and info.types == [ros_type]:
                 types[topic] = ros_type
-    seen = Seen(configuration.joints.names)
     heard = WouldUse(configuration, orientation, {t: sources[t] for t in sources if t in types})
+    seen = Seen(configuration.joints, heard.stream.pipeline.failures)
     with Progress("decoding") as progress:
         total, count = sum(bag.topics[topic].count for topic in types), 0
         for batch in bag.batches(types):
@@ -159,6 +159,7 @@ def inspect(
     result["clock"] = {topic: heard.statistics[topic].summary() for topic in readers}
     if seen.loop:
         result["remarks"].append(seen.loop)
+    result["remarks"] += heard.stream.failed_looks
     apart_by_name = two_robots({k: v.types for k, v in bag.topics.items()}, wrench, joints)
     if apart_by_name and wrench in readers:
         result["oddities"][wrench].append(apart_by_name)

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections import Counter
 from contextlib import nullcontext
 from os.path import lexists
 from pathlib import Path
@@ -23,6 +24,7 @@ from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.diagnosis.untold import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.cycles import json_line
@@ -62,7 +64,7 @@ def _one_bag(arguments, out):
     bag, configuration, node, _ = open_recording(
         arguments.bags[0], arguments.config, [out], texts, Reading.of(arguments)
     )
-    result, score, doubts = replay(
+    result, score, doubts, no_page = replay(
         bag, configuration, node, out, arguments.report, arguments.smooth
     )
     if arguments.summary:
@@ -73,6 +75,8 @@ def _one_bag(arguments, out):
     print(_text(result, score, doubts, words(result["untold"], configuration)))
     if not configuration.monitor.modes:
         print(UNJUDGED)
+    if no_page is not None:
+        raise no_page
     if bag.damage:
         raise BagDamaged(bag.damage)
     return 0
@@ -93,9 +97,9 @@ def replay(
     out: str | Path | None = None,
     report_path: str | Path | None = None,
     smooth: bool = False,
-) -> tuple[dict, Score | None, list[str]]:
+) -> tuple[dict, Score | None, list[str], Exception | None]:
     """
-    Replay a bag; return the JSON of its summary, the comparison with the truth, and what to doubt.
+    Replay a bag.
 
     Parameters
     ----------
@@ -108,26 +112,24 @@ def replay(
     smooth : bool
         Whether to add the smoothed state to `out`.
 
+    Returns
+    -------
+    content : dict
+        The JSON of the summary.
+    score : Score or None
+        The comparison with the truth.
+    doubts : list of str
+        What makes the numbers doubtful.
+    no_page : Exception or None
+        Why there is no report, though one was asked for; all else is done and written.
+
     """
     needed = check_bag(bag, configuration)
-    tracks: Any = None
-    inputs: Any = None
-    if report_path:
-        # These take a while to import, and few replays need them.
-        from peg_on_hole_ros.report.inputs import Inputs
-        from peg_on_hole_ros.report.page import library
-        from peg_on_hole_ros.report.replay_page import Replay, replay_page
-        from peg_on_hole_ros.report.tracks import Tracks
-
-        library()  # Missing, it is told before the work.
-        tracks = Tracks()
-        inputs = Inputs(configuration, tracks)
+    page = _Page(configuration) if report_path else None
     truth = truth_in(bag)
     summary = Summary()
     score, cycles = Score(truth) if truth else None, _Tries()
-    sinks: list[Any] = [
-        sink for sink in (summary, score, tracks, inputs, cycles) if sink is not None
-    ]
+    sinks: list[Any] = [sink for sink in (summary, score, page, cycles) if sink is not None]
     latched = [PREFIX + suffix for suffix in LATCHED]
     # No stack of contexts: a signal that comes while it is built would leave a half file.
     with (
@@ -145,7 +147,7 @@ def replay(
             sinks,
             progress,
             writer if smooth else None,
-            inputs,
+            page,
         )
         for sink in (cycles, writer) if writer else (cycles,):
             sink.add(replayed.t_ns, replayed.ending)
@@ -162,6 +164,7 @@ def replay(
         **summary.content(),
         "cycles": cycles.records,
         "reactions_void": None,
+        "failed_looks": [],
     }
     if replayed.void_reactions or other_units(configuration, replayed.seen):
         content = without_reactions(content)
@@ -173,11 +176,13 @@ def replay(
     topics = (absolute(configuration.topics.wrench), absolute(configuration.topics.joint_states))
     mixed = two_robots({name: info.types for name, info in bag.topics.items()}, *topics)
     doubts = [*bag.remarks(needed), *([mixed] if mixed else []), *doubts]
-    if report_path:
-        files = bag_files(bag.path).files
-        found = Replay(bag.path, files, content, tracks, inputs, score, doubts, configuration)
-        write_text(report_path, replay_page(found))
-    return content, score, doubts
+    failed = _note_failures(content, replayed.failures)
+    no_page = None
+    if page is not None and report_path:
+        no_page = page.write(report_path, bag, content, score, [*doubts, *failed], configuration)
+        failed += _note_failures(content, page.failures)
+    doubts += failed
+    return content, score, doubts, no_page
 
 
 def _cycle_rows(cycles, begun):
@@ -225,6 +230,60 @@ class _Tries:
     def take(self, columns):
         for i, messages in columns.said:
             self.add(int(columns.t_ns[i]), messages)
+
+
+def _note_failures(content, failures):
+    """Count looks that failed, also after the last message; return a line for each."""
+    content["messages"]["events"] |= dict.fromkeys(failures.names, 1)
+    content["failed_looks"] += failures.lines
+    return failures.lines
+
+
+class _Page:
+    """Gathers what a report shows; what fails in it leaves the replay as it is."""
+
+    def __init__(self, configuration):
+        # These take a while to import, and few replays need them.
+        from peg_on_hole_ros.report.inputs import Inputs
+        from peg_on_hole_ros.report.page import library
+        from peg_on_hole_ros.report.tracks import Tracks
+
+        library()  # Missing, it is told before the work.
+        tracks = Tracks()
+        made = tracks, Inputs(configuration, tracks)
+        self.failures = Failures(Counter())
+        self._drawn = Fenced("report", lambda: made, self.failures)
+
+    def add(self, t_ns, messages):
+        self._drawn(lambda both: [each.add(t_ns, messages) for each in both], None)
+
+    def take(self, columns):
+        self._drawn(lambda both: [each.take(columns) for each in both], None)
+
+    def read(self, sample):
+        self._drawn(lambda both: both[1].read(sample), None)
+
+    def take_inputs(self, arrivals, begin, end):
+        self._drawn(lambda both: both[1].take_inputs(arrivals, begin, end), None)
+
+    def write(self, path, bag, content, score, doubts, configuration):
+        """Write the page; return why it cannot be written, or None."""
+        from peg_on_hole_ros.report.replay_page import Replay, replay_page
+
+        def draw(both):
+            tracks, inputs = both
+            files = bag_files(bag.path).files
+            found = Replay(bag.path, files, content, tracks, inputs, score, doubts, configuration)
+            return replay_page(found)
+
+        text = self._drawn(draw, None)
+        if text is None:
+            return self.failures.errors["report"]
+        try:
+            write_text(path, text)
+        except PegOnHoleError as error:
+            return error
+        return None
 
 
 class _Writer:

@@ -14,8 +14,6 @@ from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_f
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
-# Between two wrenches that are looked at, and between the first so many: before a contact is told.
-PERIOD_NS, FIRST_NS, FIRST = 20_000_000, 4_000_000, 10
 # Wrenches of one second tell one another's news: together they count as so many.
 NEWS = 8
 # Nats by which a hypothesis has to be likelier: for doubt, to be told, and to be told from others.
@@ -44,8 +42,6 @@ class Diagnosis:
 
     Attributes
     ----------
-    due_ns : int
-        Stamp from which on the next wrench is wanted [ns].
     doubtful : bool
         Whether something else fits better by far: nothing sure is to be told of contacts.
     finding : Finding or None
@@ -61,13 +57,17 @@ class Diagnosis:
         self._costs = np.array([each.cost for each in self._all])
         all_said = [set(each.settings) for each in self._all]
         self._rival = [np.array([not one <= more for more in all_said]) for one in all_said]
+        # Which of its axes is mirrored a round peg hardly tells: that one is, is enough.
+        self._left = np.array([each.left_handed for each in self._all])
+        for each, rival in zip(self._all, self._rival):
+            if each.mirrored:
+                rival &= ~self._left
         self._settings = _settings(configuration)
         self._known = self._settings[window.NOISE : window.CARRIED].copy()
         self.restart()
 
     def restart(self) -> None:
         """Forget all."""
-        self.due_ns = 0
         self.doubtful = self._coarse = False
         self.finding: Finding | None = None
         self._rows, self._told = window.ring(len(self._all))
@@ -88,7 +88,6 @@ class Diagnosis:
             self.restart()
             self.finding, self._begun_ns = finding, t_ns
         self._seen += 1
-        self.due_ns = t_ns + (PERIOD_NS if self._seen > FIRST else FIRST_NS)
         self._last_ns = t_ns
         self._at = (self._at + 1) % window.KEPT
         row = self._rows[self._at]
@@ -141,7 +140,10 @@ class Diagnosis:
         found = self._all[best]
         if self._best != best:
             self._best = best
-            text, instead = said(found, before, after), changed(self._stated, found)
+            near = np.flatnonzero(gains > gains[best] - APART).tolist()
+            others = {self._all[i].mirrored for i in near} - {found.mirrored, ""}
+            alike = sorted(others) if found.mirrored else []
+            text, instead = said(found, before, after, alike), changed(self._stated, found)
             self.finding = Finding(text, instead, voids=True)
 
     def _balanced(self):

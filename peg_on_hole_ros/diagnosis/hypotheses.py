@@ -1,5 +1,6 @@
 """What else a wrench may mean than what is stated, each as the settings that would say so."""
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from itertools import product
 from math import log
@@ -24,6 +25,15 @@ _UNITS = (
 # Columns of a row: factors of force and torque, whether in the base's axes, whether freed of
 # weight, and the axes to turn to (3, 3) with the sign.
 WIDTH = 13
+# Left-handed axes that a driver may send, of force and torque alike. With the sign they are 6 of
+# the 24 signed permutations that no turn of the sensor is; the others are a turn and the sign.
+_LEFT_HANDED = {
+    **{f"the {'xyz'[i]} axis mirrored": np.diag(1.0 - 2.0 * np.eye(3)[i]) for i in range(3)},
+    **{
+        f"the axes {'xyz'[i]} and {'xyz'[j]} exchanged": np.eye(3)[np.array(order)]
+        for i, j, order in ((0, 1, (1, 0, 2)), (0, 2, (2, 1, 0)), (1, 2, (0, 2, 1)))
+    },
+}
 
 
 class Hypothesis(NamedTuple):
@@ -33,13 +43,17 @@ class Hypothesis(NamedTuple):
     Attributes
     ----------
     options : WrenchInput
-        That say so, but for units, which have no setting.
+        That say so, but for units and left-handed axes, which have no setting.
     settings : tuple of str
-        In which they differ from the stated ones, as `name: value`, or the units.
+        In which they differ from the stated ones, as `name: value`, or the units, or the axes.
     cost : float
         Before anything is measured [nats].
     row : ndarray, shape (WIDTH,)
         For compiled code.
+    mirrored : str
+        How its axes are left-handed, where that is what it says; else empty.
+    left_handed : bool
+        Whether its axes are, said in whatever way.
 
     """
 
@@ -47,6 +61,8 @@ class Hypothesis(NamedTuple):
     settings: tuple[str, ...]
     cost: float
     row: np.ndarray
+    mirrored: str
+    left_handed: bool
 
 
 def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
@@ -64,8 +80,15 @@ def hypotheses(stated: WrenchInput) -> list[Hypothesis]:
         found.append(_hypothesis(stated, _meant(options, robot, compensated)))
     for units in _UNITS:
         found.append(_hypothesis(stated, stated, units))
+    robot = stated.acts_on == "robot"
+    for name, compensated in product(_LEFT_HANDED, (False, True)):
+        found.append(_hypothesis(stated, _meant(stated, robot, compensated), mirror=name))
     first = {hypothesis.settings: hypothesis for hypothesis in reversed(found)}
-    return sorted(first.values(), key=lambda hypothesis: hypothesis.cost)
+    told: dict[bytes, Hypothesis] = {}
+    for hypothesis in sorted(first.values(), key=lambda hypothesis: hypothesis.cost):
+        # A mirrored axis is a turn with the other sign: the cheaper of the two says it.
+        told.setdefault((np.round(hypothesis.row, 4) + 0.0).tobytes(), hypothesis)
+    return list(told.values())
 
 
 def _meant(options, robot, compensated):
@@ -76,8 +99,8 @@ def _meant(options, robot, compensated):
     )
 
 
-def _hypothesis(stated, options, units=MappingProxyType({})):
-    settings, spread = [], 0.0
+def _hypothesis(stated, options, units=MappingProxyType({}), mirror=""):
+    settings, spread = [mirror] if mirror else [], log(len(_LEFT_HANDED)) if mirror else 0.0
     for name in ("acts_on", "axes", "gravity"):
         value = getattr(options, name)
         if value != getattr(stated, name):
@@ -93,9 +116,12 @@ def _hypothesis(stated, options, units=MappingProxyType({})):
         row[0 if name == "force" else 1] = factor
     row[2], row[3] = options.axes == "base", options.gravity == "compensated"
     axes = np.eye(3) if options.axes == "base" else rotation_from_rpy(options.sensor_rpy)
+    if mirror:
+        axes = axes @ _LEFT_HANDED[mirror]
     row[4:] = (-axes if options.acts_on == "robot" else axes).ravel()
     cost = ONE_WRONG + MORE_WRONG * (len(settings) - 1) + spread if settings else 0.0
-    return Hypothesis(options, tuple(settings), cost, row)
+    turned = options.sensor_rpy != stated.sensor_rpy and options.acts_on != stated.acts_on
+    return Hypothesis(options, tuple(settings), cost, row, mirror, bool(mirror) or turned)
 
 
 _WHY = {
@@ -107,20 +133,36 @@ _WHY = {
     "wrench.gravity: measured": ": the weight does not seem to be taken off",
     "unit of the force read as kN": ": the driver has to send N",
     "unit of the torque read as N mm": ": the driver has to send N m",
+    **dict.fromkeys(
+        _LEFT_HANDED,
+        ": left-handed axes, which no setting mends: put the driver right, force and torque alike "
+        "(a wrong wrench.acts_on with a wrong sensor_rpy looks the same)",
+    ),
 }
 
 
-def said(found: Hypothesis, before: float, after: float) -> str:
-    """Return in a line what is wrong; to how much forces balance before and after [N]."""
+def said(found: Hypothesis, before: float, after: float, alike: Sequence[str] = ()) -> str:
+    """
+    Return in a line what is wrong.
+
+    Parameters
+    ----------
+    found : Hypothesis
+    before, after : float
+        To how much forces balance as stated, and with it [N].
+    alike : sequence of str
+        Other left-handed axes that are about as likely.
+
+    """
     why = _WHY.get(found.settings[0], "")
-    return (
-        f"with {' and '.join(found.settings)} the forces balance to {after:.2g} N instead of "
-        f"{before:.2g} N{why}"
-    )
+    settings = " or ".join([" and ".join(found.settings), *alike])
+    return f"with {settings} the forces balance to {after:.2g} N instead of {before:.2g} N{why}"
 
 
 def changed(stated: WrenchInput, found: Hypothesis) -> dict[str, object]:
-    """Return the fields in which a hypothesis differs from what is stated; for units none."""
+    """Return the fields that would mend what is wrong; none for what the driver has to mend."""
+    if found.mirrored:
+        return {}
     return {
         field.name: getattr(found.options, field.name)
         for field in fields(WrenchInput)

@@ -216,14 +216,14 @@ def _axes(R, H, base, turn):
     """Fill in what turns a measured vector to peg axes: by the sensor's, or from the base's."""
     for i in range(3):
         for j in range(3):
-            turn[i, j] = 0.0
-            for k in range(3):
-                if H[2] == 0.0:
-                    turn[i, j] = H[4 + 3 * i + j]
-                else:
-                    turn[i, j] += R[k, i] * base[3 * k + j]
-            if H[2] != 0.0:
-                turn[i, j] *= H[4]
+            turn[i, j] = H[4 + 3 * i + j] if H[2] == 0.0 else 0.0
+        if H[2] == 0.0:
+            continue
+        for l in range(3):
+            # Of the base's axis l in the peg's.
+            along = R[0, i] * base[l] + R[1, i] * base[3 + l] + R[2, i] * base[6 + l]
+            for j in range(3):
+                turn[i, j] += along * H[4 + 3 * l + j]
 
 
 def ring(count: int) -> tuple[np.ndarray, np.ndarray]:

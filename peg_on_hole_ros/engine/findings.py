@@ -7,19 +7,24 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
+from peg_on_hole_ros.diagnosis.dead_component import DeadComponent
 from peg_on_hole_ros.diagnosis.delay import Delay
 from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
+from peg_on_hole_ros.diagnosis.due import Due
+from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
-from peg_on_hole_ros.diagnosis.untold import Untold
+from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Stamps that fall by more begin another window of the diagnosis.
 DUE_NS = 100_000_000
 _NOISE = "force_stddev", "torque_stddev"
+_NO_COSTS = np.full(len(KINDS), np.nan)
 
 
 class Findings:
@@ -37,8 +42,8 @@ class Findings:
 
     Attributes
     ----------
-    untold : Untold
-        What the present motion does not tell.
+    failures : Failures
+        Looks that failed: each of them is fenced, and the others and the estimate go on.
 
     """
 
@@ -50,7 +55,9 @@ class Findings:
         offline: bool = False,
     ) -> None:
         self._counts, self._offline = counts, offline
-        self._low_pass = LowPass(configuration.wrench)
+        self.failures = Failures(counts)
+        self._due = Due()
+        self._low_pass = self._fenced("low_pass", lambda: LowPass(configuration.wrench))
         # What is used in place of what is stated.
         self._adopted: dict[str, Any] = {}
         self._mounted: dict[str, Any] = {}
@@ -63,24 +70,33 @@ class Findings:
     ) -> None:
         """Begin to look, with what is taken off a wrench as received, shape (6,)."""
         self._configuration = configuration
-        self._diagnosis = Diagnosis(configuration, taken_off)
-        self._air = FreeAir(configuration, reduction)
-        self._rim = RimMotion(configuration)
-        self._delay = Delay(configuration, taken_off) if self._offline else None
-        self.untold = Untold(configuration)
+        self._due.restart()
+        fenced = self._fenced
+        self._dead = fenced("dead_component", lambda: DeadComponent(configuration.wrench))
+        self._diagnosis = fenced("wrong_wrench", lambda: Diagnosis(configuration, taken_off))
+        self._air = fenced("free_air", lambda: FreeAir(configuration, reduction))
+        self._rim = fenced("rim_motion", lambda: RimMotion(configuration))
+        self._delay = None
+        if self._offline:
+            self._delay = fenced("delay", lambda: Delay(configuration, taken_off))
+        self._untold = fenced("unobservable", lambda: Untold(configuration))
+
+    def _fenced(self, name, make):
+        return Fenced(name, make, self.failures)
 
     def restart(self) -> None:
         """Forget what a motion has told so far."""
-        self._diagnosis.restart()
-        self._air.restart()
-        self._rim.restart()
-        if self._delay is not None:
-            self._delay.restart()
-        self.untold.restart()
+        self._due.restart()
+        for look in (
+            self._dead, self._diagnosis, self._air, self._rim, self._delay, self._untold,
+        ):  # fmt: skip
+            if look is not None:
+                look(lambda it: it.restart(), None)
 
     def forget_zero(self) -> None:
         """Forget what was found of the zero: a tare has taken it."""
-        self._found = [finding for finding in self._found if finding is not self._air.finding]
+        zero = _finding(self._air)
+        self._found = [finding for finding in self._found if finding is not zero]
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
         """Take note of another pose of the sensor [m], [rad]."""
@@ -102,12 +118,18 @@ class Findings:
     @property
     def unsure(self) -> bool:
         """Whether nothing sure may be told."""
-        return self._diagnosis.unsure
+        dead, look = self._dead.look, self._diagnosis.look
+        if dead is not None and dead.suspects and not self._dead.failed:
+            return True
+        if look is None:
+            return False
+        # Of a look that has failed a doubt is dropped; what it found stays.
+        return look.finding is not None if self._diagnosis.failed else look.unsure
 
     @property
     def due_ns(self) -> int:
         """Stamp from which on a wrench is looked at [ns]."""
-        return self._diagnosis.due_ns
+        return self._due.ns
 
     def due(self, t_ns: int) -> bool:
         """Return whether the wrench of a stamp [ns] is to be looked at."""
@@ -134,16 +156,33 @@ class Findings:
 
     def pass_by(self, sample: WrenchSample) -> None:
         """Take any wrench."""
-        self._low_pass.take(sample)
+        self._low_pass(lambda look: look.take(sample), None)
         if self._delay is not None:
             wrench = np.array([[*sample.force, *sample.torque]])
-            self._delay.pass_by(np.array([sample.t_ns]), wrench)
+            self._delay(lambda look: look.pass_by(np.array([sample.t_ns]), wrench), None)
 
     def pass_all_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take many wrenches [ns], shape (n, 6)."""
-        self._low_pass.take_all(t_ns, wrenches)
+        self._low_pass(lambda look: look.take_all(t_ns, wrenches), None)
         if self._delay is not None:
-            self._delay.pass_by(t_ns, wrenches)
+            self._delay(lambda look: look.pass_by(t_ns, wrenches), None)
+
+    def count(self, wrenches: int) -> None:
+        """Take note of so many wrenches whose estimate was given."""
+        self._untold(lambda look: look.count(wrenches), None)
+
+    def take_estimate(self, t_ns: int, peg: HeldPeg, determined: bool) -> None:
+        """Take the estimate at a stamp [ns] on three contacts, see `Untold.take`."""
+        self._untold(lambda look: look.take(t_ns, peg, determined), None)
+
+    def lift(self) -> None:
+        """Take note that the peg is not on three contacts."""
+        self._untold(lambda look: look.restart(), None)
+
+    @property
+    def costs(self) -> np.ndarray:
+        """What each setting that is off would cost, see `Untold`, shape (8,) [N]."""
+        return self._untold(lambda look: look.costs, _NO_COSTS)
 
     def take(
         self,
@@ -171,17 +210,24 @@ class Findings:
             Whether another setting is to be used from here on, see `as_found`.
 
         """
-        diagnosis, known = self._diagnosis, self._diagnosis.finding
-        diagnosis.take(sample, measured)
-        if not diagnosis.unsure and not stands_still:
-            self._air.take(sample, measured.q, in_air is True)
-        self._rim.take(measured, in_air is not False)
-        others = [self._air.finding, self._low_pass.finding, self._rim.finding]
+        known = _finding(self._diagnosis)
+        self._dead(lambda look: look.take(sample), None)
+        self._due.take(sample.t_ns)
+        self._diagnosis(lambda look: look.take(sample, measured), None)
+        unsure = self.unsure
+        if not unsure and not stands_still:
+            self._air(lambda look: look.take(sample, measured.q, in_air is True), None)
+        self._rim(lambda look: look.take(measured, in_air is not False), None)
         if self._delay is not None:
-            self._delay.take(measured, in_air is False and not diagnosis.unsure)
-            others.append(self._delay.finding)
-        others.append(self.untold.finding)
-        for finding in (diagnosis.rounded(), diagnosis.finding, *others):
+            self._delay(lambda look: look.take(measured, in_air is False and not unsure), None)
+        rounded = self._diagnosis(lambda look: look.rounded(), None)
+        found = _finding(self._diagnosis)
+        looks = self._air, self._low_pass, self._rim, self._delay, self._untold
+        told = [rounded, found, *map(_finding, looks)]
+        if self._dead(lambda look: look.suspects, False):
+            # What a wrench without one of its components seems to mean is no setting.
+            told = [_finding(self._dead), _finding(self._rim)]
+        for finding in told:
             if finding is None or finding is known or finding in self._found:
                 continue
             self._counts["setting_contradicted"] += 1
@@ -189,7 +235,7 @@ class Findings:
             # Each once: a wrench that fits the one now and the other then has another fault. Two
             # faults at once are told alone, for more of them fit by chance. And a tare that was
             # taken by the wrong setting has no meaning by the right one.
-            alone = len(finding.found) == 1 or finding is not diagnosis.finding
+            alone = len(finding.found) == 1 or finding is not found
             new = alone and finding.found and not finding.found.keys() & self._adopted.keys()
             adopts = self._configuration.wrench.adopt_found and not self._counts["tare"]
             if new and adopts:
@@ -197,3 +243,8 @@ class Findings:
                 self._counts["setting_adopted"] += 1
                 return True
         return False
+
+
+def _finding(look):
+    """Return what a look has found, whether it has failed since or not."""
+    return None if look is None or look.look is None else look.look.finding

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.diagnosis.fence import Failures
 from peg_on_hole_ros.engine.arrival_order import COUNTED, FATE, arrive
 from peg_on_hole_ros.engine.placing import Placing
 from peg_on_hole_ros.engine.processor import Processor
@@ -107,6 +108,11 @@ class Pipeline:
     def causes(self) -> list[str]:
         """Settings that the data have contradicted, a line each, the likeliest first."""
         return [*self._placing.findings.causes, *self.processor.causes]
+
+    @property
+    def failures(self) -> Failures:
+        """The side looks that failed in this run, with their errors."""
+        return self._placing.findings.failures
 
     @property
     def void_reactions(self) -> bool:

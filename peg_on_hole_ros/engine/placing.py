@@ -225,9 +225,9 @@ class Placing:
         if self.findings.unsure:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
-        untold, rests = self.findings.untold, rows.values[:, MODE, None] == THREE_POINT
-        untold.count(len(rows.t_ns))
-        rows.values[:, DOUBTS] = np.where(rests, untold.costs, np.nan)
+        self.findings.count(len(rows.t_ns))
+        rests = rows.values[:, MODE, None] == THREE_POINT
+        rows.values[:, DOUBTS] = np.where(rests, self.findings.costs, np.nan)
         self.told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
 
@@ -235,9 +235,8 @@ class Placing:
         """Do what `tell` does with one row, in a fifth of the time."""
         if self.findings.unsure:
             return self.tell(Rows(np.array([t_ns]), row.reshape(1, -1)))
-        untold = self.findings.untold
-        untold.count(1)
-        row[DOUBTS] = untold.costs if row[MODE] == THREE_POINT else np.nan
+        self.findings.count(1)
+        row[DOUBTS] = self.findings.costs if row[MODE] == THREE_POINT else np.nan
         self.told = t_ns, row
         self._flag = bool(row[FLAG])
 
@@ -250,9 +249,9 @@ class Placing:
         row = None if self.told is None else self.told[1]
         if row is not None and row[MODE] == THREE_POINT:
             known = row[AT.reactions_determined] == 1.0
-            self.findings.untold.take(sample.t_ns, self.processor.filter, known)
+            self.findings.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
-            self.findings.untold.restart()
+            self.findings.lift()
         other = self.findings.take(sample, self.measured, still, in_air)
         if other:
             self.rebuild()

@@ -115,7 +115,12 @@ class Search:
             return None
         told = np.einsum("nii->n", here.innovations.covariance) > 0
         covariance = here.innovations.covariance[told]
-        root = np.linalg.inv(np.linalg.cholesky(covariance + _padding(covariance)))
+        try:
+            root = np.linalg.inv(np.linalg.cholesky(covariance + _padding(covariance)))
+        except np.linalg.LinAlgError:
+            # Rounding has left a covariance that is not positive definite: of a scene that is far
+            # off, or of innovations that say nothing.
+            return None
         means, scores = [], []
         for i in free:
             ahead, behind = (np.clip(self._beside(x, i, sign), *self._limits) for sign in (1, -1))
@@ -128,7 +133,8 @@ class Search:
             gone = (moved.innovations.residual - here.innovations.residual)[told] / (end - x)[i]
             means.append(np.einsum("nij,nj->ni", root, gone))
         J = np.array(means).reshape(len(free), -1)
-        return Slopes(J @ J.T, np.array(scores).T)
+        found = Slopes(J @ J.T, np.array(scores).T)
+        return found if all(np.isfinite(part).all() for part in found) else None
 
     def _beside(self, x, i, sign):
         there = x.copy()

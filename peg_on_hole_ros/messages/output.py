@@ -5,6 +5,7 @@ from math import nan
 
 import numpy as np
 
+from peg_on_hole_ros.diagnosis.fence import Fenced
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.markers import marker_array
 from peg_on_hole_ros.messages.plain import HOLE_FRAME, floats, header, quaternion, xyz
@@ -92,8 +93,8 @@ class OutputStream:
         For the sizes of peg and hole and the friction cones.
     markers_rate : float
         Most marker messages per second of stamp time [Hz]; 0: none.
-    possible : StillPossible, optional
-        Says beside the alarms what helps.
+    possible : Fenced, optional
+        Adds to the alarms what helps, where that can be planned.
 
     """
 
@@ -101,7 +102,7 @@ class OutputStream:
         self,
         scene: Scene,
         markers_rate: float = 10.0,
-        possible: StillPossible | None = None,
+        possible: Fenced[StillPossible] | None = None,
     ) -> None:
         self._scene, self._possible = scene, possible
         self.set_markers_rate(markers_rate)
@@ -134,7 +135,9 @@ class OutputStream:
             messages.append(("contact_mode", STRING, {"data": outputs.contact_mode}))
         levels = tuple((alarm.name, alarm.level) for alarm in outputs.alarms)
         changed = levels != self._levels or self._made_due
-        alarms = self._possible.beside(outputs) if self._possible else outputs.alarms
+        alarms = outputs.alarms
+        if self._possible is not None:
+            alarms = self._possible(lambda look: look.beside(outputs), alarms)
         # Alarms that nobody looks after are not published: their silence can be told.
         if levels and (changed or _due(outputs.t_ns, self._alarms_ns, ALARM_PERIOD_NS)):
             self._levels, self._alarms_ns = levels, outputs.t_ns
@@ -176,7 +179,7 @@ class OutputStream:
 
     @property
     def _made_due(self):
-        return self._possible is not None and self._possible.due
+        return self._possible is not None and self._possible(lambda look: look.due, False)
 
     def _anything_due(self, t_ns):
         alarms = self._alarms_ns is not None and _due(t_ns, self._alarms_ns, ALARM_PERIOD_NS)

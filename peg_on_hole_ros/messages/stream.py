@@ -16,6 +16,7 @@ from peg_on_hole_ros.config.configuration import (
     to_parameters,
 )
 from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.diagnosis.fence import Fenced
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -101,7 +102,9 @@ class MessageStream:
         self.t_ns: int | None = None
         self.frame: str | None = None
         self.refused = ""
-        self._possible = StillPossible(configuration)
+        self._possible = Fenced(
+            "still_possible", lambda: StillPossible(configuration), pipeline.failures
+        )
         self._outputs = OutputStream(configuration.scene, markers_rate, self._possible)
         self._cycles = Cycles()
         self._parameters = to_parameters(configuration) | {"markers_rate": markers_rate}
@@ -120,6 +123,11 @@ class MessageStream:
     def causes(self) -> list[str]:
         """Settings that the data have contradicted, a line each."""
         return self.pipeline.causes
+
+    @property
+    def failed_looks(self) -> list[str]:
+        """Side looks that failed, with their errors, a line each."""
+        return self.pipeline.failures.lines
 
     def on_wrench(self, message: Any) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
@@ -328,7 +336,7 @@ class MessageStream:
             return Answer(False, f"cannot set {shown(text)}: {error}")
         self._parameters = parameters
         self.pipeline.retune(configuration, orientation_of(configuration.joints))
-        self._possible.configuration = configuration
+        self._possible(lambda look: look.take(configuration), None)
         self._outputs.set_markers_rate(node.markers_rate)
         return Answer(
             True, "set " + ", ".join(f"{name} = {value}" for name, value in changed.items())

@@ -44,6 +44,10 @@ class StillPossible:
         self._levels: dict[str, int] = {}
         self._sentence = ""
 
+    def take(self, configuration: Configuration) -> None:
+        """Take other settings from here on."""
+        self.configuration = configuration
+
     def beside(self, outputs: Outputs) -> tuple[Alarm, ...]:
         """Return the alarms of a stamp, with the sentence where there is one."""
         levels = {a.name: a.level for a in outputs.alarms if a.name in _ADVISED}

@@ -1,12 +1,13 @@
 """What to look at where a recording was hardly used, or fits its configuration badly."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Batch, stretches
 from peg_on_hole_ros.config.configuration import BY_NAME
-from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.engine.arrival_order import CLOCK_JUMP_NS
 from peg_on_hole_ros.replay.loops import Loop
 from peg_on_hole_ros.replay.topic_findings import Oddities
@@ -74,8 +75,9 @@ class Seen:
 
     Parameters
     ----------
-    joints : sequence of str
-        `joints.names`.
+    joints : JointInput
+    failures : Failures
+        Looks of this one that fail are switched off, and noted there.
 
     Attributes
     ----------
@@ -86,13 +88,17 @@ class Seen:
 
     """
 
-    def __init__(self, joints: Iterable[str]) -> None:
+    def __init__(self, joints: JointInput, failures: Failures) -> None:
         self.lacking: list[str] = []
         self.complete = False
-        self._needed = set(joints)
+        self._needed = set(joints.names)
         self._spans: dict[str, list[int]] = {}
-        self._odd = {"wrench": Oddities(), "joints": Oddities(joints)}
-        self._loops = {"wrench": Loop(), "joints": Loop()}
+        own = joints.source == "peg"
+        self._odd = {
+            "wrench": Fenced("oddities", Oddities, failures),
+            "joints": Fenced("oddities", lambda: Oddities(joints.names, own), failures),
+        }
+        self._loops = {source: Fenced("loops", Loop, failures) for source in ("wrench", "joints")}
 
     def add(self, batch: Batch, sources: dict[str, str]) -> None:
         """Take a batch; `sources` says which topics are `wrench` and `joints`."""
@@ -114,13 +120,16 @@ class Seen:
             self.complete |= len(short) < len(found)
             if short and not self.lacking:
                 self.lacking = list(min(short)[1])
-        self._odd[source].add(found)
-        self._loops[source].add(t_ns[np.argsort(places)])
+        self._odd[source](lambda look: look.add(found), None)
+        self._loops[source](lambda look: look.add(t_ns[np.argsort(places)]), None)
 
     @property
     def loop(self) -> str:
         """What there is to say of stamps that come again, or nothing."""
-        back = {source: loop.seconds for source, loop in self._loops.items() if loop.seconds}
+        found = {
+            source: loop(lambda look: look.seconds, 0.0) for source, loop in self._loops.items()
+        }
+        back = {source: seconds for source, seconds in found.items() if seconds}
         if not back:
             return ""
         seconds = max(back.values())
@@ -140,11 +149,11 @@ class Seen:
 
     def odd(self, source: str) -> list[str]:
         """Return a line for each oddity in what those of `wrench` or `joints` hold."""
-        return self._odd[source].lines()
+        return self._odd[source](lambda look: look.lines(), [])
 
     def noise(self, name: str) -> float | None:
         """Return at least what noise `force` or `torque` of the wrench has, see `Oddities`."""
-        return self._odd["wrench"].noise(name)
+        return self._odd["wrench"](lambda look: look.noise(name), None)
 
     def apart(self, configuration: Configuration) -> str:
         """Return how far stamps of both are apart where none goes with another, or nothing."""

@@ -16,6 +16,7 @@ from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
 from peg_on_hole_ros.config.configuration import from_parameters, node_options
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
+from peg_on_hole_ros.diagnosis.fence import Failures
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.smoother import Smoother
@@ -89,6 +90,8 @@ class Replayed(NamedTuple):
         Settings that the data have contradicted, a line each.
     void_reactions : bool
         Whether reactions rest on one of these.
+    failures : Failures
+        Side looks that failed.
 
     """
 
@@ -103,6 +106,7 @@ class Replayed(NamedTuple):
     ending: list[Message]
     causes: list[str]
     void_reactions: bool
+    failures: Failures
 
 
 def sources_of(configuration: Configuration) -> dict[str, str]:
@@ -229,10 +233,10 @@ def replay_bag(
     configuration = settled(bag, configuration).configuration
     orientation_of(configuration.joints)
     warm(configuration)
-    seen = Seen(configuration.joints.names)
     stream = message_stream(
         configuration, markers_rate, Smoother if smoothed else make_filter, offline=True
     )
+    seen = Seen(configuration.joints, stream.pipeline.failures)
     unreadable = Counter(bag.undecodable)
     begun, count = time.perf_counter(), 0
     for batch in bag.batches(needed):
@@ -280,6 +284,7 @@ def replay_bag(
         ending,
         stream.causes,
         stream.pipeline.void_reactions,
+        stream.pipeline.failures,
     )
 
 

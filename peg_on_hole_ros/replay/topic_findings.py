@@ -10,6 +10,7 @@ import numpy as np
 from peg_on_hole_ros.bags.batch import Stretch
 from peg_on_hole_ros.bags.stamps import ByStamp
 from peg_on_hole_ros.measurements.repeats import new_repeats, notice_all, said
+from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
@@ -32,11 +33,14 @@ class Oddities:
     ----------
     names : sequence of str, optional
         Joints that are looked at; of a wrench none.
+    angles : bool
+        Whether they are gamma, psi and phi: their way is that of the orientation, as psi and phi
+        trade places near upright, where their sum alone is determined, and wrap.
 
     """
 
-    def __init__(self, names: Iterable[str] = ()) -> None:
-        self._names = tuple(names)
+    def __init__(self, names: Iterable[str] = (), angles: bool = False) -> None:
+        self._names, self._angles = tuple(names), angles
         self._parts = {"position": slice(None)} if names else _OF_WRENCH
         self._frames: Counter[str] = Counter()
         self._first: dict[str, np.ndarray] = {}
@@ -83,7 +87,10 @@ class Oddities:
 
     def _look_for_jumps(self, t_ns, values):
         seconds = np.diff(t_ns) * 1e-9
-        way = np.abs(np.diff(values, axis=0)).max(axis=1, initial=0.0)
+        if self._angles:
+            way = _turns(values)
+        else:
+            way = np.abs(np.diff(values, axis=0)).max(axis=1, initial=0.0)
         # Where stamps fall another recording begins.
         jumps = (seconds >= 0.0) & (way > np.maximum(_STEP, _FASTEST * seconds))
         self._jumps += int(jumps.sum())
@@ -126,6 +133,14 @@ class Oddities:
                 )
                 told.append(f"{name} is ({shown}) in all {self._count} messages: {why}")
         return told
+
+
+def _turns(angles):
+    """Return the angles of the turns from each orientation to the next, shape (n - 1,) [rad]."""
+    R = peg_axes(angles.T)
+    # Of a turn by a the Frobenius norm of the difference is 2 sqrt(2) sin(a / 2).
+    chord = np.sqrt(np.square(np.diff(R)).sum(axis=(0, 1)) / 8.0)
+    return 2.0 * np.arcsin(np.minimum(chord, 1.0))
 
 
 def two_robots(types: dict[str, list[str]], wrench: str, joints: str) -> str:

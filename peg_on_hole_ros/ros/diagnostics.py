@@ -37,7 +37,7 @@ _NOT_ALONE = (
 _OTHER_CLOCK = 1.0
 _USUAL = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
-    "|settings_changed|expected|tare_automatic)$"
+    "|settings_changed|expected|tare_automatic|look_failed_.*)$"
 )
 # Of another driver on the topic, as a gripper's, where joint states that can be used come too.
 _SHARED = "joints_dropped_missing_joint"
@@ -105,6 +105,7 @@ class Diagnostics:
         model: str = "",
         causes: Sequence[str] = (),
         idle: str = "",
+        failed_looks: Sequence[str] = (),
     ) -> tuple[dict, list[str]]:
         """
         Return the diagnostic_msgs/DiagnosticArray since the last report, and lines to log.
@@ -125,6 +126,8 @@ class Diagnostics:
             Settings that the data have contradicted, a line each.
         idle : str
             Why there is no estimate by the node's own decision; empty: there may be one.
+        failed_looks : sequence of str
+            Side looks that failed, with their errors, a line each.
 
         """
         new = self._new(counts)
@@ -137,10 +140,10 @@ class Diagnostics:
             self._input(elapsed_ns, counts, lost, silent),
             self._timing(elapsed_ns, load, busy),
             output,
-            self._filter(health, model, new, causes, idle),
+            _beside(self._filter(health, model, new, causes, idle), failed_looks),
         ]
         told = [f"load {load:.2g}: {_TOO_SLOW}"] if busy else []
-        told += joined + unheard + self._new_causes(causes)
+        told += joined + unheard + self._new_causes([*causes, *failed_looks])
         self._received.clear()
         self._busy_ns = self._longest_ns = self._outputs = 0
         self._age_ns = None
@@ -246,6 +249,14 @@ class Diagnostics:
             return ""
         side = "behind" if age > 0 else "ahead of"
         return f"; stamps are {abs(age):.1f} s {side} this node's clock"
+
+
+def _beside(status, failed_looks):
+    """Return a status with the side looks that failed, which is a warning at least."""
+    if not failed_looks:
+        return status
+    message = "; ".join([status["message"], *failed_looks])
+    return status | {"level": max(status["level"], WARN), "message": message}
 
 
 def _lines(new):

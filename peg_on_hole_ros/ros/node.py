@@ -368,6 +368,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             pipeline.model,
             pipeline.causes,
             self._waiting or self._stream.refused,
+            self._stream.failed_looks,
         )
         self._warn(lines)
         if not stamp_ns and not self._clock_missed:

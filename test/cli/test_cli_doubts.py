@@ -15,7 +15,7 @@ from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.sim.truth import integrate
-from simulated import contact_plan
+from simulated import ROOT, contact_plan
 from small_bags import JOINTS, MS, WRENCH, header, joints, wrench
 
 # Beyond what joints.delay can be.
@@ -498,3 +498,43 @@ def test_a_wrench_in_another_unit_is_told_by_its_noise(tmp_path, capsys, force, 
     assert [line.split("the noise of the ")[1].split()[0] for line in lines] == told
     for line in lines:
         assert "a wrench in kN" in line and "whose reactions mean nothing here" in line
+
+
+def upright(i):
+    """An orientation near upright, given as encoders of the peg do: psi + phi alone is known."""
+    gamma, turn = 1e-4 * abs(np.sin(0.3 * i)), 0.002 * i
+    psi = np.angle(np.exp(1j * 2.5 * i))
+    return gamma, psi, np.angle(np.exp(1j * (turn - psi)))
+
+
+@pytest.mark.parametrize(
+    ("angles", "jumps"),
+    [
+        # Trade places near upright, and wrap; then the tilt, the heading and the peg's own turn.
+        (upright, False),
+        (lambda i: (0.3, np.angle(np.exp(0.01j * i + 3.1j)), np.angle(np.exp(-0.02j * i))), False),
+        (lambda i: (0.3 + 0.3 * (i % 2), 0.0, 0.0), True),
+        (lambda i: (0.3, 1.5 * (i % 2), 0.0), True),
+        (lambda i: (1e-4, 0.0, 0.4 * (i % 2)), True),
+    ],
+)
+def test_the_pegs_own_joints_jump_as_an_orientation_does(angles, jumps, tmp_path, capsys):
+    def joints_of(t_ns):
+        return joints(t_ns, tuple(map(float, angles((t_ns - 10**10) // (2 * MS)))))
+
+    path = recording(tmp_path / "a.mcap", joints_of=joints_of)
+    assert main(["inspect", str(path), "--json"]) in (0, 3)
+    lines = json.loads(capsys.readouterr().out)["oddities"]["/joint_states"]
+    assert any("positions jump" in line for line in lines) == jumps
+    assert main(["replay", str(path)]) in (0, 3)
+    assert ("positions jump" in capsys.readouterr().out) == jumps
+
+
+@pytest.mark.nightly
+def test_nothing_jumps_in_the_samples_own_insertion(tmp_path, capsys):
+    path, settings = str(tmp_path / "a.mcap"), str(ROOT / "config" / "insertion.yaml")
+    assert main(["simulate", "--config", settings, "--out", path]) == 0
+    for command in ("inspect", "replay"):
+        capsys.readouterr()
+        assert main([command, path]) == 0
+        assert "jump" not in capsys.readouterr().out

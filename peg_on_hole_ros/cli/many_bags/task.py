@@ -157,7 +157,9 @@ def _replayed(task):
     bag, configuration, node, _ = open_recording(
         str(task.bag), task.config, [estimate and str(estimate)], (), task.reading
     )
-    summary, _, doubts = replay(bag, configuration, node, estimate, report)
+    summary, _, doubts, no_page = replay(bag, configuration, node, estimate, report)
+    if no_page is not None:
+        raise no_page
     # What differs from run to run is no result.
     summary = summary | {"bag": printable(task.path), "realtime_factor": None}
     write_text(task.folder / SUMMARY, to_json(summary) + "\n")
