@@ -1,6 +1,7 @@
 """`peg-on-hole calibrate`: friction, biases, noise, delay, tilt and clearance from a bag."""
 
 import argparse
+from collections import Counter
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli import calibration_text
@@ -9,6 +10,7 @@ from peg_on_hole_ros.cli.payload import found_payload
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.presses import found_axes
 from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.sound_samples import sound_orientations, sound_wrenches, take_wrench
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.config.options import Configuration
@@ -45,26 +47,30 @@ def run(arguments: argparse.Namespace) -> int:
                 f"wrench.{name} = {stated!r}: calibrate takes wrenches with "
                 f"wrench.{name}: {taken} alone; record them so"
             )
+    left_out: Counter[str] = Counter()
     if arguments.presses:
-        told, text = found_axes(bag, configuration)
+        told, text = found_axes(bag, configuration, left_out)
         values = start | told
         heading = (
             f"Axes and sign of the wrench by presses of {bag.path}; else as {origin}.\n\n{text}"
         )
         text += f"\n{_WRITTEN.format(arguments.out)}"
     elif arguments.payload:
-        told, text = found_payload(read_recording(bag, configuration), configuration)
+        record = read_recording(bag, configuration, left_out)
+        told, text = found_payload(record, configuration)
         values = start | told
         heading = f"Payload and zero by still poses of {bag.path}; else as {origin}.\n\n{text}"
         text += f"\n{_WRITTEN.format(arguments.out)}"
     else:
-        record = read_recording(bag, configuration)
+        record = read_recording(bag, configuration, left_out)
         with Progress("calibrating") as progress:
             found = calibrate(record, configuration, progress)
         values = start | calibration_text.parameters(found, to_parameters(configuration))
         heading = calibration_text.heading(found, str(bag.path), origin)
         text = _text(found, arguments.out)
     from_parameters(values)
+    if left_out:
+        text, heading = (f"{each}\n{_left_out(left_out)}" for each in (text, heading))
     write_text(arguments.out, write_parameters(values, heading))
     print(text)
     if bag.damage:
@@ -72,9 +78,23 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def read_recording(bag: Bag, configuration: Configuration) -> Recording:
+def _left_out(counts):
+    listed = ", ".join(f"{name} {count}" for name, count in sorted(counts.items()))
+    return f"left out, by reason: {listed}"
+
+
+def read_recording(
+    bag: Bag, configuration: Configuration, left_out: Counter[str] | None = None
+) -> Recording:
     """
     Return the wrenches and orientations of a bag that can be used.
+
+    Parameters
+    ----------
+    bag : Bag
+    configuration : Configuration
+    left_out : Counter, optional
+        Counted up: messages that are left out, by reason, as a replay names them.
 
     Raises
     ------
@@ -87,18 +107,22 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
     wrench_topic, joints_topic = list(needed)[:2]
     orientation = orientation_of(configuration.joints)
     wrenches, measurements = [], []
+    left_out = Counter() if left_out is None else left_out
     total = sum(bag.topics[topic].count for topic in (wrench_topic, joints_topic))
     with Progress("decoding") as progress:
         items = bag.items(dict(list(needed.items())[:2]), configuration.joints.names)
         for count, item in enumerate(items):
             progress(count / total)
-            if isinstance(item.sample, Malformed):
-                continue
             if item.topic == wrench_topic:
-                wrenches.append(item.sample)
+                take_wrench(item.sample, wrenches, left_out)
+                continue
+            if isinstance(item.sample, Malformed):
+                left_out[f"joints_dropped_malformed_{item.sample.reason}"] += 1
                 continue
             measurement = orientation(item.sample)
-            if not isinstance(measurement, str):
+            if isinstance(measurement, str):
+                left_out[f"joints_dropped_{measurement}"] += 1
+            else:
                 measurements.append(measurement)
     for topic, kept in ((wrench_topic, wrenches), (joints_topic, measurements)):
         if len(kept) < 2:
@@ -111,7 +135,9 @@ def read_recording(bag: Bag, configuration: Configuration) -> Recording:
     clocks = apart(*spans, configuration)  # type: ignore[arg-type, call-arg]
     if clocks:
         raise BagError(f"{bag.path}: {clocks}")
-    record = recording(wrenches, measurements)
+    record = recording(
+        sound_wrenches(wrenches, left_out), sound_orientations(measurements, left_out)
+    )
     counts = len(record.wrench_t), len(record.joint_t)
     if min(counts) < _FEWEST:
         raise BagError(

@@ -13,7 +13,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from dds_peer import PATIENCE, node_process
-from inputs import closing, hanging, joints, wrench
+from inputs import closing, hanging, joints
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.ros.node import PegOnHoleNode
