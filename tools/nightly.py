@@ -23,7 +23,7 @@ COMMAND = (*PYTHON, "peg_on_hole_ros.cli.main")
 def parts(seconds: float | None, out: Path) -> dict[str, list[str]]:
     """Return the command of each part."""
     hour = seconds or 3600
-    killed = min(seconds or 600, 600)
+    storm = min(seconds or 600, 600)
     workers = ("--workers", WORKERS)
     fuzz = ("test/config/test_config_fuzz.py", "test/engine/test_arrivals.py")
     return {
@@ -37,7 +37,10 @@ def parts(seconds: float | None, out: Path) -> dict[str, list[str]]:
         "grid": [*PYTHON, "benchmarks.grid.run", "--quick", "--folder", f"{out}/grid"],
         "scenes": [*PYTHON, "benchmarks.scenes.run", "--quick", "--out", f"{out}/scenes"],
         "hour": [*PYTHON, "benchmarks.cost.hour", "--seconds", str(hour)],
-        "killed": [*PYTHON, "benchmarks.faults.killed", "--seconds", str(killed)],
+        "storm": [
+            *(*PYTHON, "benchmarks.faults.storm", "--seconds", str(storm)),
+            *("--out", f"{out}/storm"),
+        ],
         "steps": [*PYTHON, "benchmarks.cost.long_run"],
         "mutations": [*PYTHON, "benchmarks.mutations", "--out", f"{out}/mutations"],
     }
