@@ -5,8 +5,8 @@ from collections import Counter
 import numpy as np
 
 from peg_on_hole_ros.engine.announced_motion import Expected
+from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.free_peg import UNKNOWN, FreeFor, not_free, turns
-from peg_on_hole_ros.engine.placing import Placing
 from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.records import Answer, Outputs, WrenchSample
@@ -21,19 +21,19 @@ class Requests:
 
     Parameters
     ----------
-    placing : Placing
+    engine : Engine
     counts : Counter
         Counted up, and looked at for whether there was a tare.
 
     """
 
-    def __init__(self, placing: Placing, counts: Counter[str]) -> None:
-        self._placing, self._counts = placing, counts
-        self._free = FreeFor(placing.configuration)
+    def __init__(self, engine: Engine, counts: Counter[str]) -> None:
+        self._engine, self._counts = engine, counts
+        self._free = FreeFor(engine.configuration)
         self._forget()
 
     def _forget(self):
-        self._expected, self._poses = Expected(), StillPoses(self._placing.configuration)
+        self._expected, self._poses = Expected(), StillPoses(self._engine.configuration)
 
     @property
     def watching(self) -> bool:
@@ -52,16 +52,12 @@ class Requests:
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
         free = self._free.asked and self._free.long(self._told)
-        if free and not self._placing.findings.unsure:
+        if free and not self._engine.findings.unsure:
             self._counts["tare_automatic"] += self.tare().success
 
     def reset(self) -> Answer:
         """Restart filter and monitor, forget what was learnt; the tare stays."""
-        last_ns = self._placing.order["last_wrench_ns"]
-        self._placing.restart()
-        # No stamp is told of twice.
-        self._placing.order["last_wrench_ns"] = last_ns
-        self._placing.processor.forget()
+        self._engine.reset()
         self._forget()
         self._counts["reset"] += 1
         return Answer(
@@ -75,18 +71,18 @@ class Requests:
 
     def tare(self) -> Answer:
         """Take the mean of the last wrenches as that of a free-hanging peg, if there are any."""
-        wrench = self._placing.configuration.wrench
+        wrench = self._engine.configuration.wrench
         if self._lacking:
             return self.refuse_tare(self._lacking)
-        told, findings = self._told, self._placing.findings
-        held = not_free(told, self._placing.configuration, findings.unsure)
+        told, findings = self._told, self._engine.findings
+        held = not_free(told, self._engine.configuration, findings.unsure)
         if held and not wrench.tare_in_contact:
             return self.refuse_tare(
                 f"{held}; call again once it hangs free and still (wrench.tare_in_contact takes "
                 "it all the same)"
             )
         samples = self._latest()
-        taken = self._placing.tare(samples)
+        taken = self._engine.tare(samples)
         self._counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
@@ -112,28 +108,28 @@ class Requests:
         refused = self._poses.refused or self._lacking
         if not refused and self._told is not None:
             # Whether it touches cannot be told before the payload is known.
-            refused = turns(self._told, self._placing.configuration)
+            refused = turns(self._told, self._engine.configuration)
         if refused:
             return Answer(False, f"no pose taken: {refused}")
         samples = self._latest()
         mean = np.mean([[*sample.force, *sample.torque] for sample in samples], axis=0)
-        gravity_S = self._placing.processor.gravity_in_sensor
+        gravity_S = self._engine.processor.gravity_in_sensor
         return Answer(True, self._poses.take(gravity_S, mean, len(samples)))
 
     @property
     def _lacking(self) -> str:
-        if self._placing.recent and self._placing.processor.oriented:
+        if self._engine.recent and self._engine.processor.oriented:
             return ""
         return "no wrench and orientation have arrived yet"
 
     def _latest(self) -> list[WrenchSample]:
         """Return the wrenches of the last moment."""
-        recent = self._placing.recent
+        recent = self._engine.recent
         return [each for each in recent if recent[-1].t_ns - each.t_ns <= TARE_NS]
 
     @property
     def _told(self):
-        told = self._placing.told
+        told = self._engine.told
         return None if told is None else outputs_of(*told)
 
 
