@@ -230,15 +230,15 @@ def test_no_tare_while_lost():
     assert not line.tare().success
 
 
-def test_a_snapshot_knows_of_a_lost_motion():
+def test_a_late_orientation_from_before_it_was_lost_finds_the_motion_again():
     line = Pipeline(from_parameters({}))
     samples = pause(LOST_MS + 200, wrenches=True, step=5)
-    list(line.play(samples[:500]))
-    before = line.processor.snapshot()
-    list(line.play(samples[500:-605]))
-    lost = line.processor.snapshot()
-    assert not line.processor.oriented
-    line.processor.restore(before)
-    assert line.processor.oriented
-    line.processor.restore(lost)
-    assert not line.processor.oriented and line.processor.counts["motion_lost"] == 1
+    lost = BEGIN + (400 + LOST_MS) * MS
+    list(line.play(s for s in samples if s.t_ns <= lost + 10 * MS))
+    assert not line.processor.oriented and line.counts["motion_lost"] == 1
+    late = next(s for s in samples[::-1] if isinstance(s, JointSample))
+    line.on_joints(late._replace(t_ns=lost - 20 * MS))
+    wrenches = [s for s in samples if isinstance(s, WrenchSample) and s.t_ns > lost + 10 * MS]
+    line.on_wrench(wrenches[0])
+    assert line.processor.oriented and line.counts["motion_lost"] == 0
+    assert line.counts["went_back"] == 1
