@@ -199,7 +199,9 @@ def test_sigint_ends_it_whoever_is_connected_and_whatever_the_shell_ignores(tmp_
 
 def test_it_ends_in_the_background_of_a_script(tmp_path):
     program = f"{sys.executable} -m peg_on_hole_ros.cli.main watch --port 0"
-    script = f"{program} > {tmp_path}/said & echo $!; wait $!; echo $?"
+    said = tmp_path / "said"
+    said.touch()
+    script = f"{program} > {said} & echo $!; wait $!; echo $?"
     shell = subprocess.Popen(
         ["sh", "-c", script],
         stdout=subprocess.PIPE,
@@ -208,7 +210,7 @@ def test_it_ends_in_the_background_of_a_script(tmp_path):
     )
     try:
         pid, end = int(shell.stdout.readline()), time.monotonic() + 60.0
-        while not (tmp_path / "said").read_text():
+        while not said.read_text():
             assert time.monotonic() < end
             time.sleep(0.02)
         os.kill(pid, signal.SIGINT)
