@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from peg_on_hole_ros.estimator.state import BIAS, TILT
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import Alarm, Outputs
@@ -46,3 +47,15 @@ def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> Outpu
         alarms=alarms,
     )
     return outputs._replace(**more)
+
+
+def learnt(kalman):
+    """Return bias and tilt that a filter has learnt, with standard deviations, by name."""
+    bias = [f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz"]
+    found, s, at = {}, kalman.state, kalman.held["at"]
+    for quantity, names in ((BIAS, bias), (TILT, ["hole_tilt_x", "hole_tilt_y"])):
+        for i, name in enumerate(names if at[quantity] >= 0 else []):
+            k = at[quantity] + i
+            found[name] = float(s.mean[k])
+            found[f"{name}_stddev"] = float(np.sqrt(max(s.covariance[k, k], 0.0)))
+    return found

@@ -20,6 +20,8 @@ from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSamp
 
 # Messages that are taken in one go: what comes of them is held in memory.
 MOST = 4096
+# What is given in one go has stamps that rise.
+_ENDS = Stop.END, Stop.UNSOUND, Stop.ENOUGH, Stop.RESTART
 # What a filter in Python does in the course of a wrench.
 _BY_HAND = Stop.START, Stop.CORRECT, Stop.WRENCH
 
@@ -121,7 +123,9 @@ class Engine:
 
     def push(self, arrivals: Arrivals, begin: int = 0, most: int = MOST) -> tuple[int, Rows]:
         """
-        Take messages from a place on: up to one that is not sound, and MOST of them at once.
+        Take messages from a place on, MOST of them at once.
+
+        What is given has stamps that rise: one of before the newest is taken by itself.
 
         Parameters
         ----------
@@ -143,11 +147,12 @@ class Engine:
         here = arrivals.of_wrench[begin:end]
         given = room_for(int(np.count_nonzero(here)))
         arrivals = arrivals._replace(of_wrench=arrivals.of_wrench[:end], t_ns=arrivals.t_ns[:end])
+        taking["begin"] = begin
         taking["place"], taking["wrench"] = begin, np.count_nonzero(arrivals.of_wrench[:begin])
         taking["rows"] = taking["taken"] = 0
         taking["most"] = most
         seen, stop = (0, 0), Stop.LOOK
-        while stop not in (Stop.END, Stop.UNSOUND, Stop.ENOUGH):
+        while stop not in _ENDS:
             taking["by_hand"] = not self.processor.in_one_piece
             taking["due_ns"], taking["due_until_ns"] = self.findings.due
             stop = Stop(push(self._memory, self._taking, arrivals, given))

@@ -118,9 +118,7 @@ class Findings:
     @property
     def unsure(self) -> bool:
         """Whether nothing sure may be told."""
-        dead, look = self._dead.look, self._diagnosis.look
-        if dead is not None and dead.suspects and not self._dead.failed:
-            return True
+        look = self._diagnosis.look
         if look is None:
             return False
         # Of a look that has failed a doubt is dropped; what it found stays.

@@ -181,15 +181,11 @@ class Pipeline:
         if isinstance(measurement, str):
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
-        self.push(
-            Arrivals(
-                _NOT,
-                np.array([measurement.t_ns - self._delay_ns], np.int64),
-                _SOUND,
-                _NO_WRENCH,
-                measurement.row.reshape(1, -1),
-            )
-        )
+        t_ns = np.array([measurement.t_ns - self._delay_ns], np.int64)
+        one = Arrivals(_NOT, t_ns, _SOUND, _NO_WRENCH, measurement.row.reshape(1, -1))
+        # One that tells of a clock that jumped is taken once more, to begin with.
+        while not self.push(one)[0]:
+            pass
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
@@ -229,8 +225,8 @@ class Pipeline:
         Returns
         -------
         end : int
-            Place of the first that is not taken: one that is not sound, or what is left once
-            MOST messages were taken.
+            Place of the first that is not taken, which may be one that is not sound; what is
+            given has stamps that rise.
         rows : Rows
             What they give.
 

@@ -24,7 +24,7 @@ class Stop(IntEnum):
 
     END = 0  # all messages are taken
     UNSOUND = 1  # a message that is not given here
-    ENOUGH = 2  # as many wrenches came in order as were asked for
+    ENOUGH = 2  # as many as were asked for, or stamps would fall within what is given
     LOOK = 3  # the wrench `place` is due to be held against the settings
     RESTART = 4  # the clock has jumped back: begin anew, then take the message again
     START = 5  # a filter in Python starts from the orientation `place`
@@ -39,6 +39,8 @@ _ARRIVES, _CATCHES_UP, _LOOKED, _WORKS = range(4)
 TAKING = np.dtype(
     [
         ("place", "i8"),  # of the message that is taken
+        ("begin", "i8"),  # of the first that is taken
+        ("apart", "i8"),  # whether the message is taken by itself
         ("wrench", "i8"),  # wrenches before it
         ("rows", "i8"),  # rows that are given
         ("taken", "i8"),  # wrenches that came in order
@@ -135,8 +137,12 @@ def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int
     """
     p = taking[0]
     while p.place < len(arrivals.t_ns):
-        if p.phase == _ARRIVES and not arrivals.sound[p.place]:
-            return Stop.UNSOUND
+        if p.phase == _ARRIVES:
+            if not arrivals.sound[p.place]:
+                return Stop.UNSOUND
+            p.apart = _falls_back(memory.order[0], arrivals, p.place)
+            if p.apart and p.place > p.begin:
+                return Stop.ENOUGH
         if arrivals.of_wrench[p.place]:
             stop = _push_wrench(memory, p, arrivals, given)
         else:
@@ -146,9 +152,16 @@ def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int
         p.wrench += arrivals.of_wrench[p.place]
         p.place += 1
         p.phase = _ARRIVES
-        if p.taken >= p.most:
+        if p.taken >= p.most or p.apart:
             return Stop.ENOUGH
     return Stop.END
+
+
+@compiled
+def _falls_back(order, arrivals, place):
+    """Return whether a message is of before the newest of its kind: it is taken by itself."""
+    newest_ns = order.now_ns if arrivals.of_wrench[place] else order.newest_ns
+    return arrivals.t_ns[place] < newest_ns
 
 
 @compiled

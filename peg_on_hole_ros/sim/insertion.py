@@ -100,6 +100,8 @@ class Insertion:
         Holder and its program, from `place_program`; knots in the simulation's time.
     surface : Surface
         Of the contacts.
+    step : float
+        The largest [s].
 
     """
 
@@ -111,8 +113,9 @@ class Insertion:
         knots: np.ndarray,
         coefficients: np.ndarray,
         surface: Surface,
+        step: float = STEP,
     ) -> None:
-        self.height, self.holder = float(height), holder
+        self.height, self.holder, self.step = float(height), holder, step
         self.knots, self.coefficients = knots, coefficients
         self.surface = surface
         self.take(p)
@@ -234,11 +237,11 @@ class Insertion:
         return Rows(*(np.array(part) for part in zip(*found))) if found else None, body, t, ended
 
     def _to(self, t, end, body):
-        good, state = advance(self.model, self.knots, self.coefficients, t, end, STEP, *body)
+        good, state = advance(self.model, self.knots, self.coefficients, t, end, self.step, *body)
         if not good:
             tilt = np.arctan2(np.hypot(*body.R[:2, 2]), body.R[2, 2])
             raise PegOnHoleError(
-                f"no step of {STEP:g} s or shorter solves the contacts in the hole at "
+                f"no step of {self.step:g} s or shorter solves the contacts in the hole at "
                 f"{t:.6f} s, tilt {tilt:.6g} rad: slow the phase, or soften the holder"
             )
         return Body(*state)

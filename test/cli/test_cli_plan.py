@@ -69,13 +69,14 @@ def test_no_plan_is_an_answer(tmp_path, capsys):
         ),
         (
             "plan: {min_closing_rate: 0.5}",
-            "plan.min_closing_rate = 0.5 rad/s is above plan.max_closing_rate = 0.2 rad/s; it has "
+            "{path}: plan.min_closing_rate = 0.5 rad/s is above plan.max_closing_rate = 0.2 rad/s; it has "
             "to be at most that",
         ),
     ],
 )
 def test_a_cell_that_contradicts_itself_is_refused(text, message, tmp_path, capsys):
-    fails(capsys, 2, message, "plan", "--config", config(tmp_path, text))
+    path = config(tmp_path, text)
+    fails(capsys, 2, message.format(path=path), "plan", "--config", path)
 
 
 def test_a_wrong_parameter_is_refused_with_its_range(tmp_path, capsys):

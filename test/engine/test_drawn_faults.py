@@ -64,9 +64,11 @@ def many_at_once(line, samples):
         np.array([[*s.force, *s.torque] for s in samples if isinstance(s, WrenchSample)]),
         np.array([line.orientation(s).row for s in samples if isinstance(s, JointSample)]),
     )
-    end, rows = line.push(arrivals)
-    assert end == len(samples)
-    found = [outputs_of(int(t), row) for t, row in zip(rows.t_ns, rows.values)]
+    found, end = [], 0
+    while end < len(samples):
+        end, rows = line.push(arrivals, end)
+        assert (np.diff(rows.t_ns) > 0).all()
+        found += [outputs_of(int(t), row) for t, row in zip(rows.t_ns, rows.values)]
     return [(o.t_ns, o.state.tobytes(), o.monitor) for o in found]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from estimates import learnt as learnt_by
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import make_filter
@@ -253,7 +254,7 @@ def test_a_tare_begins_the_bias_anew():
     )  # fmt: skip
     kalman.start(np.array([0.2, 0.1, 0.3]), 1e-8 * np.eye(3))
     kalman.tared(reduction.noise / 100)
-    found = kalman.learnt(np.zeros(6))
+    found = learnt_by(kalman)
     assert found["bias_force_x"] == 0.0
     assert found["bias_force_x_stddev"] == pytest.approx(0.02)
     assert found["bias_torque_z_stddev"] == pytest.approx(0.0005)

@@ -171,7 +171,7 @@ def recording(samples, path):
 
 
 def replayed(bag, configuration, path):
-    content, _, doubts = replay(Bag(bag), configuration, NodeOptions(), path)
+    content, _, doubts, *_ = replay(Bag(bag), configuration, NodeOptions(), path)
     with open(path, "rb") as file:
         reader = make_reader(file)
         statistics = reader.get_summary().statistics
