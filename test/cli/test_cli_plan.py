@@ -69,8 +69,8 @@ def test_no_plan_is_an_answer(tmp_path, capsys):
         ),
         (
             "plan: {min_closing_rate: 0.5}",
-            "{path}: plan.min_closing_rate = 0.5 rad/s is above plan.max_closing_rate = 0.2 rad/s; it has "
-            "to be at most that",
+            "{path}: plan.min_closing_rate = 0.5 rad/s is above plan.max_closing_rate = 0.2 "
+            "rad/s; it has to be at most that",
         ),
     ],
 )

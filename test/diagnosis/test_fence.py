@@ -198,7 +198,7 @@ def test_a_report_that_fails_costs_the_report_alone(part, tmp_path, capsys, monk
 
 
 def test_a_covariance_that_is_not_positive_definite_is_no_error(tmp_path, capsys, monkeypatch):
-    """Rounding leaves such ones of a scene that is far off; calibrate then answers all the same."""
+    """Rounding leaves such ones of a scene that is far off; calibrate then answers."""
     whole = Likelihood.run
 
     def run(self, x, chosen=None, detailed=False):
