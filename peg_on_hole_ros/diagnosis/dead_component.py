@@ -9,6 +9,9 @@ from peg_on_hole_ros.records import WrenchSample
 # Wrenches with one value, bit for bit, after which a component is suspected, before any other
 # setting can be reported; and after which it is reported itself.
 _SUSPECTED, _REPORTED = 10, 25
+# Components that stay together at most, force and torque. Where more do, what comes is no sensor's
+# reading: coarsely rounded, or calculated without noise.
+_MOST = 2
 # Distinct values of a component that is alive, over wrenches.
 _ALIVE = 0.8
 # Least distance of two of its values, over the stated noise: coarser steps are those of a rounding
@@ -21,7 +24,8 @@ class DeadComponent:
     """
     Looks for components that are 0, or one other value, whatever acts on the peg.
 
-    A force or torque all of whose components stay is no finding: coarse rounding does that too.
+    More than _MOST components that stay are no finding: coarse rounding does that too, and so
+    does a load that is calculated without noise.
 
     Parameters
     ----------
@@ -74,7 +78,9 @@ class DeadComponent:
             return []
         latest = self._rows[np.arange(self._taken - count, self._taken) % _REPORTED]
         stays = (latest == latest[0]).all(axis=0)
-        found = []
+        found: list[int] = []
+        if np.count_nonzero(stays) > _MOST:
+            return found
         for kind in (slice(0, 3), slice(3, 6)):
             if stays[kind].any() and self._alive(latest[:, kind], self._noise[kind.start]):
                 found += [kind.start + i for i in np.flatnonzero(stays[kind]).tolist()]

@@ -118,6 +118,8 @@ class Findings:
     @property
     def unsure(self) -> bool:
         """Whether nothing sure may be told."""
+        if self._dead(lambda look: look.suspects, False):
+            return True
         look = self._diagnosis.look
         if look is None:
             return False
