@@ -27,3 +27,6 @@ LevelRecord = NewType("LevelRecord", Record)  # monitor.memory.LEVEL_FIELDS
 MemoryRecord = NewType("MemoryRecord", Record)  # monitor.judgement.MEMORY
 RulesRecord = NewType("RulesRecord", Record)  # engine.state.RULES
 EngineRecord = NewType("EngineRecord", Record)  # engine.state.ENGINE
+PlacesRecord = NewType("PlacesRecord", Record)  # engine.ring.PLACES
+OrderRecord = NewType("OrderRecord", Record)  # engine.arrival_order.ORDER
+TakingRecord = NewType("TakingRecord", Record)  # engine.push.TAKING

@@ -29,7 +29,7 @@ from benchmarks.bag_steps import bag_samples
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import read_parameters
-from peg_on_hole_ros.engine import pipeline, processor
+from peg_on_hole_ros.engine import engine, pipeline
 from peg_on_hole_ros.engine.pipeline import Pipeline
 
 ROOT = Path(__file__).parents[2]
@@ -39,11 +39,10 @@ ALL, NONE_LATE, NO_MODES, NEITHER = (
     "no modes, forecast, risk, alarms",
     "neither",
 )
-ENGINE, OUTPUTS, INPUT, LATE, REST = (
+ENGINE, OUTPUTS, INPUT, REST = (
     "estimate, modes, alarms, compiled",
     "outputs built",
     "samples to measurements",
-    "kept for late messages",
     "the rest",
 )
 
@@ -63,11 +62,9 @@ def variants(configuration: Configuration) -> dict[str, Configuration]:
 def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     return [
-        (processor, "advance", ENGINE),
+        (engine, "push", ENGINE),
         (pipeline, "outputs_of", OUTPUTS),
         (line, "orientation", INPUT),
-        (line.processor, "snapshot", LATE),
-        (line._placing.history, "append", LATE),
     ]
 
 

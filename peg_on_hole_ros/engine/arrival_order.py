@@ -1,4 +1,4 @@
-"""What becomes of a message by its stamp and by what came before it: one compiled decision."""
+"""What becomes of a message by its stamp and by what came before it; compiled."""
 
 from collections import namedtuple
 from typing import Any
@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine.history import MAX_KEPT
+from peg_on_hole_ros.engine import ring as kept
+from peg_on_hole_ros.engine.ring import Ring
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.memory import NO_STAMP
+from peg_on_hole_ros.record_types import OrderRecord
 
 # A stamp this far behind is a clock that was set back or a bag played again, not a late message.
 CLOCK_JUMP_NS = 1_000_000_000
-# Joint states that wait for the wrench of their time; at 8 kHz these are 60 ms.
-MAX_WAITING = 512
 # Stamps of joint states that are kept at most: of 1.5 s, the longest reach, at 5 kHz.
 MAX_STAMPS = 8192
 
@@ -49,20 +49,14 @@ ORDER = np.dtype(
         ("now_ns", "i8"),  # stamp that the estimate has come to; NO_STAMP: not started [ns]
         ("last_wrench_ns", "i8"),  # of the last wrench that was taken [ns]
         ("newest_ns", "i8"),  # of the newest orientation [ns]
-        ("kept_from_ns", "i8"),  # what is not after it has no place [ns]
         ("leap_ns", "i8"),  # of a wrench that leapt and may be taken back [ns]
         ("leap_from_ns", "i8"),  # stamp that the estimate had come to before that [ns]
         ("leap_last_ns", "i8"),  # of the wrench before that [ns]
         ("far_wrench_ns", "i8"),  # of the last message of a kind, where it was far behind [ns]
         ("far_joints_ns", "i8"),
-        ("waiting", "i8"),  # orientations that wait, with their stamps in order
-        ("waits", "i8", (MAX_WAITING + 1,)),
         ("joints", "i8"),  # recent stamps, in their order of arrival
         ("joints_first", "i8"),
         ("joint_stamps", "i8", (MAX_STAMPS,)),
-        ("wrenches", "i8"),
-        ("wrenches_first", "i8"),
-        ("wrench_stamps", "i8", (MAX_KEPT,)),
     ]
 )
 
@@ -83,84 +77,31 @@ def restart(order: np.void) -> None:
     """Forget every stamp."""
     for name in ("now", "last_wrench", "newest", "far_wrench", "far_joints"):
         order[f"{name}_ns"] = NO_STAMP
-    order["waiting"] = order["joints"] = 0
-    forget(order, NO_STAMP)
-
-
-def forget(order: np.void, from_ns: int, *kept_ns: int) -> None:
-    """Take note that nothing up to a stamp is kept to be gone back to, and which wrenches [ns]."""
-    order["kept_from_ns"], order["leap_ns"], order["wrenches_first"] = from_ns, NO_STAMP, 0
-    order["wrenches"] = len(kept_ns)
-    order["wrench_stamps"][: len(kept_ns)] = kept_ns
-
-
-def take_back(order: np.void, waits: list[int]) -> None:
-    """Undo a wrench that leapt; orientations of these stamps wait again [ns]."""
-    order["now_ns"], order["last_wrench_ns"] = order["leap_from_ns"], order["leap_last_ns"]
-    order["leap_ns"], order["wrenches"] = NO_STAMP, max(order["wrenches"] - 1, 0)
-    order["waiting"] = len(waits)
-    order["waits"][: len(waits)] = waits
+    order["leap_ns"] = NO_STAMP
+    order["joints"] = 0
 
 
 @compiled
-def arrive(
-    order: np.ndarray,
-    of_wrench: np.ndarray,
-    t_ns: np.ndarray,
-    sound: np.ndarray,
-    alone: bool,
-    fates: np.ndarray,
-) -> int:
-    """
-    Decide what becomes of messages, in their order of arrival.
-
-    Parameters
-    ----------
-    order : ndarray of ORDER, shape (1,)
-        Changed.
-    of_wrench, t_ns, sound : ndarray, shape (n,)
-        See `Arrivals`.
-    alone : bool
-        False: end before one that cannot be taken in one run with those before it. Such a run has
-        wrenches in order and orientations whose stamps rise, and may have late ones of these.
-    fates : ndarray of int64, shape (n,)
-        Filled in, places in FATES.
-
-    Returns
-    -------
-    int
-        Of how many that is decided.
-
-    """
-    o = order[0]
-    for i in range(len(t_ns)):
-        if not sound[i]:
-            return i
-        newest_ns = o.newest_ns
-        fate = _of_wrench(o, t_ns[i]) if of_wrench[i] else _of_joints(o, t_ns[i])
-        if not alone and not _runs_on(o, fate, t_ns[i], newest_ns):
-            return i
-        fates[i] = fate
-        if of_wrench[i]:
-            _note_wrench(o, fate, t_ns[i])
-        else:
-            _note_joints(o, fate, t_ns[i])
-    return len(t_ns)
+def take_back(order: OrderRecord) -> None:
+    """Undo a wrench that leapt."""
+    order.now_ns, order.last_wrench_ns = order.leap_from_ns, order.leap_last_ns
+    order.leap_ns = NO_STAMP
 
 
 @compiled
-def _runs_on(o, fate, t_ns, newest_ns):
-    if fate == FATE.waits:
-        return o.waiting < MAX_WAITING
-    if fate == FATE.same or fate == FATE.joints_late:
-        return t_ns > newest_ns
-    return (
-        fate == FATE.taken
-        or fate == FATE.wrench_repeated
-        or fate == FATE.wrench_too_late
-        or fate == FATE.joints_repeated
-        or fate == FATE.joints_too_late
-    )
+def fate_of_wrench(o: OrderRecord, ring: Ring, t_ns: int) -> int:
+    """Decide what becomes of a wrench of a stamp [ns], a place in FATES, and take note of it."""
+    fate = _of_wrench(o, ring, ring.places[0], t_ns)
+    _note_wrench(o, fate, t_ns)
+    return fate
+
+
+@compiled
+def fate_of_joints(o: OrderRecord, ring: Ring, t_ns: int) -> int:
+    """Decide what becomes of an orientation of a stamp [ns], and take note of it."""
+    fate = _of_joints(o, ring, ring.places[0], t_ns)
+    _note_joints(o, ring.places[0], fate, t_ns)
+    return fate
 
 
 @compiled
@@ -169,7 +110,7 @@ def _far(o, t_ns):
 
 
 @compiled
-def _of_wrench(o, t_ns):
+def _of_wrench(o, ring, r, t_ns):
     if o.now_ns == NO_STAMP:
         return FATE.wrench_too_early
     if t_ns == o.last_wrench_ns:
@@ -184,9 +125,9 @@ def _of_wrench(o, t_ns):
     if t_ns < o.now_ns:
         if o.now_ns - t_ns > o.window_ns:
             return FATE.wrench_too_late
-        if _among(o.wrench_stamps, o.wrenches_first, o.wrenches, t_ns):
+        if kept.has_wrench(ring, r, t_ns):
             return FATE.wrench_repeated
-        return FATE.wrench_late if t_ns > o.kept_from_ns else FATE.wrench_too_late
+        return FATE.wrench_late if kept.reaches(r, t_ns) else FATE.wrench_too_late
     return FATE.leaps if 0 < o.window_ns < t_ns - o.now_ns else FATE.taken
 
 
@@ -197,38 +138,14 @@ def _note_wrench(o, fate, t_ns):
     o.far_wrench_ns = t_ns if _far(o, t_ns) else NO_STAMP
     if fate == FATE.wrench_late:
         o.leap_ns = NO_STAMP
-        _keep_wrench(o, t_ns)
     elif fate == FATE.taken or fate == FATE.leaps:
         o.leap_ns = t_ns if fate == FATE.leaps else NO_STAMP
         o.leap_from_ns, o.leap_last_ns = o.now_ns, o.last_wrench_ns
         o.now_ns = o.last_wrench_ns = t_ns
-        taken = 0
-        while taken < o.waiting and o.waits[taken] <= t_ns:
-            taken += 1
-        for i in range(taken, o.waiting):
-            o.waits[i - taken] = o.waits[i]
-        o.waiting -= taken
-        _keep_wrench(o, t_ns)
 
 
 @compiled
-def _keep_wrench(o, t_ns):
-    if not o.window_ns:
-        return
-    oldest_ns = o.now_ns - o.window_ns
-    while o.wrenches:
-        first_ns = o.wrench_stamps[o.wrenches_first]
-        if first_ns >= oldest_ns and o.wrenches < MAX_KEPT:
-            break
-        o.wrenches_first = (o.wrenches_first + 1) % MAX_KEPT
-        o.wrenches -= 1
-        o.kept_from_ns = max(o.kept_from_ns, first_ns)
-    o.wrench_stamps[(o.wrenches_first + o.wrenches) % MAX_KEPT] = t_ns
-    o.wrenches += 1
-
-
-@compiled
-def _of_joints(o, t_ns):
+def _of_joints(o, ring, r, t_ns):
     if o.now_ns == NO_STAMP:
         return FATE.starts
     if o.now_ns - t_ns - o.expected_ns > CLOCK_JUMP_NS:
@@ -237,13 +154,14 @@ def _of_joints(o, t_ns):
     if _came(o, t_ns):
         return FATE.joints_repeated
     if t_ns > o.now_ns:
-        before = o.waiting > 0 and t_ns < o.waits[o.waiting - 1]
+        begin = kept.waiting_from(ring, r)
+        before = r.joints_last > begin and t_ns < ring.joint_ns[r.joints_last - 1]
         return FATE.waits_before if before else FATE.waits
     late_ns = o.now_ns - t_ns
     if not late_ns:
         return FATE.same
     if o.window_ns:
-        placed = late_ns <= o.window_ns and t_ns > o.kept_from_ns
+        placed = late_ns <= o.window_ns and kept.reaches(r, t_ns)
         return FATE.joints_late if placed else FATE.joints_too_late
     near = late_ns - o.expected_ns <= o.tolerance_ns
     return FATE.joints_moved if near else FATE.joints_too_late
@@ -269,11 +187,11 @@ def _among(stamps, first, count, t_ns):
 
 
 @compiled
-def _note_joints(o, fate, t_ns):
+def _note_joints(o, r, fate, t_ns):
     if fate == FATE.joints_restart:
         return
     if fate == FATE.starts:
-        o.now_ns = o.kept_from_ns = t_ns
+        o.now_ns = r.kept_from_ns = t_ns
     elif o.now_ns - t_ns - o.expected_ns > CLOCK_JUMP_NS:
         o.far_joints_ns = t_ns
         return
@@ -283,16 +201,5 @@ def _note_joints(o, fate, t_ns):
     o.joint_stamps[(o.joints_first + o.joints) % MAX_STAMPS] = t_ns
     o.joints += 1
     o.newest_ns = max(o.newest_ns, t_ns)
-    if fate == FATE.waits or fate == FATE.waits_before:
-        at = o.waiting
-        while at and o.waits[at - 1] > t_ns:
-            o.waits[at] = o.waits[at - 1]
-            at -= 1
-        o.waits[at] = t_ns
-        o.waiting += 1
-        if o.waiting > MAX_WAITING:
-            for i in range(MAX_WAITING):
-                o.waits[i] = o.waits[i + 1]
-            o.waiting = MAX_WAITING
-    elif fate == FATE.joints_late and t_ns <= o.leap_from_ns:
+    if fate == FATE.joints_late and t_ns <= o.leap_from_ns:
         o.leap_ns = NO_STAMP

@@ -127,13 +127,9 @@ class Findings:
         return look.finding is not None if self._diagnosis.failed else look.unsure
 
     @property
-    def due_ns(self) -> int:
-        """Stamp from which on a wrench is looked at [ns]."""
-        return self._due.ns
-
-    def due(self, t_ns: int) -> bool:
-        """Return whether the wrench of a stamp [ns] is to be looked at."""
-        return t_ns >= self.due_ns or self.due_ns > t_ns + DUE_NS
+    def due(self) -> tuple[int, int]:
+        """Stamps from which on a wrench is looked at, and before which one is, too [ns]."""
+        return self._due.ns, self._due.ns - DUE_NS
 
     @property
     def causes(self) -> list[str]:
@@ -154,15 +150,8 @@ class Findings:
     def _is_used(self, finding):
         return bool(finding.found) and self._adopted.items() >= finding.found.items()
 
-    def pass_by(self, sample: WrenchSample) -> None:
-        """Take any wrench."""
-        self._low_pass(lambda look: look.take(sample), None)
-        if self._delay is not None:
-            wrench = np.array([[*sample.force, *sample.torque]])
-            self._delay(lambda look: look.pass_by(np.array([sample.t_ns]), wrench), None)
-
-    def pass_all_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take many wrenches [ns], shape (n, 6)."""
+    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+        """Take any wrenches in their order: stamps [ns], force and torque (n, 6)."""
         self._low_pass(lambda look: look.take_all(t_ns, wrenches), None)
         if self._delay is not None:
             self._delay(lambda look: look.pass_by(t_ns, wrenches), None)

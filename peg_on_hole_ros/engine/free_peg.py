@@ -6,8 +6,8 @@ from math import cos, hypot, sqrt
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine.placing import LEAST_NS
 from peg_on_hole_ros.engine.processor import Processor
+from peg_on_hole_ros.engine.ring import LEAST_NS
 from peg_on_hole_ros.monitor.memory import MODES
 from peg_on_hole_ros.records import Outputs, WrenchSample
 

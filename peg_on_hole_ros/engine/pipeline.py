@@ -7,11 +7,10 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.diagnosis.fence import Failures
-from peg_on_hole_ros.engine.arrival_order import COUNTED, FATE, arrive
-from peg_on_hole_ros.engine.placing import Placing
+from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.requests import Requests
-from peg_on_hole_ros.engine.runs import look_again, orientation_at, run_of, take_run
+from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements.measurement import PegJoints, wrench_fault
@@ -25,19 +24,15 @@ from peg_on_hole_ros.records import (
     WrenchSample,
 )
 
-# Messages that are looked at together; runs of fewer wrenches are taken one by one, as a call for
-# many, and to keep states where some are late, costs as much as so many of them do.
-MOST, FEWEST, FEWEST_LATE = 4096, 8, 32
+_NOT, _SOUND = np.zeros(1, bool), np.ones(1, bool)
+_NO_WRENCH, _NO_ORIENTATION = np.empty((0, 6)), np.empty((0, ORIENTATION))
 
 
 class Pipeline:
     """
     Samples in, outputs out; time is that of the stamps, and nothing else is read.
 
-    Joint states wait until the wrench of their stamp is there, so that every prediction runs
-    under a wrench that was measured at its end. A late message is put in its place, and all since
-    is processed again when the next wrench comes; what was given out before stays as it is. One
-    stamp alone is no clock: one far back is late, a wrench far ahead of the next is taken back.
+    See `Engine` for what becomes of messages that come late or out of order.
 
     Parameters
     ----------
@@ -68,31 +63,28 @@ class Pipeline:
         self.orientation: Callable = orientation or PegJoints(configuration.joints)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._arrival_counts: Counter[str] = Counter()
-        self._placing = Placing(configuration, make, self._arrival_counts, offline)
-        self._requests = Requests(self._placing, self._arrival_counts)
-        # One message, and what becomes of it; how many are not worth looking at together.
-        self._one = np.zeros(1, bool), np.zeros(1, np.int64), np.ones(1, bool)
-        self._fates = np.zeros(MOST, np.int64)
-        self._one_by_one = 0
+        self._engine = Engine(configuration, make, self._arrival_counts, offline)
+        self._requests = Requests(self._engine, self._arrival_counts)
 
     @property
     def configuration(self) -> Configuration:
         """The settings that are used now."""
-        return self._placing.configuration
+        return self._engine.configuration
 
     @property
     def processor(self) -> Processor:
         """What holds the estimate, and processes what has been put in order."""
-        return self._placing.processor
-
-    @processor.setter
-    def processor(self, processor: Processor) -> None:
-        self._placing.processor = processor
+        return self._engine.processor
 
     @property
     def counts(self) -> Counter[str]:
         """Every message by what became of it, and what else happened."""
-        return self._arrival_counts + self.processor.counts
+        return self._arrival_counts + self._engine.counts + self.processor.counts
+
+    @property
+    def kept(self) -> tuple[int, int]:
+        """How many wrenches, and how many states before them, are kept for late messages."""
+        return self._engine.kept
 
     @property
     def health(self) -> dict[str, float]:
@@ -107,17 +99,17 @@ class Pipeline:
     @property
     def causes(self) -> list[str]:
         """Settings that the data have contradicted, a line each, the likeliest first."""
-        return [*self._placing.findings.causes, *self.processor.causes]
+        return [*self._engine.findings.causes, *self.processor.causes]
 
     @property
     def failures(self) -> Failures:
         """The side looks that failed in this run, with their errors."""
-        return self._placing.findings.failures
+        return self._engine.findings.failures
 
     @property
     def void_reactions(self) -> bool:
         """Whether reactions rest on what the data have contradicted, with nothing in its place."""
-        return self._placing.findings.void_reactions
+        return self._engine.findings.void_reactions
 
     @property
     def filter(self) -> HeldPeg:
@@ -146,13 +138,12 @@ class Pipeline:
 
     def describe(self, joints: JointInput, orientation: Callable) -> None:
         """Take what the robot's description makes known, before which no joint state is used."""
-        self._placing.describe(joints)
+        self._engine.describe(joints)
         self.orientation = orientation
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
         """Take another pose of the sensor, before the first wrench [m], [rad]."""
-        self._placing.findings.mount(xyz, rpy)
-        self._placing.rebuild()
+        self._engine.mount(xyz, rpy)
 
     def retune(self, configuration: Configuration, orientation: Callable | None = None) -> None:
         """
@@ -166,7 +157,7 @@ class Pipeline:
             As for the class.
 
         """
-        self._placing.retune(configuration)
+        self._engine.retune(configuration)
         self.orientation = orientation or PegJoints(configuration.joints)
         self._arrival_counts["settings_changed"] += 1
 
@@ -190,37 +181,11 @@ class Pipeline:
         if isinstance(measurement, str):
             self._arrival_counts[f"joints_dropped_{measurement}"] += 1
             return
-        if self._delay_ns:
-            measurement = measurement._replace(t_ns=measurement.t_ns - self._delay_ns)
-        fate = self._arrives(False, measurement.t_ns)
-        if fate == FATE.joints_restart:
-            self._placing.restart()
-            fate = self._arrives(False, measurement.t_ns)
-        self._place(fate, measurement)
-
-    def _arrives(self, of_wrench, t_ns):
-        """Return what becomes of a message, and count it."""
-        self._one[0][0], self._one[1][0] = of_wrench, t_ns
-        arrive(self._placing.orders, *self._one, True, self._fates)
-        fate = int(self._fates[0])
-        self._count(fate, 1)
-        return fate
-
-    def _count(self, fate, times):
-        if COUNTED[fate]:
-            self._arrival_counts[COUNTED[fate]] += times
-
-    def _place(self, fate, measurement):
-        """Do what becomes of an orientation."""
-        placing = self._placing
-        if fate == FATE.starts:
-            placing.start(measurement)
-        elif fate in (FATE.waits, FATE.waits_before):
-            placing.wait(measurement)
-        elif fate == FATE.joints_late:
-            placing.put_joints(measurement)
-        elif fate in (FATE.same, FATE.joints_moved):
-            placing.correct(measurement, (placing.now_ns - measurement.t_ns) * 1e-9)
+        t_ns = np.array([measurement.t_ns - self._delay_ns], np.int64)
+        one = Arrivals(_NOT, t_ns, _SOUND, _NO_WRENCH, measurement.row.reshape(1, -1))
+        # One that tells of a clock that jumped is taken once more, to begin with.
+        while not self.push(one)[0]:
+            pass
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
@@ -242,27 +207,14 @@ class Pipeline:
         if fault:
             self._arrival_counts[f"wrench_dropped_{fault}"] += 1
             return None
-        placing = self._placing
-        now_ns, fate = placing.now_ns, self._arrives(True, sample.t_ns)
-        if fate == FATE.takes_back:
-            placing.take_back()
-            now_ns, fate = placing.now_ns, self._arrives(True, sample.t_ns)
-        if fate == FATE.wrench_restarts:
-            placing.restart()
-            self._count(FATE.wrench_too_late, 1)
-        elif fate == FATE.wrench_late:
-            placing.history.put_wrench(sample)
-        if fate not in (FATE.taken, FATE.leaps):
-            return None
-        row = placing.take_wrench(sample, now_ns, fate == FATE.leaps)
-        self._requests.tare_if_free()
-        return row
+        wrench = np.array([[*sample.force, *sample.torque]], float)
+        one = Arrivals(_SOUND, np.array([sample.t_ns], np.int64), _SOUND, wrench, _NO_ORIENTATION)
+        rows = self.push(one)[1]
+        return rows.values[0] if len(rows.t_ns) else None
 
-    def take(self, arrivals: Arrivals, begin: int) -> tuple[int, Rows | None]:
+    def push(self, arrivals: Arrivals, begin: int = 0) -> tuple[int, Rows]:
         """
-        Take messages from a place on for as long as they can be taken many at once.
-
-        It gives bit for bit what `on_sample` gives with one after the other, in less time.
+        Take messages in the order in which they arrived, one or thousands.
 
         Parameters
         ----------
@@ -273,51 +225,16 @@ class Pipeline:
         Returns
         -------
         end : int
-            Place of the first that is not taken. It is to be given to `on_sample`; where there is
-            none, all have been taken.
-        rows : Rows or None
+            Place of the first that is not taken, which may be one that is not sound; what is
+            given has stamps that rise.
+        rows : Rows
             What they give.
 
         """
-        end, given = begin, []
+        if not self._requests.watching:
+            return self._engine.push(arrivals, begin)
         # What is looked at after each wrench is taken wrench by wrench.
-        together = self.processor.in_one_piece and not self._requests.watching
-        while together and end < len(arrivals.t_ns):
-            if self._one_by_one or self._placing.history.changed or not self._placing.started:
-                self._one_by_one = max(self._one_by_one - 1, 0)
-                break
-            count, rows = self._take_together(arrivals, end)
-            if not count:
-                break
-            given += rows
-            end += count
-        return end, Rows(*map(np.concatenate, zip(*given))) if given else None
-
-    def _take_together(self, arrivals, begin):
-        """Take messages in one go; return how many, and rows."""
-        some = slice(begin, begin + MOST)
-        of_wrench, t_ns, sound = (each[some] for each in arrivals[:3])
-        ahead = self._placing.ahead()
-        count = arrive(ahead, of_wrench, t_ns, sound, False, self._fates)
-        fates = self._fates[:count]
-        taken = np.flatnonzero(fates == FATE.taken)
-        late = bool((fates == FATE.joints_late).any())
-        done = None
-        if len(taken) >= (FEWEST_LATE if late else FEWEST):
-            run = run_of(arrivals, begin, fates[: taken[-1] + 1])
-            done = take_run(self._placing, run, late)
-        if done is None:
-            self._one_by_one = count
-            return 0, []
-        given, wrenches, other = done
-        last = int(taken[wrenches - 1])
-        if other:
-            count = last + 1
-            look_again(self._placing, of_wrench[:count], t_ns[:count], self._fates[:count])
-        self._placing.come_to()
-        for fate, times in enumerate(np.bincount(self._fates[:count]).tolist()):
-            self._count(fate, times)
-        for i in range(last + 1, count):
-            if not of_wrench[i]:
-                self._place(int(self._fates[i]), orientation_at(arrivals, begin + i))
-        return count, given
+        end, given = self._engine.push(arrivals, begin, 1)
+        if self._engine.taken:
+            self._requests.tare_if_free()
+        return end, given

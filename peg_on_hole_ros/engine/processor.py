@@ -9,16 +9,8 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
-from peg_on_hole_ros.engine.advance import advance
-from peg_on_hole_ros.engine.history import Unit
-from peg_on_hole_ros.engine.kept import Kept, keep_now, put_back, room
-from peg_on_hole_ros.engine.late_orientations import Stretch
-from peg_on_hole_ros.engine.state import (
-    COUNTS,
-    ENGINE,
-    ORIENTATION,
-    RULES,
-)
+from peg_on_hole_ros.engine.ring import Unit
+from peg_on_hole_ros.engine.state import COUNTS, ENGINE, RULES
 from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
@@ -27,16 +19,11 @@ from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
 from peg_on_hole_ros.monitor import judgement
 from peg_on_hole_ros.monitor.evidence import force_noise
 from peg_on_hole_ros.monitor.memory import NO_STAMP, thresholds
-from peg_on_hole_ros.monitor.output_row import SIZE
 from peg_on_hole_ros.monitor.pose_only import LINE
-from peg_on_hole_ros.records import AngleMeasurement, Rows, WrenchSample
+from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
-_NONE = np.zeros(0, np.int64)
-_NO_WRENCH = _NONE, np.zeros((0, 6)), _NONE, _NONE
-_NO_ROW = np.zeros((0, SIZE))
-_NO_JOINTS = _NONE, np.zeros((0, ORIENTATION))
 _CONTACTS = {number: contacts for contacts, number in SETS.items()}
 
 
@@ -55,9 +42,15 @@ class Processor:
     ----------
     filter : HeldPeg
     reduction : WrenchReduction
+    memory : ndarray of ENGINE, shape (1,)
+        All that the next wrench depends on.
+    words : ndarray of int64
+        The same memory.
     engine : record of ENGINE
+        The same memory.
+    rules_memory : ndarray of RULES, shape (1,)
     in_one_piece : bool
-        Whether `go_on` may be called.
+        Whether compiled code takes wrenches; otherwise `take_wrench` and `correct` do.
 
     """
 
@@ -71,15 +64,14 @@ class Processor:
         self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
         # A filter that has steps of its own is called step by step.
         self.in_one_piece = type(self.filter) is HeldPeg
-        self._memory = np.zeros(1, ENGINE)
-        self.engine, self._words = self._memory[0], self._memory.view(np.int64)
+        self.memory = np.zeros(1, ENGINE)
+        self.engine, self.words = self.memory[0], self.memory.view(np.int64)
         self.engine["reduction"] = self.reduction.steps
         self.engine["tared"] = np.nan
         self._state_noise()
         self.engine["memory"]["numbers"] = self._new_judgement()
-        self.filter.move_to(self._memory["held"])
-        self._no_room = self.room(0)
-        self._rules = np.zeros(1, RULES)
+        self.filter.move_to(self.memory["held"])
+        self.rules_memory = np.zeros(1, RULES)
         self._rule()
         self.restart()
 
@@ -98,7 +90,7 @@ class Processor:
     @property
     def rules(self) -> Any:
         """What the engine goes by, a record of RULES."""
-        return self._rules[0]
+        return self.rules_memory[0]
 
     def _rule(self):
         configuration, kalman = self.configuration, self.configuration.filter
@@ -250,95 +242,25 @@ class Processor:
         """What is left out of the model, as one line; empty: nothing."""
         return "" if self.rules["judged"] else LINE
 
-    def process(self, unit: Unit) -> np.ndarray | None:
-        """Take the next unit; return the row at the stamp of its wrench, None while lost."""
-        t_ns, force, torque = unit.wrench
-        wrench, ends = np.array([[*force, *torque]], float), np.array([len(unit.joints)])
-        stamps, orientations = _as_arrays(unit.joints) if unit.joints else _NO_JOINTS
-        one = Stretch(np.array([t_ns]), wrench, ends, ends, stamps, orientations)
-        # As `go_on` would, without what many need.
-        told, row = 0, np.empty((1, SIZE))
-        if self.in_one_piece:
-            told = advance(
-                self._memory, self._words, self._rules, *one[:6], 0.0, self._no_room, 0, 1, 0,
-                np.zeros(2, np.int64), row,
-            )  # fmt: skip
-        else:
-            told = self._step(one, row)
-        for measurement in unit.after:
-            self.correct(measurement)
-        return row[0] if told else None
+    # A filter that is written in Python is called step by step.
 
-    def go_on(
-        self, stretch: Stretch, first: int, last: int, taken: int, kept: Kept | None = None
-    ) -> tuple[Rows, np.ndarray]:
-        """
-        Take wrenches of a stretch, where `in_one_piece`.
-
-        Parameters
-        ----------
-        stretch : Stretch
-        first, last : int
-            Which; without any, what is late before the first one is put right.
-        taken : int
-            Orientations of the stretch that have been taken.
-        kept : Kept, optional
-            Needed where orientations may be late.
-
-        Returns
-        -------
-        rows : Rows
-            What the wrenches give.
-        went : ndarray of int64, shape (2,)
-            How often the estimate went back, and how many wrenches it took again.
-
-        """
-        s, ends, room = stretch, stretch.ends.copy(), self._no_room if kept is None else kept
-        rows, went = np.empty((max(last - first, 1), SIZE)), np.zeros(2, np.int64)
-        count = advance(
-            self._memory, self._words, self._rules, s.t_ns, s.wrenches, ends, s.placed, s.stamps,
-            s.orientations, 0.0, room, first, last, taken, went, rows,
-        )  # fmt: skip
-        return Rows(s.t_ns[first:last][ends[first:last] >= 0], rows[:count]), went
-
-    def room(self, places: int) -> Kept:
-        """Return room for so many states to go back to."""
-        return room(places, self.engine["held"]["state"])
-
-    def fill(self, kept: Kept, stretch: Stretch, before: Kept) -> None:
-        """Keep the states before those wrenches of a stretch that have been taken."""
-        now = self.snapshot()
-        self.restore(before)
-        self.go_on(stretch, 0, stretch.begin, 0, kept)
-        self.restore(now)
-
-    def correct(self, measurement: AngleMeasurement, lateness: float = 0.0) -> None:
-        """Correct by an orientation; lateness: how long before the estimate's stamp it was [s]."""
-        stamps, orientations = _as_arrays([measurement])
-        if not self.in_one_piece:
-            return self._correct(self.engine, stamps.item(), orientations[0], lateness)
-        advance(
-            self._memory, self._words, self._rules, *_NO_WRENCH, stamps, orientations,
-            float(lateness), self._no_room, 0, 0, 0, np.zeros(2, np.int64), _NO_ROW,
-        )  # fmt: skip
-        return None
-
-    # What follows calls the steps one by one, with a filter that has its own.
-
-    def _step(self, stretch, row):
-        e, rules, t_ns = self.engine, self.rules, int(stretch.t_ns[0])
-        silent = steps.begin_unit(e, rules, t_ns)
-        for stamp, orientation in zip(stretch.stamps.tolist(), stretch.orientations):
+    def take_wrench(self, unit: Unit, row: np.ndarray) -> bool:
+        """Take a wrench with its orientations, and fill in its row; return whether it has one."""
+        e, rules = self.engine, self.rules
+        silent = steps.begin_unit(e, rules, unit.t_ns)
+        for stamp, orientation in unit.before:
             self._advance(e, rules, stamp)
-            self._correct(e, stamp, orientation, 0.0)
-        self._advance(e, rules, t_ns)
-        if not steps.told(e, rules):
-            return False
-        contacts = steps.reduce(e, t_ns, stretch.wrenches[0], silent)
-        self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
-        self.filter.mark(t_ns)
-        steps.judge(e, rules, t_ns, contacts, row[0])
-        return True
+            self.correct(stamp, orientation, 0.0)
+        self._advance(e, rules, unit.t_ns)
+        told = steps.told(e, rules)
+        if told:
+            contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
+            self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
+            self.filter.mark(unit.t_ns)
+            steps.judge(e, rules, unit.t_ns, contacts, row)
+        for stamp, orientation in unit.after:
+            self.correct(stamp, orientation, 0.0)
+        return told
 
     def _advance(self, e, rules, t_ns):
         was_lost = self._lost
@@ -349,8 +271,9 @@ class Processor:
         if self._lost and not was_lost:
             self.filter.let_go()
 
-    def _correct(self, e, stamp, orientation, lateness):
-        rules = self.rules
+    def correct(self, stamp: int, orientation: np.ndarray, lateness: float) -> None:
+        """Correct by an orientation; parameters as for `steps.correct`."""
+        e, rules = self.engine, self.rules
         kind = steps.measure(e, rules, stamp, orientation, lateness)
         if kind == steps.BEGINS:
             self.filter.start(e["q"].copy(), e["R"].copy())
@@ -358,19 +281,3 @@ class Processor:
         elif kind == steps.NEWS:
             result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
             steps.note(e, rules, orientation, CORRECTIONS.index(result), nis)
-
-    def snapshot(self) -> Kept:
-        """Return everything that what follows depends on, for `restore`."""
-        kept = self.room(1)
-        keep_now(kept, self._memory, self._words)
-        return kept
-
-    def restore(self, kept: Kept) -> None:
-        """Go back to a snapshot; what follows is then bit for bit what followed it."""
-        put_back(kept, self._memory, self._words)
-
-
-def _as_arrays(measurements):
-    """Return stamps [ns] and rows of orientations."""
-    stamps = np.array([each.t_ns for each in measurements], np.int64)
-    return stamps, np.array([each.row for each in measurements]).reshape(-1, ORIENTATION)

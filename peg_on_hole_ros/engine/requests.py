@@ -5,8 +5,9 @@ from collections import Counter
 import numpy as np
 
 from peg_on_hole_ros.engine.announced_motion import Expected
+from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, not_free
-from peg_on_hole_ros.engine.placing import FEWEST, LEAST_NS, Placing
+from peg_on_hole_ros.engine.ring import FEWEST, LEAST_NS
 from peg_on_hole_ros.engine.still_poses import StillPoses
 from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.records import Answer, Outputs, WrenchSample
@@ -24,19 +25,19 @@ class Requests:
 
     Parameters
     ----------
-    placing : Placing
+    engine : Engine
     counts : Counter
         Counted up, and looked at for whether there was a tare.
 
     """
 
-    def __init__(self, placing: Placing, counts: Counter[str]) -> None:
-        self._placing, self._counts = placing, counts
+    def __init__(self, engine: Engine, counts: Counter[str]) -> None:
+        self._engine, self._counts = engine, counts
         self._forget()
 
     def _forget(self):
-        self._expected, self._poses = Expected(), StillPoses(self._placing.configuration)
-        self._free = FreeFor(self._placing.configuration)
+        self._expected, self._poses = Expected(), StillPoses(self._engine.configuration)
+        self._free = FreeFor(self._engine.configuration)
 
     @property
     def watching(self) -> bool:
@@ -55,16 +56,12 @@ class Requests:
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
         free = self._free.asked and self._free.long(self._told)
-        if free and not self._placing.findings.unsure:
+        if free and not self._engine.findings.unsure:
             self._counts["tare_automatic"] += self.tare().success
 
     def reset(self) -> Answer:
         """Restart filter and monitor, forget what was learnt; the tare stays."""
-        last_ns = self._placing.order["last_wrench_ns"]
-        self._placing.restart()
-        # No stamp is told of twice.
-        self._placing.order["last_wrench_ns"] = last_ns
-        self._placing.processor.forget()
+        self._engine.reset()
         self._forget()
         self._counts["reset"] += 1
         return Answer(
@@ -85,7 +82,7 @@ class Requests:
         held = self._held(samples)
         if held and not self._all_the_same:
             return self.refuse_tare(f"{held}{_ALL_THE_SAME}")
-        taken = self._placing.tare(samples)
+        taken = self._engine.tare(samples)
         self._counts["tare"] += 1
         numbers = ", ".join(f"{value:.6g}" for value in taken)
         seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
@@ -116,17 +113,17 @@ class Requests:
         if refused:
             return Answer(False, f"no pose taken: {refused}")
         mean = np.mean([[*sample.force, *sample.torque] for sample in samples], axis=0)
-        gravity_S = self._placing.processor.gravity_in_sensor
+        gravity_S = self._engine.processor.gravity_in_sensor
         return Answer(True, self._poses.take(gravity_S, mean, len(samples)))
 
     @property
     def _all_the_same(self) -> bool:
         """Whether a peg counts as free by the user's word."""
-        return self._placing.configuration.wrench.tare_in_contact
+        return self._engine.configuration.wrench.tare_in_contact
 
     def _lacking(self, samples) -> str:
         """Return what there is too little of for any mean, or nothing."""
-        if not samples or not self._placing.processor.oriented:
+        if not samples or not self._engine.processor.oriented:
             return "no wrench and orientation have arrived yet"
         seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
         if seconds < LEAST_NS * 1e-9:
@@ -138,9 +135,9 @@ class Requests:
 
     def _held(self, samples, payload_unknown=False):
         """Return why nothing shows a free peg, or nothing."""
-        placing = self._placing
-        unsure = placing.findings.unsure
-        return not_free(self._told, samples, placing.processor, unsure, payload_unknown)
+        engine = self._engine
+        unsure = engine.findings.unsure
+        return not_free(self._told, samples, engine.processor, unsure, payload_unknown)
 
     def _shown_by(self, held):
         """Return what there is to add to a tare where the contact mode did not show a free peg."""
@@ -156,8 +153,8 @@ class Requests:
     def _latest(self) -> list[WrenchSample]:
         """Return the wrenches that a mean is taken of: the last, with no silence between."""
         last: list[WrenchSample] = []
-        silence_ns = self._placing.configuration.filter.max_gap * 1e9
-        for sample in reversed(self._placing.recent):
+        silence_ns = self._engine.configuration.filter.max_gap * 1e9
+        for sample in reversed(self._engine.recent):
             if last:
                 since_ns = last[0].t_ns - sample.t_ns
                 enough = len(last) >= FEWEST and last[0].t_ns - last[-1].t_ns >= LEAST_NS
@@ -168,5 +165,5 @@ class Requests:
 
     @property
     def _told(self):
-        told = self._placing.told
+        told = self._engine.told
         return None if told is None else outputs_of(*told)

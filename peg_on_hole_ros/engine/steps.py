@@ -59,6 +59,18 @@ def restart(e: EngineRecord, rules: RulesRecord) -> None:
 
 
 @compiled
+def start(e: EngineRecord, rules: RulesRecord, t_ns: int, orientation: np.ndarray) -> None:
+    """Start from an orientation, a row of ORIENTATION, of a stamp [ns]."""
+    e.motion[0].t_ns = t_ns
+    for i in range(3):
+        e.q[i] = orientation[i]
+        for j in range(3):
+            e.R[i, j] = orientation[3 + 3 * i + j]
+    held.start(e.held, rules.gates, e.q, e.R)
+    begin(e)
+
+
+@compiled
 def begin(e: EngineRecord) -> None:
     """Take note of a start by an orientation of the present stamp."""
     d = e.motion[0]

@@ -190,7 +190,7 @@ class MessageStream:
 
     def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
         """
-        Take messages from a place on for as long as they come in order; see `Pipeline.take`.
+        Take messages from a place on, see `Pipeline.push`.
 
         Returns
         -------
@@ -200,8 +200,11 @@ class MessageStream:
             What they make known.
 
         """
-        end, rows = self.pipeline.take(arrivals, begin)
-        if rows is None or not len(rows.t_ns):
+        if self.pipeline.expecting:
+            # What is said of each wrench may differ from its row.
+            return begin, None
+        end, rows = self.pipeline.push(arrivals, begin)
+        if not len(rows.t_ns):
             return end, None
         self.t_ns = int(rows.t_ns[-1])
         columns = OutputColumns(rows, self._outputs.said_of(rows))

@@ -325,7 +325,7 @@ def played(
             yield [], columns
         if watch is not None:
             watch.take_inputs(arrivals, behind, place)
-        if place < len(batch):
+        if place < len(batch) and (place == begin or not arrivals.sound[place]):
             item = batch.item(place, names)
             if watch is not None and item.topic in sources:
                 watch.read(item.sample)

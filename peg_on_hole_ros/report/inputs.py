@@ -1,6 +1,7 @@
 """What a report draws of the messages that came in: wrenches, gaps, orientations."""
 
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,30 @@ _NEAR_NS = 100_000_000
 # Width of what is held of an orientation: angles and their covariance.
 _ORIENTATION = 12
 _MOST_WAITING = 10_000
+# The stamp of a wrench that was before all others [ns].
+_NONE = np.iinfo(np.int64).min
+
+
+class _Waiting(NamedTuple):
+    """
+    Rows of a table that wait for an output.
+
+    Attributes
+    ----------
+    name : str
+        Of the table.
+    t_ns : ndarray of int64, shape (n,)
+        Stamps [ns].
+    rows : ndarray, shape (n, width)
+    behind_ns : ndarray of int64, shape (n,)
+        The first output of a later stamp is the first after they came [ns].
+
+    """
+
+    name: str
+    t_ns: np.ndarray
+    rows: np.ndarray
+    behind_ns: np.ndarray
 
 
 class Inputs:
@@ -46,19 +71,18 @@ class Inputs:
         }
         self._latest = dict.fromkeys(self._rows, 0)
         self._last_ns: dict[str, int] = {}
-        # Stamps and rows by table; orientations with their covariances likewise.
-        self._waiting: list[tuple[str, np.ndarray, np.ndarray]] = []
+        self._waiting: list[_Waiting] = []
         # Orientations that wait for an output that has taken them: stamp, stamp of the wrench
         # before them, and row.
         self._stamps = self._behind = np.empty(0, np.int64)
         self._measured = np.empty((0, _ORIENTATION))
-        self._wrench_ns = np.iinfo(np.int64).min
+        self._wrench_ns = _NONE
 
     def read(self, sample: object) -> None:
         """Take a wrench or a joint state; one that cannot be read is left out."""
         if isinstance(sample, WrenchSample):
             row = np.array([[*sample.force, *sample.torque]])
-            self._take_wrenches(np.array([sample.t_ns]), row)
+            self._take_wrenches(np.array([sample.t_ns]), row, np.array([_NONE]))
             self._wrench_ns = sample.t_ns
             return
         if not isinstance(sample, JointSample):
@@ -66,42 +90,45 @@ class Inputs:
         measured = self._orientation(sample)
         if isinstance(measured, AngleMeasurement):
             t_ns = np.array([sample.t_ns - self._delay_ns])
-            self._take_orientations(t_ns, measured.row.reshape(1, -1), self._wrench_ns)
+            self._take_orientations(
+                t_ns, measured.row.reshape(1, -1), np.array([self._wrench_ns]), np.array([_NONE])
+            )
 
     def take_inputs(self, arrivals: Arrivals, begin: int, end: int) -> None:
         """Take messages by their places, all of them sound."""
         of_wrench, t_ns = arrivals.of_wrench[begin:end], arrivals.t_ns[begin:end]
         first = int(np.count_nonzero(arrivals.of_wrench[:begin]))
         last = first + int(np.count_nonzero(of_wrench))
-        self._take_wrenches(t_ns[of_wrench], arrivals.wrenches[first:last])
         rows = arrivals.orientations[begin - first : end - last]
-        wrench_ns = np.concatenate([[self._wrench_ns], t_ns[of_wrench]])
-        behind = wrench_ns[np.cumsum(of_wrench)[~of_wrench]]
-        self._take_orientations(t_ns[~of_wrench], rows, behind)
-        self._wrench_ns = int(wrench_ns[-1])
+        # Of those given at once stamps rise; what came before them all is behind any output.
+        wrench_ns = np.concatenate([[_NONE], t_ns[of_wrench]])
+        behind_ns = wrench_ns[np.cumsum(of_wrench)[~of_wrench]]
+        after = np.where(behind_ns == _NONE, self._wrench_ns, behind_ns)
+        self._take_wrenches(t_ns[of_wrench], arrivals.wrenches[first:last], wrench_ns[:-1])
+        self._take_orientations(t_ns[~of_wrench], rows, after, behind_ns)
+        self._wrench_ns = int(wrench_ns[-1]) if last > first else self._wrench_ns
 
-    def _take_wrenches(self, t_ns, rows):
-        self._wait("wrench", t_ns, rows)
-        self._note_intervals("wrench", t_ns)
+    def _take_wrenches(self, t_ns, rows, behind_ns):
+        self._wait(_Waiting("wrench", t_ns, rows, behind_ns))
+        self._note_intervals("wrench", t_ns, behind_ns)
 
-    def _take_orientations(self, t_ns, rows, wrench_ns):
-        self._note_intervals("joints", t_ns)
+    def _take_orientations(self, t_ns, rows, wrench_ns, behind_ns):
+        self._note_intervals("joints", t_ns, behind_ns)
         latest = slice(-_MOST_WAITING, None)
-        behind = np.broadcast_to(wrench_ns, len(t_ns))
         self._stamps = np.concatenate([self._stamps, t_ns])[latest]
-        self._behind = np.concatenate([self._behind, behind])[latest]
+        self._behind = np.concatenate([self._behind, wrench_ns])[latest]
         self._measured = np.concatenate([self._measured, rows[:, :_ORIENTATION]])[latest]
 
-    def _note_intervals(self, source, t_ns):
+    def _note_intervals(self, source, t_ns, behind_ns):
         if len(t_ns):
             before = np.concatenate([[self._last_ns.get(source, t_ns[0])], t_ns[:-1]])
             self._last_ns[source] = int(t_ns[-1])
             rose = t_ns > before
             intervals = (t_ns - before)[rose, np.newaxis] * 1e-6
-            self._wait(f"{source}_interval", t_ns[rose], intervals)
+            self._wait(_Waiting(f"{source}_interval", t_ns[rose], intervals, behind_ns[rose]))
 
-    def _wait(self, name, t_ns, rows):
-        self._waiting.append((name, t_ns, rows))
+    def _wait(self, waiting):
+        self._waiting.append(waiting)
         del self._waiting[:-_MOST_WAITING]
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
@@ -125,15 +152,22 @@ class Inputs:
         left &= np.abs(self._stamps - t_ns[-1]) <= _NEAR_NS
         self._stamps, self._behind = self._stamps[left], self._behind[left]
         self._measured = self._measured[left]
-        run, now_ns = self._tracks.runs[-1], self._tracks.passed_ns
-        for name, stamps, rows in self._waiting:
-            if len(stamps):
-                # What is late is drawn where it came; nothing is ahead of the estimate.
-                passed = np.maximum.accumulate(np.maximum(run.passed(stamps), self._latest[name]))
-                passed = np.minimum(passed, now_ns)
-                self._latest[name] = int(passed[-1])
-                self._rows[name].add_all(passed, rows)
-        self._waiting.clear()
+        waiting, self._waiting = self._waiting, []
+        for name, stamps, rows, behind_ns in waiting:
+            first = np.searchsorted(t_ns, behind_ns, side="right")
+            k = int(np.count_nonzero(first < len(t_ns)))
+            self._draw(name, stamps[:k], rows[:k], t_ns[first[:k]])
+            if k < len(stamps):
+                self._wait(_Waiting(name, stamps[k:], rows[k:], np.full(len(stamps) - k, _NONE)))
+
+    def _draw(self, name, stamps, rows, output_ns):
+        """Draw rows at their stamps: what is late where it came, nothing ahead of its output."""
+        if len(stamps):
+            run = self._tracks.runs[-1]
+            passed = run.passed(np.minimum(stamps, output_ns))
+            passed = np.maximum.accumulate(np.maximum(passed, self._latest[name]))
+            self._latest[name] = int(passed[-1])
+            self._rows[name].add_all(passed, rows)
 
     def _hold_against(self, t_ns, state, which):
         stamps, rows = self._stamps[which], self._measured[which]
@@ -143,7 +177,7 @@ class Inputs:
         error[:, 1:] -= 2 * pi * np.round(error[:, 1:] / (2 * pi))
         error, covariance = error[near, :, np.newaxis], rows[near, 3:].reshape(-1, 3, 3)
         squared = np.swapaxes(error, 1, 2) @ np.linalg.solve(covariance, error)
-        self._wait("innovations", stamps[near], squared.reshape(-1, 1))
+        self._draw("innovations", stamps[near], squared.reshape(-1, 1), t_ns[near])
 
     def tables(self, most: int = MOST_DRAWN) -> dict[str, dict[str, np.ndarray]]:
         """Return columns by table and name: WRENCH [N], [N m], `squared`, `interval` [ms]."""

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total, undoubted
-from peg_on_hole_ros.engine.history import DENSE, MAX_KEPT, STRIDE, History, Unit
+from peg_on_hole_ros.engine import ring
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
+from peg_on_hole_ros.engine.state import ORIENTATION
+from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from simulated import truth
 from tiers import nightly
@@ -90,7 +91,7 @@ def test_several_late_messages_go_back_once():
     play(plain, samples)
     assert line.counts["went_back"] == 1
     # 8 joint states at 500 Hz: from the wrench of the first late one to the latest.
-    assert 8 <= line.counts["wrench_reprocessed"] <= 16 + STRIDE
+    assert 8 <= line.counts["wrench_reprocessed"] <= 16 + ring.STRIDE
     np.testing.assert_array_equal(line.filter.x, plain.filter.x)
 
 
@@ -99,37 +100,39 @@ def test_memory_is_bounded():
     line = pipeline(0.02)
     play(line, shuffled(samples, 15 * MS))
     # One wrench a millisecond.
-    assert 20 <= len(line._placing.history._units) <= 20 + 2 * STRIDE
-
-
-def snapshots(history):
-    return sum(unit.before is not None for unit in history._units)
+    assert 20 <= line.kept[0] <= 20 + 2 * ring.STRIDE
 
 
 def test_memory_of_the_fastest_wrench_is_bounded():
-    history, late = History(1500 * MS), 0
-    for k in range(2 * MAX_KEPT):
+    """Without an estimate: 24 000 wrenches at 10 kHz, a window of 1.5 s, and late orientations."""
+    line = pipeline()
+    processor = line.processor
+    kept, words = ring.new_ring(processor.filter.held["state"]), processor.words
+    state, orientation = processor.filter.held["state"], np.zeros(ORIENTATION)
+    r, late = kept.places[0], 0
+    for k in range(2 * ring.MOST_WRENCHES):
         now = 100_000 * k
-        wrench = WrenchSample(now, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        before = k if history.wants_snapshot else None
-        history.append(Unit(wrench, [], before, now - 100_000))
+        ring.append_wrench(kept, r, now, np.zeros(6))
+        if ring.wants_state(r):
+            ring.keep_before(kept, r, int(r["last"]) - 1, words, state)
+        r["done"] = r["last"]
+        ring.settle(kept, r, 1500 * MS)
+        wrenches, states = int(r["last"] - r["first"]), len(kept.free) - int(r["free"])
         if k % 97 == 96:
-            # A late joint state from somewhere within what is kept, and all since anew.
-            kept = len(history._units)
-            back = 1 + k * 37 % min(kept - 1, 4000)
-            history.put_joints(measurement(now - 100_000 * back))
+            # From somewhere within what is kept, and all since anew.
+            back = 1 + k * 37 % min(wrenches - 1, 4000)
+            ring.put_late_orientation(kept, r, now - 100_000 * back, orientation)
+            ring.begin_again(kept, r, words, state)
+            assert r["done"] >= r["first"]
+            r["done"], r["restored"] = r["last"], 0
             late += 1
-            for unit, with_snapshot in history.take_changed()[1]:
-                unit.before = 0 if with_snapshot else None
-        assert history._units[0].before is not None
+        assert wrenches < ring.MOST_WRENCHES + 2 * ring.STRIDE
+        # Of the latest all, and of the others one in eight.
+        assert states <= ring.DENSE + wrenches / ring.STRIDE + 2
+        assert ring.has_state(kept, int(r["first"]))
     assert late > 200
-    assert MAX_KEPT - 2 * STRIDE < len(history._units) < MAX_KEPT + 2 * STRIDE
-    # Of the latest all, and of the others one in eight, one more for each time it went back.
-    assert snapshots(history) < DENSE + MAX_KEPT / STRIDE + late
-
-
-def measurement(t_ns):
-    return AngleMeasurement(t_ns, np.zeros(3), np.eye(3))
+    assert r["reprocessed"] > 1000 * late
+    assert r["last"] - r["first"] > ring.MOST_WRENCHES - 2 * ring.STRIDE
 
 
 def test_the_longest_delay_is_within_what_is_kept_of_a_fast_wrench():

@@ -230,15 +230,13 @@ def test_no_tare_while_lost():
     assert not line.tare().success
 
 
-def test_a_snapshot_knows_of_a_lost_motion():
+def test_a_late_orientation_from_before_it_was_lost_finds_the_motion_again():
     line = Pipeline(from_parameters({}))
-    samples = pause(LOST_MS + 200, wrenches=True, step=5)
-    list(line.play(samples[:500]))
-    before = line.processor.snapshot()
-    list(line.play(samples[500:-605]))
-    lost = line.processor.snapshot()
+    samples = iter(pause(LOST_MS + 200, wrenches=True, step=5))
+    at = next(s.t_ns for s in samples if line.on_sample(s) is None and line.counts["motion_lost"])
     assert not line.processor.oriented
-    line.processor.restore(before)
-    assert line.processor.oriented
-    line.processor.restore(lost)
-    assert not line.processor.oriented and line.processor.counts["motion_lost"] == 1
+    line.on_joints(orientation(400, np.random.default_rng(1), 0.0)._replace(t_ns=at - 20 * MS))
+    line.on_sample(next(samples))
+    assert line.processor.oriented and line.counts["went_back"] == 1
+    # What is gone back behind has not happened.
+    assert line.counts["motion_lost"] == 0

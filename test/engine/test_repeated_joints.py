@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 
 from late_samples import MS, ordered, pipeline, play, shuffled, total
-from peg_on_hole_ros.config.configuration import from_parameters
-from peg_on_hole_ros.engine.arrival_order import (
-    FATE,
-    MAX_STAMPS,
-    MAX_WAITING,
-    arrive,
-    new_order,
-)
+from peg_on_hole_ros.engine.arrival_order import MAX_STAMPS
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.engine.ring import MOST_WAITING
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
@@ -119,24 +113,18 @@ def test_a_reset_begins_anew_with_any_stamp():
     assert line.counts[REASON] == 0 and line.counts["joints_used"] == joint_count(samples) + 1
 
 
-def test_stamps_that_are_kept_are_those_of_late_messages_and_bounded():
-    order = new_order(from_parameters({}))
-
-    def fates(of_wrench, t_ns):
-        t_ns, found = np.atleast_1d(t_ns), np.zeros(np.size(t_ns), np.int64)
-        kinds, sound = np.full(len(t_ns), of_wrench), np.ones(len(t_ns), bool)
-        assert arrive(order, kinds, t_ns, sound, True, found) == len(t_ns)
-        return found.tolist()
-
-    assert fates(False, 0) == [FATE.starts]
-    for t_ns in range(MS, 1000 * MS, MS):
-        assert fates(True, t_ns) == [FATE.taken] and fates(False, t_ns) == [FATE.same]
-    assert order["joints"] <= 52
-    assert fates(False, 960 * MS) == [FATE.joints_repeated]
-    # A wrench that has stopped: the estimate stands still.
-    ahead = np.arange(1000 * MS, 1000 * MS + 3 * MAX_STAMPS)
-    assert fates(False, ahead) == len(ahead) * [FATE.waits]
-    assert order["joints"] == MAX_STAMPS and order["waiting"] == MAX_WAITING
+def test_orientations_ahead_of_a_wrench_that_has_stopped_are_bounded_and_counted():
+    samples = ordered(200)
+    line = pipeline()
+    play(line, samples)
+    assert not line.counts["joints_dropped_without_wrench"]
+    last = next(s for s in samples[::-1] if isinstance(s, JointSample))
+    ahead = 3 * MAX_STAMPS
+    play(line, [last._replace(t_ns=samples[-1].t_ns + 1 + k) for k in range(ahead)])
+    assert line.counts["joints_dropped_without_wrench"] == ahead - MOST_WAITING
+    # Of the stamps before it the latest are still known.
+    play(line, [samples[-2] if isinstance(samples[-2], JointSample) else samples[-3]])
+    assert line.counts[REASON] + line.counts["joints_late"] == 1
 
 
 def test_bounds_hold_with_joint_states_sent_twice():

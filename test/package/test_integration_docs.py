@@ -9,7 +9,8 @@ import pytest
 from inputs import closing
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameter_table import PARAMETERS
-from peg_on_hole_ros.engine import pipeline, processor
+from peg_on_hole_ros.engine import engine, pipeline, processor
+from peg_on_hole_ros.engine.arrival_order import COUNTED
 from peg_on_hole_ros.engine.state import COUNTS
 from peg_on_hole_ros.measurements import measurement, orientation
 from peg_on_hole_ros.messages import decode, stream
@@ -36,9 +37,10 @@ def literals(module, pattern):
 
 def counts():
     """Names of counts as the sources have them."""
-    for module in (pipeline, processor):
-        yield from literals(module, r'counts\["(\w+)"\]')
+    for module in (pipeline, processor, engine):
+        yield from literals(module, r'(?:counts|found)\["(\w+)"\]')
     yield from COUNTS
+    yield from filter(None, COUNTED)
     for module in (measurement, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"

@@ -1,0 +1,308 @@
+"""The estimate with all that it remembers: messages in any order in, rows of outputs out."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.engine import arrival_order, ring
+from peg_on_hole_ros.engine.arrival_order import COUNTED, FATE
+from peg_on_hole_ros.engine.findings import Findings
+from peg_on_hole_ros.engine.processor import Processor
+from peg_on_hole_ros.engine.push import TAKING, Given, Memory, Stop, catch_up, push, room_for
+from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT
+from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE
+from peg_on_hole_ros.monitor.while_in_doubt import doubt
+from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
+
+# Messages that are taken in one go: what comes of them is held in memory.
+MOST = 4096
+# What is given in one go has stamps that rise.
+_ENDS = Stop.END, Stop.UNSOUND, Stop.ENOUGH, Stop.RESTART
+# What a filter in Python does in the course of a wrench.
+_BY_HAND = Stop.START, Stop.CORRECT, Stop.WRENCH
+
+
+class Engine:
+    """
+    Takes messages as they arrive, whatever their order; holds them against the settings.
+
+    Joint states wait until the wrench of their stamp is there, so that every prediction runs
+    under a wrench that was measured at its end. A late message is put in its place, and all since
+    is processed again when the next wrench comes; what was given out before stays as it is. One
+    stamp alone is no clock: one far back is late, a wrench far ahead of the next is taken back.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    make : callable
+        Makes the filter, see `Processor`.
+    counts : Counter
+        Counted up: what looks at the settings, and requests.
+    offline : bool
+        See `Findings`.
+
+    Attributes
+    ----------
+    processor : Processor
+    findings : Findings
+    told : tuple of int and ndarray, or None
+        Stamp [ns] and row of the last wrench, where that gave one.
+
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        make: Callable[..., HeldPeg],
+        counts: Counter[str],
+        offline: bool = False,
+    ) -> None:
+        self.configuration, self._make, self._counts = configuration, make, counts
+        self.processor = Processor(configuration, make)
+        self.findings = Findings(configuration, self.processor.reduction, counts, offline)
+        self._order = arrival_order.new_order(configuration)
+        self._ring = ring.new_ring(self.processor.filter.held["state"])
+        self._taking = np.zeros(1, TAKING)
+        self.told: tuple[int, np.ndarray] | None = None
+        self._flag = False
+
+    @property
+    def _memory(self) -> Memory:
+        p = self.processor
+        return Memory(p.memory, p.words, p.rules_memory, self._order, self._ring)
+
+    @property
+    def counts(self) -> Counter[str]:
+        """What became of messages by their order, and how often the estimate went back."""
+        found: Counter[str] = Counter()
+        for name, times in zip(COUNTED, self._taking[0]["fates"].tolist()):
+            if name and times:
+                found[name] += times
+        r = self._ring.places[0]
+        # A clock that jumped takes a message with it, where the wrench was the one to tell.
+        found["wrench_dropped_late"] += int(self._taking[0]["fates"][FATE.wrench_restarts])
+        found["went_back"], found["wrench_reprocessed"] = (
+            int(r["went_back"]),
+            int(r["reprocessed"]),
+        )
+        found["joints_dropped_without_wrench"] = int(r["without_wrench"])
+        found["wrench_dropped_ahead"] = int(r["ahead"])
+        return +found
+
+    @property
+    def started(self) -> bool:
+        """Whether there was an orientation to start from."""
+        return int(self._order[0]["now_ns"]) != NO_STAMP
+
+    @property
+    def taken(self) -> int:
+        """How many wrenches came in order in the last `push`."""
+        return int(self._taking[0]["taken"])
+
+    @property
+    def kept(self) -> tuple[int, int]:
+        """How many wrenches, and how many states before them, are kept for late messages."""
+        r = self._ring.places[0]
+        return int(r["last"] - r["first"]), len(self._ring.free) - int(r["free"])
+
+    @property
+    def measured(self) -> AngleMeasurement | None:
+        """The newest orientation whose time has come."""
+        r = self._ring.places[0]
+        t_ns = int(r["measured_ns"])
+        return None if t_ns == NO_STAMP else AngleMeasurement.of_row(t_ns, r["measured"])
+
+    @property
+    def recent(self) -> list[WrenchSample]:
+        """The latest wrenches."""
+        return [WrenchSample.of_row(t_ns, row) for t_ns, row in zip(*ring.recent(self._ring))]
+
+    def push(self, arrivals: Arrivals, begin: int = 0, most: int = MOST) -> tuple[int, Rows]:
+        """
+        Take messages from a place on, MOST of them at once.
+
+        What is given has stamps that rise: one of before the newest is taken by itself.
+
+        Parameters
+        ----------
+        arrivals : Arrivals
+        begin : int
+        most : int
+            How many wrenches are taken that come in order.
+
+        Returns
+        -------
+        end : int
+            Place of the first that is not taken.
+        rows : Rows
+            What they give.
+
+        """
+        taking = self._taking[0]
+        end = begin + MOST
+        here = arrivals.of_wrench[begin:end]
+        given = room_for(int(np.count_nonzero(here)))
+        arrivals = arrivals._replace(of_wrench=arrivals.of_wrench[:end], t_ns=arrivals.t_ns[:end])
+        taking["begin"] = begin
+        taking["place"], taking["wrench"] = begin, np.count_nonzero(arrivals.of_wrench[:begin])
+        taking["rows"] = taking["taken"] = 0
+        taking["most"] = most
+        seen, stop = (0, 0), Stop.LOOK
+        while stop not in _ENDS:
+            taking["by_hand"] = not self.processor.in_one_piece
+            taking["due_ns"], taking["due_until_ns"] = self.findings.due
+            stop = Stop(push(self._memory, self._taking, arrivals, given))
+            if stop not in _BY_HAND:
+                seen = self._note(arrivals, given, *seen)
+            self._do(stop, arrivals, given)
+        some = slice(int(taking["rows"]))
+        return int(taking["place"]), Rows(given.t_ns[some], given.rows[some])
+
+    def _note(self, arrivals: Arrivals, given: Given, taken: int, rows: int) -> tuple[int, int]:
+        """Hand on what came since so many wrenches and rows; return how many there are now."""
+        now = int(self._taking[0]["taken"]), int(self._taking[0]["rows"])
+        if now[0] > taken:
+            t_ns, which = given.taken_ns[taken : now[0]], given.taken[taken : now[0]]
+            self.findings.pass_by(t_ns, arrivals.wrenches[which])
+        if now[1] > rows:
+            some = slice(rows, now[1])
+            self._tell(Rows(given.t_ns[some], given.rows[some]))
+        if not self._taking[0]["newest_told"]:
+            self.told = None
+        return now
+
+    def _tell(self, rows):
+        """Take note of rows that are told, of which nothing sure may be left."""
+        if self.findings.unsure:
+            self._counts["contact_doubted"] += len(rows.t_ns)
+            doubt(rows.values, self._flag)
+        self.findings.count(len(rows.t_ns))
+        rests = rows.values[:, MODE, None] == THREE_POINT
+        rows.values[:, DOUBTS] = np.where(rests, self.findings.costs, np.nan)
+        self.told = int(rows.t_ns[-1]), rows.values[-1]
+        self._flag = bool(rows.values[-1, FLAG])
+
+    def _do(self, stop: Stop, arrivals: Arrivals, given: Given) -> None:
+        """Do what has to be done before messages are taken any further."""
+        taking, processor = self._taking[0], self.processor
+        place, wrench = int(taking["place"]), int(taking["wrench"])
+        if stop == Stop.LOOK:
+            sample = WrenchSample.of_row(arrivals.t_ns[place], arrivals.wrenches[wrench])
+            if self._look(sample):
+                # What came before cannot be processed again by another setting.
+                ring.empty(self._ring, int(taking["from_ns"]))
+                self._order[0]["leap_ns"], taking["fate"] = NO_STAMP, FATE.taken
+        elif stop == Stop.RESTART:
+            self.restart()
+            # A wrench that tells of a jump is dropped; an orientation is one to start from.
+            taking["place"] += arrivals.of_wrench[place]
+            taking["wrench"] += arrivals.of_wrench[place]
+        elif stop in (Stop.START, Stop.CORRECT):
+            t_ns, row = int(arrivals.t_ns[place]), arrivals.orientations[place - wrench]
+            if stop == Stop.START:
+                processor.start(AngleMeasurement.of_row(t_ns, row))
+            else:
+                processor.correct(t_ns, row, float(taking["lateness"]))
+        elif stop == Stop.WRENCH:
+            self._take_by_hand(given)
+
+    def _take_by_hand(self, given):
+        taking, unit = self._taking[0], ring.unit_of(self._ring, int(self._taking[0]["unit"]))
+        row = given.rows[int(taking["rows"])]
+        taking["told"] = self.processor.take_wrench(unit, row)
+
+    def _look(self, sample: WrenchSample) -> bool:
+        """Hold a wrench against the settings; return whether others are used from here on."""
+        measured = self.measured
+        if measured is None or self.processor.is_saturated:
+            return False
+        row = None if self.told is None else self.told[1]
+        still = self.processor.wrench_stands_still
+        if row is not None and row[MODE] == THREE_POINT:
+            known = row[AT.reactions_determined] == 1.0
+            self.findings.take_estimate(sample.t_ns, self.processor.filter, known)
+        else:
+            self.findings.lift()
+        in_air = None if row is None else bool(row[MODE] == IN_AIR)
+        if not self.findings.take(sample, measured, still, in_air):
+            return False
+        self._use_found()
+        return True
+
+    def _use_found(self):
+        """Begin anew from the newest orientation, by other settings of the wrench."""
+        self.configuration = self.findings.as_found(self.configuration)
+        self._counts.update(self.processor.counts)
+        self.processor = Processor(self.configuration, self._make)
+        self._ring = ring.with_room(self._ring, self.processor.filter.held["state"])
+        measured = self.measured
+        if measured is not None:
+            self.processor.start(measured)
+            # It was used before.
+            self._counts["joints_used"] -= 1
+        reduction = self.processor.reduction
+        self.findings.look(self.configuration, reduction, reduction.taken_off)
+
+    def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
+        """Take another pose of the sensor, before the first wrench [m], [rad]."""
+        self.findings.mount(xyz, rpy)
+        self._use_found()
+        ring.empty(self._ring, int(self._ring.places[0]["kept_from_ns"]))
+
+    def restart(self) -> None:
+        """Begin anew with the next orientation; what was learnt stays."""
+        self.processor.restart()
+        # What was put in its place since the last wrench waits for the next one, as what is ahead.
+        r = self._ring.places[0]
+        waiting = int(r["joints_last"]) - ring.begin_of_waiting(self._ring)
+        self._counts["wrench_dropped_restart"] += int(r["late_wrenches"])
+        self._counts["joints_dropped_restart"] += int(r["late_joints"]) + waiting
+        ring.restart(self._ring)
+        arrival_order.restart(self._order[0])
+        self.told = None
+        self.findings.restart()
+
+    def reset(self) -> None:
+        """Restart, and forget what was learnt; no stamp is told of twice."""
+        last_ns = int(self._order[0]["last_wrench_ns"])
+        self.restart()
+        self._order[0]["last_wrench_ns"] = last_ns
+        self.processor.forget()
+
+    def tare(self, samples: Sequence[WrenchSample]) -> np.ndarray:
+        """Take the mean of wrenches as that of a free-hanging peg; return what is taken off."""
+        # Wrenches before a tare cannot be processed again after it.
+        self._forget_past()
+        taken = self.processor.tare(samples)
+        self.findings.forget_zero()
+        self.findings.look(self.configuration, self.processor.reduction, taken)
+        return taken
+
+    def retune(self, configuration: Configuration) -> None:
+        """Take other settings from here on, of those that a node takes while it is active."""
+        self._forget_past()
+        restated = self.findings.restate(configuration.wrench)
+        self.configuration = self.findings.as_found(configuration)
+        self.processor.retune(self.configuration)
+        if restated:
+            reduction = self.processor.reduction
+            self.findings.look(self.configuration, reduction, reduction.taken_off)
+
+    def describe(self, joints: JointInput) -> None:
+        """Take what the robot's description makes known."""
+        self.configuration = replace(self.configuration, joints=joints)
+
+    def _forget_past(self):
+        """Take all that has come by the present settings; it cannot be gone back to by others."""
+        given = room_for(1)
+        self._taking[0]["rows"] = 0
+        self._taking[0]["by_hand"] = not self.processor.in_one_piece
+        while catch_up(self._memory, self._taking, given) == Stop.WRENCH:
+            self._take_by_hand(given)
+        order = self._order[0]
+        order["leap_ns"] = NO_STAMP
+        ring.empty(self._ring, int(order["now_ns"]))

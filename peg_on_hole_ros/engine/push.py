@@ -1,0 +1,306 @@
+"""
+Messages in their order of arrival, one or thousands: what becomes of each, and what it gives.
+
+One compiled call takes them until something has to be done in Python: a wrench is to be held
+against the settings, the clock has jumped, or a filter that is written in Python takes a step.
+What to do then is said by a Stop, and the next call goes on where the last one stopped.
+"""
+
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.engine import arrival_order, ring, steps
+from peg_on_hole_ros.engine.arrival_order import FATE, FATES
+from peg_on_hole_ros.engine.ring import Ring
+from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.mechanics.compiling import compiled
+from peg_on_hole_ros.monitor.output_row import SIZE
+
+
+class Stop(IntEnum):
+    """Why a call ended; the values of what Python has to do before it goes on."""
+
+    END = 0  # all messages are taken
+    UNSOUND = 1  # a message that is not given here
+    ENOUGH = 2  # as many as were asked for, or stamps would fall within what is given
+    LOOK = 3  # the wrench `place` is due to be held against the settings
+    RESTART = 4  # the clock has jumped back: begin anew, then take the message again
+    START = 5  # a filter in Python starts from the orientation `place`
+    CORRECT = 6  # it corrects by the orientation `place`, which was late by `lateness`
+    WRENCH = 7  # it takes the wrench `unit` of the ring
+
+
+# Where the taking of a message goes on.
+_ARRIVES, _CATCHES_UP, _LOOKED, _WORKS = range(4)
+
+# How far messages are taken.
+TAKING = np.dtype(
+    [
+        ("place", "i8"),  # of the message that is taken
+        ("begin", "i8"),  # of the first that is taken
+        ("apart", "i8"),  # whether the message is taken by itself
+        ("wrench", "i8"),  # wrenches before it
+        ("rows", "i8"),  # rows that are given
+        ("taken", "i8"),  # wrenches that came in order
+        ("most", "i8"),  # of these that are asked for
+        ("phase", "i8"),
+        ("fate", "i8"),  # of the message
+        ("from_ns", "i8"),  # stamp that the estimate had come to before the wrench [ns]
+        ("due_ns", "i8"),  # stamps from which on a wrench is due to be looked at [ns]
+        ("due_until_ns", "i8"),  # and before which one is, too [ns]
+        ("by_hand", "i8"),  # whether the filter is written in Python
+        ("unit", "i8"),  # wrench of the ring that it is to take
+        ("told", "i8"),  # whether a wrench that was processed gave a row
+        ("newest_told", "i8"),  # whether the newest did
+        ("lateness", "f8"),  # [s]
+        ("fates", "i8", (len(FATES),)),  # how many messages there were of each fate
+    ]
+)
+
+
+class Memory(NamedTuple):
+    """
+    All that a call works on.
+
+    Attributes
+    ----------
+    engine : ndarray of ENGINE, shape (1,)
+        An array, as Python hands over a record in sixteen microseconds.
+    words : ndarray of int64
+        The same memory.
+    rules : ndarray of RULES, shape (1,)
+    order : ndarray of ORDER, shape (1,)
+    ring : Ring
+
+    """
+
+    engine: np.ndarray
+    words: np.ndarray
+    rules: np.ndarray
+    order: np.ndarray
+    ring: Ring
+
+
+class Given(NamedTuple):
+    """
+    What a call fills in.
+
+    Attributes
+    ----------
+    t_ns : ndarray of int64, shape (n,)
+        Stamps of the rows [ns].
+    rows : ndarray, shape (n, SIZE)
+        See `monitor.output_row`.
+    taken : ndarray of int64, shape (n,)
+        Which of the wrenches came in order.
+    taken_ns : ndarray of int64, shape (n,)
+        Their stamps [ns].
+
+    """
+
+    t_ns: np.ndarray
+    rows: np.ndarray
+    taken: np.ndarray
+    taken_ns: np.ndarray
+
+
+def room_for(wrenches: int) -> Given:
+    """Return room for what so many wrenches give, and at least for one."""
+    n = max(wrenches, 1)
+    return Given(
+        np.empty(n, np.int64), np.empty((n, SIZE)), np.empty(n, np.int64), np.empty(n, np.int64)
+    )
+
+
+@compiled
+def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int:
+    """
+    Take messages in their order of arrival.
+
+    Parameters
+    ----------
+    memory : Memory
+        Changed.
+    taking : ndarray of TAKING, shape (1,)
+        Where to begin; changed.
+    arrivals : Arrivals
+    given : Given
+        Filled in.
+
+    Returns
+    -------
+    int
+        A Stop.
+
+    """
+    p = taking[0]
+    while p.place < len(arrivals.t_ns):
+        if p.phase == _ARRIVES:
+            if not arrivals.sound[p.place]:
+                return Stop.UNSOUND
+            p.apart = _falls_back(memory.order[0], arrivals, p.place)
+            if p.apart and p.place > p.begin:
+                return Stop.ENOUGH
+        if arrivals.of_wrench[p.place]:
+            stop = _push_wrench(memory, p, arrivals, given)
+        else:
+            stop = _push_orientation(memory, p, arrivals)
+        if stop != Stop.END:
+            return stop
+        p.wrench += arrivals.of_wrench[p.place]
+        p.place += 1
+        p.phase = _ARRIVES
+        if p.taken >= p.most or p.apart:
+            return Stop.ENOUGH
+    return Stop.END
+
+
+@compiled
+def _falls_back(order, arrivals, place):
+    """Return whether a message is of before the newest of its kind: it is taken by itself."""
+    newest_ns = order.now_ns if arrivals.of_wrench[place] else order.newest_ns
+    return arrivals.t_ns[place] < newest_ns
+
+
+@compiled
+def catch_up(memory: Memory, taking: np.ndarray, given: Given) -> int:
+    """Process again what late messages have reached, without a row; return a Stop."""
+    ring.begin_again(memory.ring, memory.ring.places[0], memory.words, memory.engine[0].held.state)
+    return _work(memory, taking[0], given)
+
+
+@compiled
+def _push_wrench(memory, p, arrivals, given):
+    """Take the wrench at `place`, from the phase on that it is in."""
+    order, kept = memory.order[0], memory.ring
+    r, s = kept.places[0], memory.engine[0].held.state
+    t_ns, wrench = arrivals.t_ns[p.place], arrivals.wrenches[p.wrench]
+    if p.phase == _ARRIVES:
+        p.from_ns = order.now_ns
+        p.fate = arrival_order.fate_of_wrench(order, kept, t_ns)
+        if p.fate == FATE.takes_back:
+            p.fates[p.fate] += 1
+            ring.take_back(kept, r, memory.words, s)
+            arrival_order.take_back(order)
+            p.from_ns = order.now_ns
+            p.fate = arrival_order.fate_of_wrench(order, kept, t_ns)
+        p.fates[p.fate] += 1
+        if p.fate == FATE.wrench_restarts:
+            return Stop.RESTART
+        if p.fate == FATE.wrench_late:
+            ring.put_late_wrench(kept, r, t_ns, wrench)
+        if p.fate != FATE.taken and p.fate != FATE.leaps:
+            return Stop.END
+        given.taken[p.taken], given.taken_ns[p.taken] = p.wrench, t_ns
+        p.taken += 1
+        ring.note_recent(r, t_ns, wrench)
+        ring.begin_again(kept, r, memory.words, s)
+        p.phase = _CATCHES_UP
+    if p.phase == _CATCHES_UP:
+        stop = _work(memory, p, given)
+        if stop != Stop.END:
+            return stop
+        end = ring.due_until(kept, r, t_ns)
+        if end > ring.waiting_from(kept, r):
+            ring.note_measured(r, kept.joint_ns[end - 1], kept.orientations[end - 1])
+        p.phase = _LOOKED
+        if t_ns >= p.due_ns or t_ns < p.due_until_ns:
+            return Stop.LOOK
+    if p.phase == _LOOKED:
+        ring.append_wrench(kept, r, t_ns, wrench)
+        p.phase = _WORKS
+    stop = _work(memory, p, given)
+    if stop == Stop.END:
+        p.newest_told = p.told
+        if p.told:
+            given.t_ns[p.rows] = t_ns
+            p.rows += 1
+        ring.settle(kept, r, order.window_ns)
+    return stop
+
+
+@compiled
+def _push_orientation(memory, p, arrivals):
+    """Take the orientation at `place`; where it is to be taken again begin anew."""
+    e, rules, order = memory.engine[0], memory.rules[0], memory.order[0]
+    kept = memory.ring
+    r = kept.places[0]
+    if p.phase != _ARRIVES:
+        return Stop.END
+    t_ns, row = arrivals.t_ns[p.place], arrivals.orientations[p.place - p.wrench]
+    now_ns = order.now_ns
+    fate = arrival_order.fate_of_joints(order, kept, t_ns)
+    p.fates[fate] += 1
+    p.fate, p.phase = fate, _WORKS
+    if fate == FATE.joints_restart:
+        p.phase = _ARRIVES
+        return Stop.RESTART
+    if fate == FATE.starts:
+        ring.note_measured(r, t_ns, row)
+        if p.by_hand:
+            return Stop.START
+        steps.start(e, rules, t_ns, row)
+    elif fate == FATE.waits or fate == FATE.waits_before:
+        ring.put_waiting(kept, r, t_ns, row)
+    elif fate == FATE.joints_late:
+        ring.note_measured(r, t_ns, row)
+        ring.put_late_orientation(kept, r, t_ns, row)
+    elif fate == FATE.same or fate == FATE.joints_moved:
+        ring.note_measured(r, t_ns, row)
+        p.lateness = (now_ns - t_ns) * 1e-9
+        if fate == FATE.same:
+            ring.put_behind(kept, r, t_ns, row)
+        if r.changed < 0 or fate == FATE.joints_moved:
+            if p.by_hand:
+                return Stop.CORRECT
+            steps.correct(e, rules, t_ns, row, p.lateness)
+    return Stop.END
+
+
+@compiled
+def _work(memory, p, given):
+    """Process the wrenches of the ring that have not been, the newest of them with a row."""
+    e, rules, kept = memory.engine[0], memory.rules[0], memory.ring
+    r = kept.places[0]
+    while r.done < r.last:
+        unit = r.done
+        newest = p.phase == _WORKS and unit == r.last - 1
+        if r.restored:
+            r.restored = 0
+        elif memory.order[0].window_ns and _is_kept(kept, r, p, unit, newest):
+            ring.keep_before(kept, r, unit, memory.words, e.held.state)
+        r.done += 1
+        if p.by_hand:
+            p.unit = unit
+            return Stop.WRENCH
+        p.told = _take_wrench(e, rules, kept, r, unit, given.rows[p.rows])
+    return Stop.END
+
+
+@compiled
+def _is_kept(kept, r, p, unit, newest):
+    """Return whether the state before a wrench is kept."""
+    if newest:
+        return p.fate == FATE.leaps or ring.wants_state(r)
+    return ring.has_state(kept, unit) or r.last - unit <= ring.DENSE
+
+
+@compiled
+def _take_wrench(e, rules, kept, r, unit, row):
+    """Take a wrench of the ring with its orientations; return whether it gives a row."""
+    t_ns, begin = kept.t_ns[unit], ring.joints_from(kept, r, unit)
+    silent = steps.begin_unit(e, rules, t_ns)
+    for k in range(begin, kept.before[unit]):
+        steps.advance(e, rules, kept.joint_ns[k])
+        steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
+    steps.advance(e, rules, t_ns)
+    told = steps.told(e, rules)
+    if told:
+        contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
+        held.weigh(e.held, e.u, contacts)
+        steps.judge(e, rules, t_ns, contacts, row)
+    for k in range(kept.before[unit], kept.after[unit]):
+        steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)
+    return told

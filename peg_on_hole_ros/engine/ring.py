@@ -1,0 +1,562 @@
+"""
+The latest wrenches and orientations in the order of their stamps, with states to go back to.
+
+A late message is put where its stamp belongs, and everything since is processed again from the
+last state that was kept before it. Compiled: the whole of it is arrays.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.engine.state import BESIDE, ENGINE, ORIENTATION
+from peg_on_hole_ros.estimator.kept import (
+    WORD,
+    KeptEstimates,
+    keep_estimate,
+    put_estimate_back,
+    room_for_estimates,
+)
+from peg_on_hole_ros.mechanics.compiling import compiled
+from peg_on_hole_ros.monitor.memory import NO_STAMP
+from peg_on_hole_ros.record_types import PlacesRecord, StateRecord
+
+# Wrenches that a late message can reach back over at most: 1.5 s, the longest
+# `filter.late_window` and the longest `joints.delay` together, at 8 kHz.
+MOST_WRENCHES = 12_000
+# Orientations that wait for the wrench of their time; at 8 kHz these are 60 ms.
+MOST_WAITING = 512
+# A state takes some 50 kB, and to keep it a fifth of the time that a wrench does. It is kept
+# before every eighth wrench while all comes in order: going back then begins up to seven wrenches
+# earlier than it would have to. After a late message it is kept before each for a while.
+STRIDE = 8
+ALERT = 1000
+# The latest wrenches before which every state is kept, once it was; of older ones every eighth.
+DENSE = 256
+# A tare takes wrenches of this time at least [ns], and so many of them where they are to be had.
+LEAST_NS, FEWEST = 100_000_000, 100
+# The latest wrenches that are at hand for it: this time at 40 kHz.
+RECENT = 4096
+
+# Rows that there is room for; what is in use moves to the front when the end is reached.
+_UNITS = 2 * MOST_WRENCHES + 4096
+_ORIENTATIONS = 32_768
+_STATES = DENSE + MOST_WRENCHES // STRIDE + 64
+_NONE = -1
+
+_HELD = ENGINE.fields["held"][1] // WORD  # type: ignore[index]
+_BEGIN, _END = BESIDE.start // WORD, BESIDE.stop // WORD
+
+# Where things stand in the arrays of a Ring.
+PLACES = np.dtype(
+    [
+        ("first", "i8"),  # oldest wrench
+        ("last", "i8"),  # one behind the newest
+        ("done", "i8"),  # wrenches before it have been processed
+        ("restored", "i8"),  # whether the estimate is at the state kept before `done`
+        ("changed", "i8"),  # first wrench that a late message reached; -1: none
+        ("late_wrenches", "i8"),  # put in their place and not yet processed
+        ("late_joints", "i8"),
+        ("kept_from_ns", "i8"),  # what is not after it has no place here [ns]
+        ("joints_first", "i8"),  # oldest orientation
+        ("joints_last", "i8"),  # one behind the newest, those that wait among them
+        ("appended", "i8"),  # wrenches since the ring was emptied
+        ("alert", "i8"),  # wrenches before which a state is kept, each
+        ("bare", "i8"),  # wrenches without a state, since one with it, behind the latest DENSE
+        ("free", "i8"),  # states that are in no use, `Ring.free[:free]`
+        ("measured_ns", "i8"),  # of the newest orientation whose time has come [ns]
+        ("measured", "f8", (ORIENTATION,)),
+        ("recent", "i8"),  # wrenches in a row, the latest RECENT of which are at hand
+        ("recent_ns", "i8", (RECENT,)),
+        ("recent_wrenches", "f8", (RECENT, 6)),
+        ("went_back", "i8"),  # how often
+        ("reprocessed", "i8"),  # how many wrenches
+        ("without_wrench", "i8"),  # orientations that waited in vain
+        ("ahead", "i8"),  # wrenches that were taken back
+    ]
+)
+
+
+class Kept(NamedTuple):
+    """
+    Room for states.
+
+    Attributes
+    ----------
+    beside : ndarray of int64, shape (states, words)
+        What the engine remembers beside the estimate.
+    estimates : KeptEstimates
+
+    """
+
+    beside: np.ndarray
+    estimates: KeptEstimates
+
+
+class Ring(NamedTuple):
+    """
+    Wrenches and orientations by their stamps.
+
+    Attributes
+    ----------
+    places : ndarray of PLACES, shape (1,)
+    t_ns : ndarray of int64, shape (wrenches,)
+        Stamps [ns].
+    wrenches : ndarray, shape (wrenches, 6)
+        As received [N], [N m].
+    before : ndarray of int64, shape (wrenches,)
+        End of the orientations that are processed before each wrench; they begin where those of
+        the wrench before it end.
+    after : ndarray of int64, shape (wrenches,)
+        End of those that came with a wrench's own stamp behind it.
+    state : ndarray of int64, shape (wrenches,)
+        Which of the kept states is that before each wrench; -1: none.
+    joint_ns : ndarray of int64, shape (orientations,)
+        Stamps; those behind the newest wrench wait for the next one [ns].
+    orientations : ndarray, shape (orientations, ORIENTATION)
+    free : ndarray of int64, shape (states,)
+    kept : Kept
+
+    """
+
+    places: np.ndarray
+    t_ns: np.ndarray
+    wrenches: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    state: np.ndarray
+    joint_ns: np.ndarray
+    orientations: np.ndarray
+    free: np.ndarray
+    kept: Kept
+
+
+class Unit(NamedTuple):
+    """
+    One wrench with its orientations, each with its stamp [ns] and as a row of ORIENTATION.
+
+    Attributes
+    ----------
+    t_ns : int
+        Its stamp [ns].
+    wrench : ndarray, shape (6,)
+    before, after : list of (int, ndarray)
+        Those that are processed before it, and those of its own stamp behind it.
+
+    """
+
+    t_ns: int
+    wrench: np.ndarray
+    before: list[tuple[int, np.ndarray]]
+    after: list[tuple[int, np.ndarray]]
+
+
+def new_ring(state: np.void) -> Ring:
+    """Return an empty ring for an estimate, which is a record of STATE."""
+    # What is never written to takes no memory.
+    places = np.zeros(1, PLACES)
+    places["changed"], places["free"] = _NONE, _STATES
+    places["measured_ns"] = places["kept_from_ns"] = NO_STAMP
+    return Ring(
+        places=places,
+        t_ns=np.empty(_UNITS, np.int64),
+        wrenches=np.empty((_UNITS, 6)),
+        before=np.empty(_UNITS, np.int64),
+        after=np.empty(_UNITS, np.int64),
+        state=np.empty(_UNITS, np.int64),
+        joint_ns=np.empty(_ORIENTATIONS, np.int64),
+        orientations=np.empty((_ORIENTATIONS, ORIENTATION)),
+        free=np.arange(_STATES),
+        kept=room(_STATES, state),
+    )
+
+
+def room(states: int, state: np.void) -> Kept:
+    """Return room for so many states of an estimate, which is a record of STATE."""
+    beside = np.empty((states, _END - _BEGIN), np.int64)
+    return Kept(beside, room_for_estimates(states, state))
+
+
+@compiled
+def keep(kept: Kept, place: int, words: np.ndarray, s: StateRecord) -> None:
+    """Keep what the engine's memory, as words, and its estimate say."""
+    kept.beside[place] = words[_BEGIN:_END]
+    keep_estimate(kept.estimates, place, words[_HELD:], s)
+
+
+@compiled
+def go_back(kept: Kept, place: int, words: np.ndarray, s: StateRecord) -> None:
+    """Put what was kept into the engine's memory; what follows is bit for bit what followed it."""
+    words[_BEGIN:_END] = kept.beside[place]
+    put_estimate_back(kept.estimates, place, words[_HELD:], s)
+
+
+def with_room(ring: Ring, state: np.void) -> Ring:
+    """Return a ring for another estimate, a record of STATE; `empty` it."""
+    return ring._replace(kept=room(_STATES, state))
+
+
+def empty(ring: Ring, from_ns: int) -> None:
+    """Forget all but the orientations that wait; nothing up to a stamp [ns] is gone back to."""
+    r = ring.places[0]
+    r["kept_from_ns"] = from_ns
+    r["joints_first"] = begin_of_waiting(ring)
+    r["first"] = r["last"] = r["done"] = r["restored"] = 0
+    r["changed"], r["late_wrenches"], r["late_joints"] = _NONE, 0, 0
+    r["appended"] = r["alert"] = r["bare"] = 0
+    ring.free[:] = np.arange(_STATES)
+    r["free"] = _STATES
+
+
+def restart(ring: Ring) -> None:
+    """Forget the orientations that wait, too, and which wrenches came last."""
+    empty(ring, NO_STAMP)
+    r = ring.places[0]
+    r["joints_first"] = r["joints_last"] = r["recent"] = 0
+    r["measured_ns"] = NO_STAMP
+
+
+def begin_of_waiting(ring: Ring) -> int:
+    """Return the place of the first orientation that waits."""
+    r = ring.places[0]
+    return int(ring.after[r["last"] - 1] if r["last"] > r["first"] else r["joints_first"])
+
+
+def recent(ring: Ring) -> tuple[np.ndarray, np.ndarray]:
+    """Return stamps [ns] and the wrenches (n, 6) that came last, at most RECENT."""
+    r = ring.places[0]
+    at = np.arange(max(int(r["recent"]) - RECENT, 0), int(r["recent"])) % RECENT
+    return r["recent_ns"][at], r["recent_wrenches"][at]
+
+
+def unit_of(ring: Ring, unit: int) -> Unit:
+    """Return a wrench by its place."""
+    r = ring.places[0]
+    begin = int(ring.after[unit - 1] if unit > r["first"] else r["joints_first"])
+    end = int(ring.before[unit])
+    before, after = slice(begin, end), slice(end, int(ring.after[unit]))
+    return Unit(
+        int(ring.t_ns[unit]),
+        ring.wrenches[unit],
+        list(zip(ring.joint_ns[before].tolist(), ring.orientations[before])),
+        list(zip(ring.joint_ns[after].tolist(), ring.orientations[after])),
+    )
+
+
+@compiled
+def waiting_from(ring: Ring, r: PlacesRecord) -> int:
+    """Return what `begin_of_waiting` does."""
+    return ring.after[r.last - 1] if r.last > r.first else r.joints_first
+
+
+@compiled
+def joints_from(ring: Ring, r: PlacesRecord, unit: int) -> int:
+    """Return where the orientations of a wrench begin."""
+    return ring.after[unit - 1] if unit > r.first else r.joints_first
+
+
+@compiled
+def note_measured(r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+    """Take note of an orientation whose time has come, if it is the newest."""
+    if r.measured_ns == NO_STAMP or t_ns > r.measured_ns:
+        r.measured_ns = t_ns
+        for i in range(ORIENTATION):
+            r.measured[i] = orientation[i]
+
+
+@compiled
+def note_recent(r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
+    """Take note of a wrench that came in order."""
+    at = r.recent % RECENT
+    r.recent_ns[at] = t_ns
+    for i in range(6):
+        r.recent_wrenches[at, i] = wrench[i]
+    r.recent += 1
+
+
+@compiled
+def put_waiting(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+    """Let an orientation wait for the wrench of its time."""
+    _make_room(ring, r)
+    begin = waiting_from(ring, r)
+    at = r.joints_last
+    while at > begin and ring.joint_ns[at - 1] > t_ns:
+        at -= 1
+    _insert_orientation(ring, r, at, t_ns, orientation)
+    begin = waiting_from(ring, r)
+    if r.joints_last - begin > MOST_WAITING:
+        for k in range(begin, r.joints_last - 1):
+            ring.joint_ns[k] = ring.joint_ns[k + 1]
+            ring.orientations[k] = ring.orientations[k + 1]
+        r.joints_last -= 1
+        r.without_wrench += 1
+
+
+@compiled
+def put_behind(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+    """Keep an orientation of the newest wrench's own stamp, which came behind it."""
+    _make_room(ring, r)
+    if r.last > r.first and ring.t_ns[r.last - 1] == t_ns:
+        _insert_orientation(ring, r, ring.after[r.last - 1], t_ns, orientation)
+        ring.after[r.last - 1] += 1
+        r.late_joints += r.changed >= 0
+
+
+@compiled
+def put_late_orientation(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+    """Put an orientation before the first wrench whose stamp it does not exceed."""
+    _make_room(ring, r)
+    unit = _place_of(ring, r, t_ns)
+    at, begin = ring.before[unit], joints_from(ring, r, unit)
+    while at > begin and ring.joint_ns[at - 1] > t_ns:
+        at -= 1
+    _insert_orientation(ring, r, at, t_ns, orientation)
+    ring.before[unit] += 1
+    for k in range(unit, r.last):
+        ring.after[k] += 1
+    for k in range(unit + 1, r.last):
+        ring.before[k] += 1
+    _change(r, unit)
+    r.late_joints += 1
+
+
+@compiled
+def put_late_wrench(ring: Ring, r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
+    """Put a wrench where its stamp belongs."""
+    _make_room(ring, r)
+    unit = _place_of(ring, r, t_ns)
+    begin = joints_from(ring, r, unit)
+    end = begin
+    while end < ring.before[unit] and ring.joint_ns[end] <= t_ns:
+        end += 1
+    for k in range(r.last, unit, -1):
+        ring.t_ns[k], ring.before[k], ring.after[k] = (
+            ring.t_ns[k - 1], ring.before[k - 1], ring.after[k - 1],
+        )  # fmt: skip
+        ring.state[k] = ring.state[k - 1]
+        ring.wrenches[k] = ring.wrenches[k - 1]
+    # The state before the later one is that before this one.
+    ring.state[unit + 1] = _NONE
+    ring.t_ns[unit], ring.before[unit], ring.after[unit] = t_ns, end, end
+    for i in range(6):
+        ring.wrenches[unit, i] = wrench[i]
+    r.last += 1
+    r.done += 1
+    if r.changed >= unit:
+        r.changed += 1
+    _change(r, unit)
+    r.late_wrenches += 1
+    _thin(ring, r)
+
+
+@compiled
+def append_wrench(ring: Ring, r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
+    """Put the newest wrench behind all others, with the orientations that waited for it."""
+    _make_room(ring, r)
+    unit, end = r.last, due_until(ring, r, t_ns)
+    ring.t_ns[unit], ring.before[unit], ring.after[unit] = t_ns, end, end
+    ring.state[unit] = _NONE
+    for i in range(6):
+        ring.wrenches[unit, i] = wrench[i]
+    r.last += 1
+
+
+@compiled
+def wants_state(r: PlacesRecord) -> bool:
+    """Return whether the state before the newest wrench is to be kept."""
+    return r.alert > 0 or r.appended % STRIDE == 0
+
+
+@compiled
+def keep_before(ring: Ring, r: PlacesRecord, unit: int, words: np.ndarray, s: StateRecord) -> None:
+    """Keep the state before a wrench; where there is no room, none is."""
+    if ring.state[unit] == _NONE:
+        if not r.free:
+            return
+        r.free -= 1
+        ring.state[unit] = ring.free[r.free]
+    keep(ring.kept, ring.state[unit], words, s)
+
+
+@compiled
+def settle(ring: Ring, r: PlacesRecord, window_ns: int) -> None:
+    """Forget what no late message needs, once the newest wrench has been processed."""
+    if not window_ns:
+        _drop(ring, r, r.last)
+        r.appended = 0
+        return
+    r.appended += 1
+    r.alert -= r.alert > 0
+    _thin(ring, r)
+    oldest_ns = ring.t_ns[r.last - 1] - window_ns
+    if ring.state[r.last - 1] == _NONE:
+        return
+    # What is kept begins with a state.
+    while True:
+        unit = r.first + 1
+        while unit < r.last and ring.state[unit] == _NONE:
+            unit += 1
+        crowded = r.last - unit >= MOST_WRENCHES
+        if unit == r.last or not (crowded or ring.t_ns[unit - 1] < oldest_ns):
+            return
+        _drop(ring, r, unit)
+
+
+@compiled
+def begin_again(ring: Ring, r: PlacesRecord, words: np.ndarray, s: StateRecord) -> None:
+    """Go back to the last state before the first wrench that a late message has reached."""
+    if r.changed < 0:
+        return
+    r.went_back += 1
+    r.reprocessed += r.last - r.changed
+    unit = r.changed
+    while unit > r.first and ring.state[unit] == _NONE:
+        unit -= 1
+    r.changed, r.late_wrenches, r.late_joints = _NONE, 0, 0
+    r.done, r.restored = unit, 1
+    go_back(ring.kept, ring.state[unit], words, s)
+
+
+@compiled
+def take_back(ring: Ring, r: PlacesRecord, words: np.ndarray, s: StateRecord) -> None:
+    """Undo the newest wrench, before which the state was kept; its orientations wait again."""
+    unit = r.last - 1
+    go_back(ring.kept, ring.state[unit], words, s)
+    _release(ring, r, unit)
+    r.last = r.done = unit
+    r.restored, r.changed, r.late_wrenches, r.late_joints = 0, _NONE, 0, 0
+    if r.first == r.last:
+        # What is kept begins with a state.
+        r.appended = 0
+    r.recent -= 1
+    r.ahead += 1
+
+
+@compiled
+def has_state(ring: Ring, unit: int) -> bool:
+    """Return whether the state before a wrench was kept."""
+    return ring.state[unit] != _NONE
+
+
+@compiled
+def due_until(ring: Ring, r: PlacesRecord, t_ns: int) -> int:
+    """Return the end of the orientations that wait and are not after a stamp [ns]."""
+    end = waiting_from(ring, r)
+    while end < r.joints_last and ring.joint_ns[end] <= t_ns:
+        end += 1
+    return end
+
+
+@compiled
+def reaches(r: PlacesRecord, t_ns: int) -> bool:
+    """Return whether what is kept reaches back to before a stamp [ns]."""
+    return r.last > r.first and t_ns > r.kept_from_ns
+
+
+@compiled
+def has_wrench(ring: Ring, r: PlacesRecord, t_ns: int) -> bool:
+    """Return whether there is a wrench of a stamp [ns]."""
+    unit = _first_from(ring, r, t_ns)
+    return unit < r.last and ring.t_ns[unit] == t_ns
+
+
+@compiled
+def _first_from(ring, r, t_ns):
+    """Return the first wrench of a stamp, or of one after it."""
+    low, high = r.first, r.last
+    while low < high:
+        middle = (low + high) // 2
+        if ring.t_ns[middle] < t_ns:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@compiled
+def _place_of(ring, r, t_ns):
+    return min(_first_from(ring, r, t_ns), r.last - 1)
+
+
+@compiled
+def _change(r, unit):
+    r.changed = unit if r.changed < 0 else min(r.changed, unit)
+    r.alert = ALERT
+
+
+@compiled
+def _insert_orientation(ring, r, at, t_ns, orientation):
+    for k in range(r.joints_last, at, -1):
+        ring.joint_ns[k] = ring.joint_ns[k - 1]
+        ring.orientations[k] = ring.orientations[k - 1]
+    ring.joint_ns[at] = t_ns
+    for i in range(ORIENTATION):
+        ring.orientations[at, i] = orientation[i]
+    r.joints_last += 1
+
+
+@compiled
+def _make_room(ring, r):
+    """Move all that is kept to the front of the arrays, where they are full."""
+    if r.last < _UNITS and r.joints_last < _ORIENTATIONS:
+        return
+    if r.joints_last - r.joints_first > _ORIENTATIONS // 2:
+        _forget_half(ring, r)
+    by, joints_by = r.first, r.joints_first
+    for k in range(r.first, r.last):
+        ring.t_ns[k - by], ring.state[k - by] = ring.t_ns[k], ring.state[k]
+        ring.before[k - by] = ring.before[k] - joints_by
+        ring.after[k - by] = ring.after[k] - joints_by
+        ring.wrenches[k - by] = ring.wrenches[k]
+    for k in range(r.joints_first, r.joints_last):
+        ring.joint_ns[k - joints_by] = ring.joint_ns[k]
+        ring.orientations[k - joints_by] = ring.orientations[k]
+    r.first, r.last, r.done = 0, r.last - by, r.done - by
+    r.changed = r.changed - by if r.changed >= 0 else _NONE
+    r.joints_first, r.joints_last = 0, r.joints_last - joints_by
+
+
+@compiled
+def _forget_half(ring, r):
+    """Forget older wrenches, for the orientations that come with them, as far as none is late."""
+    end = r.changed if r.changed >= 0 else r.done
+    found = r.first
+    for unit in range(r.first + 1, end):
+        if (
+            ring.state[unit] != _NONE
+            and 4 * (r.joints_last - ring.after[unit - 1]) >= _ORIENTATIONS
+        ):
+            found = unit
+    _drop(ring, r, found)
+
+
+@compiled
+def _drop(ring, r, unit):
+    """Forget the wrenches before one."""
+    for k in range(r.first, unit):
+        _release(ring, r, k)
+    if unit > r.first:
+        r.joints_first = ring.after[unit - 1]
+        r.kept_from_ns = max(r.kept_from_ns, ring.t_ns[unit - 1])
+    r.first = unit
+
+
+@compiled
+def _release(ring, r, unit):
+    if ring.state[unit] != _NONE:
+        ring.free[r.free] = ring.state[unit]
+        r.free += 1
+        ring.state[unit] = _NONE
+
+
+@compiled
+def _thin(ring, r):
+    """Leave every eighth state before the latest DENSE, and the first that is kept."""
+    unit = r.last - DENSE - 1
+    if unit <= r.first:
+        r.bare = 0
+    elif ring.state[unit] == _NONE or r.bare < STRIDE - 1:
+        _release(ring, r, unit)
+        r.bare += 1
+    else:
+        r.bare = 0
