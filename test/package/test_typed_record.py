@@ -1,0 +1,66 @@
+"""Records for compiled code: types of fields, nesting, and what is refused."""
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Annotated
+
+import numpy as np
+import pytest
+from numba import njit
+
+from peg_on_hole_ros.typed_record import Record, Vector3, dtype_of, new
+
+
+class Shape(IntEnum):
+    ROUND = 0
+    SQUARE = 4
+
+
+class Inner(Record):
+    rate: float
+    on: bool
+    v: Vector3
+
+
+class Outer(Record):
+    tilt: Inner
+    form: Shape
+    loads: Annotated[Sequence[Inner], (2,)]
+
+
+@njit
+def change(record):
+    record.tilt.rate = 4.0
+    record.loads[1].v[2] = 5.0
+    record.form = Shape.SQUARE
+    record.loads[0] = record.loads[1]
+    return record.form == Shape.SQUARE
+
+
+def test_compiled_code_and_python_write_the_same_nested_fields():
+    record = new(Outer)
+    assert change(record)
+    assert record.tilt.rate == 4.0
+    assert record.loads[0].v.tolist() == [0.0, 0.0, 5.0]
+    record.tilt.on = True
+    assert record.tilt.on and record.form == Shape.SQUARE
+
+
+def test_fields_are_aligned_and_of_their_types():
+    kinds = dtype_of(Inner)
+    assert kinds.isalignedstruct
+    assert [kinds[name] for name in ("rate", "on")] == [np.float64, np.bool_]
+    assert kinds["v"].shape == (3,)
+
+
+def test_what_no_record_can_have_is_refused():
+    class Text(Record):
+        name: str
+
+    class Hidden(Record):
+        mean: float
+
+    with pytest.raises(TypeError, match="Text.name is .*: a record has no such field"):
+        dtype_of(Text)
+    with pytest.raises(TypeError, match="Hidden.mean: NumPy's records have a method"):
+        dtype_of(Hidden)
