@@ -9,7 +9,8 @@ from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.measurements.orientation import RobotJoints, TipPose
 from peg_on_hole_ros.robot.urdf_file import Chain, read_chain
-from peg_on_hole_ros.safe_text import cut
+from peg_on_hole_ros.robot.urdf_source import named
+from peg_on_hole_ros.safe_text import cut, shown
 from peg_on_hole_ros.startup.library_output import held_back
 
 
@@ -58,6 +59,7 @@ class UrdfKinematics:
                 f"joints.urdf: {options.urdf} is not a valid URDF, as its parser says: "
                 f"{cut(' '.join((told or str(error)).split()), 300)}"
             ) from None
+        _check_names(pin, self._model, chain, options)
         self._data = self._model.createData()
         self._tip = self._model.getFrameId(options.tip_frame, pin.FrameType.BODY)
         self._neutral = pin.neutral(self._model).tolist()
@@ -90,6 +92,25 @@ class UrdfKinematics:
         # Of one joint Pinocchio returns a vector.
         rates = jacobian.reshape(6, -1) @ self._rates
         return TipPose(tip.rotation, rates[3:], tip.translation.copy(), rates[:3])
+
+
+def _check_names(pin, model, chain, options):
+    """
+    Refuse names that Pinocchio's parser reads differently than `read_chain`.
+
+    XML turns a line break or a tab in a name into a space, Pinocchio keeps it; and Pinocchio takes
+    every description for UTF-8. For a frame that does not exist it returns an index beyond the
+    last one, with which it would read memory out of bounds.
+    """
+    missing = [f"joint {shown(name)}" for name in chain.moving if not model.existJointName(name)]
+    if not model.existFrame(options.tip_frame, pin.FrameType.BODY):
+        missing.append(f"link {shown(options.tip_frame)}")
+    if missing:
+        raise PegOnHoleError(
+            f"joints.urdf: Pinocchio finds no {missing[0]} in {named(options)}: line breaks, tabs "
+            "and letters of another encoding than UTF-8 are another name to it; give it a plain "
+            "name"
+        )
 
 
 def _pinocchio():

@@ -15,6 +15,7 @@ from peg_on_hole_ros.bags.writer import (
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.cli.many_bags.task import work
 from peg_on_hole_ros.config.configuration import from_parameters
+from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.robot.kinematics import UrdfKinematics
 from peg_on_hole_ros.robot.urdf_file import MOST_DEPTH, MOST_FREEDOMS, MOST_LINKS, read_chain
 from peg_on_hole_ros.robot.urdf_source import MOST_BYTES
@@ -169,6 +170,32 @@ def test_the_library_carries_what_is_within_the_bounds(text):
     pose = UrdfKinematics(read_chain(joints), joints)([0.5])
     turn = np.array([[np.cos(0.5), -np.sin(0.5), 0], [np.sin(0.5), np.cos(0.5), 0], [0, 0, 1]])
     assert pose.rotation == pytest.approx(turn, abs=1e-15)
+
+
+OTHERWISE = {
+    "line break in a link": ("t\np", "t p", "j", "j", "link 't p'"),
+    "tab in a link": ("t\tp", "t p", "j", "j", "link 't p'"),
+    "line break in a joint": ("tip", "tip", "j\n1", "j 1", "joint 'j 1'"),
+    "letters of another encoding": ("t\xef", "t\xc3\xaf", "j", "j", "link 't\xc3\xaf'"),
+}
+
+
+@pytest.mark.parametrize("name", OTHERWISE)
+def test_a_name_that_the_library_reads_otherwise_is_refused(name):
+    """Asked for a frame that it does not have, it reads memory that is not its own."""
+    link, tip_frame, turning, named, told = OTHERWISE[name]
+    text = "<?xml version='1.0' encoding='latin-1'?>" if "encoding" in name else ""
+    text += robot(
+        "<link name='a'/>", f"<link name='{link}'/>", joint(turning, "a", link, "revolute", AXIS)
+    )
+    changed = {"joints.urdf": "topic", "joints.tip_frame": tip_frame, "joints.names": [named]}
+    joints = replace(from_parameters(PARAMETERS | changed).joints, description=text)
+    with pytest.raises(PegOnHoleError) as caught:
+        UrdfKinematics(read_chain(joints), joints)
+    assert str(caught.value) == (
+        f"joints.urdf: Pinocchio finds no {told} in the robot's description: line breaks, tabs "
+        "and letters of another encoding than UTF-8 are another name to it; give it a plain name"
+    )
 
 
 def test_of_many_bags_one_with_such_a_description_stands_in_no_other_ones_way(
