@@ -9,7 +9,14 @@ from contextlib import contextmanager
 
 import rclpy
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
 from rclpy.experimental import EventsExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
@@ -25,6 +32,9 @@ SERVICES = {
     "set_parameters": SetParameters,
     "get_parameters": GetParameters,
     "describe_parameters": DescribeParameters,
+    "set_parameters_atomically": SetParametersAtomically,
+    "get_parameter_types": GetParameterTypes,
+    "list_parameters": ListParameters,
     "change_state": ChangeState,
     "get_state": GetState,
 }

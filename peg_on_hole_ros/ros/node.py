@@ -40,6 +40,7 @@ from peg_on_hole_ros.ros.arrivals_file import Recording
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.lifecycle import aloud
 from peg_on_hole_ros.ros.lost_messages import subscribe, take_waiting
+from peg_on_hole_ros.ros.parameter_services import serve_parameters
 from peg_on_hole_ros.ros.publishers import Publishers
 from peg_on_hole_ros.ros.robot_description import RobotDescription
 from peg_on_hole_ros.ros.silence import why_silent
@@ -84,7 +85,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
             automatically_declare_parameters_from_overrides=True,
             start_parameter_services=False,
         )
-        self._answers = node_parameters.ParameterAnswers(self)
+        serve_parameters(self)
         self._recording: Recording | None = None
         self._outputs: Publishers | None = None
         self.arrivals = Arrivals()

@@ -10,11 +10,8 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
-from rcl_interfaces.msg import Parameter as ParameterMessage
-from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.parameter_service import ParameterService
 
 from peg_on_hole_ros.config.configuration import (
     BY_NAME,
@@ -99,28 +96,6 @@ class Explained:
             # Of a callback: what it had taken by then is put back, and the node goes on.
             super().set_parameters_atomically(before)
             return _refused(error)
-
-    def set_messages(self, messages: Iterable[ParameterMessage]) -> SetParametersResult:
-        """Set all or none of what a service was asked for."""
-        try:
-            parameters = [Parameter.from_parameter_msg(message) for message in messages]
-            return self.set_parameters_atomically(parameters)
-        # Of a type that there is not, which nothing of rclpy's own catches, and of no such name.
-        except (ValueError, ParameterNotDeclaredException) as error:
-            return SetParametersResult(successful=False, reason=printable(error))
-
-
-class ParameterAnswers(ParameterService):
-    """The services of parameters of an Explained node, which nothing that is asked can end."""
-
-    def _set_parameters_callback(self, request, response):
-        node = self._get_node()
-        response.results = [node.set_messages([message]) for message in request.parameters]
-        return response
-
-    def _set_parameters_atomically_callback(self, request, response):
-        response.result = self._get_node().set_messages(request.parameters)
-        return response
 
 
 class FilesChecked:

@@ -6,7 +6,14 @@ import pytest
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
@@ -119,6 +126,37 @@ def test_what_cannot_be_set_says_why(peer):
     assert fixed.startswith("scene.friction: the estimator is built with it")
     assert "deactivate and clean up the node first" in fixed
     assert together.startswith("monitor.jamming_warn = 0.95 is above monitor.jamming_error = 0.9")
+
+
+def test_each_service_of_parameters_answers_what_does_not_exist(peer):
+    """As the services that rclpy makes: all that is asked for, or nothing."""
+    known, absent = ["markers_rate", "scene.friction"], ["markers_rate", "scene.frictoin"]
+    doubles = [ParameterType.PARAMETER_DOUBLE] * 2
+    with node_process("-p", "autostart:=false") as process:
+        assert peer.state() == State.PRIMARY_STATE_UNCONFIGURED
+        nothing = Parameter(name="markers_rate", value=ParameterValue())
+        alien = Parameter(name="markers_rate", value=ParameterValue(type=255))
+        ((done, reason),) = put(peer, nothing)
+        assert not done and reason.startswith("markers_rate has no value (null); it is a double")
+        for wrong, told in ((nothing, "has no value"), (alien, "255 is not a valid")):
+            request = SetParametersAtomically.Request(
+                parameters=[double("scene.friction", 0.4), wrong]
+            )
+            result = peer.call("set_parameters_atomically", request).result
+            assert not result.successful and told in result.reason
+        for names, types, values in ((known, doubles, [10.0, 0.2]), (absent, [], [])):
+            got = peer.call("get_parameters", GetParameters.Request(names=names))
+            assert [each.double_value for each in got.values] == values
+            kinds = peer.call("get_parameter_types", GetParameterTypes.Request(names=names))
+            assert list(kinds.types) == types
+            told = peer.call("describe_parameters", DescribeParameters.Request(names=names))
+            assert [each.name for each in told.descriptors] == names[: len(values)]
+        listed = peer.call("list_parameters", ListParameters.Request(prefixes=["joints"])).result
+        assert set(listed.names) == {
+            row.name for row in PARAMETERS if row.name.startswith("joints.")
+        }
+        assert listed.prefixes == ["joints"]
+        stop(process)
 
 
 def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_path):
