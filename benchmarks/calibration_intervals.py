@@ -28,7 +28,7 @@ from peg_on_hole_ros.identification.quantities import (
     natural,
 )
 from peg_on_hole_ros.identification.recording import recording
-from peg_on_hole_ros.measurements.measurement import PegJoints
+from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.plan import plan_from_tree

@@ -21,7 +21,8 @@ from peg_on_hole_ros.estimator.state import (
     named,
     places,
 )
-from peg_on_hole_ros.measurements.measurement import PegJoints, WrenchReduction
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure

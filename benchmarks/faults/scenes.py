@@ -160,7 +160,7 @@ def _cell(configuration, frame):
         force=wrench.force_stddev,
         torque=wrench.torque_stddev,
         angle=joints.position_stddev,
-        axes=lambda positions: kinematics(positions).rotation,
+        axes=lambda positions: kinematics.poses(np.array([positions], float)).rotation[0],
         weighs=wrench.gravity != "compensated",
         sign=-1.0 if wrench.acts_on == "robot" else 1.0,
         turning=(count - 3, count - 2, count - 1),

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.insertion.programs import PROGRAMS, plan_of
-from peg_on_hole_ros.measurements.measurement import angles_of
+from peg_on_hole_ros.measurements.angles import angles_of
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.truth import integrate
 

@@ -1,19 +1,18 @@
 """Wrenches and orientations of a batch, as the pipeline takes many of them at once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Batch
 from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.measurements.measurement import sound_wrenches
-from peg_on_hole_ros.records import Arrivals, JointSample
-
-ORIENTATION = 24
+from peg_on_hole_ros.measurements.orientation import ROW, JointOrientation, Outcome
+from peg_on_hole_ros.records import Arrivals
 
 
 def arrivals_of(
-    batch: Batch, sources: Mapping[str, str], joints: JointInput, orientation: Callable
+    batch: Batch, sources: Mapping[str, str], joints: JointInput, orientation: JointOrientation
 ) -> Arrivals:
     """
     Return the messages of a batch in their order; those of other topics are not sound.
@@ -24,15 +23,13 @@ def arrivals_of(
     sources : mapping of str to str
         Which topics are `wrench` and `joints`.
     joints : JointInput
-    orientation : callable
-        From a JointSample to an AngleMeasurement, or to the reason why there is none; one with
-        `rows` takes many at once, see `PegJoints`.
+    orientation : JointOrientation
 
     """
     source = np.array([sources.get(topic, "") for topic in batch.types] or [""])[batch.topic]
     of_wrench, of_joints = source == "wrench", source == "joints"
     sound = np.zeros(len(batch), bool)
-    rows = np.full((len(batch), ORIENTATION), np.nan)
+    rows = np.full((len(batch), ROW), np.nan)
     for number, layout in enumerate(batch.layouts):
         fits = batch.layout == number
         at = np.flatnonzero(fits & of_wrench)
@@ -56,13 +53,5 @@ def _orientations(names, t_ns, positions, joints, orientation):
     needed = [i for i, name in enumerate(names) if not joints.names or name in joints.names]
     sound = np.isfinite(positions[:, needed]).all(axis=1)
     sound &= len(set(names)) == len(names) == positions.shape[1]
-    if hasattr(orientation, "rows"):
-        found, rows = orientation.rows(names, positions)
-        return sound & found, rows
-    rows = np.full((len(t_ns), ORIENTATION), np.nan)
-    for i in np.flatnonzero(sound).tolist():
-        found = orientation(JointSample(int(t_ns[i]), names, tuple(positions[i].tolist())))
-        sound[i] = not isinstance(found, str)
-        if sound[i]:
-            rows[i] = found.row
-    return sound, rows
+    found = orientation.rows(names, positions)
+    return sound & (found.outcome == Outcome.orientation), found.rows

@@ -1,7 +1,6 @@
 """`peg-on-hole inspect`: what a bag holds, and what a replay would use of it."""
 
 import argparse
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,9 @@ from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.measurements.measurement import NamedPositions
+from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.stream import orientation_of
-from peg_on_hole_ros.records import AngleMeasurement
 from peg_on_hole_ros.replay.advice import Seen, apart, remedy, shifted
 from peg_on_hole_ros.replay.bag_settings import settled
 from peg_on_hole_ros.replay.run import BadFile, check_bag, sources_of
@@ -84,17 +82,11 @@ def _whole(bag, configuration, orientation):
         return configuration, _Unplaced(configuration.joints.names), error
 
 
-class _Unplaced:
+class _Unplaced(JointOrientation):
     """Of a robot whose description is not to be had there are only positions."""
 
-    def __init__(self, names):
-        self._positions = NamedPositions(names)
-
-    def __call__(self, sample):
-        found = self._positions(sample)
-        if isinstance(found, str):
-            return found
-        return AngleMeasurement(sample.t_ns, np.zeros(3), np.eye(3))
+    def _fill(self, positions, outcome, rows):
+        rows[:, :3], rows[:, 3:12] = 0.0, np.eye(3).ravel()
 
 
 def _ended(bag, error):
@@ -106,7 +98,10 @@ def _ended(bag, error):
 
 
 def inspect(
-    bag: Bag, configuration: Configuration, orientation: Callable, trouble: str | None = None
+    bag: Bag,
+    configuration: Configuration,
+    orientation: JointOrientation,
+    trouble: str | None = None,
 ) -> dict:
     """
     Return the JSON of a report.

@@ -13,7 +13,8 @@ from peg_on_hole_ros.engine.requests import Requests
 from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.measurements.measurement import PegJoints, wrench_fault
+from peg_on_hole_ros.measurements.measurement import wrench_fault
+from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
 from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.records import (
     Answer,
@@ -37,7 +38,7 @@ class Pipeline:
     Parameters
     ----------
     configuration : Configuration
-    orientation : callable or None
+    orientation : JointOrientation or None
         From a JointSample to an AngleMeasurement, or to the reason why there is none; None reads
         the peg's own joints.
     make : callable
@@ -48,19 +49,19 @@ class Pipeline:
 
     Attributes
     ----------
-    orientation : callable
+    orientation : JointOrientation
 
     """
 
     def __init__(
         self,
         configuration: Configuration,
-        orientation: Callable | None = None,
+        orientation: JointOrientation | None = None,
         make: Callable[..., HeldPeg] = make_filter,
         offline: bool = False,
     ) -> None:
         self.scene = configuration.scene
-        self.orientation: Callable = orientation or PegJoints(configuration.joints)
+        self.orientation: JointOrientation = orientation or PegJoints(configuration.joints)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._arrival_counts: Counter[str] = Counter()
         self._engine = Engine(configuration, make, self._arrival_counts, offline)
@@ -136,7 +137,7 @@ class Pipeline:
         """Take the present pose as that of a free and still peg; say what all such poses tell."""
         return self._requests.take_pose()
 
-    def describe(self, joints: JointInput, orientation: Callable) -> None:
+    def describe(self, joints: JointInput, orientation: JointOrientation) -> None:
         """Take what the robot's description makes known, before which no joint state is used."""
         self._engine.describe(joints)
         self.orientation = orientation
@@ -145,7 +146,9 @@ class Pipeline:
         """Take another pose of the sensor, before the first wrench [m], [rad]."""
         self._engine.mount(xyz, rpy)
 
-    def retune(self, configuration: Configuration, orientation: Callable | None = None) -> None:
+    def retune(
+        self, configuration: Configuration, orientation: JointOrientation | None = None
+    ) -> None:
         """
         Take other settings from here on, of those that a node takes while it is active.
 
@@ -153,7 +156,7 @@ class Pipeline:
         ----------
         configuration : Configuration
             Differs from the present one in such (`Parameter.live`) alone.
-        orientation : callable, optional
+        orientation : JointOrientation, optional
             As for the class.
 
         """

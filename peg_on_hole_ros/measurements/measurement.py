@@ -1,26 +1,21 @@
-"""From samples as received to measurements: the wrench on the peg, and its orientation."""
+"""From a wrench as received to the wrench on the peg."""
 
 from collections.abc import Sequence
-from math import atan2, copysign, cos, hypot, isfinite, pi, sin, sqrt
+from math import cos, isfinite, sin
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.record_types import ReductionRecord
-from peg_on_hole_ros.records import AngleMeasurement, JointSample, WrenchSample
+from peg_on_hole_ros.records import WrenchSample
 
-# Below this the two rotations about the axes are one for every sensor; the floor keeps the
-# covariance of psi and phi finite (sigma / 1e-6 is thousands of turns).
-SMALLEST_SINE = 1e-6
 # The size of a force [N], and of a torque [N m], that no sensor in a cell measures: bytes or
 # units of a driver that are wrong.
 MOST_FORCE = MOST_TORQUE = 1e6
-# psi or phi of a joint that counts its turns [rad]: beyond, a double is as coarse as an encoder.
-MOST_TURNED = 1e6
 
 
 def wrench_fault(sample: WrenchSample) -> str | None:
@@ -323,181 +318,3 @@ def _times(M, v):
         M[1, 0] * v[0] + M[1, 1] * v[1] + M[1, 2] * v[2],
         M[2, 0] * v[0] + M[2, 1] * v[1] + M[2, 2] * v[2],
     )
-
-
-def angle_covariance(gamma: float, orientation_stddev: float) -> np.ndarray:
-    """
-    Return the covariance of (gamma, psi, phi) for an isotropic error of the orientation.
-
-    Parameters
-    ----------
-    gamma : float
-        [rad].
-    orientation_stddev : float
-        Of the rotation vector between true and measured orientation, each component [rad].
-
-    Returns
-    -------
-    ndarray, shape (3, 3)
-        [rad^2]; psi and phi grow like 1/sin(gamma), their sum stays.
-
-    Notes
-    -----
-    A rotation by (gamma, psi, phi) errors is J = [eps, z, zeta] times them; J.T J has the cosine
-    of gamma between psi and phi as its only other entry.
-
-    """
-    R = np.empty(9)
-    fill_covariance(float(gamma), float(orientation_stddev), R)
-    return R.reshape(3, 3)
-
-
-@compiled
-def fill_covariance(gamma: float, orientation_stddev: float, R: np.ndarray) -> None:
-    """Fill in what `angle_covariance` returns, by rows, shape (9,)."""
-    variance = orientation_stddev * orientation_stddev
-    c, sine = cos(gamma), abs(sin(gamma))
-    if sine < SMALLEST_SINE:
-        # With its cosine: the variance of the sum of psi and phi is what the two leave.
-        c, sine = copysign(sqrt(1.0 - SMALLEST_SINE * SMALLEST_SINE), c), SMALLEST_SINE
-    over = variance / (sine * sine)
-    R[:] = 0.0
-    R[0] = variance
-    R[4] = R[8] = over
-    R[5] = R[7] = -c * over
-
-
-@compiled
-def fill_orientations(angles: np.ndarray, orientation_stddev: float, rows: np.ndarray) -> None:
-    """Fill in the rows (n, 24) of an AngleMeasurement without a place, from gamma, psi, phi."""
-    for i in range(len(angles)):
-        rows[i, :] = np.nan
-        for j in range(3):
-            rows[i, j] = angles[i, j]
-        fill_covariance(angles[i, 0], orientation_stddev, rows[i, 3:12])
-
-
-def angles_of(rotation: np.ndarray) -> np.ndarray:
-    """
-    Return gamma, psi, phi of R_HP = Rz(psi) Ry(-gamma) Rz(phi).
-
-    Parameters
-    ----------
-    rotation : ndarray, shape (3, 3)
-        Peg axes in hole axes.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        gamma in [0, pi], psi and phi in [-pi, pi] [rad].
-
-    Notes
-    -----
-    gamma comes from an arctangent, as an arccosine loses half the digits near zero. psi is the
-    direction in which the axis leans, of little meaning near zero and 0 where it leans nowhere;
-    phi is what remains once psi is turned back, so their sum is exact for any psi.
-
-    """
-    (xx, xy, xz), (yx, yy, yz), (_, _, zz) = np.asarray(rotation).tolist()
-    lean = hypot(xz, yz)
-    gamma = atan2(lean, zz)
-    psi = atan2(-yz, -xz) if lean else 0.0
-    s, c = sin(psi), cos(psi)
-    return np.array([gamma, psi, atan2(c * yx - s * xx, c * yy - s * xy)])
-
-
-class NamedPositions:
-    """
-    Picks the positions of some joints out of joint states, in any order, among others.
-
-    Parameters
-    ----------
-    names : tuple of str
-
-    """
-
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self.names = names
-        self._order: tuple[str, ...] | None = None
-        self._index: list[int] | None = None
-
-    def __call__(self, sample: JointSample) -> list[float] | str:
-        """Return the positions in the order of the names, or `missing_joint`, `not_finite`."""
-        if sample.names != self._order:
-            self._order = sample.names
-            known = {name: i for i, name in reversed(list(enumerate(sample.names)))}
-            complete = all(name in known for name in self.names)
-            self._index = [known[name] for name in self.names] if complete else None
-        if self._index is None:
-            return "missing_joint"
-        every = sample.position
-        position = [every[i] for i in self._index]
-        return position if all(map(isfinite, position)) else "not_finite"
-
-
-class PegJoints:
-    """
-    The peg's own joints as orientation: gamma, psi, phi by name, in any order, among others.
-
-    Calling it with a JointSample returns an AngleMeasurement, or a reason why there is none.
-    """
-
-    def __init__(self, options: JointInput) -> None:
-        self.stddev = options.position_stddev
-        self._positions = NamedPositions(options.names)
-        self._R_HM = rotation_from_rpy(options.hole_rpy).T if any(options.hole_rpy) else None
-
-    def rows(self, names: tuple[str, ...], positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """
-        Return the measurements of joint states of one order, as far as they need no second look.
-
-        Parameters
-        ----------
-        names : tuple of str
-            Of the joints.
-        positions : ndarray, shape (n, len(names))
-            [rad].
-
-        Returns
-        -------
-        sound : ndarray of bool, shape (n,)
-            Whether there is a row; the others are to be given as samples.
-        rows : ndarray, shape (n, 24)
-            See `AngleMeasurement.row`.
-
-        """
-        rows = np.full((len(positions), 24), np.nan)
-        if self._R_HM is not None or not set(self._positions.names) <= set(names):
-            return np.zeros(len(positions), bool), rows
-        angles = positions[:, [names.index(name) for name in self._positions.names]]
-        sound = (angles[:, 0] >= 0.0) & (angles[:, 0] < pi / 2)
-        sound &= (np.abs(angles[:, 1:]) <= MOST_TURNED).all(axis=1)
-        fill_orientations(angles, float(self.stddev), rows)
-        return sound, rows
-
-    def __call__(self, sample: JointSample) -> AngleMeasurement | str:
-        """
-        Return the measurement, or the reason why there is none.
-
-        Returns
-        -------
-        AngleMeasurement or str
-            `missing_joint`, `not_finite`, or `out_of_range`: tilted by a quarter turn or more, or
-            turned by more than MOST_TURNED. A tilt below zero is one to the other side.
-
-        """
-        position = self._positions(sample)
-        if isinstance(position, str):
-            return position
-        gamma, psi, phi = position
-        if not (abs(gamma) < pi and abs(psi) <= MOST_TURNED and abs(phi) <= MOST_TURNED):
-            return "out_of_range"
-        if self._R_HM is not None:
-            gamma, psi, phi = angles_of(self._R_HM @ peg_axes(position))
-        if gamma < 0.0:
-            # The same orientation, leaning to the other side.
-            gamma, psi, phi = -gamma, psi + pi, phi - pi
-        if not gamma < pi / 2:
-            return "out_of_range"
-        covariance = angle_covariance(gamma, self.stddev)
-        return AngleMeasurement(sample.t_ns, np.array([gamma, psi, phi], float), covariance)

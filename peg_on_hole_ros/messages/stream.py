@@ -21,7 +21,11 @@ from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.measurements.measurement import PegJoints
+from peg_on_hole_ros.measurements.orientation import (
+    JointOrientation,
+    PegJoints,
+    UndescribedRobot,
+)
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import Cycles, json_line
 from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
@@ -371,7 +375,7 @@ def message_stream(
     return MessageStream(configuration, pipeline, markers_rate)
 
 
-def orientation_of(joints: JointInput) -> PegJoints | Callable:
+def orientation_of(joints: JointInput) -> JointOrientation:
     """
     Return what makes an AngleMeasurement of a joint state, or the reason why there is none.
 
@@ -382,7 +386,7 @@ def orientation_of(joints: JointInput) -> PegJoints | Callable:
 
     """
     if awaited(joints):
-        return lambda sample: "without_description"
+        return UndescribedRobot(joints.names)
     if joints.source == "robot":
         from peg_on_hole_ros.robot.kinematics import orientation_source  # pinocchio is an extra
 

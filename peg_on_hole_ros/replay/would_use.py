@@ -1,7 +1,5 @@
 """How many messages of a bag a replay would use, and why not the others."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from peg_on_hole_ros.bags.arrivals import arrivals_of
@@ -9,6 +7,7 @@ from peg_on_hole_ros.bags.batch import Batch
 from peg_on_hole_ros.bags.stamps import StampStatistics
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import Malformed
 from peg_on_hole_ros.messages.stream import MessageStream
 from peg_on_hole_ros.replay.run import fates, played
@@ -27,7 +26,7 @@ class WouldUse:
     Parameters
     ----------
     configuration : Configuration
-    orientation : callable
+    orientation : JointOrientation
         From a JointSample to an AngleMeasurement, or to the reason why there is none.
     sources : dict of str to str
         Topics that are there, as of `sources_of`.
@@ -44,7 +43,7 @@ class WouldUse:
     def __init__(
         self,
         configuration: Configuration,
-        orientation: Callable,
+        orientation: JointOrientation,
         sources: dict[str, str],
     ) -> None:
         self._configuration, self._sources = configuration, sources

@@ -1,13 +1,11 @@
 """Where a robot's joints turn and carry the peg, by its URDF and Pinocchio."""
 
-from collections.abc import Sequence
-from math import cos, sin
-
 import numpy as np
 
 from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.measurements.orientation import RobotJoints, TipPose
+from peg_on_hole_ros.measurements.orientation import RobotJoints
+from peg_on_hole_ros.measurements.screws import ScrewChain, TipPoses, tip_poses
 from peg_on_hole_ros.robot.urdf_file import Chain, read_chain
 from peg_on_hole_ros.robot.urdf_source import named
 from peg_on_hole_ros.safe_text import cut, shown
@@ -35,7 +33,10 @@ def orientation_source(options: JointInput) -> RobotJoints:
 
 class UrdfKinematics:
     """
-    Rotation and place of the tip frame in the root link, and their Jacobian, by Pinocchio.
+    Rotation and place of the tip frame in the root link, and their Jacobian.
+
+    Pinocchio reads the description and gives the screws of the joints; `measurements.screws`
+    multiplies them, for thousands of joint states at once.
 
     Attributes
     ----------
@@ -52,46 +53,42 @@ class UrdfKinematics:
             # are of one kind, and the chain knows them all.
             # What it says of meshes and colours is of no use here.
             with held_back(written_after=False) as said:
-                self._model = pin.buildModelFromXML(chain.text)
+                model = pin.buildModelFromXML(chain.text)
         except (ValueError, RuntimeError) as error:
             told = said.text.strip() if said else ""
             raise PegOnHoleError(
                 f"joints.urdf: {options.urdf} is not a valid URDF, as its parser says: "
                 f"{cut(' '.join((told or str(error)).split()), 300)}"
             ) from None
-        _check_names(pin, self._model, chain, options)
-        self._data = self._model.createData()
-        self._tip = self._model.getFrameId(options.tip_frame, pin.FrameType.BODY)
-        self._neutral = pin.neutral(self._model).tolist()
+        _check_names(pin, model, chain, options)
         self.lower, self.upper = chain.lower, chain.upper
-        joints = [self._model.joints[self._model.getJointId(name)] for name in chain.moving]
-        # Place in q, joint that is read, multiplier, offset, and whether the joint is continuous:
-        # its position is kept as cosine and sine.
-        self._moving = [
-            (joint.idx_q, *row, joint.nq == 2)
-            for joint, *row in zip(joints, chain.source, chain.multiplier, chain.offset)
-        ]
-        # Rates of the moving joints from those of the joints that are read.
-        self._rates = np.zeros((self._model.nv, len(options.names)))
-        for joint, source, multiplier in zip(joints, chain.source, chain.multiplier):
-            self._rates[joint.idx_v, source] = multiplier
+        self._screws = _screws(pin, model, chain, options.tip_frame)
 
-    def __call__(self, position: Sequence[float]) -> TipPose:
-        """Return pose and Jacobian of the tip at positions in the order of joints.names."""
-        pin, q = self._pin, self._neutral.copy()
-        for i, source, multiplier, offset, continuous in self._moving:
-            x = multiplier * position[source] + offset
-            if continuous:
-                q[i], q[i + 1] = cos(x), sin(x)
-            else:
-                q[i] = x
-        jacobian = pin.computeFrameJacobian(
-            self._model, self._data, np.array(q), self._tip, pin.LOCAL_WORLD_ALIGNED
-        )
-        tip = pin.updateFramePlacement(self._model, self._data, self._tip)
-        # Of one joint Pinocchio returns a vector.
-        rates = jacobian.reshape(6, -1) @ self._rates
-        return TipPose(tip.rotation, rates[3:], tip.translation.copy(), rates[:3])
+    def poses(self, positions: np.ndarray) -> TipPoses:
+        """Return the poses of the tip at positions in the order of joints.names, (s, n)."""
+        return tip_poses(self._screws, positions)
+
+
+def _screws(pin, model, chain: Chain, tip_frame: str) -> ScrewChain:
+    """Return the joints of a chain as screws where all are at zero."""
+    data = model.createData()
+    tip = model.getFrameId(tip_frame, pin.FrameType.BODY)
+    # Where a continuous joint is at zero, its cosine is one.
+    q = pin.neutral(model)
+    columns = pin.computeFrameJacobian(model, data, q, tip, pin.WORLD).reshape(6, -1)
+    placement = pin.updateFramePlacement(model, data, tip)
+    joints = [model.joints[model.getJointId(name)] for name in chain.moving]
+    # Of a velocity Pinocchio has the linear part first.
+    screws = np.array([columns[:, joint.idx_v] for joint in joints])
+    return ScrewChain(
+        screws[:, 3:].copy(),
+        screws[:, :3].copy(),
+        np.array(chain.source, np.int64),
+        np.array(chain.multiplier, float),
+        np.array(chain.offset, float),
+        placement.rotation.copy(),
+        placement.translation.copy(),
+    )
 
 
 def _check_names(pin, model, chain, options):

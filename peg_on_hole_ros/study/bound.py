@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.measurements.measurement import angle_covariance
+from peg_on_hole_ros.measurements.angles import angle_covariance
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
     WIDTH,

@@ -13,7 +13,7 @@ from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, FRICTION_K, RATE
 from peg_on_hole_ros.estimator.two_points import straighten_two_points
-from peg_on_hole_ros.measurements.measurement import PegJoints
+from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate

@@ -7,11 +7,8 @@ import pytest
 
 from peg_on_hole_ros.config.options import Configuration, FilterOptions, JointInput, MonitorOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.measurements.measurement import (
-    SMALLEST_SINE,
-    PegJoints,
-    angle_covariance,
-)
+from peg_on_hole_ros.measurements.angles import SMALLEST_SINE, angle_covariance
+from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 

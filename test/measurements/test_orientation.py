@@ -7,14 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from arm import BENT, JOINTS, OPTIONS, Arm, angles, options, peg_rotation
-from peg_on_hole_ros.measurements.measurement import angle_covariance
-from peg_on_hole_ros.measurements.orientation import (
-    ORIENTATION_FLOOR,
-    RobotJoints,
-    TipPose,
-    angle_errors,
-    angles_of,
-)
+from peg_on_hole_ros.measurements.angles import angle_covariance, angle_errors, angles_of
+from peg_on_hole_ros.measurements.orientation import ORIENTATION_FLOOR, RobotJoints
+from peg_on_hole_ros.measurements.screws import empty_poses
 from peg_on_hole_ros.records import JointSample
 from tiers import nightly
 
@@ -78,9 +73,13 @@ class ByFormulas:
     def __init__(self):
         self.arm = Arm()
 
-    def __call__(self, position):
-        _, rotation, axes = self.arm.tip(dict(zip(JOINTS, position)))
-        return TipPose(rotation.as_matrix(), np.array([axes[name][0] for name in JOINTS]).T)
+    def poses(self, positions):
+        poses = empty_poses(*positions.shape)
+        for i, position in enumerate(positions):
+            _, rotation, axes = self.arm.tip(dict(zip(JOINTS, position)))
+            poses.rotation[i] = rotation.as_matrix()
+            poses.jacobian[i] = np.array([axes[name][0] for name in JOINTS]).T
+        return poses
 
 
 def sample(position, names=JOINTS):
@@ -144,9 +143,11 @@ def test_joints_that_turn_about_one_axis_leave_a_covariance_that_can_be_inverted
     class Hinge:
         lower, upper = np.array([-np.inf]), np.array([np.inf])
 
-        def __call__(self, position):
-            rotation = Rotation.from_rotvec([0, position[0], 0]).as_matrix()
-            return TipPose(rotation, np.array([[0.0], [1.0], [0.0]]))
+        def poses(self, positions):
+            poses = empty_poses(*positions.shape)
+            poses.rotation[:] = Rotation.from_rotvec([[0, x, 0] for (x,) in positions]).as_matrix()
+            poses.jacobian[:, 1] = 1.0
+            return poses
 
     still = {"peg_rpy": (0.0, 0.0, 0.0), "hole_rpy": (0.0, 0.0, 0.0)}
     source = RobotJoints(options(names=("hinge",), **still), Hinge())

@@ -14,7 +14,8 @@ from benchmarks.grid.consistency import residuals
 from peg_on_hole_ros.config.options import Configuration, FilterOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
-from peg_on_hole_ros.measurements.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.measurements.angles import angle_covariance
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
 from peg_on_hole_ros.mechanics.reference import Outcome, solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene

@@ -4,7 +4,7 @@ import numpy as np
 
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.record import DETERMINANT
-from peg_on_hole_ros.measurements.measurement import PegJoints
+from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.monitor import down_the_hole, jamming
 from peg_on_hole_ros.monitor.contacts import no_knowledge
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth

@@ -9,8 +9,8 @@ from arm import BENT, JOINTS, OPTIONS, Arm, options, peg_rotation
 from peg_on_hole_ros.config.configuration import Configuration, from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.measurements.measurement import PegJoints
-from peg_on_hole_ros.measurements.orientation import RobotJoints, TipPose
+from peg_on_hole_ros.measurements.orientation import PegJoints, RobotJoints
+from peg_on_hole_ros.measurements.screws import TipPoses
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.contacts import MOST
 from peg_on_hole_ros.monitor.place_check import misfit, touching_place
@@ -169,11 +169,14 @@ class Known:
     def __init__(self):
         self.arm = Arm()
 
-    def __call__(self, position):
+    def poses(self, positions):
+        return TipPoses(*map(np.stack, zip(*map(self.pose, positions))))
+
+    def pose(self, position):
         p, rotation, axes = self.arm.tip(dict(zip(JOINTS, position)))
         turns = np.array([axes[name][0] for name in JOINTS]).T
         moves = np.array([np.cross(axes[n][0], p - axes[n][1]) for n in JOINTS]).T
-        return TipPose(rotation.as_matrix(), turns, p, moves)
+        return rotation.as_matrix(), turns, p, moves
 
 
 def test_place_and_its_covariance_are_those_of_joints_with_noise():

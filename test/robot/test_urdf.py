@@ -10,6 +10,7 @@ import pytest
 from arm import JOINTS, URDF, Arm, options
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.measurements.screws import TipPoses
 from peg_on_hole_ros.robot.kinematics import UrdfKinematics, orientation_source
 from peg_on_hole_ros.robot.urdf_file import read_chain
 from peg_on_hole_ros.robot.urdf_source import beside
@@ -52,9 +53,9 @@ def write(tmp_path, text, name="robot.urdf"):
 def check_kinematics(o, arm, positions_of):
     kinematics = UrdfKinematics(read_chain(o), o)
     rng = np.random.default_rng(1)
-    for _ in range(20):
-        position = rng.uniform(-3, 3, len(o.names))
-        pose = kinematics(position)
+    positions = rng.uniform(-3, 3, (20, len(o.names)))
+    for position, *fields in zip(positions, *kinematics.poses(positions)):
+        pose = TipPoses(*fields)
         place, rotation, _ = arm.tip(positions_of(position))
         assert pose.position == pytest.approx(place, abs=1e-14)
         assert pose.rotation == pytest.approx(rotation.as_matrix(), abs=1e-14)
@@ -66,10 +67,9 @@ def check_kinematics(o, arm, positions_of):
             # Central differences: 1e-12 of their own error, 1e-16 / 1e-6 of rounding.
             turn = (after * before.inv()).as_rotvec() / 2e-6
             assert pose.jacobian[:, i] == pytest.approx(turn, abs=1e-9)
-        # What is returned is not overwritten by the next call.
-        kept = pose.rotation.copy(), pose.position.copy()
-        kinematics(position + 0.5)
-        assert (pose.rotation == kept[0]).all() and (pose.position == kept[1]).all()
+        # One joint state gives what it gives among others.
+        for field, alone in zip(pose, kinematics.poses(position[np.newaxis])):
+            assert (field == alone[0]).all()
 
 
 @needs_pinocchio

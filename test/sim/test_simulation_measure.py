@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
-from peg_on_hole_ros.measurements.measurement import PegJoints
+from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import (
     START_NS,

@@ -12,7 +12,8 @@ from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.measurements.measurement import WrenchReduction, angle_covariance
+from peg_on_hole_ros.measurements.angles import angle_covariance
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import six_equations
 from peg_on_hole_ros.study.bound import (
     Meaning,
