@@ -29,7 +29,7 @@ from peg_on_hole_ros.records import AngleMeasurement
 # Looks that are held against one another, the time from one to the next at most [ns], and the
 # means that stand for the wrenches from one to the next.
 KEPT, SILENCE_NS, MEANS = 50, 60_000_000, 4
-# Looks between two judgements; twice as many for each one by which the stated delay is right.
+# Looks between two judgements; twice as many after each one that decides nothing.
 EVERY, DOUBLED = 25, 7
 # Delays that are tried beside the stated one [s], first those.
 FIRST, TRIED = 0.01, (0.005, 0.015, 0.02, 0.03, 0.04, 0.05, 0.06)
@@ -99,10 +99,10 @@ class Delay:
         self._open = [i for kind, offset in zip(KINDS, stated) if offset > 0.0 for i in kind]
         self.finding: Finding | None = None
         # By how much a delay is likelier than each hypothesis [nats], what each has come to, and
-        # how often the stated delay was right.
+        # how often in a row a second has decided nothing.
         self._gains = np.zeros(len(HYPOTHESES))
         self._told: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-        self._right = 0
+        self._undecided = 0
         self.restart()
 
     def restart(self) -> None:
@@ -138,8 +138,12 @@ class Delay:
     def _go_on(self, judging):
         try:
             next(judging)
-        except StopIteration:
+        except StopIteration as end:
             self._judging = None
+            if not end.value:
+                # A second that decides nothing is followed by others like it.
+                self._undecided = min(self._undecided + 1, DOUBLED)
+                self._wait = EVERY << self._undecided
 
     def _tells(self):
         """Return whether three loaded contacts slide, and some rate changes."""
@@ -165,7 +169,11 @@ class Delay:
         return bool(slip > slow and changes.any())
 
     def _judge(self, record, load, count):
-        """Hold delays against the last second, a run or a climb at each look."""
+        """
+        Compare delays over the last second, a run or a climb at each look.
+
+        Returns whether the second has added to the evidence for or against a delay.
+        """
         configuration, left = self._configuration, UNEXPLAINED * load
         scene, wrench = configuration.scene, configuration.wrench
         wrench = replace(
@@ -182,17 +190,11 @@ class Delay:
         # A delay of half as much is as likely as none.
         if max(values[FIRST], values[-FIRST]) < values[0.0] - LIKELIER:
             self._gains[:], self._told = 0.0, {}
-            self._stands()
-        else:
-            yield from self._try_all(likelihood, x, self._sizes(load))
-
-    def _stands(self):
-        """Look less often where the stated delay is as likely as any."""
-        self._right = min(self._right + 1, DOUBLED)
-        self._wait = EVERY << self._right
+            return False
+        return (yield from self._try_all(likelihood, x, self._sizes(load)))
 
     def _try_all(self, likelihood, x, sizes):
-        """Tell a delay if it is surely likelier than what is stated, and than other settings."""
+        """Report a delay that is surely likelier than what is stated, and than other settings."""
         spread = np.where(IS_NOISE, 0.0, 4.0 * sizes.range)
         limits = x - spread, x + spread
         limits[0][FRICTION] = 0.0
@@ -207,36 +209,35 @@ class Delay:
         stated = climb(0, x)
         yield
         if stated is None:
-            return
+            return False
         begin = stated.x.copy()
         values = yield from _values(likelihood, begin, (-FIRST, 0.0, FIRST))
         side = 1.0 if values[FIRST] > values[-FIRST] else -1.0
         values |= yield from _values(likelihood, begin, (side * size for size in TRIED))
         best = max(values, key=values.__getitem__)
-        if values[best] - values[0.0] < LIKELIER:
-            self._stands()
         if abs(best) == TRIED[-1] or values[best] - values[0.0] < LIKELIER:
-            return
+            return False
         begin[DELAY] = best
         late = climb(1, begin)
         yield
         # It is where it was seen.
         if late is None or abs(late.x[DELAY] - best) > max(FIRST, 0.5 * abs(best)):
-            return
+            return False
         if abs(late.x[DELAY]) < LEAST or late.run.nis.mean() > EXPLAINED:
-            return
+            return False
         peaks = [stated, late]
         for i in range(2, len(HYPOTHESES)):
             peaks.append(climb(i, told[i][0]))
             yield
         if any(peak is None for peak in peaks):
-            return
+            return False
         # As many seconds as it takes. What one has told of a zero holds in the next.
         self._gains += [late.value - peak.value for peak in peaks]
         self._told = {i: self._spread(i, peak, told[i][1]) for i, peak in enumerate(peaks)}
         self._wait = KEPT
         if self._gains[0] > SURE and self._gains[2:].min() > APART:
             self.finding = self._said(float(late.x[DELAY]), self._gains[0])
+        return True
 
     def _spread(self, i, peak, range_):
         """Return where a hypothesis has come to, and how well that is known by now."""
