@@ -64,18 +64,15 @@ class Orientations(NamedTuple):
 
 
 class Kinematics(Protocol):
-    """
-    A robot's kinematics up to the frame that carries the peg.
+    """A robot's kinematics up to the frame that carries the peg."""
 
-    Attributes
-    ----------
-    lower, upper : sequence of n float
-        Limits of the joints, infinite where there are none [rad].
+    @property
+    def lower(self) -> Sequence[float]:
+        """Lower limits of the n joints, -inf where there are none [rad]."""
 
-    """
-
-    lower: Sequence[float]
-    upper: Sequence[float]
+    @property
+    def upper(self) -> Sequence[float]:
+        """Upper limits of the n joints, inf where there are none [rad]."""
 
     def poses(self, positions: np.ndarray) -> TipPoses:
         """Return the poses at positions of the joints, in their order in the options, (s, n)."""

@@ -28,7 +28,7 @@ def orientation_source(options: JointInput) -> RobotJoints:
 
     """
     chain = read_chain(options)
-    return RobotJoints(options, UrdfKinematics(chain, options))  # type: ignore[arg-type]
+    return RobotJoints(options, UrdfKinematics(chain, options))
 
 
 class UrdfKinematics:
@@ -46,7 +46,7 @@ class UrdfKinematics:
     """
 
     def __init__(self, chain: Chain, options: JointInput) -> None:
-        self._pin = pin = _pinocchio()
+        pin = _pinocchio()
         said = None
         try:
             # Mimicking joints as joints of their own: Pinocchio follows a leader only where both
