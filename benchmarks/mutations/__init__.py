@@ -1,0 +1,1 @@
+"""Mutants of the package, all compiled at once: which of them no test notices."""
