@@ -33,7 +33,7 @@ class Copy:
         """Write the copy, and compile it; what cannot be compiled is taken out of the mutants."""
         while True:
             self.write()
-            done = self.run(0, [sys.executable, "tools/compiled.py", "estimator"], None)
+            done = self.run(0, [sys.executable, "tools/compiled.py"], None)
             if done.returncode == 0:
                 return
             bad = {int(found) for found in FROM_COMPILER.findall(done.stdout)}

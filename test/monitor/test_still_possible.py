@@ -8,11 +8,13 @@ import pytest
 
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.options import Configuration, MonitorOptions, WrenchInput
+from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.output import WRENCH
 from peg_on_hole_ros.messages.plain import header, xyz
 from peg_on_hole_ros.messages.stream import message_stream
+from peg_on_hole_ros.monitor.still_possible import possible
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.replay.run import (
     check_bag,
@@ -152,6 +154,19 @@ def test_a_push_that_grows_is_to_grow_no_more():
     then = simulated(at, {"steady": steady, "more": raised, "hold": hold}, turning)
     assert then.ended_by in ("transition", "end")
     assert then.normal.max() < float(said["load"])
+
+
+@pytest.mark.parametrize("mode", ["open", "two_point", "unknown"])
+def test_nothing_is_advised_to_a_peg_that_is_not_on_three_contacts(mode):
+    truth, t, _ = closed(60.0)
+    at = configuration(60.0)
+    samples = [each for each in measure(truth, 1) if each.t_ns - START_NS < t * 1e9]
+    outputs = list(Pipeline(at).play(samples))[-1]
+    assert outputs.contact_mode == "three_point" and possible(outputs, at)
+    assert possible(outputs._replace(contact_mode=mode), at) == ""
+    below = outputs.state.copy()
+    below[0] = at.scene.gamma0
+    assert possible(outputs._replace(state=below), at) == ""
 
 
 def test_a_node_says_what_a_replay_says():
