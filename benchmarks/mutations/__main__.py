@@ -166,7 +166,7 @@ def run(part: str, options) -> dict[Mutant, str]:
         took = time.monotonic() - begin
         print(f"{number} {stage} {took:.0f} s {mutant}: {killer or 'SURVIVED'}", flush=True)
 
-    for stage in range(len(trials.stages)):
+    for stage in range(options.stages):
         with ThreadPoolExecutor(PROCESSES) as pool:
             list(pool.map(partial(try_one, stage=stage), range(1, len(copy.mutants) + 1)))
     return {each: results.rows[each][1] for each in copy.mutants if each in results.rows}
@@ -180,6 +180,9 @@ def main(arguments=None) -> int:
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument(
         "--minutes", type=float, default=inf, help="begin none of a part after so long"
+    )
+    parser.add_argument(
+        "--stages", type=int, default=3, help="of the three; 1 runs the room's tests at push alone"
     )
     parser.add_argument("--only", help="try anew those whose name contains this")
     parser.add_argument("--out", type=Path, required=True)

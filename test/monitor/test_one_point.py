@@ -10,8 +10,9 @@ from scipy.stats import norm
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.estimator import record
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.one_point import REACTION, absence
+from peg_on_hole_ros.monitor.one_point import REACTION, absence, no_points, weigh_points
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from two_points import samples, tilt_at
 
@@ -74,3 +75,18 @@ def test_absence_is_the_ratio_of_likelihoods(normal, stddev):
     expected = np.log(norm.pdf(measured, 0.0, np.sqrt(variance)) / pushes)
     # A single piece of evidence is bounded; 2 % are the prior's curvature over the posterior.
     assert absence(normal, stddev**2) == pytest.approx(np.clip(expected, -3.0, 3.0), abs=0.02)
+
+
+@pytest.mark.parametrize(("since", "share"), [(0.002, 0.1), (0.02, 1.0), (0.06, 1.0)])
+def test_wrenches_within_one_correlation_time_are_one_piece_of_evidence(since, share):
+    """Correlated for 0.02 s, a load at K of 4 N and none at B."""
+    f = np.zeros(record.SIZE)
+    record.part(f, "Y")[3:] = 4.0, 0.1, 0.1
+    record.part(f, "REACTIONS", (6, 6))[3:, 3:] = np.diag([0.5, 0.1, 0.1]) ** 2
+    before, after = no_points(), no_points()
+    weigh_points(after, f, since, 0.0, 0.02)
+    gained = np.log(after / before) - np.log(after / before)[2]
+    of_B = absence(0.2, 2 * 0.1**2)
+    assert of_B > 0.5
+    assert gained[:2] == pytest.approx([share * of_B, share * absence(4.0, 0.25)], rel=1e-9)
+    assert after.sum() == pytest.approx(1.0, rel=1e-12)
