@@ -268,6 +268,21 @@ def test_noise_is_averaged_out_and_what_is_left_is_foretold():
     assert np.mean(squares) == pytest.approx(foretold, rel=0.15)
 
 
+@pytest.mark.parametrize("variance", [1e-4, 4e-2])
+def test_rates_that_are_hardly_known_leave_a_couple_open(variance):
+    """An error w of a rate across the axis, within the time of the mean, takes Ie w / time."""
+    time, wrench = 5e-3, np.array([1.0, -2.0, 0.5, 0.01, 0.02, 0.0])
+    foretold = []
+    for each in (0.0, variance):
+        kalman = placed([0.4, 0.2, 0.9], scene=SCENE, noise=1e-6, rate_variance=each)
+        foretold.append(carried(kalman, [wrench], time=time)[1])
+    # gamma turns the axis by itself, psi by sin(gamma).
+    across = variance * (1.0 + np.sin(0.4) ** 2)
+    couple = (SCENE.transverse_inertia / time) ** 2 * across
+    added = couple * (2 / SCENE.peg_diameter) ** 2
+    assert foretold[1] - foretold[0] == pytest.approx(added, rel=1e-6)
+
+
 def peg_axes(q):
     """Return the peg's axes in those of the hole, from three turns by scipy."""
     return Rotation.from_euler("ZYZ", [q[1], -q[0], q[2]]).as_matrix()
