@@ -6,11 +6,12 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.record import DETERMINANT
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.monitor import down_the_hole, jamming
+from peg_on_hole_ros.monitor.assessment import restart, restart_mode
 from peg_on_hole_ros.monitor.contacts import no_knowledge
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import WIDTH, Shown, force_noise, settings, show
 from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.judgement import JAMMING, KNOWN, MOTION, RISK, SHOWN, forget
+from peg_on_hole_ros.monitor.judgement import JAMMING, KNOWN, MEMORY, MOTION, RISK, SHOWN, forget
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.leftover_wrench import new_means
 from peg_on_hole_ros.monitor.trend import SIZE, TURN_SHARE, follow, new_trend
@@ -85,3 +86,16 @@ def test_one_call_does_what_its_parts_do():
     forget(m)
     np.testing.assert_array_equal(m[: len(hypotheses)], no_knowledge())
     np.testing.assert_array_equal(m[MOTION : MOTION + SIZE], was)
+
+
+def test_what_an_estimate_before_showed_is_forgotten_with_it():
+    memory = np.zeros(1, MEMORY)[0]
+    memory["numbers"] = 0.7
+    restart_mode(memory)
+    m = memory["numbers"]
+    np.testing.assert_array_equal(m[: len(no_knowledge())], no_knowledge())
+    np.testing.assert_array_equal(m[JAMMING : JAMMING + jamming.SIZE], jamming.new_memory())
+    # The peg moves on.
+    assert (m[MOTION:JAMMING] == 0.7).all()
+    restart(memory)
+    assert (m[MOTION:JAMMING] == 0.0).all()
