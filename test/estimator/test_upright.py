@@ -7,10 +7,12 @@ import pytest
 
 from peg_on_hole_ros.config.options import Configuration, FilterOptions, JointInput, MonitorOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
+from peg_on_hole_ros.estimator import record
 from peg_on_hole_ros.measurements.angles import SMALLEST_SINE, angle_covariance
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
+from under_way import placed, press
 
 METHODS = ("mixture", "one_level", "dde_driven", "quasi_static")
 
@@ -69,3 +71,18 @@ def test_sum_of_turns_is_known_at_any_tilt(gamma):
     expected = 2e-8 / (1 + np.cos(gamma))
     assert total @ covariance @ total == pytest.approx(expected, rel=tolerance)
     assert np.linalg.cholesky(covariance)[2, 2] > 0.0
+
+
+@pytest.mark.parametrize("tilt", [1.55, 1.6, 3.0])
+def test_the_record_of_a_peg_that_lies_contains_numbers(tilt):
+    """Closed forms of three contacts end at pi/2; the steepest tilt they are used at is 1.5."""
+
+    def recorded(gamma):
+        estimate = placed([gamma, 0.3, 0.2], (-0.1, 0.2, 0.3))
+        return press(estimate, [1.0, 0.0, -20.0, 0.0, 0.1, 0.0])
+
+    lying, steepest = recorded(tilt), recorded(1.5)
+    assert np.isfinite(lying[: record.WORK]).all()
+    for name in ("DETERMINANT", "SCALES"):
+        expected = pytest.approx(record.part(steepest, name), rel=1e-9)
+        assert record.part(lying, name) == expected
