@@ -137,7 +137,7 @@ class Results:
         with self.lock:
             self.rows[mutant] = stage, killer
             with self.path.open("w", encoding="utf-8", newline="") as file:
-                writer = csv.writer(file)
+                writer = csv.writer(file, lineterminator="\n")
                 writer.writerow([*Mutant._fields, "stage", "killed_by"])
                 writer.writerows([*each, *found] for each, found in self.rows.items())
 
