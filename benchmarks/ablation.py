@@ -1,41 +1,37 @@
 """
 What each tuned constant of the estimator earns, by switching its field in the record of settings.
 
-    python -m benchmarks.ablation [--only FIELD ...] [--seeds 4] [--folder out/ablation]
-        [--page docs/ablation.md]
-
 Cases are motions of the grid's axes and scenes beyond them, with seeds of their own.
 Of each case and seed the logarithm of an error over the shipped estimator's is taken, a mean over
 the quantities; a row gives the geometric mean over all, and its standard error in per cent. What
 lies within two of them is chance.
 """
 
-import argparse
-import hashlib
-import json
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.grid import cells, pegs, told_wrongly
 from benchmarks.grid.cells import NOISE, Motion, truth_of, with_noise
 from benchmarks.grid.pegs import closing
-from benchmarks.grid.score import INTERVAL, SETTLE_NS, drawn
-from benchmarks.resumable import ESTIMATE, put_between, sources_key
+from benchmarks.grid.told_wrongly import with_values
+from benchmarks.harness.errors import REACTIONS, SETTLE_NS, STATES, drawn, inside, runs_of
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.player import record_of
+from benchmarks.harness.tables import table
 from peg_on_hole_ros.cli.simulation_file import read_plan
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.records import JointSample, WrenchSample
-from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.truth import Truth, integrate
 
 ROOT = Path(__file__).parents[1]
-MARKS = "<!-- ablation -->", "<!-- end of ablation -->"
 FIRST_SEED = 830_000
 FRICTION_SPREAD = 0.05
 # A spike of force and torque [N], [N m], in one wrench of so many.
@@ -98,17 +94,6 @@ def of_grid(clearance, friction, speed, name, noise):
     )
 
 
-def stated(truth: Truth, **changed) -> Truth:
-    """Return a truth of which something else is stated, by groups of parameters."""
-    configuration = truth.plan.configuration
-    groups = {
-        group: replace(getattr(configuration, group), **values)
-        for group, values in changed.items()
-    }
-    plan = replace(truth.plan, configuration=replace(configuration, **groups))
-    return replace(truth, plan=plan)
-
-
 def sample_scene(name):
     """Return the truth of a shipped scene."""
     return integrate(read_plan(ROOT / "config" / f"{name}.yaml"))
@@ -155,9 +140,11 @@ CASES = (
     Case("working cycle", partial(sample_scene, "working_cycle")),
     Case(
         "working cycle, bias learnt",
-        lambda: stated(
+        lambda: with_values(
             sample_scene("working_cycle"),
-            wrench={"bias_force_stddev": 2.0, "bias_torque_stddev": 0.05},
+            "wrench",
+            bias_force_stddev=2.0,
+            bias_torque_stddev=0.05,
         ),
     ),
     Case("closing, without slip", partial(sample_scene, "closing_without_slip")),
@@ -198,44 +185,58 @@ def score(case: Case, truth: Truth, seed: int, changed: dict) -> Score:
         return HeldPeg(*given, constants=default_settings(**changed))
 
     pipeline = Pipeline(configuration, make=make)
-    error = np.full((len(truth.t_ns), 9), np.nan)
-    stddev, determined = error.copy(), np.zeros(len(error), bool)
-    exact = np.hstack([truth.q, truth.rates, truth.normal])
-    for o in pipeline.play(case.on_the_way(measure(truth, seed), seed)):
-        k = int(np.searchsorted(truth.t_ns, o.t_ns - START_NS))
-        error[k] = np.hstack([o.state, o.normal]) - exact[k]
-        stddev[k] = np.hstack([np.sqrt(np.diagonal(o.state_covariance)), o.normal_stddev])
-        determined[k] = o.monitor["reactions_determined"]
-    error[:, 1:3] -= 2 * np.pi * np.round(error[:, 1:3] / (2 * np.pi))
+    samples = case.on_the_way(measure(truth, seed), seed)
+    runs = runs_of(truth, [record_of(pipeline, samples)])
     told = (truth.mode == "three_point") & truth.known & (truth.t_ns >= SETTLE_NS)
-    error, stddev, determined = error[told], stddev[told], determined[told]
+    error, stddev, determined = (
+        each[0][told] for each in (runs.error, runs.stddev, runs.determined)
+    )
     # What is not told, or not finite, is as wrong as it can be.
-    inside = np.abs(error) <= INTERVAL * stddev
+    within = inside(error, stddev)
     rms = np.sqrt(np.mean(np.nan_to_num(error, nan=1e3) ** 2, axis=0))
-    sure = [int(determined.sum()), *inside[determined, 6:].sum(axis=0).tolist()]
-    return Score(rms.tolist(), inside.mean(axis=0).tolist(), float(determined.mean()), sure)
+    sure = [int(determined.sum()), *within[determined, REACTIONS].sum(axis=0).tolist()]
+    return Score(rms.tolist(), within.mean(axis=0).tolist(), float(determined.mean()), sure)
 
 
-def scored(names, seeds: int, folder: Path) -> dict[str, list[Score]]:
-    """Return scores of the shipped constants and of each change, a list over cases and seeds."""
-    folder.mkdir(parents=True, exist_ok=True)
-    key = sources_key(ESTIMATE, [Path(__file__)])
-    changes = {"shipped": {}}
-    changes |= {_words(f, v): {f: v} for name in names for f, v in SWITCHED[name]}
-    found = {label: [] for label in changes}
-    for case in CASES:
-        truth = None
-        for label, changed in changes.items():
-            of = hashlib.sha256(f"{key} {case.name} {label} {seeds}".encode()).hexdigest()[:20]
-            path = folder / f"{of}.json"
-            if not path.exists():
-                truth = truth or case.truth()
-                some = range(FIRST_SEED, FIRST_SEED + seeds)
-                rows = [score(case, truth, seed, changed) for seed in some]
-                path.write_text(json.dumps(rows))
-            found[label] += [Score(*row) for row in json.loads(path.read_text())]
-        print(case.name, flush=True)
-    return found
+class Change(NamedTuple):
+    """A case, the constant that is changed in it with its value, and how many seeds."""
+
+    case: str
+    field: str
+    value: float | tuple
+    seeds: int
+
+    @property
+    def label(self) -> str:
+        """Return the change as text."""
+        return _words(self.field, self.value) if self.field else SHIPPED
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.case}: {self.label}"
+
+
+SHIPPED = "shipped"
+BY_NAME = {case.name: case for case in CASES}
+
+
+@cache
+def _truth(name):
+    return BY_NAME[name].truth()
+
+
+def score_member(change: Change, folder: Path) -> list[Score]:
+    """Return the scores of a case with a change, a list over seeds."""
+    changed = {change.field: change.value} if change.field else {}
+    case, truth = BY_NAME[change.case], _truth(change.case)
+    seeds = range(FIRST_SEED, FIRST_SEED + change.seeds)
+    return [score(case, truth, seed, changed) for seed in seeds]
+
+
+def members(options) -> list[Change]:
+    """Return the shipped constants and the changes asked for, in each case."""
+    changes = [("", 0.0), *(change for name in options.only for change in SWITCHED[name])]
+    return [Change(name, *each, options.seeds) for name in BY_NAME for each in changes]
 
 
 def _words(field, value):
@@ -244,19 +245,26 @@ def _words(field, value):
     return f"{field} {value:g}"
 
 
-def rows(found: dict[str, list[Score]]) -> list[str]:
-    """Return the table in Markdown."""
-    shipped, lines = found["shipped"], []
-    lines.append(
-        "| change | states' errors over shipped | reactions' | largest of a case: states, "
-        f"reactions | runs covered in {100 * LIMIT:.0f} %: states, reactions | determined "
-        "| called determined: covered, least of a case and reaction |"
-    )
-    lines.append("|---|---|---|---|---|---|---|")
-    per_case = len(shipped) // len(CASES)
+def report(found, options) -> Report:
+    """Return a row for each change, over the shipped constants."""
+    of: dict[str, list[Score]] = {}
+    for change, scores in found:
+        of.setdefault(change.label, []).extend(Score(*row) for row in scores)
+    head = (
+        "change", "states' errors over shipped", "reactions'",
+        "largest of a case: states, reactions",
+        f"runs covered in {100 * LIMIT:.0f} %: states, reactions", "determined",
+        "called determined: covered, least of a case and reaction",
+    )  # fmt: skip
+    return Report(table(head, rows(of, options.seeds)))
+
+
+def rows(found: dict[str, list[Score]], per_case: int) -> list[tuple]:
+    """Return the rows of the table, from scores over cases and seeds of each change."""
+    shipped, lines = found[SHIPPED], []
     for label, scores in found.items():
         parts, largest = [], []
-        for part in (slice(0, 6), slice(6, 9)):
+        for part in (STATES, REACTIONS):
             off = np.array(
                 [
                     np.mean(np.log(np.divide(a.rms[part], b.rms[part])))
@@ -268,34 +276,30 @@ def rows(found: dict[str, list[Score]]) -> list[str]:
             parts.append(f"{np.exp(off.mean()):.3f} ± {100 * error:.1f} %")
             largest.append(f"{np.exp(of_case.max()):.2f}")
         counts = [
-            sum(min(one.covered[part]) >= LIMIT for one in scores)
-            for part in (slice(0, 6), slice(6, 9))
+            sum(min(one.covered[part]) >= LIMIT for one in scores) for part in (STATES, REACTIONS)
         ]
         # Runs of a case count together: of a few samples no share can be told.
         sure = np.array([one.sure for one in scores]).reshape(-1, per_case, 4).sum(axis=1)
         sure = sure[sure[:, 0] > 0]
         lines.append(
-            f"| {label} | {parts[0]} | {parts[1]} | {', '.join(largest)} "
-            f"| {counts[0]}, {counts[1]} of {len(scores)} "
-            f"| {np.mean([one.determined for one in scores]):.2f} "
-            f"| {(sure[:, 1:] / sure[:, :1]).min():.2f} |"
-        )
+            (
+                label, *parts, ", ".join(largest),
+                f"{counts[0]}, {counts[1]} of {len(scores)}",
+                f"{np.mean([one.determined for one in scores]):.2f}",
+                f"{(sure[:, 1:] / sure[:, :1]).min():.2f}",
+            )
+        )  # fmt: skip
     return lines
 
 
-def main(arguments=None):
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+def add_options(parser) -> None:
+    """Add which constants."""
     parser.add_argument("--only", nargs="+", choices=SWITCHED, default=list(SWITCHED))
-    parser.add_argument("--seeds", type=int, default=4, help="of each case (4)")
-    parser.add_argument("--folder", type=Path, default=Path("out/ablation"))
-    parser.add_argument("--page", type=Path, help="page whose table is renewed")
-    options = parser.parse_args(arguments)
-    text = "\n".join(rows(scored(options.only, options.seeds, options.folder)))
-    print(text)
-    if options.page:
-        put_between(options.page, *MARKS, text)
 
 
-if __name__ == "__main__":
-    main()
+FAMILY = Family(
+    members, score_member, report, add_options, seeds=4,
+    group=lambda change: change.case,
+    sources=tuple(Path(module.__file__) for module in (cells, pegs, told_wrongly))
+    + (Path(__file__),),
+)  # fmt: skip

@@ -1,25 +1,21 @@
 """
 Hold plans, and what they say of plain closing, against simulation in drawn cells.
 
-    python -m benchmarks.plans [--cells 300] [--seed 0] [--looser 1] [--bare]
-        [--csv plans.csv]
-
 Each cell draws peg, clearance, friction with its spread, holder, limits and rates. The plan is
 made of what is stated; friction and clearance that hold in the simulation are drawn from their
 spread. Plain closing and the plan are then simulated, led by the same holder, and told apart by
 what came first: a wedge, a load beyond its limit, a contact that parts, or nothing.
 """
 
-import argparse
-import csv
-import os
-from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.scenes.setting import Draw
+from benchmarks.harness.draw import Draw
+from benchmarks.harness.family import ESTIMATE, Family, Report
+from benchmarks.harness.tables import table
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion
@@ -191,7 +187,7 @@ def _outcome(ended, gamma, scene):
     return "wedge" if ended == "wedged" else "holder"
 
 
-class _Chatter(Exception):
+class Chatter(Exception):
     """The integrator takes ever smaller steps."""
 
 
@@ -204,7 +200,7 @@ class _Counted:
     def __call__(self, time):
         self.left -= 1
         if self.left < 0:
-            raise _Chatter
+            raise Chatter
 
 
 def foreseen(drawn: Drawn, motion) -> tuple[str, float]:
@@ -217,108 +213,110 @@ def foreseen(drawn: Drawn, motion) -> tuple[str, float]:
     return _CAUSES.get(name, "wedge" if name == "WEDGE" else "holder"), ahead.expected_tilt
 
 
-def rows(numbers: Iterable[int], seed: int, looser: float = 1.0, bare: bool = False):
-    """Yield a row of figures for each cell."""
-    for number in numbers:
-        drawn = cell_of(number, seed, looser, bare)
-        plan = plan_motion(drawn.scene, drawn.cell, drawn.max_normal)
-        row = {"cell": number, "possible": plan.possible}
-        motions = {"plain": (plan.plain, plan.plain_outlook), "plan": (plan.motion, plan.outlook)}
-        for name, (motion, ahead) in motions.items():
-            said, said_tilt = foreseen(drawn, motion)
-            try:
-                came = simulated(drawn, motion)
-            except _Chatter:
-                came = Came("chatters", np.nan, np.full(3, np.nan))
-            row |= {
-                f"{name}_wedge": ahead.wedge,
-                f"{name}_overload": ahead.overload,
-                f"{name}_said": said,
-                f"{name}_said_tilt": said_tilt,
-                f"{name}_came": came.outcome,
-                f"{name}_came_tilt": came.tilt,
-                f"{name}_over": float(np.max(came.peak / drawn.max_normal)),
-                f"{name}_duration": motion.duration,
-                f"{name}_turning": motion.turning,
-            }
-        yield row
+def came_of(drawn: Drawn, motion, peak: float = np.nan) -> Came:
+    """Return what comes of a motion, also where the peg chatters; `peak` is then all reactions."""
+    try:
+        return simulated(drawn, motion)
+    except Chatter:
+        return Came("chatters", np.nan, np.full(3, peak))
+
+
+class Numbered(NamedTuple):
+    """A cell by the numbers that it is drawn from."""
+
+    number: int
+    seed: int
+    looser: float = 1.0
+    bare: bool = False
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.number:03d}_{self.seed}_{self.looser:g}{'_bare' if self.bare else ''}"
+
+
+def score_member(cell: Numbered, folder: Path) -> dict:
+    """Return what is said of plan and plain closing of a cell, and what comes of both."""
+    drawn = cell_of(*cell)
+    plan = plan_motion(drawn.scene, drawn.cell, drawn.max_normal)
+    row = {"cell": cell.number, "possible": bool(plan.possible)}
+    motions = {"plain": (plan.plain, plan.plain_outlook), "plan": (plan.motion, plan.outlook)}
+    for name, (motion, ahead) in motions.items():
+        said, said_tilt = foreseen(drawn, motion)
+        came = came_of(drawn, motion)
+        figures = {
+            "wedge": ahead.wedge,
+            "overload": ahead.overload,
+            "said_tilt": said_tilt,
+            "came_tilt": came.tilt,
+            "over": np.max(came.peak / drawn.max_normal),
+            "duration": motion.duration,
+            "turning": motion.turning,
+        }
+        row |= {f"{name}_said": said, f"{name}_came": came.outcome}
+        row |= {f"{name}_{what}": float(value) for what, value in figures.items()}
+    return row
+
+
+def members(options) -> list[Numbered]:
+    """Return the cells asked for."""
+    return [
+        Numbered(number, options.seed, options.looser, options.bare)
+        for number in range(options.cells)
+    ]
+
+
+def report(found, options) -> Report:
+    """Return the tables, and a row for each cell."""
+    rows = [row for _, row in found]
+    return Report(summary(rows), {"plans": [list(rows[0]), *(list(row.values()) for row in rows)]})
 
 
 def summary(found) -> str:
     """Return the tables."""
-    lines = []
     possible = [row for row in found if row["possible"]]
     kept = sum(row["plan_came"] == "through" for row in possible)
-    lines.append(
+    spoilt = [row for row in possible if row["plain_came"] != "through"]
+    parts = [
         f"{len(found)} cells, a plan in {len(possible)}; it kept its limits in {kept} "
         f"({100 * kept / max(len(possible), 1):.1f} %); foreseen mean "
-        f"{100 * np.mean([r['plan_wedge'] + r['plan_overload'] for r in possible]):.1f} % fail"
-    )
-    spoilt = [row for row in possible if row["plain_came"] != "through"]
-    lines.append(f"of these cells plain closing failed in {len(spoilt)}")
+        f"{100 * np.mean([r['plan_wedge'] + r['plan_overload'] for r in possible]):.1f} % fail\n"
+        f"of these cells plain closing failed in {len(spoilt)}"
+    ]
     for name in ("plain", "plan"):
-        lines += ["", f"| {name}: said, with what is true | " + " | ".join(OUTCOMES) + " |"]
-        lines.append("|---" * (len(OUTCOMES) + 1) + "|")
+        rows = []
         for said in OUTCOMES:
             of = [row for row in found if row[f"{name}_said"] == said]
-            counts = [sum(row[f"{name}_came"] == came for row in of) for came in OUTCOMES]
-            lines.append(f"| {said} | " + " | ".join(map(str, counts)) + " |")
+            counts = (sum(row[f"{name}_came"] == came for row in of) for came in OUTCOMES)
+            rows.append((said, *counts))
+        parts.append(table((f"{name}: said, with what is true", *OUTCOMES), rows))
         same = [
             row[f"{name}_came_tilt"] - row[f"{name}_said_tilt"]
             for row in found
             if row[f"{name}_said"] == row[f"{name}_came"] != "through"
         ]
         if same:
-            lines.append(
+            parts.append(
                 f"tilt at which it came less the one said: median {1e3 * np.median(same):.2f} "
                 f"mrad, 95 % within {1e3 * np.quantile(np.abs(same), 0.95):.2f} mrad"
             )
-    lines += ["", "| plain: said with the spread | cells | came |", "|---|---|---|"]
+    rows = []
     for low, high in ((0, 0.05), (0.05, 0.5), (0.5, 0.95), (0.95, 1.01)):
         of = [r for r in found if low <= max(r["plain_wedge"], r["plain_overload"]) < high]
         came = sum(row["plain_came"] != "through" for row in of)
-        lines.append(f"| {low:g} to {min(high, 1):g} | {len(of)} | {came} |")
-    return "\n".join(lines)
+        rows.append((f"{low:g} to {min(high, 1):g}", len(of), came))
+    parts.append(table(("plain: said with the spread", "cells", "came"), rows))
+    return "\n\n".join(parts)
 
 
-def kept_rows(path: str | None) -> list[dict]:
-    """Return the rows that an earlier run wrote."""
-    if not path or not os.path.exists(path):
-        return []
-    with open(path, newline="", encoding="utf-8") as file:
-        return [{name: _value(text) for name, text in row.items()} for row in csv.DictReader(file)]
-
-
-def _value(text):
-    if text in ("True", "False"):
-        return text == "True"
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def main(arguments=None):
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+def add_options(parser) -> None:
+    """Add which cells."""
     parser.add_argument("--cells", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--looser", type=float, default=1.0, help="factor on the load limits")
     parser.add_argument("--bare", action="store_true", help="cylinders without a tool")
-    parser.add_argument("--csv", help="a row for each cell; those that are there are kept")
-    options = parser.parse_args(arguments)
-    found = kept_rows(options.csv)[: options.cells]
-    numbers = range(len(found), options.cells)
-    with open(options.csv or os.devnull, "a", newline="", encoding="utf-8") as file:
-        for row in rows(numbers, options.seed, options.looser, options.bare):
-            writer = csv.DictWriter(file, row)
-            if not found:
-                writer.writeheader()
-            writer.writerow(row)
-            file.flush()
-            found.append(row)
-    print(summary(found))
 
 
-if __name__ == "__main__":
-    main()
+FAMILY = Family(
+    members, score_member, report, add_options,
+    sources=(Path(__file__),), parts=(*ESTIMATE, "config"),
+)  # fmt: skip

@@ -1,20 +1,21 @@
 """
 Follow in simulation what is said beside an alarm, in the drawn cells of `plans.py`, and time it.
 
-    python -m benchmarks.ways_on [--cells 100] [--seed 1]
-
 The peg closes without turning, and is asked for a way on 0.2 s before that fails. What is said is
 then done, with the friction and clearance that hold.
 """
 
-import argparse
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
-from benchmarks.plans import Came, _Chatter, cell_of, foreseen, simulated
+from benchmarks import plans
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.tables import table
+from benchmarks.plans import Numbered, cell_of, foreseen
 from peg_on_hole_ros.mechanics.planning.motion import motion_of
 from peg_on_hole_ros.mechanics.planning.way_on import way_on
 
@@ -38,56 +39,69 @@ def asked(number: int, seed: int):
     return drawn, min(tilt + AHEAD * rate, cell.start_tilt - 0.02), rate
 
 
-def came_of(drawn, found, tilt, rate) -> Came:
+def followed(drawn, found, tilt, rate) -> plans.Came:
     """Return what comes of closing to a tilt, and then doing what is said."""
     cell, end = drawn.cell, drawn.true.gamma0
     legs = [((-rate, 0, 0), tilt), (found.motion.stages[-1].rates, end)]
     motion = motion_of(cell.start_tilt, (0, 0, 0), legs, end, cell.max_acceleration)
     # The simulated peg is pushed with the share from the begin.
     pushed = replace(cell, press=tuple(found.share * x for x in cell.press))
-    try:
-        return simulated(drawn._replace(cell=pushed), motion)
-    except _Chatter:
-        return Came("chatters", np.nan, np.full(3, np.inf))
+    return plans.came_of(drawn._replace(cell=pushed), motion, np.inf)
 
 
-def main(arguments=None):
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+def score_member(cell: Numbered, folder: Path) -> dict:
+    """Return which way on there is, what came of it, and how long it took to find [s]."""
+    given = asked(cell.number, cell.seed)
+    if given is None:
+        return {"kind": "plain closing does", "seconds": {}}
+    drawn, tilt, rate = given
+    seconds = {}
+    # Last by the spread that is stated: that is what is followed.
+    for name, stddev in (("known", 0.0), ("uncertain", drawn.scene.clearance_stddev)):
+        scene, begin = replace(drawn.scene, clearance_stddev=stddev), perf_counter()
+        found = way_on(scene, drawn.cell, drawn.max_normal, tilt, (-rate, 0.0, 0.0))
+        seconds[name] = perf_counter() - begin
+    if not found.possible:
+        return {"kind": "none: lift", "seconds": seconds}
+    kind = "another turn" if found.share == 1 else "less push"
+    came = followed(drawn, found, tilt, rate)
+    kept = came.outcome == "through"
+    return {
+        "kind": "as it is" if found.goes_on else kind,
+        "kept": kept,
+        "as_said": bool(kept and came.peak[found.contact] < found.load),
+        "seconds": seconds,
+    }
+
+
+def report(found, options) -> Report:
+    """Return how often each way on was there and held, and how long it took."""
+    counts: Counter = Counter()
+    for _, row in found:
+        kind = row["kind"]
+        counts[kind] += 1
+        if "kept" in row:
+            counts[f"{kind}: limits kept"] += row["kept"]
+            counts[f"{kind}: load as said"] += row["as_said"]
+    taken = []
+    for name in ("known", "uncertain"):
+        seconds = [row["seconds"][name] for _, row in found if row["seconds"]]
+        if seconds:
+            ms = 1e3 * np.quantile(seconds, (0.5, 0.95, 1))
+            taken.append((name, *(f"{each:.0f}" for each in ms)))
+    text = table(("way on", "cells"), sorted(counts.items()))
+    head = "clearance", "median [ms]", "95 % [ms]", "longest [ms]"
+    return Report(f"{text}\n\n{table(head, taken)}")
+
+
+def add_options(parser) -> None:
+    """Add which cells."""
     parser.add_argument("--cells", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
-    times, counts = {1: [], 3: []}, Counter()
-    for number in range(options.cells):
-        given = asked(number, options.seed)
-        if given is None:
-            counts["plain closing does"] += 1
-            continue
-        drawn, tilt, rate = given
-        state = drawn.max_normal, tilt, (-rate, 0.0, 0.0)
-        for clearances in (1, 3):
-            stddev = drawn.scene.clearance_stddev if clearances == 3 else 0.0
-            scene = replace(drawn.scene, clearance_stddev=stddev)
-            begin = perf_counter()
-            found = way_on(scene, drawn.cell, *state)
-            times[clearances].append(perf_counter() - begin)
-        kind = "another turn" if found.share == 1 else "less push"
-        kind = "as it is" if found.goes_on else kind
-        if not found.possible:
-            counts["none: lift"] += 1
-            continue
-        counts[kind] += 1
-        came = came_of(drawn, found, tilt, rate)
-        kept = came.outcome == "through"
-        counts[f"{kind}: limits kept"] += kept
-        counts[f"{kind}: load as said"] += kept and came.peak[found.contact] < found.load
-    for name, count in sorted(counts.items()):
-        print(f"{name:28} {count}")
-    for clearances, taken in times.items():
-        known = "known" if clearances == 1 else "uncertain"
-        ms = 1e3 * np.quantile(taken, (0.5, 0.95, 1))
-        print(f"clearance {known}: {ms[0]:.0f} ms, 95 % {ms[1]:.0f} ms, longest {ms[2]:.0f} ms")
 
 
-if __name__ == "__main__":
-    main()
+FAMILY = Family(
+    lambda options: [Numbered(number, options.seed) for number in range(options.cells)],
+    score_member, report, add_options,
+    sources=(Path(plans.__file__), Path(__file__)), parts=plans.FAMILY.parts,
+)  # fmt: skip

@@ -4,11 +4,11 @@ Simulate closings through gamma0 in MuJoCo: another engine's contact for the sce
     pip install mujoco numpy
     python -m benchmarks.engines.mujoco_closings OUT.npz [--scenes 16]
 
-made the traces that `scenes.py --mismatch` reads (MuJoCo 4.0.0); a scene takes one to three
-minutes on a core. Engine, rim, holder and contacts are those of `mujoco_peg.py`: nothing of this
-package is used. Contacts give, some 2 MN/m for each of the boxes that touch, and nothing guides
-the peg in the hole. What is kept is what sensors and labels need: the pose at the end of
-every millisecond, the mean wrench of the holder in it, and the mean normal forces.
+made the traces that `python -m benchmarks scenes --mismatch` reads (MuJoCo 4.0.0); a scene takes
+one to three minutes on a core. Engine, rim, holder and contacts are those of `mujoco_peg.py`:
+nothing of this package is used. Contacts give, some 2 MN/m for each of the boxes that touch, and
+nothing guides the peg in the hole. What is kept is what sensors and labels need: the pose at the
+end of every millisecond, the mean wrench of the holder in it, and the mean normal forces.
 """
 
 import argparse

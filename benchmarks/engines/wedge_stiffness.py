@@ -1,21 +1,23 @@
 """
 Tell whether the wedges of rigid contacts stop a peg whose contacts give a little.
 
-    python -m benchmarks.engines.wedge_stiffness [--scenes 20] [--stiffness 1e8 1e9 1e10 1e11]
-
 Each scene of the family `wedge` that rigid contacts bring to a stop is simulated anew from 20 ms
 before the stop, with contacts of a stiffness and six degrees of freedom: that model knows no
 determinant and solves for no reactions. Told is how many pegs stopped for 2 ms at least, within
 60 ms, and the largest reaction.
 """
 
-import argparse
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.tables import table
+from benchmarks.harness.truths import truth_of
 from benchmarks.scenes.draw import Case, plan_of
 from benchmarks.scenes.labels import STILL, labels_of
-from benchmarks.scenes.play import truth_of
 from peg_on_hole_ros.sim.parted import parted_state, pushes, run_parted
 from peg_on_hole_ros.sim.run import Run
 
@@ -23,18 +25,19 @@ BEFORE, SPAN = 0.02, 0.06
 AT_REST = 2  # samples
 
 
-def wedges(count):
-    """Yield (plan, truth, when it stopped) of so many scenes that wedge on rigid contacts."""
-    number = 0
-    while count:
+@cache
+def wedges(count: int) -> list[tuple]:
+    """Return (plan, truth, when it stopped) of so many scenes that wedge on rigid contacts."""
+    found, number = [], 0
+    while len(found) < count:
         plan = plan_of(Case("wedge", number))
         truth, _ = truth_of(plan)
         number += 1
         events = labels_of(truth).events if truth else ()
         times = [event.begin for event in events if event.cause == "wedge"]
         if times and times[0] > BEFORE:
-            count -= 1
-            yield plan, truth, times[0]
+            found.append((plan, truth, times[0]))
+    return found
 
 
 def soft(plan, truth, stopped, stiffness):
@@ -58,22 +61,44 @@ def soft(plan, truth, stopped, stiffness):
     return bool(np.convolve(still, np.ones(AT_REST), "valid").max() == AT_REST), float(largest)
 
 
-def main(arguments=None):
-    """Print one row a stiffness."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+class Contacts(NamedTuple):
+    """A stiffness of all contacts [N/m], and how many scenes are simulated with it."""
+
+    stiffness: float
+    scenes: int
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.stiffness:.0e}"
+
+
+def score_member(contacts: Contacts, folder: Path) -> dict:
+    """Return whether each peg stopped, and its largest reaction, here and on rigid contacts."""
+    found = wedges(contacts.scenes)
+    return {
+        "ends": [soft(*scene, contacts.stiffness) for scene in found],
+        "rigid": [float(truth.normal.max()) for _, truth, _ in found],
+    }
+
+
+def report(found, options) -> Report:
+    """Return a row for each stiffness."""
+    rows = []
+    for contacts, tree in found:
+        stopped = f"{sum(stop for stop, _ in tree['ends'])} of {len(tree['ends'])}"
+        medians = np.median([load for _, load in tree["ends"]]), np.median(tree["rigid"])
+        rows.append((contacts, stopped, *(f"{load:.0f}" for load in medians)))
+    head = "stiffness [N/m]", "stopped", "largest reaction, median [N]", "rigid, median [N]"
+    return Report(table(head, rows))
+
+
+def add_options(parser) -> None:
+    """Add how many scenes, and which stiffnesses."""
     parser.add_argument("--scenes", type=int, default=20)
     parser.add_argument("--stiffness", type=float, nargs="+", default=[1e8, 1e9, 1e10, 1e11])
-    options = parser.parse_args(arguments)
-    found = list(wedges(options.scenes))
-    print("| stiffness [N/m] | stopped | largest reaction, median [N] | rigid, median [N] |")
-    print("|---|---|---|---|")
-    rigid = np.median([truth.normal.max() for _, truth, _ in found])
-    for stiffness in options.stiffness:
-        ends = [soft(*scene, stiffness) for scene in found]
-        largest = np.median([load for _, load in ends])
-        stopped = sum(stop for stop, _ in ends)
-        print(f"| {stiffness:.0e} | {stopped} of {len(ends)} | {largest:.0f} | {rigid:.0f} |")
 
 
-if __name__ == "__main__":
-    main()
+FAMILY = Family(
+    lambda options: [Contacts(stiffness, options.scenes) for stiffness in options.stiffness],
+    score_member, report, add_options, sources=(Path(__file__),),
+)  # fmt: skip

@@ -4,6 +4,7 @@ from math import isnan
 
 from benchmarks.faults.expected import Case
 from benchmarks.faults.short import known
+from benchmarks.harness.tables import table
 
 LEVELS = ("OK", "WARN", "ERROR")
 # Of `shortfalls`, in words.
@@ -38,8 +39,7 @@ def page(found: dict[str, dict[str, dict]], cases: list[Case]) -> str:
 
     """
     names = list(found)
-    rows = ["| fault | has to happen | " + " | ".join(HEADS[n] for n in names) + " |"]
-    rows.append("|" + "---|" * (2 + len(names)))
+    rows = []
     groups: dict[str, list[Case]] = {}
     for case in cases:
         groups.setdefault(case.group or case.name, []).append(case)
@@ -51,11 +51,11 @@ def page(found: dict[str, dict[str, dict]], cases: list[Case]) -> str:
             cells.append(_cell(each))
             for why, kinds in _short(members, name, found[name]).items():
                 short.setdefault(why, []).append(f"{group}, {HEADS[name]}: {', '.join(kinds)}")
-        rows.append(f"| {group} | {must(members[0])} | {' | '.join(cells)} |")
-    text = "\n".join(rows)
+        rows.append((group, must(members[0]), *cells))
+    text = table(("fault", "has to happen", *(HEADS[name] for name in names)), rows)
     if short:
-        text += "\n\n### What falls short\n\n| rows | why |\n|---|---|\n"
-        text += "\n".join(f"| {len(of)} | {why} |" for why, of in short.items())
+        counts = [(len(of), why) for why, of in short.items()]
+        text += "\n\n### What falls short\n\n" + table(("rows", "why"), counts)
     return text
 
 

@@ -1,5 +1,6 @@
 """The recordings that faults are put into, with their truth: sample bags, a cell, an insertion."""
 
+import os
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -107,7 +108,10 @@ def scene(name: str, folder: Path) -> Scene:
         path = folder / f"{source}.mcap"
         if not path.exists():
             folder.mkdir(parents=True, exist_ok=True)
-            write_bag(path, integrate(read_plan(ROOT / "config" / f"{source}.yaml")))
+            # Several processes may come to write it.
+            partial = folder / f"{source}.{os.getpid()}.mcap"
+            write_bag(partial, integrate(read_plan(ROOT / "config" / f"{source}.yaml")))
+            partial.replace(path)
     return _read(name, Bag(path))
 
 

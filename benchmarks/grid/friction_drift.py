@@ -1,20 +1,21 @@
 """
 Friction that drifts while the peg slides, though it is taken for one that hardly wanders.
 
-    python -m benchmarks.grid.friction_drift [--seeds 8]
-
 Motions of the grid whose friction begins at 0.2 and goes up steadily, in steps of 20 ms. Of each
 drift and noise, over all samples after 0.2 s: which share of the frictions lies within 95 %
 bounds, the root mean square of their errors and of what is stated; which share of the reactions
-does, of K, B1 and B2 the least. A run that was stopped goes on.
+does, of K, B1 and B2 the least.
 """
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.grid import cells
 from benchmarks.grid.cells import (
     ENOUGH,
     NOISE,
@@ -25,15 +26,16 @@ from benchmarks.grid.cells import (
     touching,
     with_noise,
 )
-from benchmarks.grid.score import INTERVAL, drawn
-from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
+from benchmarks.harness.errors import coverage, drawn
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.player import record_of
+from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 from peg_on_hole_ros.sim.truth import integrate
 
 # None that the grid has.
 FIRST_SEED = 60000
-SOURCES = ("friction_drift.py", "cells.py", "score.py")
 MOTIONS = {
     "slip": Motion(1e-4, 0.2, 0.16, "slip"),
     "slow_slip": Motion(1e-4, 0.2, 0.01, "slip"),
@@ -45,6 +47,20 @@ LEARNT = 0.05
 SETTLED_NS = 200_000_000
 
 
+class Drift(NamedTuple):
+    """A motion whose friction drifts [1/s], and how many noise seeds it is measured with."""
+
+    motion: str
+    drift: float
+    noise: str
+    seeds: int
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.motion}, {self.drift:g}/s, {self.noise}"
+
+
+@cache
 def drifting(motion, drift):
     """
     Return the truth of a motion whose friction drifts [1/s], and friction at each sample.
@@ -78,62 +94,57 @@ def drifting(motion, drift):
     raise RuntimeError(f"{motion}: no three-point contact with a drift of {drift:g}/s")
 
 
-def followed(truth, friction, seeds):
+def score_member(member: Drift, folder: Path) -> dict:
     """Return the figures of one drift at one noise level."""
+    truth, friction = drifting(MOTIONS[member.motion], member.drift)
+    truth = with_noise(truth, member.noise, LEARNT)
     exact, errors, stated = sensor_wrench(truth), [], []
-    row_of = {int(t): k for k, t in enumerate(truth.t_ns)}
-    for seed in seeds:
+    for seed in range(FIRST_SEED, FIRST_SEED + member.seeds):
         pipeline = Pipeline(drawn(truth.plan.configuration, seed))
-        for outputs in pipeline.play(measure(truth, seed, exact=exact)):
-            k = row_of[outputs.t_ns - START_NS]
-            if truth.t_ns[k] < SETTLED_NS:
-                continue
-            values = np.r_[outputs.monitor["friction"], outputs.normal]
-            errors.append(values - np.r_[friction[k], truth.normal[k]])
-            stated.append(np.r_[outputs.monitor["friction_stddev"], outputs.normal_stddev])
-    errors, stated = np.array(errors), np.array(stated)
-    covered = (np.abs(errors) <= INTERVAL * stated).mean(axis=0)
+        record = record_of(pipeline, measure(truth, seed, exact=exact))
+        rows = np.searchsorted(truth.t_ns, record.t_ns - START_NS)
+        values = np.column_stack([record.monitor["friction"], record.normal])
+        stddev = np.column_stack([record.monitor["friction_stddev"], record.normal_stddev])
+        later = truth.t_ns[rows] >= SETTLED_NS
+        errors.append((values - np.column_stack([friction, truth.normal])[rows])[later])
+        stated.append(stddev[later])
+    found = coverage(np.concatenate(errors), np.concatenate(stated))
     return {
-        "friction": float(covered[0]),
-        "error": float(np.sqrt((errors[:, 0] ** 2).mean())),
-        "stated": float(np.sqrt((stated[:, 0] ** 2).mean())),
-        "reactions": float(covered[1:].min()),
+        "friction": float(found.covered[0]),
+        "error": float(found.rms[0]),
+        "stated": float(found.stated[0]),
+        "reactions": float(found.covered[1:].min()),
     }
 
 
-def compute(task):
-    """Keep the figures of one motion and drift at all noise levels; returns (name, "done")."""
-    name, drift, seeds, path, asked = task
-    truth, friction = drifting(MOTIONS[name], drift)
-    seeds = range(FIRST_SEED, FIRST_SEED + seeds)
-    figures = {
-        noise: followed(with_noise(truth, noise, LEARNT), friction, seeds) for noise in NOISE
-    }
-    keep(path, asked | {"figures": figures})
-    return f"{name}, {drift:g}/s", "done"
-
-
-def main(arguments=None):
-    """Compute the motions asked for, print them as a table, keep the figures."""
-    options = parsed(__doc__, MOTIONS, 8, Path("out/friction_drift"), arguments)
-    key = sources_key(ESTIMATE, [Path(__file__).with_name(name) for name in SOURCES])
-    asked = {"key": key, "seeds": options.seeds}
-    tasks = [
-        (name, drift, options.seeds, options.folder / f"{name}_{drift:g}.json", asked)
+def members(options) -> list[Drift]:
+    """Return the motions asked for, with each drift at each noise level."""
+    return [
+        Drift(name, drift, noise, options.seeds)
         for name in options.part
         for drift in DRIFTS
+        for noise in NOISE
     ]
-    found = figures_of(compute, tasks, options.workers)
-    print("\n| motion | drift [1/s] |", " | ".join(NOISE), "|")
-    print("|---" * (2 + len(NOISE)) + "|")
-    for (name, drift, *_), row in zip(tasks, found, strict=True):
-        cells = [
-            f"{100 * one['friction']:.0f} % ({1e3 * one['error']:.2g} of {1e3 * one['stated']:.2g}"
-            f"e-3); {100 * one['reactions']:.0f} %"
-            for one in (row[noise] for noise in NOISE)
-        ]
-        print(f"| {MOTIONS[name]} | {drift:g} |", " | ".join(cells), "|")
 
 
-if __name__ == "__main__":
-    main()
+def report(found, options) -> Report:
+    """Return a row for each motion and drift."""
+    rows: dict = {}
+    for member, one in found:
+        of = f"{1e3 * one['error']:.2g} of {1e3 * one['stated']:.2g}e-3"
+        cell = f"{percent(one['friction'])} ({of}); {percent(one['reactions'])}"
+        key = str(MOTIONS[member.motion]), f"{member.drift:g}"
+        rows.setdefault(key, {})[member.noise] = cell
+    lines = [(*key, *(row.get(noise, "") for noise in NOISE)) for key, row in rows.items()]
+    return Report(table(("motion", "drift [1/s]", *NOISE), lines))
+
+
+def add_options(parser) -> None:
+    """Add which motions."""
+    parser.add_argument("--part", nargs="+", choices=list(MOTIONS), default=list(MOTIONS))
+
+
+FAMILY = Family(
+    members, score_member, report, add_options, seeds=8,
+    group=lambda member: member[:2], sources=(Path(cells.__file__), Path(__file__)),
+)  # fmt: skip

@@ -1,27 +1,28 @@
 """
 Bias and tilt that are learnt: how far off they are, and whether reactions keep to their bounds.
 
-    python -m benchmarks.grid.offsets_learnt [--seeds 24] [--part drawn one]
-
 `drawn`: bias, tilt and the stated friction are drawn from what is stated, anew for each seed. Of
 each motion and statement the normalised error squared at the end, mean over the seeds, of all that
 is learnt, and that of the draws; the mean error of friction in its stated deviations; which share
 of the reactions that are determined lies within 95 % bounds from 50 ms on, of K, B1 and B2 the
 least, and the root mean square of their errors. `one`: 2 N untared across the peg, and a hole that
-leans by 0.2 degrees. Motions of the grid at 0.16 rad/s, nominal noise. A run that was stopped goes
-on.
+leans by 0.2 degrees. Motions of the grid at 0.16 rad/s, nominal noise.
 """
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.grid import cells, told_wrongly
 from benchmarks.grid.cells import Motion, truth_of, with_noise
-from benchmarks.grid.score import INTERVAL, SETTLE_NS
-from benchmarks.grid.wrong_settings import tilted
-from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
+from benchmarks.grid.told_wrongly import tilted
+from benchmarks.harness.errors import SETTLE_NS, coverage
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.player import record_of
+from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.state import BIAS, FRICTION, TILT
 from peg_on_hole_ros.measurements.measurement import tilt_axes
@@ -29,7 +30,6 @@ from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 
 # None that a setting of the filter was chosen on.
 FIRST_SEED = 5300
-SOURCES = ("offsets_learnt.py", "wrong_settings.py", "cells.py", "score.py")
 MOTIONS = [
     *(Motion(c, 0.2, 0.16, "slip") for c in (1e-4, 5e-4)),
     Motion(1e-4, 0.5, 0.16, "slip"),
@@ -95,15 +95,6 @@ def pipeline_of(configuration, tilt=(0.0, 0.0)):
     return Pipeline(replace(configuration, scene=scene))
 
 
-def played(pipeline, truth, seed, bias=(0.0,) * 6, tilt=(0.0, 0.0), exact=None):
-    """Yield the outputs for a truth, measured by a sensor and in a cell that are off."""
-    exact = sensor_wrench(truth) if exact is None else exact
-    for sample in measure(truth, seed, exact=exact + bias):
-        outputs = pipeline.on_sample(tilted(sample, tilt))
-        if outputs is not None:
-            yield outputs
-
-
 def _normalised(kalman, bias, tilt, friction):
     """Return the normalised error squared of friction and offsets, of what is not known."""
     s, rows, true = kalman.state, [FRICTION], [friction]
@@ -119,20 +110,19 @@ def _normalised(kalman, bias, tilt, friction):
 
 def run(truth, configuration, seed, bias, tilt, exact):
     """Return normalised error squared, friction's in deviations, shares within bounds, RMS [N]."""
-    friction, inside, errors = truth.plan.configuration.scene.friction, [], []
+    friction = truth.plan.configuration.scene.friction
     pipeline = pipeline_of(configuration, tilt)
-    for outputs in played(pipeline, truth, seed, bias, tilt, exact):
-        i = int(np.searchsorted(truth.t_ns, outputs.t_ns - START_NS))
-        if truth.t_ns[i] >= SETTLE_NS and outputs.monitor["reactions_determined"]:
-            off = np.abs(outputs.normal - truth.normal[i])
-            inside.append(off <= INTERVAL * np.asarray(outputs.normal_stddev))
-            errors.append(off)
-    stddev = outputs.monitor["friction_stddev"]
-    deviations = (outputs.monitor["friction"] - friction) / stddev if stddev else 0.0
+    samples = (tilted(sample, tilt) for sample in measure(truth, seed, exact=exact + bias))
+    record = record_of(pipeline, samples)
+    rows = np.searchsorted(truth.t_ns, record.t_ns - START_NS)
+    chosen = (truth.t_ns[rows] >= SETTLE_NS) & record.determined
+    off = (record.normal - truth.normal[rows])[chosen]
+    stddev = record.monitor["friction_stddev"][-1]
+    deviations = (record.monitor["friction"][-1] - friction) / stddev if stddev else 0.0
     normalised = _normalised(pipeline.filter, bias, tilt, friction)
-    shares = np.mean(inside, axis=0) if inside else np.full(3, np.nan)
-    root = np.sqrt(np.mean(np.square(errors))) if errors else np.nan
-    return normalised, deviations, *shares.tolist(), float(root)
+    shares = coverage(off, record.normal_stddev[chosen]).covered
+    root = np.sqrt(np.mean(np.square(off))) if len(off) else np.nan
+    return normalised, float(deviations), *shares.tolist(), float(root)
 
 
 def drawn(truth, stated: Stated, seeds):
@@ -156,47 +146,77 @@ def one(truth, stated: Stated, bias, tilt, seeds):
     return [(*run(truth, told, seed, np.array(bias), tilt, exact), np.nan) for seed in seeds]
 
 
-def compute(task):
-    """Keep the figures of one motion; returns (name, "done")."""
-    part, motion, seeds, path, asked = task
-    truth = with_noise(truth_of(motion)[0], "nominal", 0.05)
-    seeds = range(FIRST_SEED, FIRST_SEED + seeds)
-    if part == "drawn":
-        figures = {str(stated): drawn(truth, stated, seeds) for stated in DRAWN}
-    else:
-        figures = {name: one(truth, *case, seeds) for name, case in ONE.items()}
-    keep(path, asked | {"figures": figures})
-    return f"{part}: {motion}", "done"
+class Case(NamedTuple):
+    """A motion, what is stated and drawn, and how many seeds."""
+
+    part: str
+    motion: Motion
+    name: str
+    seeds: int
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.part}: {self.motion}, {self.name}"
+
+
+STATED = {"drawn": {str(stated): stated for stated in DRAWN}, "one": ONE}
+
+
+@cache
+def _truth(motion):
+    return with_noise(truth_of(motion)[0], "nominal", 0.05)
+
+
+def score_member(case: Case, folder: Path) -> list:
+    """Return a row for each seed."""
+    seeds = range(FIRST_SEED, FIRST_SEED + case.seeds)
+    stated = STATED[case.part][case.name]
+    if case.part == "drawn":
+        return drawn(_truth(case.motion), stated, seeds)
+    return one(_truth(case.motion), *stated, seeds)
+
+
+def members(options) -> list[Case]:
+    """Return the parts asked for of each motion."""
+    return [
+        Case(part, motion, name, options.seeds)
+        for part in options.part
+        for motion in MOTIONS
+        for name in STATED[part]
+    ]
 
 
 def cell(rows):
     """Return the figures of all seeds as text."""
     rows = np.array(rows, float)
     normalised, deviations, draws = rows[:, 0].mean(), rows[:, 1].mean(), rows[:, 6].mean()
-    share = 100 * np.nanmean(rows[:, 2:5], axis=0).min()
+    share = np.nanmean(rows[:, 2:5], axis=0).min()
     of_draws = "" if np.isnan(draws) else f" ({draws:.1f})"
     root = np.sqrt(np.nanmean(rows[:, 5] ** 2))
-    return f"{normalised:.1f}{of_draws}; {deviations:+.1f}; {share:.0f} %, {root:.2g} N"
+    return f"{normalised:.1f}{of_draws}; {deviations:+.1f}; {percent(share)}, {root:.2g} N"
 
 
-def main(arguments=None):
-    """Compute the parts asked for, print them as tables, keep the figures."""
-    options = parsed(__doc__, ("drawn", "one"), 24, Path("out/offsets_learnt"), arguments)
-    key = sources_key(ESTIMATE, [Path(__file__).with_name(name) for name in SOURCES])
-    asked = {"key": key, "seeds": options.seeds}
-    tasks = [
-        (part, motion, options.seeds, options.folder / f"{part}_{motion}.json", asked)
-        for part in options.part
-        for motion in MOTIONS
-    ]
-    rows = figures_of(compute, tasks, options.workers)
+def report(found, options) -> Report:
+    """Return a table of each part: motions, and what is stated."""
+    tables = []
     for part in options.part:
-        found = {t[1]: row for t, row in zip(tasks, rows, strict=True) if t[0] == part}
-        heads = list(next(iter(found.values())))
-        print(f"\n| {part} | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|", sep="\n")
-        for motion, figures in found.items():
-            print(f"| {motion} | {' | '.join(cell(figures[head]) for head in heads)} |")
+        rows: dict = {}
+        for case, figures in found:
+            if case.part == part:
+                rows.setdefault(str(case.motion), {})[case.name] = cell(figures)
+        heads = list(STATED[part])
+        lines = [(name, *(row.get(head, "") for head in heads)) for name, row in rows.items()]
+        tables.append(table((part, *heads), lines))
+    return Report("\n\n".join(tables))
 
 
-if __name__ == "__main__":
-    main()
+def add_options(parser) -> None:
+    """Add which parts."""
+    parser.add_argument("--part", nargs="+", choices=list(STATED), default=list(STATED))
+
+
+FAMILY = Family(
+    members, score_member, report, add_options, seeds=24,
+    group=lambda case: case.motion,
+    sources=tuple(Path(module.__file__) for module in (cells, told_wrongly)) + (Path(__file__),),
+)  # fmt: skip

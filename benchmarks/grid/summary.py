@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.grid.score import QUANTITIES
+from benchmarks.harness.errors import QUANTITIES, REACTIONS, STATES
+from benchmarks.harness.tables import table
 
-STATES, REACTIONS = slice(0, 6), slice(6, 9)
 ANGLES, RATES = slice(0, 3), slice(3, 6)
 # Share of the samples within 95 % bounds that a cell has to reach.
 STATES_COVERED, REACTIONS_COVERED, COVERED_IN_WINDOWS = 0.92, 0.93, 0.90
@@ -133,22 +133,19 @@ _ROWS = (
 )
 
 
-def gate_table(cells, others=None) -> list[str]:
-    """Return rows in Markdown of what all cells come to, beside those of another checkout."""
+def gate_table(cells, others=None) -> str:
+    """Return a table of what all cells come to, beside those of another checkout."""
     this, other = gate(cells), gate(others) if others else None
-    rows = (
-        ["| | this | other | this over other | asked for |", "|---|---|---|---|---|"]
-        if other
-        else ["| | |", "|---|---|"]
-    )
+    head = ["", "this", "other", "this over other", "asked for"] if other else ["", ""]
+    rows = []
     for name, words, of, limit in _ROWS:
         shown = [_shown(one, name, of) for one in (this, other) if one]
         if other:
             before = getattr(other, name)
             over = f"{getattr(this, name) / before:.2f}" if limit and before else ""
             shown += [over, limit]
-        rows.append(f"| {words} | {' | '.join(shown)} |")
-    return rows
+        rows.append([words, *shown])
+    return table(head, rows)
 
 
 def _shown(gate, name, of):
@@ -188,19 +185,19 @@ def _quantities(name, quantities):
     return quantities[REACTIONS] if name == "coverage_determined" else quantities
 
 
-def sharpness(cells) -> list[str]:
-    """Return rows in Markdown: stated deviation over RMS error, median of cells."""
+def sharpness(cells) -> str:
+    """Return a table of stated deviation over RMS error, median of cells."""
     ran = [cell for cell in cells if "seeds" in cell]
     columns = []
     for kind in ("outside", "window"):
         sharp = [figures["sharp"] for figures in _of(ran, kind)]
         columns.append(np.median(sharp, axis=0) if sharp else np.full(len(QUANTITIES), np.nan))
-    rows = ["| stated deviation over RMS error | outside | in windows |", "|---|---|---|"]
-    return rows + [f"| {name} | {a:.2f} | {b:.2f} |" for name, a, b in zip(QUANTITIES, *columns)]
+    rows = [(name, f"{a:.2f}", f"{b:.2f}") for name, a, b in zip(QUANTITIES, *columns)]
+    return table(("stated deviation over RMS error", "outside", "in windows"), rows)
 
 
-def kinds(cells) -> list[str]:
-    """Return rows in Markdown: the same of the cells that have something in common."""
+def kinds(cells) -> str:
+    """Return a table of the same of the cells that have something in common."""
     common = {"name": str, "speed": "{:g} rad/s".format, "noise": "{} noise".format}
     common["friction"] = "f {:g}".format
     common["clearance"] = lambda value: f"{value * 1e3:g} mm"
@@ -210,21 +207,23 @@ def kinds(cells) -> list[str]:
         for name in common
         if "seeds" in cell
     }
-    rows = [
-        "| cells | number | worst state, reaction over the bound | in windows "
-        "| covered: states, reactions | in windows | determined |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    head = (
+        "cells", "number", "worst state, reaction over the bound", "in windows",
+        "covered: states, reactions", "in windows", "determined",
+    )  # fmt: skip
+    rows = []
     for name, value in sorted(of_all, key=lambda each: (list(common).index(each[0]), each[1])):
         g = gate([c for c in cells if c["motion"].get(name, c["noise"]) == value])
         rows.append(
-            f"| {common[name](value)} | {g.cells} | {g.states:.2f}, {g.reactions:.2f} "
-            f"| {g.states_in_windows:.2f}, {g.reactions_in_windows:.2f} "
-            f"| {g.states_covered}, {g.reactions_covered} of {g.outside} "
-            f"| {g.states_covered_in_windows}, {g.reactions_covered_in_windows} of {g.window} "
-            f"| {g.determined:.2f} |"
-        )
-    return rows
+            (
+                common[name](value), g.cells, f"{g.states:.2f}, {g.reactions:.2f}",
+                f"{g.states_in_windows:.2f}, {g.reactions_in_windows:.2f}",
+                f"{g.states_covered}, {g.reactions_covered} of {g.outside}",
+                f"{g.states_covered_in_windows}, {g.reactions_covered_in_windows} of {g.window}",
+                f"{g.determined:.2f}",
+            )
+        )  # fmt: skip
+    return table(head, rows)
 
 
 def shortfalls(cells, most: int = 12) -> list[str]:
@@ -245,7 +244,7 @@ def summary(cells, others=None) -> str:
     seeds = "; ".join(sorted({f"{c['seeds']} and {c['start_seeds']}" for c in ran}))
     lines = [
         f"{len(ran)} cells, of each so many noise seeds and starts that are off: {seeds}.", "",
-        *gate_table(cells, others), "", *sharpness(cells), "", *kinds(cells),
+        gate_table(cells, others), "", sharpness(cells), "", kinds(cells),
     ]  # fmt: skip
     short = shortfalls(cells)
     if short:

@@ -1,8 +1,6 @@
 """
 Settings that are wrong: how soon that is told, and what is made of a wrong diameter or friction.
 
-    python -m benchmarks.grid.wrong_settings [--part told slow diameter friction] [--seeds 4]
-
 `told`: motions of the grid at 1 kHz and nominal noise, friction learnt and known. `slow`: pegs of
 4 to 150 mm that close and turn, at 100 Hz to 1 kHz. Of each the first time at which
 `innovations_too_large` counts, over noise seeds; the settings are off by 1 mm or 2 % of the
@@ -13,26 +11,28 @@ many seeds. `friction`: stated a half and one and a half of what it is, within 0
 itself; how far off it then is, root mean square and, in stated deviations, at most, 0.3 s after
 the start and at the end, in as many seeds, beside the posterior Cramer-Rao bound of who knows it
 to a half, and that it stays what it is; and which share of the runs is within 5 % after 0.3 s, and
-within 1 % at the end. A run that was stopped goes on.
+within 1 % at the end.
 """
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.grid import cells, pegs, score, told_wrongly
 from benchmarks.grid.cells import Motion, truth_of, with_noise
 from benchmarks.grid.pegs import closing
-from benchmarks.grid.score import INTERVAL, REACTIONS, SETTLE_NS, bound_of, run_seeds
-from benchmarks.resumable import ESTIMATE, figures_of, keep, parsed, sources_key
+from benchmarks.grid.score import bound_of
+from benchmarks.grid.told_wrongly import tilted, with_lever, with_scene, with_tare, with_values
+from benchmarks.harness.errors import REACTIONS, SETTLE_NS, coverage, rms, run_seeds
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.player import Record, record_of
+from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.measurements.measurement import tilt_axes
-from peg_on_hole_ros.records import JointSample, WrenchSample
-from peg_on_hole_ros.sim.measure import START_NS, measure, measured_angles, sensor_wrench
+from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 
 FIRST_SEED = 700
-SOURCES = ("wrong_settings.py", "cells.py", "score.py", "pegs.py")
 TOLD = [
     Motion(2e-5, 0.2, 0.16, "slip"),
     Motion(1e-4, 0.2, 0.16, "slip"),
@@ -76,44 +76,26 @@ NEAR = np.array([0.05, 0.01])
 OFF = (2e-6, -2e-6, 1e-5, -1e-5)
 LEARNT = 0.05
 TOLD_BY = "innovations_too_large"
+PARTS = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER, "friction": FRICTION}
 
 
-def with_scene(truth, **values):
-    """Return a truth of whose scene something else is told."""
-    return _with_told(truth, scene=replace(truth.plan.configuration.scene, **values))
+class Case(NamedTuple):
+    """A case of a part, and how many noise seeds it is measured with."""
 
+    part: str
+    case: Motion | tuple
+    seeds: int
 
-def with_filter(truth, **values):
-    """Return a truth that is estimated with other settings."""
-    return _with_told(truth, filter=replace(truth.plan.configuration.filter, **values))
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.part}: {self.named}"
 
-
-def _with_told(truth, **sections):
-    configuration = replace(truth.plan.configuration, **sections)
-    return replace(truth, plan=replace(truth.plan, configuration=configuration))
-
-
-def with_lever(configuration, axis):
-    """Return a configuration whose sensor is 2 % of the diameter away from where it is."""
-    at = np.array(configuration.wrench.sensor_xyz)
-    at[axis] += 0.02 * configuration.scene.hole_diameter
-    wrench = replace(configuration.wrench, sensor_xyz=tuple(at.tolist()))
-    return replace(configuration, wrench=wrench)
-
-
-def with_tare(sample, off):
-    """Return a wrench whose force is off by so much [N]; others as they are."""
-    if not isinstance(sample, WrenchSample):
-        return sample
-    return sample._replace(force=tuple((np.array(sample.force) + off).tolist()))
-
-
-def tilted(sample, tilt):
-    """Return a joint state in axes turned about x and y by a tilt [rad]; others as they are."""
-    if not isinstance(sample, JointSample):
-        return sample
-    q = measured_angles(np.array([sample.position]), np.zeros((1, 3)), tilt_axes(tilt))[0]
-    return sample._replace(position=tuple(q.tolist()))
+    @property
+    def named(self) -> str:
+        """Return the case as text."""
+        return (
+            str(self.case) if isinstance(self.case, Motion) else "{} at {} Hz".format(*self.case)
+        )
 
 
 def settings(right):
@@ -167,8 +149,15 @@ def covered(truth, seeds):
         runs = run_seeds(told, seeds, sensor_wrench(truth))
         chosen = later & runs.determined
         error, stddev = (a[..., REACTIONS][chosen] for a in (runs.error, runs.stddev))
-        found.append(float((np.abs(error) <= INTERVAL * stddev).mean(axis=0).min()))
+        found.append(float(coverage(error, stddev).covered.min()))
     return found
+
+
+def soon_and_last(record: Record) -> np.ndarray:
+    """Return friction and its stated deviation, SOON and at the end, shape (2, 2)."""
+    values = np.column_stack([record.monitor["friction"], record.monitor["friction_stddev"]])
+    later = (record.t_ns - START_NS) * 1e-9 >= SOON
+    return values[[int(np.argmax(later)) if later.any() else -1, -1]]
 
 
 def sought(truth, seeds):
@@ -184,20 +173,19 @@ def sought(truth, seeds):
         stddev = LEARNT if share is None else share * right
         for start in STATED:
             told = with_scene(truth, friction=start * right, friction_stddev=stddev)
-            off = []
-            for seed in seeds:
-                soon = last = None
-                for outputs in Pipeline(told.plan.configuration).play(
-                    measure(truth, seed, exact=exact)
-                ):
-                    last = outputs.monitor["friction"] - right, outputs.monitor["friction_stddev"]
-                    if soon is None and (outputs.t_ns - START_NS) * 1e-9 >= SOON:
-                        soon = last
-                off.append((soon or last, last))
-            error, stated = np.moveaxis(np.array(off), 2, 0)
+            configuration = told.plan.configuration
+            ends = np.array(
+                [
+                    soon_and_last(
+                        record_of(Pipeline(configuration), measure(truth, seed, exact=exact))
+                    )
+                    for seed in seeds
+                ]
+            )
+            error, stated = ends[..., 0] - right, ends[..., 1]
             within = LEARNT if share is None else f"{share:g} of it"
             found[f"{start:g} of it, within {within}"] = [
-                (np.sqrt((error**2).mean(axis=0)) / right).tolist(),
+                (rms(error) / right).tolist(),
                 np.abs(error / stated).max(axis=0).tolist(),
                 (np.abs(error) <= NEAR * right).mean(axis=0).tolist(),
             ]
@@ -208,7 +196,7 @@ def best(truth):
     """Return the bound on friction's error, as a share of it, SOON and at the end."""
     right = truth.plan.configuration.scene.friction
     told = with_scene(truth, friction_stddev=max(abs(s - 1.0) for s in STATED) * right)
-    told = with_filter(told, friction_noise=0.0)
+    told = with_values(told, "filter", friction_noise=0.0)
     stddev = np.sqrt(bound_of(told).parameters[:, 0, 0]) / right
     soon = min(np.searchsorted(truth.t_ns, SOON * 1e9), len(stddev) - 1)
     return [float(stddev[soon]), float(stddev[-1])]
@@ -217,20 +205,23 @@ def best(truth):
 MEASURED = {"told": told_in, "slow": told_in, "diameter": covered, "friction": sought}
 
 
-def compute(task):
-    """Keep the figures of one case of a part; returns (name, "done")."""
-    part, case, seeds, path, asked = task
-    if part == "slow":
-        truth = closing(*case, duration=0.9)
+def members(options) -> list[Case]:
+    """Return the cases of the parts asked for."""
+    times = {"diameter": 4, "friction": 4}
+    return [
+        Case(part, case, options.seeds * times.get(part, 1))
+        for part in options.part
+        for case in PARTS[part]
+    ]
+
+
+def score_member(case: Case, folder: Path):
+    """Return the figures of one case of a part."""
+    if case.part == "slow":
+        truth = closing(*case.case, duration=0.9)
     else:
-        truth = with_noise(truth_of(case)[0], "nominal", LEARNT)
-    keep(path, asked | {"figures": MEASURED[part](truth, range(FIRST_SEED, FIRST_SEED + seeds))})
-    return f"{part}: {named(case)}", "done"
-
-
-def named(case):
-    """Return a case as text."""
-    return str(case) if isinstance(case, Motion) else f"{case[0]} at {case[1]} Hz"
+        truth = with_noise(truth_of(case.case)[0], "nominal", LEARNT)
+    return MEASURED[case.part](truth, range(FIRST_SEED, FIRST_SEED + case.seeds))
 
 
 def span(found):
@@ -249,49 +240,41 @@ def _error(head, figures):
     return "; ".join(f"{100 * e:.2g} % ({d:.1f})" for e, d in zip(*figures[:2], strict=True))
 
 
-def table(part, rows):
-    """Return a part's figures as lines of a table."""
+def table_of(part: str, rows: dict) -> str:
+    """Return a part's figures by name of the case as a table."""
+    heads = [] if part == "diameter" else list(next(iter(rows.values())))
     if part == "diameter":
         heads = [f"{1e6 * off:+.0f} um" for off in OFF]
-        cells = {
-            name: ["" if share is None else f"{100 * share:.0f} %" for share in row]
-            for name, row in rows.items()
-        }
+        cells = {name: map(percent, row) for name, row in rows.items()}
     elif part == "friction":
-        heads = list(next(iter(rows.values())))
         cells = {name: [_error(head, row[head]) for head in heads] for name, row in rows.items()}
     elif part == WITHIN:
-        heads = [head for head in next(iter(rows.values())) if head != BOUND]
+        heads.remove(BOUND)
         cells = {
-            name: ["; ".join(f"{100 * share:.0f} %" for share in row[head][2]) for head in heads]
+            name: ["; ".join(map(percent, row[head][2])) for head in heads]
             for name, row in rows.items()
         }
     else:
-        heads = list(next(iter(rows.values())))
         cells = {name: [span(row[head]) for head in heads] for name, row in rows.items()}
-    lines = [f"| {part} | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|"]
-    return lines + [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()]
+    return table((part, *heads), [(name, *row) for name, row in cells.items()])
 
 
-def main(arguments=None):
-    """Compute the parts asked for, print them as tables, keep the figures."""
-    cases = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER, "friction": FRICTION}
-    options = parsed(__doc__, cases, 4, Path("out/wrong_settings"), arguments)
-    key = sources_key(ESTIMATE, [Path(__file__).with_name(name) for name in SOURCES])
-    tasks = []
+def report(found, options) -> Report:
+    """Return the tables of the parts."""
+    tables = []
     for part in options.part:
-        seeds = options.seeds * (1 if part in ("told", "slow") else 4)
-        for case in cases[part]:
-            name = f"{part}_{named(case)}".replace(" ", "_").replace("/", "_")
-            asked = {"key": key, "seeds": seeds}
-            tasks.append((part, case, seeds, options.folder / f"{name}.json", asked))
-    found = figures_of(compute, tasks, options.workers)
-    for part in options.part:
-        rows = {named(t[1]): row for t, row in zip(tasks, found, strict=True) if t[0] == part}
-        print("\n".join(["", *table(part, rows)]))
-        if part == "friction":
-            print("\n".join(["", *table(WITHIN, rows)]))
+        rows = {case.named: row for case, row in found if case.part == part}
+        tables += [table_of(each, rows) for each in (part, *[WITHIN] * (part == "friction"))]
+    return Report("\n\n".join(tables))
 
 
-if __name__ == "__main__":
-    main()
+def add_options(parser) -> None:
+    """Add which parts."""
+    parser.add_argument("--part", nargs="+", choices=list(PARTS), default=list(PARTS))
+
+
+FAMILY = Family(
+    members, score_member, report, add_options, seeds=4,
+    sources=tuple(Path(m.__file__) for m in (cells, pegs, score, told_wrongly))
+    + (Path(__file__),),
+)  # fmt: skip

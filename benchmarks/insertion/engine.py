@@ -1,16 +1,18 @@
 """
 Insertions of the simulation against MuJoCo's, under the same holder and program.
 
-    python -m benchmarks.insertion.engine
-
-reads `data/mujoco_insertions.npz` (see `mujoco_traces.py`), simulates the same, and prints how
-far apart both are: tilt, depth, loads on rim and edge.
+The traces of `data/mujoco_insertions.npz` (see `mujoco_traces.py`) are simulated again here; how
+far apart both are is told of tilt, depth, loads on rim and edge.
 """
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.tables import table
+from benchmarks.insertion import programs
 from benchmarks.insertion.programs import PROGRAMS, plan_of
 from peg_on_hole_ros.measurements.angles import angles_of
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -102,26 +104,42 @@ def locked_in(rows: dict[str, np.ndarray]) -> tuple[float, float, float]:
     return kept[0] / squeezed, kept[-1] / kept[0] - 1, np.ptp(depth)
 
 
-def main():
-    """Print the table."""
-    for name in PROGRAMS:
-        found = differences(name, plan_of(name))
-        loads = ", ".join(
-            f"{what} {found[what]:.1%} rms, {found[f'{what}_mean']:+.1%}"
-            for what in ("rim", "edge")
-        )
-        print(
-            f"{name:14} tilt {found['tilt'] * 1e6:.0f} urad, depth {found['depth'] * 1e6:.0f} um, "
-            f"{loads}"
-        )
-    plan = plan_of("wedges")
-    for who, rows in (
-        ("MuJoCo", engine_rows("wedges", plan.configuration.scene)),
-        ("own", own_rows(plan)),
-    ):
-        share, change, moved = locked_in(rows)
-        print(f"{who} locks {share:.1%} in, which changes by {change:+.1%}: {moved * 1e6:.1f} um")
+class Insertion(NamedTuple):
+    """One of PROGRAMS."""
+
+    name: str
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return self.name
 
 
-if __name__ == "__main__":
-    main()
+def score_member(insertion: Insertion, folder: Path) -> dict:
+    """Return how far both are apart, and of a wedge what each locks in."""
+    plan = plan_of(insertion.name)
+    found = differences(insertion.name, plan)
+    if insertion.name == "wedges":
+        theirs = engine_rows("wedges", plan.configuration.scene)
+        both = {"MuJoCo": theirs, "own": own_rows(plan)}
+        found["locked"] = {who: list(map(float, locked_in(rows))) for who, rows in both.items()}
+    return found
+
+
+def report(found, options) -> Report:
+    """Return a row for each insertion, and what a wedge keeps."""
+    rows, lines = [], []
+    for name, row in found:
+        loads = (f"{row[what]:.1%} rms, {row[f'{what}_mean']:+.1%}" for what in ("rim", "edge"))
+        rows.append((name, f"{row['tilt'] * 1e6:.0f}", f"{row['depth'] * 1e6:.0f}", *loads))
+        lines += [
+            f"{who} locks {share:.1%} in, which changes by {change:+.1%}: {moved * 1e6:.1f} um"
+            for who, (share, change, moved) in row.get("locked", {}).items()
+        ]
+    head = "insertion", "tilt [urad]", "depth [um]", "load on the rim", "on the edge"
+    return Report("\n".join([table(head, rows), "", *lines]).rstrip())
+
+
+FAMILY = Family(
+    lambda options: [Insertion(name) for name in PROGRAMS],
+    score_member, report, sources=(TRACES, Path(programs.__file__), Path(__file__)),
+)  # fmt: skip

@@ -1,27 +1,27 @@
 """
 How well reactions and friction are known while a peg slides in on two points.
 
-    python -m benchmarks.insertion.estimates [--noise 1]
-
-prints it for the insertions that another engine simulated (`mujoco_traces.py`), with the settings
-that they were made with, but for the wrench's noise: the other engine's pegs vibrate on their
-contacts, which is some of it. `monitor.py` prints it for drawn ones.
+Of the insertions that another engine simulated (`mujoco_traces.py`), with the settings that they
+were made with, but for the wrench's noise: the other engine's pegs vibrate on their contacts,
+which is some of it. `python -m benchmarks insertion` tells the same of drawn ones.
 """
 
-import argparse
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.insertion.engine import AFTER, engine_rows
+from benchmarks.harness.errors import coverage, inside
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.player import Record
+from benchmarks.harness.truths import play
+from benchmarks.insertion import engine, programs
+from benchmarks.insertion.engine import AFTER, TRACES, engine_rows
 from benchmarks.insertion.programs import PROGRAMS, plan_of
-from benchmarks.scenes.play import Record, play
 from peg_on_hole_ros.sim.measure import sensor_wrench
 
-# 95 % of a normal distribution lie within so many standard deviations.
-BOUND = 1.96
 # A peg that is slower along the hole does not slide [m/s].
 SLIDES = 5e-4
 # One that is more upright lies on a line [rad].
@@ -29,6 +29,8 @@ UPRIGHT = 1e-3
 # Friction is to be known to this share, so long after the first contact [s].
 KNOWN, AFTER_CONTACT = 0.1, 0.5
 SEED = 5_500
+# Fewer samples tell no share.
+FEW = 50
 
 
 class Estimates(NamedTuple):
@@ -53,12 +55,25 @@ class Estimates(NamedTuple):
     @property
     def rms(self) -> np.ndarray:
         """Return root mean square of the errors of N_K and N_B over the mean load."""
-        return np.sqrt((self.error**2).mean(axis=0)) / self.true.mean(axis=0)
+        return coverage(self.error, self.stddev).rms / self.true.mean(axis=0)
 
     @property
     def covered(self) -> np.ndarray:
         """Return the share of N_K and N_B within their 95 % bounds."""
-        return (np.abs(self.error) <= BOUND * self.stddev).mean(axis=0)
+        return coverage(self.error, self.stddev).covered
+
+    def summary(self) -> dict:
+        """Return what scenes are pooled by, as a plain tree."""
+        off = np.abs(self.deviations)
+        return {
+            "samples": len(self.error),
+            "rms": self.rms.tolist() if len(self.error) else [],
+            "covered": inside(self.error, self.stddev).sum(axis=0).tolist(),
+            "friction": len(self.friction),
+            "known": int((np.abs(self.friction) <= KNOWN).sum()),
+            "within_two": int((off <= 2.0).sum()),
+            "beyond_four": int((off > 4.0).sum()),
+        }
 
 
 def estimates_of(
@@ -96,28 +111,28 @@ def estimates_of(
     )
 
 
-def said(found: list[Estimates]) -> str:
-    """Return the scenes' figures in one line each; those with few samples are left out."""
-    some = [row for row in found if len(row.error) >= 50]
-    rms = np.array([row.rms for row in some])
-    error, stddev = (
-        np.concatenate([getattr(row, k) for row in some]) for k in ("error", "stddev")
-    )
-    covered = (np.abs(error) <= BOUND * stddev).mean(axis=0)
-    friction = np.concatenate([row.friction for row in found])
-    deviations = np.abs(np.concatenate([row.deviations for row in found]))
+def said(found: list[dict]) -> str:
+    """Return figures of scenes by `Estimates.summary`; those with few samples are left out."""
+    some = [row for row in found if row["samples"] >= FEW]
+    rms = np.array([row["rms"] for row in some])
+    samples = sum(row["samples"] for row in some)
+    covered = np.sum([row["covered"] for row in some], axis=0) / samples
     lines = [
-        f"{len(some)} scenes slide on two points, {len(error)} samples: rms over the mean load, "
+        f"{len(some)} scenes slide on two points, {samples} samples: rms over the mean load, "
         f"median of scenes: N_K {np.median(rms[:, 0]):.1%}, N_B {np.median(rms[:, 1]):.1%}; "
         f"both within 5 %: {(rms < 0.05).all(axis=1).sum()} scenes; covered: "
         f"N_K {covered[0]:.1%}, N_B {covered[1]:.1%}"
     ]
-    if len(friction):
+    count = sum(row["friction"] for row in found)
+    if count:
+        known, two, four = (
+            sum(row[name] for row in found) / count
+            for name in ("known", "within_two", "beyond_four")
+        )
         lines.append(
-            f"friction {AFTER_CONTACT:g} s after the first contact, {len(friction)} samples: "
-            f"within {KNOWN:.0%}: {(np.abs(friction) <= KNOWN).mean():.1%}; "
-            f"within two of its deviations {(deviations <= 2.0).mean():.1%}, "
-            f"beyond four {(deviations > 4.0).mean():.1%}"
+            f"friction {AFTER_CONTACT:g} s after the first contact, {count} samples: "
+            f"within {KNOWN:.0%}: {known:.1%}; within two of its deviations {two:.1%}, "
+            f"beyond four {four:.1%}"
         )
     return "\n".join(lines)
 
@@ -161,20 +176,41 @@ def engine_estimates(name: str, noise: float = 1.0) -> tuple[Estimates, Record]:
     return estimates_of(record, t, slides, truth.normal, friction), record
 
 
-def main(arguments=None):
-    """Print the table of the other engine's insertions."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+class Insertion(NamedTuple):
+    """One of PROGRAMS, and the wrench's noise as stated, over the sensor's."""
+
+    name: str
+    noise: float
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.name}_{self.noise:g}"
+
+
+def score_member(insertion: Insertion, folder: Path) -> dict:
+    """Return the figures of an insertion, and how often each mode was declared."""
+    found, record = engine_estimates(*insertion)
+    told, count = np.unique(record.mode, return_counts=True)
+    return {**found.summary(), "modes": dict(zip(told.tolist(), count.tolist()))}
+
+
+def report(found, options) -> Report:
+    """Return the figures of each insertion."""
+    lines = []
+    for insertion, row in found:
+        few = f"slides on two points in {row['samples']} samples"
+        lines.append(f"{insertion.name:14} {few if row['samples'] < FEW else said([row])}")
+        lines.append(f"{'':14} modes {row['modes']}")
+    return Report("\n".join(lines))
+
+
+def add_options(parser) -> None:
+    """Add the stated noise."""
     parser.add_argument("--noise", type=float, default=1.0, help="stated, over the sensor's")
-    options = parser.parse_args(arguments)
-    for name in PROGRAMS:
-        found, record = engine_estimates(name, options.noise)
-        if len(found.error) < 50:
-            print(f"{name:14} slides on two points in {len(found.error)} samples")
-        else:
-            print(f"{name:14} {said([found])}")
-        told, count = np.unique(record.mode, return_counts=True)
-        print(f"{'':14} modes {dict(zip(told.tolist(), count.tolist()))}")
 
 
-if __name__ == "__main__":
-    main()
+FAMILY = Family(
+    lambda options: [Insertion(name, options.noise) for name in PROGRAMS],
+    score_member, report, add_options,
+    sources=(TRACES, *(Path(module.__file__) for module in (engine, programs)), Path(__file__)),
+)  # fmt: skip

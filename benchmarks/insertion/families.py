@@ -3,7 +3,7 @@
 from math import cos, sin, sqrt
 from typing import NamedTuple
 
-from benchmarks.scenes.setting import Draw
+from benchmarks.harness.draw import Draw
 from peg_on_hole_ros.mechanics.scene import Scene
 
 LEAD_IN = 0.05

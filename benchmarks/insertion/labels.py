@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
+from benchmarks.harness.events import stretches
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 
 # Slower along the hole [m/s]: at rest. Strains of the contacts alone are a tenth of it.
@@ -83,7 +84,7 @@ def labels_of(truth) -> Labels:
     still = touches & (np.abs(truth.place_rate[:, 2]) < STILL) & (push > PUSHED)
     stuck = np.zeros(len(t), bool)
     events = []
-    for first, last in _joined(_stretches(still), t):
+    for first, last in _joined(stretches(still), t):
         if t[last] - t[first] < SHORTEST:
             continue
         stuck[first : last + 1] = True
@@ -151,12 +152,6 @@ def friction_of(truth) -> np.ndarray:
         now = now if phase.friction is None else phase.friction
         of[phase.name] = now
     return np.array([of[name] for name in truth.phase])
-
-
-def _stretches(chosen):
-    padded = np.concatenate([[False], chosen, [False]]).astype(int)
-    edges = np.flatnonzero(np.diff(padded))
-    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _joined(spans, t):

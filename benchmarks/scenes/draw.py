@@ -1,10 +1,9 @@
 """Insertion scenes with drawn parameters: what is commanded, what the estimator is told."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
+from benchmarks.harness.draw import Draw, DrawnCase
 from benchmarks.scenes.families import FAMILY, LEAD_IN
-from benchmarks.scenes.setting import Draw
 from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
 from peg_on_hole_ros.sim.plan import Plan, plan_from_tree
 
@@ -15,21 +14,11 @@ FRICTION_OFF = 0.30
 CLEARANCE_OFF = 0.20
 
 
-class Case(NamedTuple):
-    """One scene: its family, its number in it, and whether it is for tuning or for scoring."""
+class Case(DrawnCase):
+    """One scene."""
 
-    family: str
-    number: int
-    set: str = "scoring"
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.family}_{self.number:03d}_{self.set}"
-
-    @property
-    def seed(self) -> list[int]:
-        """Return what the draw, and with one more number the noise, is seeded with."""
-        return [SEEDS[self.set], FAMILIES.index(self.family), self.number]
+    __slots__ = ()
+    SEEDS, FAMILIES = SEEDS, FAMILIES
 
 
 def plan_of(case: Case) -> Plan:

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from benchmarks.harness.draw import Draw
+from benchmarks.harness.events import Labels, score_run
+from benchmarks.harness.truths import play
 from benchmarks.scenes.draw import told_wrongly
-from benchmarks.scenes.labels import Labels
-from benchmarks.scenes.play import play
-from benchmarks.scenes.score import score_run
-from benchmarks.scenes.setting import D, Draw
+from benchmarks.scenes.setting import D
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -79,11 +79,10 @@ def labels_of(truth) -> Labels:
 
 
 def score(number: int, variant: str) -> dict:
-    """Return the figures of one scene as of one of the other scenes."""
+    """Return the figures of one scene, as of the others."""
     truth = truth_of(number)
     configuration = truth.plan.configuration
     if variant == "engine_mismatch":
         configuration = told_wrongly(configuration, Draw([SEED, number, 2]))
     record = play(truth, configuration, [[SEED, number, 1]])
-    case = {"family": "mujoco", "number": number, "set": "scoring", "end": "end"}
-    return {"variant": variant, **case, **score_run(labels_of(truth), record)}
+    return score_run(labels_of(truth), record)

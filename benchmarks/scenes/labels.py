@@ -4,10 +4,9 @@ What truly happened in a scene: read off the simulated motion and loads, and off
 No label looks at a determinant, a risk, or anything that the monitor computes.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
+from benchmarks.harness.events import NEAR_STALL, Event, Labels, stretches
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.plan import holder_program
 
@@ -26,59 +25,6 @@ SHORTEST_STOP = 0.01
 SHORTEST_LOSS = 0.01
 # A peg that stays under so many times the load at which it stopped is wedged.
 HELD = 2.0
-CAUSES = ("wedge", "stall", "overload", "contact_loss")
-# What an alarm may foresee or not: neither counts for it nor against it.
-NEAR_STALL = "near_stall"
-CLASSES = ("three_point", "stuck", "two_point", "lost", "open")
-
-
-class Event(NamedTuple):
-    """
-    What happened, from when until when [s]; the end is that of the record if it stayed.
-
-    Attributes
-    ----------
-    onset : float
-        When the program entered the phase in which it happened: before, nothing pointed to it.
-
-    """
-
-    cause: str
-    begin: float
-    end: float
-    onset: float
-
-
-class Labels(NamedTuple):
-    """
-    The truth of a scene as it is scored.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        [s]
-    kind : ndarray of str, shape (n,)
-        A member of CLASSES; empty where loads fade while the peg is let go.
-    below : ndarray of bool, shape (n,)
-        gamma < gamma0.
-    transition : float or None
-        When gamma passed gamma0 in contact [s].
-    events : tuple of Event
-
-    """
-
-    t: np.ndarray
-    kind: np.ndarray
-    below: np.ndarray
-    transition: float | None
-    events: tuple[Event, ...]
-
-
-def stretches(chosen: np.ndarray) -> list[tuple[int, int]]:
-    """Return first and last index of every run of True."""
-    padded = np.concatenate([[False], chosen, [False]]).astype(int)
-    edges = np.flatnonzero(np.diff(padded))
-    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def labels_of(truth) -> Labels:

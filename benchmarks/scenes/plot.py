@@ -8,9 +8,10 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-from benchmarks.scenes.play import ALARMS  # noqa: E402
-from benchmarks.scenes.score import LEVELS  # noqa: E402
-from benchmarks.scenes.table import ALARM_OF, WITH_ALARMS  # noqa: E402
+from benchmarks.harness.events import LEVELS  # noqa: E402
+from benchmarks.harness.player import ALARMS  # noqa: E402
+from benchmarks.harness.pooled import ALARM_OF  # noqa: E402
+from benchmarks.scenes.tables import WITH_ALARMS  # noqa: E402
 
 COLOURS = {"matched": "#0072B2", "mismatch": "#D55E00", "second_try": "#009E73"}
 MARKERS = {"matched": "o", "mismatch": "s", "second_try": "^"}
@@ -80,7 +81,8 @@ def _transition(scores, runs):
         low, high = (np.array([p[k] for p in parts]) for k in ("low", "high"))
         shift = 0.006 * (list(COLOURS).index(variant) - 1)
         right.errorbar(
-            nominal + shift, value, [value - low, high - value], fmt=MARKERS[variant] + "-",
+            nominal + shift, value, np.maximum([value - low, high - value], 0.0),
+            fmt=MARKERS[variant] + "-",
             color=COLOURS[variant], capsize=3, label=f"{variant}, {parts[0]['count']} forecasts",
         )  # fmt: skip
     right.set_xlabel("interval stated")

@@ -2,34 +2,10 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
+from benchmarks.harness.draw import Draw
 from peg_on_hole_ros.mechanics.scene import Scene
 
 D = 0.050
-
-
-class Draw:
-    """Draws that read like ranges."""
-
-    def __init__(self, seed):
-        self._rng = np.random.default_rng(seed)
-
-    def even(self, low, high) -> float:
-        """Return a number of a range, each as likely."""
-        return float(self._rng.uniform(low, high))
-
-    def log(self, low, high) -> float:
-        """Return a number of a range, each order of magnitude as likely."""
-        return float(np.exp(self._rng.uniform(np.log(low), np.log(high))))
-
-    def sign(self) -> float:
-        """Return 1 or -1."""
-        return float(self._rng.choice((-1.0, 1.0)))
-
-    def chance(self, share) -> bool:
-        """Return True with a probability."""
-        return bool(self._rng.random() < share)
 
 
 class Setting(NamedTuple):

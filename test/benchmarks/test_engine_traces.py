@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from benchmarks.engines import engine_traces
-from benchmarks.engines.engine_traces import TRACES, score, trace
+from benchmarks.engines import engine as engine_traces
+from benchmarks.engines.engine import TRACES, score, trace
 from tiers import at_push
 
 SEEDS = range(7000, 7003)

@@ -1,19 +1,21 @@
 """Faults do what their names say, and what has to happen with them happens."""
 
 from math import inf
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.faults import run
+from benchmarks.faults import faults
 from benchmarks.faults.expected import BY_NAME, CASES, CLEAN, Case, shortfalls
 from benchmarks.faults.injector import FAULTS, Sent, inject, sent
-from benchmarks.faults.page import must, page
+from benchmarks.faults.page import must
 from benchmarks.faults.play import play
 from benchmarks.faults.scenes import PARTS, scene
 from benchmarks.faults.score import score
 from benchmarks.faults.short import listed
+from benchmarks.harness import runner
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 
@@ -134,18 +136,18 @@ PAIRS = [
         marks=() if name == where_at_push(case.name) else pytest.mark.nightly,
         id=f"{name}-{case.name}",
     )
-    for name, case in run.pairs(PARTS, (CLEAN, *CASES))
+    for name, case in faults.pairs(PARTS, (CLEAN, *CASES))
 ]
 
 
 @pytest.mark.parametrize(("name", "case"), PAIRS)
 def test_what_has_to_happen_happens_but_for_what_is_listed(folder, name, case):
-    found = run.figures(name, BY_NAME[case], folder)
-    assert run.surprises(name, case, shortfalls(BY_NAME[case], found)) == []
+    found = faults.score_member(faults.Fault(name, BY_NAME[case]), folder)
+    assert faults.surprises(name, case, shortfalls(BY_NAME[case], found)) == []
 
 
 def test_what_is_listed_is_of_the_table():
-    pairs = {(name, case.name) for name, case in run.pairs(PARTS, (CLEAN, *CASES))}
+    pairs = {(name, case.name) for name, case in faults.pairs(PARTS, (CLEAN, *CASES))}
     assert {key[:2] for key in listed()} <= pairs
 
 
@@ -168,12 +170,12 @@ def test_a_wrong_flag_and_a_jam_untold_count_where_nothing_doubts_them(folder):
 
 
 def test_what_falls_short_and_what_no_longer_does_are_surprises(monkeypatch):
-    monkeypatch.setattr(run, "known", lambda scene, case: {"told": "it is quiet"})
-    assert run.surprises("jam", "a", {"told": "not told"}) == []
-    assert run.surprises("jam", "a", {"told": "not told", "jam": "3 samples"}) == [
+    monkeypatch.setattr(faults, "known", lambda scene, case: {"told": "it is quiet"})
+    assert faults.surprises("jam", "a", {"told": "not told"}) == []
+    assert faults.surprises("jam", "a", {"told": "not told", "jam": "3 samples"}) == [
         "jam, a: 3 samples"
     ]
-    assert run.surprises("jam", "a", {}) == [
+    assert faults.surprises("jam", "a", {}) == [
         "jam, a: told holds now, and is listed in benchmarks/faults/short.csv"
     ]
 
@@ -181,14 +183,15 @@ def test_what_falls_short_and_what_no_longer_does_are_surprises(monkeypatch):
 def test_the_table_tells_what_has_to_happen_and_what_falls_short(folder, tmp_path):
     """A fault that nobody tells, which falls short as soon as something is to be told of it."""
     case = Case("a little noise", "noise", {"times": 1.05}, told="noise of the force")
-    found = run.run(["closing"], [CLEAN, case], tmp_path, 1, lambda line: None)
-    assert found["closing"][CLEAN.name]["short"] == {}
-    assert found["closing"][case.name]["short"] == {"told": "not told"}
-    text = page(found, [CLEAN, case])
+    pairs = faults.pairs(["closing"], [CLEAN, case])
+    found = runner.run("faults", pairs, tmp_path, 1, lambda line: None)
+    report = faults.report(found, SimpleNamespace(scene=["closing"]))
+    assert report.problems == [f"closing, {case.name}: not told"]
+    text = report.text
     assert "| a little noise | told | **" in text
     assert "| 1 | ? |" in text
     assert must(BY_NAME["tare in contact"]) == "counted; “nothing taken”"
     # It goes on with what it has.
     told = []
-    assert run.run(["closing"], [CLEAN, case], tmp_path, 1, told.append) == found
-    assert told == ["2 faults in scenes: 0 to compute"]
+    assert runner.run("faults", pairs, tmp_path, 1, told.append) == found
+    assert told == ["faults: 2 members, 0 to compute"]

@@ -9,8 +9,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from benchmarks.__main__ import main
 from benchmarks.grid import cells as grid_cells
-from benchmarks.grid import run as grid
+from benchmarks.grid import grid
 from benchmarks.grid import score as grid_score
 from benchmarks.grid.cells import (
     FULL,
@@ -22,17 +23,12 @@ from benchmarks.grid.cells import (
     truth_of,
     with_noise,
 )
-from benchmarks.grid.player import Elsewhere
-from benchmarks.grid.score import (
-    QUANTITIES,
-    Runs,
-    bound_of,
-    classes,
-    diverged,
-    run_seeds,
-    score_cell,
-)
+from benchmarks.grid.grid import Cell
+from benchmarks.grid.score import bound_of, classes, score_cell
 from benchmarks.grid.summary import flat_rows, gate, gate_table, kinds, sharpness, summary
+from benchmarks.harness import runner
+from benchmarks.harness.errors import QUANTITIES, Runs, diverged, error_over_seeds, run_seeds
+from benchmarks.harness.player import Elsewhere
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.measure import measure
@@ -58,14 +54,14 @@ def test_speed_is_the_fastest_closing(motion):
     assert 0.25 <= duration <= 1.0
 
 
-CELLS = [(motion, "nominal") for motion in SMALLEST]
+CELLS = [Cell(motion, "nominal", SEEDS, friction_stddev=0.0) for motion in SMALLEST]
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    asked, told = grid.Asked(tmp_path_factory.mktemp("grid"), SEEDS, 0.0), []
-    (cells,) = grid.run(CELLS, [asked], 1, told.append)
-    return asked, told, cells
+    folder, told = tmp_path_factory.mktemp("grid"), []
+    found = runner.run("grid", CELLS, folder, 1, told.append)
+    return folder, told, [figures for _, figures in found]
 
 
 @pytest.mark.nightly
@@ -87,29 +83,29 @@ def test_what_holds(ran):
 
 
 def test_goes_on_with_what_it_has(ran):
-    asked, told, cells = ran
-    assert told[0] == "2 cells, 2 to compute"
+    folder, told, cells = ran
+    assert told[0] == "grid: 2 members, 2 to compute"
     told.clear()
-    assert grid.run(CELLS, [asked], 1, told.append) == [cells]
-    assert told == ["2 cells, 0 to compute"]
-    assert asked.kept(*CELLS[0]) == cells[0]
-    assert grid.Asked(asked.folder, SEEDS + 1, 0.0).kept(*CELLS[0]) is None
-    assert grid.Asked(asked.folder, SEEDS, 0.01).kept(*CELLS[0]) is None
-    assert grid.collect([*CELLS[:1], (SMALLEST[0], "high")], [asked]) == [cells[:1]]
-    other = grid.Asked(asked.folder, SEEDS, 0.0)
-    other.key = "of other sources"
-    assert other.kept(*CELLS[0]) is None
-    path = asked.file(*CELLS[1])
+    assert [row for _, row in runner.run("grid", CELLS, folder, 1, told.append)] == cells
+    assert told == ["grid: 2 members, 0 to compute"]
+    store = runner.Kept("grid", folder)
+    assert store.figures(CELLS[0]) == cells[0]
+    assert store.figures(CELLS[0]._replace(seeds=SEEDS + 1)) is None
+    assert store.figures(CELLS[0]._replace(friction_stddev=0.01)) is None
+    assert store.there([CELLS[0], CELLS[0]._replace(noise="high")]) == [(CELLS[0], cells[0])]
+    path = store.file(CELLS[1])
     whole = path.read_text()
+    path.write_text(whole.replace('"key": "', '"key": "of other sources'))
+    assert store.figures(CELLS[1]) is None
     path.write_text(whole[:100])
-    assert asked.kept(*CELLS[1]) is None
+    assert store.figures(CELLS[1]) is None
     path.write_text(whole)
 
 
 def test_a_share_of_the_cells_has_all_kinds():
-    cells = grid.cells_of(FULL, tuple(grid.NOISE), 3)
+    cells = grid.some(FULL, tuple(grid.NOISE), 3)
     assert len(cells) == len(set(cells)) == 108
-    assert cells == grid.cells_of(FULL, tuple(grid.NOISE), 3)
+    assert cells == grid.some(FULL, tuple(grid.NOISE), 3)
     for motion in ("align", "slip", "reversals"):
         for noise in grid.NOISE:
             assert sum(m.name == motion and n == noise for m, n in cells) >= 6
@@ -150,9 +146,8 @@ def test_gate_by_hand(ran):
     assert (found.outside, found.window) == (2, 0) and np.isnan(found.states_in_windows)
     assert (found.states_covered, found.reactions_covered) == (2, 1)
     assert (found.sharp_angles, found.sharp_rates, found.sharp_reactions) == (1.0, 1.5, 2.5)
-    assert "| N_B2 | 2.50 | nan |" in sharpness(cells) and "| psi | 1.00 | nan |" in sharpness(
-        cells
-    )
+    text = sharpness(cells)
+    assert "| N_B2 | 2.50 | nan |" in text and "| psi | 1.00 | nan |" in text
     assert found.determined == pytest.approx(0.625) and found.nis == 7.5 and found.diverged == 4
 
 
@@ -164,7 +159,8 @@ def test_figures_of_made_up_runs():
     stddev[..., 8] = 1.0
     determined = np.ones((seeds, n), bool)
     determined[:, :10] = False
-    runs = Runs(error, stddev, np.full((seeds, n), 6.0), determined, determined, None, None, 0)
+    mode = np.full((seeds, n), "three_point")
+    runs = Runs(error, stddev, np.full((seeds, n), 6.0), determined, mode, None, None, 0)
     chosen, sound = np.arange(n) < 30, np.arange(n) >= 20
     found = grid_score.figures(runs, chosen, sound, np.full((n, 9), 0.5))
     assert found["samples"] == 30 and found["sound"] == pytest.approx(1 / 3)
@@ -180,13 +176,12 @@ def test_figures_of_made_up_runs():
 @pytest.mark.nightly
 def test_another_checkout_sees_the_same_samples(ran, tmp_path):
     """This one, played as another: the same figures, by another process and another package."""
-    asked = ran[0]
-    other = grid.Asked(tmp_path / "kept", SEEDS, 0.0, ROOT)
-    (this,), (elsewhere,) = grid.run(CELLS[:1], [asked, other], 1, lambda _: None)
+    both = [CELLS[0], CELLS[0]._replace(checkout=str(ROOT))]
+    this, elsewhere = (row for _, row in runner.run("grid", both, tmp_path, 1, print))
     assert elsewhere["classes"] == this["classes"] and elsewhere["nis"] == this["nis"]
     table = gate_table([this], [elsewhere])
-    assert table[0].startswith("| | this | other |")
-    assert any("| 1.00 | <= 0.95 |" in row for row in table)
+    assert table.startswith("| | this | other |")
+    assert "| 1.00 | <= 0.95 |" in table
     with pytest.raises(RuntimeError, match="holds no checkout"):
         Elsewhere(tmp_path)
 
@@ -231,15 +226,15 @@ def test_a_checkout_of_older_names_is_played_and_filled_in_by_no_other(tmp_path)
     player = Elsewhere(tmp_path)
     found = player.play({}, samples, 2)
     player.close()
-    assert found["t_ns"].tolist() == [1, 2, 3] and found["nis"] == 2.5
-    assert found["determined"].tolist() == [False, False, True]
+    assert found.t_ns.tolist() == [1, 2, 3] and found.nis == 2.5
+    assert found.determined.tolist() == [False, False, True]
     (package / "records.py").unlink()
     with pytest.raises(RuntimeError, match="holds no checkout"):
         Elsewhere(tmp_path)
 
 
 def test_kinds_of_cells_are_put_together(ran):
-    rows = kinds([*ran[2], _without_contact()])
+    rows = kinds([*ran[2], _without_contact()]).splitlines()
     (row,) = [row for row in rows if row.startswith("| nominal noise |")]
     assert row.startswith("| nominal noise | 2 |")
     assert [row.split(" | ")[1] for row in rows if row.startswith("| slip |")] == ["1"]
@@ -249,10 +244,10 @@ def test_errors_over_seeds_are_those_of_the_mean():
     """Against the textbook's for a mean, and with outputs that are missing."""
     values = np.random.default_rng(3).normal(size=(40, 5))
     expected = values.mean(axis=1).std(ddof=1) / np.sqrt(40)
-    assert grid_score._error(np.mean, values) == pytest.approx(expected)
+    assert error_over_seeds(np.mean, values) == pytest.approx(expected)
     values[3, 2] = np.nan
-    assert grid_score._error(np.mean, values) == pytest.approx(expected, rel=0.1)
-    assert grid_score._error(np.mean, values[:1]) is None
+    assert error_over_seeds(np.mean, values) == pytest.approx(expected, rel=0.1)
+    assert error_over_seeds(np.mean, values[:1]) is None
 
 
 def _without_contact():
@@ -284,13 +279,11 @@ def test_classes_and_noise():
 
 def test_writes_the_csv(ran, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(grid, "QUICK", SMALLEST)
-    path = tmp_path / "figures" / "grid.csv"
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{grid.MARKS[0]}\nold\n{grid.MARKS[1]}\nafter\n")
-    arguments = ["--quick", "--seeds", str(SEEDS), "--folder", str(ran[0].folder)]
-    arguments += ["--friction-stddev", "0", "--csv", str(path), "--page", str(page)]
-    grid.main(arguments)
-    rows = list(csv.DictReader(path.open()))
+    page.write_text("before\n<!-- grid -->\nold\n<!-- end of grid -->\nafter\n")
+    arguments = ["grid", "--quick", "--seeds", str(SEEDS), "--out", str(ran[0])]
+    assert main([*arguments, "--friction-stddev", "0", "--page", str(page)]) == 0
+    rows = list(csv.DictReader((ran[0] / "grid.csv").open()))
     assert {row["class"] for row in rows} >= {"outside", "window"}
     assert float(rows[0]["ratio_gamma"]) > 0
     assert "| runs that diverged | 0 |" in capsys.readouterr().out
@@ -298,10 +291,10 @@ def test_writes_the_csv(ran, tmp_path, monkeypatch, capsys):
     assert text.startswith("before") and text.endswith("after\n") and "old" not in text
     assert "| runs that diverged | 0 |" in text
     with pytest.raises(SystemExit):
-        grid.main(["--seeds", "1"])
+        main(["grid", "--seeds", "1"])
     assert "at least 2" in capsys.readouterr().err
     with pytest.raises(SystemExit):
-        grid.main(["--against", str(tmp_path)])
+        main(["grid", "--against", str(tmp_path)])
     assert "no folder peg_on_hole_ros there" in capsys.readouterr().err
 
 

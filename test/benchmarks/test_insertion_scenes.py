@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.harness.player import Record
 from benchmarks.insertion import engine as insertion_engine
 from benchmarks.insertion import programs as insertion_programs
 from benchmarks.insertion.estimates import engine_estimates, estimates_of
 from benchmarks.insertion.labels import PUSHED, labels_of
 from benchmarks.insertion.scenes import FAMILIES, Case, cases, plan_of
-from benchmarks.scenes.play import Record
 from peg_on_hole_ros.sim.truth import integrate
 from tiers import nightly
 
@@ -108,7 +108,10 @@ def test_errors_count_where_the_peg_slides_and_is_told_to():
     mode = np.where(np.arange(n) < 100, "open", "two_point")
     told = np.tile([21.0, 8.0, 8.0], (n, 1))
     monitor = {"friction": np.full(n, 0.23), "friction_stddev": np.full(n, 0.01)}
-    record = Record(mode, t > 0, {}, monitor, told, np.full((n, 3), 1.5))
+    record = Record(
+        t * 1e9, np.zeros((n, 6)), np.zeros((n, 6, 6)), told, np.full((n, 3), 1.5), mode, t > 0,
+        {}, monitor,
+    )  # fmt: skip
     found = estimates_of(record, t, slides, normal, friction)
     assert len(found.error) == 800 and len(found.friction) == 400
     assert found.rms == pytest.approx([0.05, 0.2])

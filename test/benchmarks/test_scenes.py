@@ -7,15 +7,24 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.resumable import kept, work_through
+from benchmarks.__main__ import main
+from benchmarks.harness import runner
+from benchmarks.harness.events import (
+    CLASSES,
+    NEAR_STALL,
+    Event,
+    Labels,
+    judge_alarm,
+    score_run,
+    stretches,
+)
+from benchmarks.harness.player import ALARMS, Record
+from benchmarks.harness.pooled import pooled, wilson
 from benchmarks.scenes import engine as scenes_engine
-from benchmarks.scenes import run as scenes
+from benchmarks.scenes import scenes
 from benchmarks.scenes.draw import FAMILIES, Case, estimator_of, plan_of
-from benchmarks.scenes.labels import CLASSES, NEAR_STALL, Event, Labels, labels_of, stretches
-from benchmarks.scenes.play import ALARMS, Record
-from benchmarks.scenes.score import judge_alarm, score_run
-from benchmarks.scenes.summary import summary
-from benchmarks.scenes.table import by_family, pooled, tables, wilson
+from benchmarks.scenes.labels import labels_of
+from benchmarks.scenes.tables import by_family, summary, tables
 from peg_on_hole_ros.sim.truth import integrate
 from simulated import contact_plan, truth
 from tiers import nightly
@@ -255,6 +264,9 @@ def test_an_alarm_may_be_right_for_another_cause_without_finding_its_own():
 def said(**changes):
     """What a monitor publishes that says three_point all the time and raises nothing."""
     rows = {
+        "t_ns": T * 1e9,
+        "state": np.zeros((N, 6)),
+        "covariance": np.zeros((N, 6, 6)),
         "mode": np.full(N, "three_point", "U16"),
         "flag": np.zeros(N, bool),
         "alarms": {name: np.zeros(N, int) for name in ALARMS},
@@ -386,20 +398,23 @@ def test_stretches():
     assert stretches(np.zeros(3, bool)) == []
 
 
+CHOSEN = [Case("insertion", 2), Case("tipped", 1), Case("overpress", 0)]
+WHOLE = [scenes.Scene(case, variant) for case in CHOSEN for variant in scenes.VARIANTS]
+
+
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     folder, told = tmp_path_factory.mktemp("scenes"), []
-    chosen = [Case("insertion", 2), Case("tipped", 1), Case("overpress", 0)]
-    found = scenes.run(chosen, scenes.VARIANTS, folder, 1, told.append)
-    return folder, told, chosen, found
+    found = runner.run("scenes", WHOLE, folder, 1, told.append)
+    return folder, told, scenes.by_variant(found)
 
 
 @pytest.mark.nightly
 def test_a_few_scenes_whole(ran):
-    folder, told, chosen, found = ran
-    assert told[0] == "3 scenes, matched and mismatch and second_try: 3 to compute"
+    folder, told, found = ran
+    assert told[0] == "scenes: 9 members, 9 to compute"
     enters, tips, presses = found["matched"]
-    assert [r["family"] for r in found["matched"]] == [c.family for c in chosen]
+    assert [r["family"] for r in found["matched"]] == [c.family for c in CHOSEN]
     assert abs(enters["transition"]["error"]) < 5e-3 and enters["transition"]["false"] == 0
     assert enters["confusion"]["three_point"]["three_point"] > 250
     assert [e[0] for e in tips["events"]] == ["contact_loss"]
@@ -419,8 +434,8 @@ LATE = pytest.mark.xfail(reason="at 100 Hz an overload is told as an error one w
 @pytest.mark.nightly
 @pytest.mark.parametrize("rate", [pytest.param(100, marks=LATE), 250])
 def test_a_slow_wrench_tells_as_much_one_sample_later(tmp_path, rate):
-    chosen = [Case("insertion", 2), Case("tipped", 1), Case("overpress", 0)]
-    found = scenes.run(chosen, ("matched",), tmp_path, 1, print, rate)["matched"]
+    chosen = [scenes.Scene(case, rate=rate) for case in CHOSEN]
+    found = scenes.by_variant(runner.run("scenes", chosen, tmp_path, 1, print))["matched"]
     enters, tips, presses = found
     assert enters["confusion"]["three_point"]["three_point"] > 0.2 * rate
     assert abs(enters["transition"]["error"]) < 2.0 / rate and not enters["transition"]["false"]
@@ -433,37 +448,44 @@ def test_a_slow_wrench_tells_as_much_one_sample_later(tmp_path, rate):
 
 @pytest.mark.nightly
 def test_goes_on_with_what_it_has(ran, monkeypatch):
-    folder, told, chosen, found = ran
+    folder, told, found = ran
+
+    def again():
+        return scenes.by_variant(runner.run("scenes", WHOLE, folder, 1, told.append))
+
     told.clear()
-    assert scenes.run(chosen, scenes.VARIANTS, folder, 1, told.append) == found
-    assert told == ["3 scenes, matched and mismatch and second_try: 0 to compute"]
+    assert again() == found
+    assert told == ["scenes: 9 members, 0 to compute"]
     # Truths are not integrated again for another monitor.
     (path, *_) = sorted((folder / "runs").glob("tipped*_matched.json"))
     path.write_text(path.read_text()[:50])
-    assert kept(path, {}) is None
-    monkeypatch.setattr("benchmarks.scenes.play.integrate", None)
-    assert scenes.run(chosen, scenes.VARIANTS, folder, 1, told.append) == found
+    assert runner.kept(path, {}) is None
+    monkeypatch.setattr("benchmarks.harness.truths.integrate", None)
+    assert again() == found
 
 
 @pytest.mark.nightly
 def test_tables_and_pictures(ran, monkeypatch, capsys):
-    folder, _, chosen, found = ran
-    monkeypatch.setattr(scenes, "cases", lambda count, of: chosen)
+    folder, _, found = ran
+    monkeypatch.setattr(scenes, "cases", lambda count, of: CHOSEN)
     monkeypatch.setattr(scenes_engine, "numbers", lambda: [0])
     page = folder / "page.md"
-    begin, end = scenes.MARKS
+    begin, end = "<!-- scenes -->", "<!-- end of scenes -->"
     page.write_text(f"Before\n{begin}\nwhat stood here\n{end}\nAfter\n")
-    scenes.main(["--mismatch", "--out", str(folder), "--workers", "1", "--page", str(page)])
+    out = ["--out", str(folder), "--workers", "1"]
+    assert main(["scenes", "--mismatch", *out, "--page", str(page)]) == 0
     parts = page.read_text().split("\n\n", 1)
     assert parts[0] == f"Before\n{begin}" and "what stood here" not in parts[1]
     assert parts[1].endswith(f"\n\n{end}\nAfter\n")
     assert (folder / "figures" / "scenes_modes.png").stat().st_size > 10_000
-    engine = scenes.run_engine(folder, 1, print)
+    engine = [scenes.Scene(Case("mujoco", 0), variant) for variant in scenes_engine.VARIANTS]
+    every = found | scenes.by_variant(runner.Kept("scenes", folder).there(engine))
+    assert len(every) == 5
     text = capsys.readouterr().out
-    short = summary(found | engine)
+    short = summary(every)
     assert short in parts[1] and text.startswith(short)
-    assert text.removeprefix(short).strip() == tables(found | engine).strip()
-    assert (folder / "scenes.md").read_text() == f"{short}\n\n{tables(found | engine)}\n"
+    assert text.removeprefix(short).strip() == tables(every).strip()
+    assert (folder / "scenes.md").read_text() == f"{short}\n\n{tables(every)}\n"
     flag = by_family(found["matched"])["all"]["flag_error"]
     off = f"{1e3 * flag['median']:.1f} / {1e3 * flag['p95']:.1f}"
     assert f"| flag off, median / 95 % [ms] | {off} |" in short
@@ -485,12 +507,12 @@ def test_tables_and_pictures(ran, monkeypatch, capsys):
         assert (folder / f"{name}.png").stat().st_size > 10_000
         assert "</svg>" in (folder / f"{name}.svg").read_text()
     with pytest.raises(SystemExit):
-        scenes.main(["--runs", "0", "--out", str(folder)])
+        main(["scenes", "--runs", "0", "--out", str(folder)])
 
 
 def test_work_is_reported():
     told = []
-    work_through(lambda task: (f"task {task}", "done"), [1, 2], 1, told.append)
+    runner.work_through(lambda task: f"task {task}", [1, 2], 1, told.append)
     assert [line.split(";")[0].split(" ", 3)[2] for line in told] == ["1/2", "2/2"]
     assert set(CLASSES) >= {"stuck", "lost"}
 
@@ -507,7 +529,7 @@ def test_closings_of_another_engine_as_scenes():
     # The press is the holder's own, along the hole: the rim carries it and the weight.
     assert -100 < motion.force[:, 2].min() < motion.force[:, 2].max() < 0
     run = scenes_engine.score(number, "engine")
-    assert run["family"] == "mujoco" and run["transition"]["error"] is not None
+    assert run["transition"]["error"] is not None
 
 
 @pytest.mark.parametrize("number", [0, 64, *nightly(1, 3, 12)])

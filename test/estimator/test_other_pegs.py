@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.grid.pegs import PEGS, closing
-from benchmarks.grid.score import run_seeds
-from benchmarks.grid.wrong_settings import with_scene, with_tare
+from benchmarks.grid.told_wrongly import with_scene, with_tare
+from benchmarks.harness.errors import run_seeds
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.sim.measure import measure

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.grid.cells import Motion, first_samples, truth_of, with_noise
-from benchmarks.grid.score import run_seeds
+from benchmarks.harness.errors import run_seeds
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import CONSTANTS

@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.harness.truths import play
 from benchmarks.insertion.labels import labels_of
 from benchmarks.insertion.scenes import Case, plan_of
-from benchmarks.scenes.play import play
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline

@@ -19,7 +19,7 @@ PAGES = [
 ]
 COMMAND = re.compile(r"^(?:    |> )?((?:peg-on-hole|sed|make) (?:.*\\\n.*)*.*)$", re.M)
 INLINE = re.compile(r"`(peg-on-hole \w[^`]*)`")
-SCRIPT = re.compile(r"python (?:-m )?(benchmarks[./][\w./]+)((?: \[?-[^`\n]*)?)")
+SCRIPT = re.compile(r"python (?:-m )?(benchmarks(?:[./][\w./]+| [a-z]\w*))((?: \[?-[^`\n]*)?)")
 # What runs for as long as one looks, for minutes, or on a cluster: the tests that run it.
 ELSEWHERE = {
     "peg-on-hole watch": "report/test_live_page.py",
@@ -83,13 +83,14 @@ def test_each_target_exists(line):
 @pytest.mark.filterwarnings("ignore:.*found in sys.modules")
 @pytest.mark.parametrize(("module", "options"), SCRIPTS)
 def test_each_script_has_its_options(module, options, monkeypatch, capsys):
-    name = module.removesuffix(".py").replace("/", ".").rstrip(".")
+    name, *family = module.removesuffix(".py").replace("/", ".").rstrip(".").split(" ")
     path = ROOT / name.replace(".", "/")
-    if path.is_dir():
+    if path.is_dir() and not family:
         return
-    told = path.with_suffix(".py").read_text(encoding="utf-8")
+    path = path / "__main__.py" if family else path.with_suffix(".py")
+    told = path.read_text(encoding="utf-8")
     if "ArgumentParser" in told:
-        monkeypatch.setattr(sys, "argv", [name, "--help"])
+        monkeypatch.setattr(sys, "argv", [name, *family, "--help"])
         with pytest.raises(SystemExit) as ended:
             runpy.run_module(name, run_name="__main__")
         assert ended.value.code in (0, None)

@@ -1,10 +1,16 @@
 """Score one run: what was said against what happened, as a plain tree of counts and times."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from benchmarks.scenes.labels import CLASSES, NEAR_STALL, Labels, stretches
-from benchmarks.scenes.play import ALARMS, MODES, Record
+from benchmarks.harness.player import ALARMS, Record
 
+MODES = ("three_point", "two_point", "open", "unknown")
+CAUSES = ("wedge", "stall", "overload", "contact_loss")
+# What an alarm may foresee or not: neither counts for it nor against it.
+NEAR_STALL = "near_stall"
+CLASSES = ("three_point", "stuck", "two_point", "lost", "open")
 # A flag this near to the transition [s] means it; any other is a false one.
 FLAG_WINDOW = 0.1
 # A transition with less of the record after it [s] cannot be missed.
@@ -37,6 +43,55 @@ ALSO_RIGHT = {"jamming": ("overload",)}
 # And which leave open whether it was.
 LEAVES_OPEN = {"jamming": (NEAR_STALL,)}
 ALARM_LEVELS = {"warn": 1, "error": 2}
+
+
+class Event(NamedTuple):
+    """
+    What happened, from when until when [s]; the end is that of the record if it stayed.
+
+    Attributes
+    ----------
+    onset : float
+        When the program entered the phase in which it happened: before, nothing pointed to it.
+
+    """
+
+    cause: str
+    begin: float
+    end: float
+    onset: float
+
+
+class Labels(NamedTuple):
+    """
+    The truth of a scene as it is scored.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        [s]
+    kind : ndarray of str, shape (n,)
+        A member of CLASSES; empty where loads fade while the peg is let go.
+    below : ndarray of bool, shape (n,)
+        gamma < gamma0.
+    transition : float or None
+        When gamma passed gamma0 in contact [s].
+    events : tuple of Event
+
+    """
+
+    t: np.ndarray
+    kind: np.ndarray
+    below: np.ndarray
+    transition: float | None
+    events: tuple[Event, ...]
+
+
+def stretches(chosen: np.ndarray) -> list[tuple[int, int]]:
+    """Return first and last index of every run of True."""
+    padded = np.concatenate([[False], chosen, [False]]).astype(int)
+    edges = np.flatnonzero(np.diff(padded))
+    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def score_run(labels: Labels, record: Record) -> dict:

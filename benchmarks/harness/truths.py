@@ -1,20 +1,18 @@
-"""What the pipeline says along a scene, sample by sample; truths kept on disk."""
+"""Truths kept on disk, and what the pipeline says along one in several tries."""
 
 import hashlib
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.resumable import sources_key
+from benchmarks.harness.player import Record, record_of
+from benchmarks.harness.runner import sources_key
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import Truth, integrate
 
-ALARMS = ("jamming", "contact_loss", "overload")
-MODES = ("three_point", "two_point", "open", "unknown")
 # Between one try and the next, without messages [ns].
 PAUSE_NS = 1_000_000_000
 # What a truth depends on besides its plan.
@@ -22,32 +20,6 @@ TRUTH_SOURCES = ("sim", "mechanics/scene.py")
 ROW_FIELDS = tuple(
     f.name for f in fields(Truth) if f.name not in ("plan", "ended_by", "events")
 )  # fmt: skip
-
-
-class Record(NamedTuple):
-    """
-    What was published with each wrench of a scene.
-
-    Attributes
-    ----------
-    mode : ndarray of str, shape (n,)
-        Empty where there was no output.
-    flag : ndarray of bool, shape (n,)
-    alarms : dict of str to ndarray of int, shape (n,)
-        Level of each alarm.
-    monitor : dict of str to ndarray, shape (n,)
-        NaN where a value did not exist.
-    normal, normal_stddev : ndarray, shape (n, 3)
-        Reactions [N].
-
-    """
-
-    mode: np.ndarray
-    flag: np.ndarray
-    alarms: dict[str, np.ndarray]
-    monitor: dict[str, np.ndarray]
-    normal: np.ndarray
-    normal_stddev: np.ndarray
 
 
 def truth_of(plan, folder: Path | None = None):
@@ -101,7 +73,7 @@ def _plan_key(plan):
     moved = replace(plan, configuration=None)
     # Where the holder takes hold.
     sensor = plan.configuration.wrench.sensor_xyz
-    content = f"{sources_key(TRUTH_SOURCES, [])} {scene} {sensor} {moved}"
+    content = f"{sources_key(TRUTH_SOURCES, ())} {scene} {sensor} {moved}"
     return hashlib.sha256(content.encode()).hexdigest()[:24]
 
 
@@ -118,29 +90,18 @@ def play(truth, configuration, seeds) -> Record:
         Of the noise: one for each try. What is published in the last one is returned; what the
         estimator has learnt in those before, it knows.
 
+    Returns
+    -------
+    Record
+        A row for each sample of the truth.
+
     """
     pipeline, start_ns = Pipeline(configuration), START_NS
     for tried, seed in enumerate(seeds):
-        record = _tried(pipeline, truth, seed, start_ns)
+        said = record_of(pipeline, measure(truth, seed, start_ns))
+        record = said.rows_at(truth.t_ns, start_ns)
         if tried:
             # A flag that still stands from the try before was not raised in this one.
             record.flag[: np.argmax(~np.append(record.flag, False))] = False
         start_ns += int(truth.t_ns[-1]) + PAUSE_NS
     return record
-
-
-def _tried(pipeline, truth, seed, start_ns):
-    n = len(truth.t_ns)
-    mode, flag = np.full(n, "", "U16"), np.zeros(n, bool)
-    alarms = {name: np.zeros(n, int) for name in ALARMS}
-    monitor: dict[str, np.ndarray] = {}
-    normal, stddev = np.full((n, 3), np.nan), np.full((n, 3), np.nan)
-    for outputs in pipeline.play(measure(truth, seed, start_ns)):
-        k = int(np.searchsorted(truth.t_ns, outputs.t_ns - start_ns))
-        mode[k], flag[k] = outputs.contact_mode, outputs.transition
-        normal[k], stddev[k] = outputs.normal, outputs.normal_stddev
-        for alarm in outputs.alarms:
-            alarms[alarm.name][k] = alarm.level
-        for name, value in outputs.monitor.items():
-            monitor.setdefault(name, np.full(n, np.nan))[k] = value
-    return Record(mode, flag, alarms, monitor, normal, stddev)

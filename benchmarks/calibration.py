@@ -1,17 +1,20 @@
 """
 How often the 95 % intervals of `calibrate` hold the truth, over drawn cells and starts.
 
-    python -m benchmarks.calibration_intervals [--runs 50] [--seed 1]
-
 Each run draws what a cell is (bias, delay, noise) and a start that is off it in all that is
 searched for, simulates a recording of one of three motions, and calibrates: ten seconds each.
 """
 
-import argparse
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.harness.errors import INTERVAL
+from benchmarks.harness.family import ESTIMATE, Family, Report
+from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.identification.calibration import calibrate
@@ -42,6 +45,7 @@ MOTIONS = {
 }
 
 
+@cache
 def truth_of(name):
     """Return the motion of a name, integrated."""
     legs, duration = MOTIONS[name]
@@ -89,38 +93,70 @@ def drawn(truth, seed):
     return recording(wrenches, angles), start, true
 
 
-def main():
-    """Print of each quantity how many intervals hold the truth, and how wide they are."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+class Run(NamedTuple):
+    """A recording that is drawn by a seed, of a motion."""
+
+    seed: int
+    motion: str
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.seed:03d}_{self.motion}"
+
+
+def score_member(run: Run, folder: Path) -> dict:
+    """Return of each quantity whether its interval holds the truth, or why there is none."""
+    record, start, true = drawn(truth_of(run.motion), run.seed)
+    try:
+        found = calibrate(record, start)
+    except PegOnHoleError as error:
+        return {"failed": str(error)}
+    at = [natural(quantity, x) for quantity, x in zip(QUANTITIES, true)]
+    half = [max(e.high - e.best, 1e-12) / INTERVAL for e in found.estimates]
+    return {
+        "nis": float(found.nis),
+        "held": [bool(e.low <= t <= e.high) for e, t in zip(found.estimates, at)],
+        "seen": [bool(one.seen) for one in found.estimates],
+        "off": [float((e.best - t) / h) for e, t, h in zip(found.estimates, at, half)],
+    }
+
+
+def members(options) -> list[Run]:
+    """Return the runs asked for, motions in turn."""
+    names = list(MOTIONS)
+    return [Run(options.seed + k, names[k % len(names)]) for k in range(options.runs)]
+
+
+FIGURES = ("held", "seen", "off")
+
+
+def report(found, options) -> Report:
+    """Return how many intervals of each quantity hold the truth, and how wide they are."""
+    done = [tree for _, tree in found if "held" in tree]
+    rows = []
+    for i, quantity in enumerate(QUANTITIES):
+        held, seen, off = np.array([[tree[k][i] for tree in done] for k in FIGURES])
+        rms = np.sqrt((off**2).mean())
+        rows.append((quantity.name, percent(held.mean()), percent(seen.mean()), f"{rms:.2f}"))
+    head = "quantity", "intervals that hold it", "seen", "RMS error over stated deviation"
+    held = np.array([tree["held"] for tree in done])
+    lines = [f"all: held {held.mean():.1%} of {held.size}; failed {len(found) - len(done)}"]
+    for run, tree in found:
+        if "failed" in tree:
+            lines.append(f"run {run}: {tree['failed']}")
+            continue
+        missed = [q.name for q, ok in zip(QUANTITIES, tree["held"]) if not ok]
+        lines.append(f"run {run}: NIS {tree['nis']:.2f}, missed {', '.join(missed) or 'none'}")
+    return Report(f"{table(head, rows)}\n\n" + "\n".join(lines))
+
+
+def add_options(parser) -> None:
+    """Add how many runs, and from which seed on."""
     parser.add_argument("--runs", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
-    truths = [truth_of(name) for name in MOTIONS]
-    held, seen, off, failed = [], [], [], 0
-    for run in range(asked.runs):
-        record, start, true = drawn(truths[run % len(truths)], asked.seed + run)
-        try:
-            found = calibrate(record, start)
-        except PegOnHoleError as error:
-            failed += 1
-            print(f"run {run}: {error}", flush=True)
-            continue
-        at = [natural(quantity, x) for quantity, x in zip(QUANTITIES, true)]
-        held.append([e.low <= t <= e.high for e, t in zip(found.estimates, at)])
-        seen.append([one.seen for one in found.estimates])
-        half = [max(e.high - e.best, 1e-12) / 1.96 for e in found.estimates]
-        off.append([(e.best - t) / h for e, t, h in zip(found.estimates, at, half)])
-        missed = [e.name for e, ok in zip(found.estimates, held[-1]) if not ok]
-        print(f"run {run}: NIS {found.nis:.2f}, missed {missed}", flush=True)
-    held, seen, off = np.array(held), np.array(seen), np.array(off)
-    for i, quantity in enumerate(QUANTITIES):
-        print(
-            f"{quantity.name}: held {held[:, i].mean():.0%} of {len(held)}, seen "
-            f"{seen[:, i].mean():.0%}, rms of the error over the stated deviation "
-            f"{np.sqrt((off[:, i] ** 2).mean()):.2f}"
-        )
-    print(f"all: held {held.mean():.1%} of {held.size}; failed {failed}")
 
 
-if __name__ == "__main__":
-    main()
+FAMILY = Family(
+    members, score_member, report, add_options,
+    sources=(Path(__file__),), parts=(*ESTIMATE, "identification"),
+)  # fmt: skip

@@ -1,8 +1,6 @@
 """
 Another engine's reactions against the estimate's, over traces with one setting for all.
 
-    python -m benchmarks.engines.engine_traces [--seeds 20] [--page docs/engine.md]
-
 `data/mujoco_traces.npz` holds four motions that MuJoCo 4.0.0 simulated, by a simulation that
 shares nothing with this package, nor with `mujoco_peg.py`: a rim of 1440 boxes, a peg of 48 mm
 and 1 kg in a hole of 50 mm, f = 0.2. In `held` runs a holder on springs closes the tilt at
@@ -20,20 +18,23 @@ Beside it stands the Cramér-Rao bound along each trace: how near any estimator 
 sensors, told what the filter is told. It is one of tangents, and counts where it means something.
 """
 
-import argparse
 from pathlib import Path
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import savgol_filter
 
+from benchmarks.grid import score as grid_score
 from benchmarks.grid.score import bound_along
-from benchmarks.resumable import put_between
+from benchmarks.harness.errors import coverage, rms
+from benchmarks.harness.family import Family, Report
+from benchmarks.harness.player import record_of
+from benchmarks.harness.tables import table, three
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study.bound import Meaning
 
@@ -49,11 +50,21 @@ RATES_OVER = 9
 # Of the friction that the bound is taken with [m/s].
 BOUND_SCALE = 2e-5
 FIRST_SEED = 3000
-MARKS = "<!-- engine -->", "<!-- end of engine -->"
-HEAD = """\
-| motion | N, mean | RMS error over it | bound over it; error over the bound | \
-within 95 % bounds | determined | without noise: error; within bounds |
-|---|---|---|---|---|---|---|"""
+HEAD = (
+    "motion", "N, mean", "RMS error over it", "bound over it; error over the bound",
+    "within 95 % bounds", "determined", "without noise: error; within bounds",
+)  # fmt: skip
+
+
+class Trace(NamedTuple):
+    """A trace, with how many noise seeds; 0: as it is, without noise."""
+
+    name: str
+    seeds: int
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.name}{'' if self.seeds else '_exact'}"
 
 
 def names() -> list[str]:
@@ -152,19 +163,14 @@ def residuals(truth, seeds, noise=True):
     measured = SimpleNamespace(plan=plan, t_ns=truth.t_ns, q=truth.q)
     found = []
     for seed in seeds:
-        pipeline = Pipeline(truth.plan.configuration)
-        for sample in measure(measured, seed, exact=truth.wrench):
-            if not isinstance(sample, WrenchSample):
-                pipeline.on_joints(sample)
-                continue
-            outputs = pipeline.on_wrench(sample)
-            row = (sample.t_ns - START_NS) // 1_000_000
-            if outputs is None or sample.t_ns - START_NS < AFTER_NS or row >= truth.slides:
-                continue
-            normal, declared = truth.normal[row], outputs.monitor["reactions_determined"]
-            found.append((outputs.normal - normal, outputs.normal_stddev, normal, declared, row))
-    error, stddev, normal, declared, rows = (np.array(part) for part in zip(*found, strict=True))
-    return error, stddev, normal, declared > 0, rows
+        samples = measure(measured, seed, exact=truth.wrench)
+        record = record_of(Pipeline(truth.plan.configuration), samples)
+        rows = (record.t_ns - START_NS) // 1_000_000
+        told = (record.t_ns - START_NS >= AFTER_NS) & (rows < truth.slides)
+        rows, normal = rows[told], truth.normal[rows[told]]
+        stddev = record.normal_stddev[told]
+        found.append((record.normal[told] - normal, stddev, normal, record.determined[told], rows))
+    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
 
 
 def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
@@ -182,60 +188,62 @@ def score(name, seeds, noise=True) -> dict[str, np.ndarray]:
     if noise:
         least, sound = least_stddev(truth)
         told = sound[rows]
-        bound = _rms(least[rows[told]])
+        bound = rms(least[rows[told]])
         figures = {
             "bound": bound / normal[told].mean(axis=0),
-            "over_bound": _rms(error[told]) / bound,
+            "over_bound": rms(error[told]) / bound,
             "sound": told.mean(),
         }
     error, stddev, mean = error[declared], stddev[declared], normal[declared].mean(axis=0)
+    found = coverage(error, stddev)
     return figures | {
-        "relative": _rms(error) / mean,
-        "coverage": (np.abs(error) < 1.96 * stddev).mean(axis=0),
+        "relative": found.rms / mean,
+        "coverage": found.covered,
         "stated": stddev.mean(axis=0) / mean,
         "mean": mean,
         "determined": declared.mean(),
     }
 
 
-def _rms(values):
-    return np.sqrt((values**2).mean(axis=0))
-
-
-def row(name, noisy, exact) -> str:
+def row(name, noisy, exact) -> tuple:
     """Return the table's row of a trace, by its figures with noise and without."""
     over = "" if noisy["sound"] > 0.995 else f" (in {noisy['sound']:.0%})".replace("%", " %")
-    cells = (
+
+    def percents(of, name, digits):
+        return f"{three([100 * x for x in of[name]], digits)} %"
+
+    return (
         f"`{name}`",
-        _three(noisy["mean"], 0),
-        f"{_three(100 * noisy['relative'], 1)} %",
-        f"{_three(100 * noisy['bound'], 1)} %; {_three(noisy['over_bound'], 1)}{over}",
-        f"{_three(100 * noisy['coverage'], 0)} %",
+        three(noisy["mean"], 0),
+        percents(noisy, "relative", 1),
+        f"{percents(noisy, 'bound', 1)}; {three(noisy['over_bound'], 1)}{over}",
+        percents(noisy, "coverage", 0),
         f"{100 * noisy['determined']:.0f} %",
-        f"{_three(100 * exact['relative'], 1)} %; {_three(100 * exact['coverage'], 0)} %",
+        f"{percents(exact, 'relative', 1)}; {percents(exact, 'coverage', 0)}",
     )
-    return f"| {' | '.join(cells)} |"
 
 
-def _three(values, digits):
-    return ", ".join(f"{value:.{digits}f}" for value in values)
+def members(options) -> list[Trace]:
+    """Return the traces, with noise and without."""
+    return [Trace(name, seeds) for name in names() for seeds in (options.seeds, 0)]
 
 
-def main(arguments=None):
-    """Print the table; put it into a page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument("--seeds", type=int, default=20, help="noise seeds a trace (20)")
-    parser.add_argument("--page", type=Path, help="page whose table is renewed")
-    options = parser.parse_args(arguments)
-    rows = [HEAD]
-    print(HEAD)
-    for name in names():
-        noisy = score(name, range(FIRST_SEED, FIRST_SEED + options.seeds))
-        rows.append(row(name, noisy, score(name, range(FIRST_SEED, FIRST_SEED + 1), noise=False)))
-        print(rows[-1], flush=True)
-    if options.page:
-        put_between(options.page, *MARKS, "\n".join(rows))
+def score_member(trace: Trace, folder: Path) -> dict:
+    """Return the figures of a trace as a plain tree."""
+    seeds = range(FIRST_SEED, FIRST_SEED + max(trace.seeds, 1))
+    found = score(trace.name, seeds, noise=trace.seeds > 0)
+    return {name: np.asarray(value).tolist() for name, value in found.items()}
 
 
-if __name__ == "__main__":
-    main()
+def report(found, options) -> Report:
+    """Return a row for each trace that has both."""
+    of = dict(found)
+    both = [(Trace(name, options.seeds), Trace(name, 0)) for name in names()]
+    rows = [row(a.name, of[a], of[b]) for a, b in both if a in of and b in of]
+    return Report(table(HEAD, rows))
+
+
+FAMILY = Family(
+    members, score_member, report, seeds=20,
+    sources=(TRACES, Path(__file__), Path(grid_score.__file__)),
+)  # fmt: skip

@@ -1,0 +1,30 @@
+"""The families that there are, by name: each states its members, their scores and its tables."""
+
+import importlib
+
+# What a family needs (another engine, DDS) is loaded with it.
+FAMILIES = {
+    "grid": "benchmarks.grid.grid",
+    "wrong_settings": "benchmarks.grid.wrong_settings",
+    "friction_drift": "benchmarks.grid.friction_drift",
+    "offsets_learnt": "benchmarks.grid.offsets_learnt",
+    "other_pegs": "benchmarks.grid.other_pegs",
+    "friction_found": "benchmarks.grid.friction_found",
+    "consistency": "benchmarks.grid.consistency",
+    "scenes": "benchmarks.scenes.scenes",
+    "faults": "benchmarks.faults.faults",
+    "engine": "benchmarks.engines.engine",
+    "insertion": "benchmarks.insertion.insertion",
+    "insertion_engine": "benchmarks.insertion.engine",
+    "insertion_estimates": "benchmarks.insertion.estimates",
+    "wedge_stiffness": "benchmarks.engines.wedge_stiffness",
+    "ablation": "benchmarks.ablation",
+    "calibration": "benchmarks.calibration",
+    "plans": "benchmarks.plans",
+    "ways_on": "benchmarks.ways_on",
+}
+
+
+def family_of(name: str):
+    """Return the family of a name."""
+    return importlib.import_module(FAMILIES[name]).FAMILY

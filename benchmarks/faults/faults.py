@@ -1,0 +1,115 @@
+"""
+Put every fault into every scene, and hold what is said to what has to happen.
+
+Faults go through the stream that node and replay share, without files in between. Ends with 1
+where something falls short that is not in short.csv, or no longer does that is.
+"""
+
+from functools import cache
+from math import inf
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.faults.expected import CASES, CLEAN, Case, shortfalls
+from benchmarks.faults.injector import inject
+from benchmarks.faults.page import page
+from benchmarks.faults.play import play
+from benchmarks.faults.scenes import PARTS, WITHIN, scene
+from benchmarks.faults.score import score
+from benchmarks.faults.short import known
+from benchmarks.harness.family import ESTIMATE, Family, Report
+
+HERE = Path(__file__).parent
+
+
+class Fault(NamedTuple):
+    """A scene, and the case that is put into it."""
+
+    scene: str
+    case: Case
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.scene}: {self.case.name}"
+
+
+@cache
+def _said_clean(name, folder):
+    recorded = scene(name, folder)
+    return play(recorded, recorded.recording)
+
+
+def score_member(fault: Fault, folder: Path) -> dict:
+    """Return the figures of a case in a scene; `folder` keeps what is simulated."""
+    name, case = fault
+    recorded = scene(name, folder)
+    clean = said = _said_clean(name, folder)
+    begin, end = (0.0, inf) if case.lasts else recorded.part
+    if case.fault:
+        faulted = inject(
+            recorded.recording, case.fault, begin, end, cell=recorded.cell, **case.parameters
+        )
+        said = play(recorded, faulted)
+    return score(recorded, clean, said, begin, end, case.within)._asdict()
+
+
+def pairs(names, cases) -> list[Fault]:
+    """Return each case with the scenes that it is put into."""
+    return [
+        Fault(name, case)
+        for case in cases
+        for name in names
+        if name not in WITHIN or not case.lasts
+    ]
+
+
+def surprises(name: str, case: str, short: dict[str, str]) -> list[str]:
+    """Return what falls short and is not known to, and what is known to and does not."""
+    listed = known(name, case)
+    return [f"{name}, {case}: {text}" for kind, text in short.items() if kind not in listed] + [
+        f"{name}, {case}: {kind} holds now, and is listed in benchmarks/faults/short.csv"
+        for kind in listed
+        if kind not in short
+    ]
+
+
+def members(options) -> list[Fault]:
+    """Return the cases asked for, in their scenes."""
+    chosen = [case for case in (CLEAN, *CASES) if options.case in case.name]
+    return pairs(options.scene, chosen)
+
+
+def report(found, options) -> Report:
+    """Return the table, and what surprises."""
+    rows: dict[str, dict] = {name: {} for name in options.scene}
+    for (name, case), figures in found:
+        rows[name][case.name] = {**figures, "short": shortfalls(case, figures)}
+    cases = list({case.name: case for (_, case), _ in found}.values())
+    lines = [
+        line
+        for name, of in rows.items()
+        for case, each in of.items()
+        for line in surprises(name, case, each["short"])
+    ]
+    return Report(page(rows, cases), problems=lines)
+
+
+def add_options(parser) -> None:
+    """Add which scenes and cases."""
+    parser.add_argument("--scene", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser.add_argument("--case", default="", help="cases whose name holds this text")
+
+
+def check(options) -> str:
+    """Return what is wrong with options."""
+    return "" if members(options) else f"no case holds {options.case!r}"
+
+
+FAMILY = Family(
+    members, score_member, report, add_options, check,
+    sources=tuple(
+        HERE / f"{name}.py"
+        for name in ("injector", "scenes", "play", "score", "expected", "faults")
+    ),
+    parts=(*ESTIMATE, "diagnosis", "messages", "ros/diagnostics.py"),
+)  # fmt: skip
