@@ -16,12 +16,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import sympy as sp
 from numba import njit
 
+from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -197,17 +197,12 @@ def main(count: int = 1_000_000) -> None:
         "numba": lambda: repeat(p, scales, states, work, y),
     }
     repeat(p, scales, states[:2], work, y)
-    least, sums = dict.fromkeys(ways, np.inf), {}
-    for _ in range(TURNS):
-        for name, run in ways.items():
-            begun = process_time()
-            sums[name] = run()
-            least[name] = min(least[name], process_time() - begun)
-    if not np.isclose(*sums.values(), rtol=1e-9):
-        raise SystemExit(f"the answers differ: {sums}")
-    for name, seconds in least.items():
-        print(f"{name:8} {seconds / count * 1e9:6.0f} ns")
-    print(f"numba takes {least['numba'] / least['C, gcc']:.2f} times the time of C")
+    turns = in_turns(ways, TURNS)
+    if not np.isclose(*turns.results.values(), rtol=1e-9):
+        raise SystemExit(f"the answers differ: {turns.results}")
+    for name in ways:
+        print(f"{name:8} {turns.least(name) / count * 1e9:6.0f} ns")
+    print(f"numba takes {turns.least('numba') / turns.least('C, gcc'):.2f} times the time of C")
 
 
 if __name__ == "__main__":

@@ -12,11 +12,13 @@ from time import perf_counter
 import numpy as np
 from numba import njit
 
+from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.mechanics import kernel, reference
 from peg_on_hole_ros.mechanics.scene import Scene
 
 SCENE = Scene()
 AIM_ONE = 1.5e-6
+TURNS = 5
 
 
 @njit
@@ -27,16 +29,6 @@ def repeat(p, scales, states, work, y):
         row = states[k]
         total += kernel.accelerate(p, scales, row[:6], row[6:], work, y)
     return total
-
-
-def best(function, runs=5):
-    """Return the shortest time of some runs [s]."""
-    times = []
-    for _ in range(runs):
-        start = perf_counter()
-        function()
-        times.append(perf_counter() - start)
-    return min(times)
 
 
 def main(count=1_000_000):
@@ -50,8 +42,6 @@ def main(count=1_000_000):
     scales = np.full(3, 5e-5)
     repeat(p, scales, states[:2], work, y)
 
-    one = best(lambda: repeat(p, scales, states, work, y)) / count
-
     def numpy_one():
         for k in range(min(count, 200)):
             A, r = reference.six_equations(SCENE, q[:, k], rates[:, k], wrench[:, k], 5e-5)
@@ -63,7 +53,11 @@ def main(count=1_000_000):
         A, r = reference.six_equations(SCENE, q[:, :part], rates[:, :part], wrench[:, :part], 5e-5)
         np.linalg.solve(np.moveaxis(A, -1, 0), r.T[..., None])
 
-    single, array = best(numpy_one) / 200, best(numpy_array) / part
+    ways = {"kernel": lambda: repeat(p, scales, states, work, y)}
+    ways |= {"one": numpy_one, "array": numpy_array}
+    turns = in_turns(ways, TURNS, perf_counter)
+    one, array = turns.least("kernel") / count, turns.least("array") / part
+    single = turns.least("one") / min(count, 200)
     print(f"one solution, kernel              {one * 1e6:8.3f} us   aim {AIM_ONE * 1e6:g} us")
     print(f"one solution, numpy model         {single * 1e6:8.1f} us   ratio {single / one:.0f}")
     print(f"one of an array, numpy model      {array * 1e6:8.2f} us   ratio {array / one:.1f}")

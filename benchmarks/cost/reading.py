@@ -10,9 +10,8 @@ least processor time of each counts: others may share the machine.
 """
 
 import argparse
-import resource
 import tempfile
-import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,8 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
+from benchmarks.cost.hour import memory
+from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.bags.batch import stretches
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.messages.cdr import Encoder
@@ -135,19 +136,15 @@ def main() -> None:
         path = Path(folder) / "a.mcap"
         count = write(path, given.seconds * 1000)
         print(f"{count} messages, {path.stat().st_size / 2**20:.1f} MiB")
-        least, sums = dict.fromkeys(READERS, np.inf), {}
-        for _ in range(given.repeat):
-            for name, read in READERS.items():
-                begun = time.process_time()
-                sums[name] = read(path)
-                least[name] = min(least[name], time.process_time() - begun)
-    for name, seconds in least.items():
-        if not np.isclose(sums[name], sums["rosbags"], rtol=1e-9):
+        ways = {name: partial(read, path) for name, read in READERS.items()}
+        turns = in_turns(ways, given.repeat)
+    for name in READERS:
+        if not np.isclose(turns.results[name], turns.results["rosbags"], rtol=1e-9):
             raise SystemExit(f"{name} reads other numbers than rosbags")
-        times = least["rosbags"] / seconds
+        seconds = turns.least(name)
+        times = turns.least("rosbags") / seconds
         print(f"{name:28} {count / seconds:10.0f} messages/s {times:6.1f} times rosbags")
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"maximum resident set of all: {peak:.0f} MiB")
+    print(f"maximum resident set of all: {memory():.0f} MiB")
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from time import perf_counter
 import numpy as np
 
 from benchmarks.bag_steps import bag_steps
+from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.estimator import held
@@ -77,12 +78,18 @@ class Bench:
     def _take(self, first, last):
         run(self.kalman.held, self.kalman.gates, self.dt, *(a[first:last] for a in self.arrays))
 
-    def microseconds(self) -> float:
-        """Return what a step takes."""
+    def begin(self) -> None:
+        """Go back to where the first steps are taken."""
         self.kalman.restore(self._started)
-        begun = perf_counter()
+
+    def take(self) -> None:
+        """Take all steps but the first."""
         self._take(STARTED, None)
-        return 1e6 * (perf_counter() - begun) / (len(self.arrays[0]) - STARTED)
+
+    @property
+    def steps(self) -> int:
+        """Return how many steps that are."""
+        return len(self.arrays[0]) - STARTED
 
 
 def elsewhere(checkout: Path) -> float:
@@ -103,20 +110,21 @@ def main(arguments=None):
     parser.add_argument("--against", type=Path, help="an older checkout")
     options = parser.parse_args(arguments)
     benches = {name: Bench(one_level) for name, one_level in zip(LIMITS, (True, False))}
-    found: dict[str, list] = {name: [] for name in benches}
-    for bench in benches.values():
-        bench.microseconds()
-    for _ in range(options.repetitions):
-        for name, bench in benches.items():
-            found[name].append(bench.microseconds())
+    ways = {name: bench.take for name, bench in benches.items()}
+
+    def begin(name):
+        benches[name].begin()
+
+    in_turns(ways, 1, perf_counter, begin)
+    turns = in_turns(ways, options.repetitions, perf_counter, begin)
     other = elsewhere(options.against.resolve()) if options.against else None
     print("| step | frictions | median [us] | least [us] | limit [us] | over the other's |")
     print("|---|---|---|---|---|---|")
-    for name, times in found.items():
-        median = np.median(times)
+    for name, bench in benches.items():
+        median, least = (1e6 * t(name) / bench.steps for t in (turns.median, turns.least))
         ratio = f"{median / other:.1f}" if other else ""
         print(
-            f"| {name} | {benches[name].frictions} | {median:.1f} | {min(times):.1f} "
+            f"| {name} | {bench.frictions} | {median:.1f} | {least:.1f} "
             f"| {LIMITS[name]:g} | {ratio} |"
         )
     if other:
