@@ -1,7 +1,7 @@
 """
 Run a family of benchmarks, and write its tables.
 
-    python -m benchmarks FAMILY [--out out/FAMILY] [--workers N] [--page PAGE] [its own options]
+    python -m benchmarks FAMILY [--out out/FAMILY] [--only TEXT ...] [--page PAGE] [its own]
 
 Figures of each member are kept in the folder as soon as they are there, keyed by their sources and
 settings, so that a run which was stopped goes on where it was; `--summary` only tells what is
@@ -31,6 +31,10 @@ def parser_of(name: str) -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, default=folder, help=f"figures, tables ({folder})")
     parser.add_argument("--page", type=Path, help="page whose tables are renewed")
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
+    parser.add_argument(
+        "--only", nargs="+", metavar="TEXT", default=[""],
+        help="members whose name holds one of the texts",
+    )  # fmt: skip
     parser.add_argument("--summary", action="store_true", help="only tell what is there")
     if family.seeds:
         parser.add_argument("--seeds", type=int, default=family.seeds, help=f"({family.seeds})")
@@ -52,7 +56,13 @@ def main(arguments=None) -> int:
     wrong = family.check(options)
     if wrong:
         parser.error(wrong)
-    members = family.members(options)
+    members = [
+        member
+        for member in family.members(options)
+        if any(text in str(member) for text in options.only)
+    ]
+    if not members:
+        parser.error(f"no member's name holds {' or '.join(options.only)}")
     if options.summary:
         found = runner.Kept(name, options.out).there(members)
         _say(f"{len(found)} of {len(members)} members are there")

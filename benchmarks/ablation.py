@@ -235,7 +235,7 @@ def score_member(change: Change, folder: Path) -> list[Score]:
 
 def members(options) -> list[Change]:
     """Return the shipped constants and the changes asked for, in each case."""
-    changes = [("", 0.0), *(change for name in options.only for change in SWITCHED[name])]
+    changes = [("", 0.0), *(change for name in options.field for change in SWITCHED[name])]
     return [Change(name, *each, options.seeds) for name in BY_NAME for each in changes]
 
 
@@ -294,7 +294,7 @@ def rows(found: dict[str, list[Score]], per_case: int) -> list[tuple]:
 
 def add_options(parser) -> None:
     """Add which constants."""
-    parser.add_argument("--only", nargs="+", choices=SWITCHED, default=list(SWITCHED))
+    parser.add_argument("--field", nargs="+", choices=SWITCHED, default=list(SWITCHED))
 
 
 FAMILY = Family(

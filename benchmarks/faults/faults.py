@@ -73,15 +73,10 @@ def surprises(name: str, case: str, short: dict[str, str]) -> list[str]:
     ]
 
 
-def members(options) -> list[Fault]:
-    """Return the cases asked for, in their scenes."""
-    chosen = [case for case in (CLEAN, *CASES) if options.case in case.name]
-    return pairs(options.scene, chosen)
-
-
 def report(found, options) -> Report:
     """Return the table, and what surprises."""
-    rows: dict[str, dict] = {name: {} for name in options.scene}
+    there = {name for (name, _), _ in found}
+    rows: dict[str, dict] = {name: {} for name in PARTS if name in there}
     for (name, case), figures in found:
         rows[name][case.name] = {**figures, "short": shortfalls(case, figures)}
     cases = list({case.name: case for (_, case), _ in found}.values())
@@ -94,19 +89,8 @@ def report(found, options) -> Report:
     return Report(page(rows, cases), problems=lines)
 
 
-def add_options(parser) -> None:
-    """Add which scenes and cases."""
-    parser.add_argument("--scene", nargs="+", choices=list(PARTS), default=list(PARTS))
-    parser.add_argument("--case", default="", help="cases whose name holds this text")
-
-
-def check(options) -> str:
-    """Return what is wrong with options."""
-    return "" if members(options) else f"no case holds {options.case!r}"
-
-
 FAMILY = Family(
-    members, score_member, report, add_options, check,
+    lambda options: pairs(PARTS, (CLEAN, *CASES)), score_member, report,
     sources=tuple(
         HERE / f"{name}.py"
         for name in ("injector", "scenes", "play", "score", "expected", "faults")

@@ -148,12 +148,7 @@ def report(found, options) -> Report:
     return Report("\n".join(lines).rstrip(), {"consistency": flat})
 
 
-def add_options(parser) -> None:
-    """Add which scenes."""
-    parser.add_argument("--scene", nargs="+", choices=SCENES, default=SCENES)
-
-
 FAMILY = Family(
-    lambda options: [Scene(name, options.seeds) for name in options.scene],
-    score_member, report, add_options, sources=(Path(__file__),), seeds=20,
+    lambda options: [Scene(name, options.seeds) for name in SCENES],
+    score_member, report, sources=(Path(__file__),), seeds=20,
 )  # fmt: skip

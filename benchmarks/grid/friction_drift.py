@@ -118,10 +118,10 @@ def score_member(member: Drift, folder: Path) -> dict:
 
 
 def members(options) -> list[Drift]:
-    """Return the motions asked for, with each drift at each noise level."""
+    """Return the motions with each drift at each noise level."""
     return [
         Drift(name, drift, noise, options.seeds)
-        for name in options.part
+        for name in MOTIONS
         for drift in DRIFTS
         for noise in NOISE
     ]
@@ -139,12 +139,7 @@ def report(found, options) -> Report:
     return Report(table(("motion", "drift [1/s]", *NOISE), lines))
 
 
-def add_options(parser) -> None:
-    """Add which motions."""
-    parser.add_argument("--part", nargs="+", choices=list(MOTIONS), default=list(MOTIONS))
-
-
 FAMILY = Family(
-    members, score_member, report, add_options, seeds=8,
+    members, score_member, report, seeds=8,
     group=lambda member: member[:2], sources=(Path(cells.__file__), Path(__file__)),
 )  # fmt: skip

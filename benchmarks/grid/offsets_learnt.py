@@ -177,10 +177,10 @@ def score_member(case: Case, folder: Path) -> list:
 
 
 def members(options) -> list[Case]:
-    """Return the parts asked for of each motion."""
+    """Return what is stated of each motion."""
     return [
         Case(part, motion, name, options.seeds)
-        for part in options.part
+        for part in STATED
         for motion in MOTIONS
         for name in STATED[part]
     ]
@@ -198,25 +198,20 @@ def cell(rows):
 
 def report(found, options) -> Report:
     """Return a table of each part: motions, and what is stated."""
+    of: dict[str, dict] = {}
+    for case, figures in found:
+        row = of.setdefault(case.part, {}).setdefault(str(case.motion), {})
+        row[case.name] = cell(figures)
     tables = []
-    for part in options.part:
-        rows: dict = {}
-        for case, figures in found:
-            if case.part == part:
-                rows.setdefault(str(case.motion), {})[case.name] = cell(figures)
+    for part, rows in of.items():
         heads = list(STATED[part])
         lines = [(name, *(row.get(head, "") for head in heads)) for name, row in rows.items()]
         tables.append(table((part, *heads), lines))
     return Report("\n\n".join(tables))
 
 
-def add_options(parser) -> None:
-    """Add which parts."""
-    parser.add_argument("--part", nargs="+", choices=list(STATED), default=list(STATED))
-
-
 FAMILY = Family(
-    members, score_member, report, add_options, seeds=24,
+    members, score_member, report, seeds=24,
     group=lambda case: case.motion,
     sources=tuple(Path(module.__file__) for module in (cells, told_wrongly)) + (Path(__file__),),
 )  # fmt: skip

@@ -206,12 +206,12 @@ MEASURED = {"told": told_in, "slow": told_in, "diameter": covered, "friction": s
 
 
 def members(options) -> list[Case]:
-    """Return the cases of the parts asked for."""
+    """Return the cases of all parts."""
     times = {"diameter": 4, "friction": 4}
     return [
         Case(part, case, options.seeds * times.get(part, 1))
-        for part in options.part
-        for case in PARTS[part]
+        for part, cases in PARTS.items()
+        for case in cases
     ]
 
 
@@ -261,20 +261,17 @@ def table_of(part: str, rows: dict) -> str:
 
 def report(found, options) -> Report:
     """Return the tables of the parts."""
+    of: dict[str, dict] = {}
+    for case, row in found:
+        of.setdefault(case.part, {})[case.named] = row
     tables = []
-    for part in options.part:
-        rows = {case.named: row for case, row in found if case.part == part}
+    for part, rows in of.items():
         tables += [table_of(each, rows) for each in (part, *[WITHIN] * (part == "friction"))]
     return Report("\n\n".join(tables))
 
 
-def add_options(parser) -> None:
-    """Add which parts."""
-    parser.add_argument("--part", nargs="+", choices=list(PARTS), default=list(PARTS))
-
-
 FAMILY = Family(
-    members, score_member, report, add_options, seeds=4,
+    members, score_member, report, seeds=4,
     sources=tuple(Path(m.__file__) for m in (cells, pegs, score, told_wrongly))
     + (Path(__file__),),
 )  # fmt: skip

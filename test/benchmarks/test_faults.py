@@ -1,7 +1,6 @@
 """Faults do what their names say, and what has to happen with them happens."""
 
 from math import inf
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -185,7 +184,7 @@ def test_the_table_tells_what_has_to_happen_and_what_falls_short(folder, tmp_pat
     case = Case("a little noise", "noise", {"times": 1.05}, told="noise of the force")
     pairs = faults.pairs(["closing"], [CLEAN, case])
     found = runner.run("faults", pairs, tmp_path, 1, lambda line: None)
-    report = faults.report(found, SimpleNamespace(scene=["closing"]))
+    report = faults.report(found, None)
     assert report.problems == [f"closing, {case.name}: not told"]
     text = report.text
     assert "| a little noise | told | **" in text

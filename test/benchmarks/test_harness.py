@@ -80,6 +80,14 @@ def test_members_run_once_and_again_for_other_settings(squares, tmp_path, capsys
         main([*arguments, "--values", "8", "--summary"])
 
 
+def test_some_members_are_chosen_by_their_names(squares, tmp_path, capsys):
+    arguments = ["grid", "--workers", "1", "--out", str(tmp_path)]
+    assert main([*arguments, "--only", "number/4", "/6"]) == 0 and COMPUTED == [4]
+    with pytest.raises(SystemExit):
+        main([*arguments, "--only", "/8", "/9"])
+    assert "no member's name holds /8 or /9" in capsys.readouterr().err
+
+
 def test_figures_of_other_sources_are_not_taken(squares, tmp_path, monkeypatch):
     runner.run("grid", [Number(2)], tmp_path)
     monkeypatch.setattr(runner, "sources_key", lambda *given: "of other sources")
