@@ -10,21 +10,20 @@ options.
 """
 
 import argparse
-import importlib
 import os
 import sys
 from pathlib import Path
 
-from benchmarks.families import FAMILIES, family_of
+from benchmarks.families import FAMILIES, family_of, module_of
 from benchmarks.harness import runner, tables
+from peg_on_hole_ros.numba_cache import PACKAGE
 
 
 def parser_of(name: str) -> argparse.ArgumentParser:
     """Return the parser of a family's options."""
     family = family_of(name)
-    text = importlib.import_module(FAMILIES[name]).__doc__
     parser = argparse.ArgumentParser(
-        prog=f"python -m benchmarks {name}", description=text,
+        prog=f"python -m benchmarks {name}", description=module_of(name).__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     folder = Path("out") / name
@@ -38,6 +37,8 @@ def parser_of(name: str) -> argparse.ArgumentParser:
     parser.add_argument("--summary", action="store_true", help="only tell what is there")
     if family.seeds:
         parser.add_argument("--seeds", type=int, default=family.seeds, help=f"({family.seeds})")
+    if family.against:
+        parser.add_argument("--against", type=Path, help="another checkout, for the same members")
     family.options(parser)
     return parser
 
@@ -56,6 +57,9 @@ def main(arguments=None) -> int:
     wrong = family.check(options)
     if wrong:
         parser.error(wrong)
+    other = options.against if family.against else None
+    if other and not (other / PACKAGE.name).is_dir():
+        parser.error(f"--against {other}: no folder {PACKAGE.name} there")
     members = [
         member
         for member in family.members(options)
@@ -63,6 +67,8 @@ def main(arguments=None) -> int:
     ]
     if not members:
         parser.error(f"no member's name holds {' or '.join(options.only)}")
+    if other:
+        members += [member._replace(checkout=str(other)) for member in members]
     if options.summary:
         found = runner.Kept(name, options.out).there(members)
         _say(f"{len(found)} of {len(members)} members are there")

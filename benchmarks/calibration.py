@@ -8,12 +8,11 @@ searched for, simulates a recording of one of three motions, and calibrates: ten
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.harness.errors import INTERVAL
-from benchmarks.harness.family import ESTIMATE, Family, Report
+from benchmarks.harness.family import ESTIMATE, Family, Member, Report
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
@@ -93,20 +92,10 @@ def drawn(truth, seed):
     return recording(wrenches, angles), start, true
 
 
-class Run(NamedTuple):
-    """A recording that is drawn by a seed, of a motion."""
-
-    seed: int
-    motion: str
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.seed:03d}_{self.motion}"
-
-
-def score_member(run: Run, folder: Path) -> dict:
+def score_member(run: Member, folder: Path) -> dict:
     """Return of each quantity whether its interval holds the truth, or why there is none."""
-    record, start, true = drawn(truth_of(run.motion), run.seed)
+    seed, motion = run.of
+    record, start, true = drawn(truth_of(motion), seed)
     try:
         found = calibrate(record, start)
     except PegOnHoleError as error:
@@ -121,10 +110,11 @@ def score_member(run: Run, folder: Path) -> dict:
     }
 
 
-def members(options) -> list[Run]:
+def members(options) -> list[Member]:
     """Return the runs asked for, motions in turn."""
     names = list(MOTIONS)
-    return [Run(options.seed + k, names[k % len(names)]) for k in range(options.runs)]
+    drawn_by = [(options.seed + k, names[k % len(names)]) for k in range(options.runs)]
+    return [Member(f"{seed:03d}_{motion}", (seed, motion)) for seed, motion in drawn_by]
 
 
 FIGURES = ("held", "seen", "off")
@@ -156,7 +146,4 @@ def add_options(parser) -> None:
     parser.add_argument("--seed", type=int, default=1)
 
 
-FAMILY = Family(
-    members, score_member, report, add_options,
-    sources=(Path(__file__),), parts=(*ESTIMATE, "identification"),
-)  # fmt: skip
+FAMILY = Family(members, score_member, report, add_options, parts=(*ESTIMATE, "identification"))

@@ -1,6 +1,7 @@
 """The families that there are, by name: each states its members, their scores and its tables."""
 
 import importlib
+from types import ModuleType
 
 # What a family needs (another engine, DDS) is loaded with it.
 FAMILIES = {
@@ -25,6 +26,11 @@ FAMILIES = {
 }
 
 
+def module_of(name: str) -> ModuleType:
+    """Return the module of a family."""
+    return importlib.import_module(FAMILIES[name])
+
+
 def family_of(name: str):
     """Return the family of a name."""
-    return importlib.import_module(FAMILIES[name]).FAMILY
+    return module_of(name).FAMILY

@@ -318,5 +318,5 @@ def add_options(parser) -> None:
 
 FAMILY = Family(
     members, score_member, report, add_options,
-    sources=(Path(__file__),), parts=(*ESTIMATE, "config"),
+    parts=(*ESTIMATE, "config"),
 )  # fmt: skip

@@ -103,5 +103,5 @@ def add_options(parser) -> None:
 FAMILY = Family(
     lambda options: [Numbered(number, options.seed) for number in range(options.cells)],
     score_member, report, add_options,
-    sources=(Path(plans.__file__), Path(__file__)), parts=plans.FAMILY.parts,
+    sources=(plans,), parts=plans.FAMILY.parts,
 )  # fmt: skip

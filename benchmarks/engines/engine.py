@@ -20,7 +20,6 @@ sensors, told what the filter is told. It is one of tangents, and counts where i
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -28,7 +27,7 @@ from scipy.signal import savgol_filter
 from benchmarks.grid import score as grid_score
 from benchmarks.grid.score import bound_along
 from benchmarks.harness.errors import coverage, rms
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import table, three
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
@@ -54,17 +53,6 @@ HEAD = (
     "motion", "N, mean", "RMS error over it", "bound over it; error over the bound",
     "within 95 % bounds", "determined", "without noise: error; within bounds",
 )  # fmt: skip
-
-
-class Trace(NamedTuple):
-    """A trace, with how many noise seeds; 0: as it is, without noise."""
-
-    name: str
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.name}{'' if self.seeds else '_exact'}"
 
 
 def names() -> list[str]:
@@ -223,27 +211,27 @@ def row(name, noisy, exact) -> tuple:
     )
 
 
-def members(options) -> list[Trace]:
+def members(options) -> list[Member]:
     """Return the traces, with noise and without."""
-    return [Trace(name, seeds) for name in names() for seeds in (options.seeds, 0)]
+    return [
+        member
+        for name in names()
+        for member in (Member(name, name, options.seeds), Member(f"{name}_exact", name))
+    ]
 
 
-def score_member(trace: Trace, folder: Path) -> dict:
+def score_member(trace: Member, folder: Path) -> dict:
     """Return the figures of a trace as a plain tree."""
     seeds = range(FIRST_SEED, FIRST_SEED + max(trace.seeds, 1))
-    found = score(trace.name, seeds, noise=trace.seeds > 0)
+    found = score(trace.of, seeds, noise=trace.seeds > 0)
     return {name: np.asarray(value).tolist() for name, value in found.items()}
 
 
 def report(found, options) -> Report:
     """Return a row for each trace that has both."""
-    of = dict(found)
-    both = [(Trace(name, options.seeds), Trace(name, 0)) for name in names()]
-    rows = [row(a.name, of[a], of[b]) for a, b in both if a in of and b in of]
-    return Report(table(HEAD, rows))
+    of = {(trace.of, trace.seeds > 0): figures for trace, figures in found}
+    both = [name for name in names() if {(name, True), (name, False)} <= of.keys()]
+    return Report(table(HEAD, [row(name, of[name, True], of[name, False]) for name in both]))
 
 
-FAMILY = Family(
-    members, score_member, report, seeds=20,
-    sources=(TRACES, Path(__file__), Path(grid_score.__file__)),
-)  # fmt: skip
+FAMILY = Family(members, score_member, report, seeds=20, sources=(TRACES, grid_score))

@@ -9,13 +9,13 @@ determinant and solves for no reactions. Told is how many pegs stopped for 2 ms 
 
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.tables import table
 from benchmarks.harness.truths import truth_of
+from benchmarks.scenes import draw, families, labels
 from benchmarks.scenes.draw import Case, plan_of
 from benchmarks.scenes.labels import STILL, labels_of
 from peg_on_hole_ros.sim.parted import parted_state, pushes, run_parted
@@ -61,22 +61,12 @@ def soft(plan, truth, stopped, stiffness):
     return bool(np.convolve(still, np.ones(AT_REST), "valid").max() == AT_REST), float(largest)
 
 
-class Contacts(NamedTuple):
-    """A stiffness of all contacts [N/m], and how many scenes are simulated with it."""
-
-    stiffness: float
-    scenes: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.stiffness:.0e}"
-
-
-def score_member(contacts: Contacts, folder: Path) -> dict:
+def score_member(contacts: Member, folder: Path) -> dict:
     """Return whether each peg stopped, and its largest reaction, here and on rigid contacts."""
-    found = wedges(contacts.scenes)
+    stiffness, scenes = contacts.of
+    found = wedges(scenes)
     return {
-        "ends": [soft(*scene, contacts.stiffness) for scene in found],
+        "ends": [soft(*scene, stiffness) for scene in found],
         "rigid": [float(truth.normal.max()) for _, truth, _ in found],
     }
 
@@ -98,7 +88,9 @@ def add_options(parser) -> None:
     parser.add_argument("--stiffness", type=float, nargs="+", default=[1e8, 1e9, 1e10, 1e11])
 
 
-FAMILY = Family(
-    lambda options: [Contacts(stiffness, options.scenes) for stiffness in options.stiffness],
-    score_member, report, add_options, sources=(Path(__file__),),
-)  # fmt: skip
+def members(options) -> list[Member]:
+    """Return each stiffness of all contacts [N/m], with how many scenes."""
+    return [Member(f"{each:.0e}", (each, options.scenes)) for each in options.stiffness]
+
+
+FAMILY = Family(members, score_member, report, add_options, sources=(draw, families, labels))

@@ -10,6 +10,9 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
+from benchmarks.faults import expected, injector, scenes
+from benchmarks.faults import play as play_
+from benchmarks.faults import score as score_
 from benchmarks.faults.expected import CASES, CLEAN, Case, shortfalls
 from benchmarks.faults.injector import inject
 from benchmarks.faults.page import page
@@ -18,8 +21,6 @@ from benchmarks.faults.scenes import PARTS, WITHIN, scene
 from benchmarks.faults.score import score
 from benchmarks.faults.short import known
 from benchmarks.harness.family import ESTIMATE, Family, Report
-
-HERE = Path(__file__).parent
 
 
 class Fault(NamedTuple):
@@ -91,9 +92,6 @@ def report(found, options) -> Report:
 
 FAMILY = Family(
     lambda options: pairs(PARTS, (CLEAN, *CASES)), score_member, report,
-    sources=tuple(
-        HERE / f"{name}.py"
-        for name in ("injector", "scenes", "play", "score", "expected", "faults")
-    ),
+    sources=(expected, injector, play_, scenes, score_),
     parts=(*ESTIMATE, "diagnosis", "messages", "ros/diagnostics.py"),
 )  # fmt: skip

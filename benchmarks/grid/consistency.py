@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.harness.errors import QUANTITIES, REACTIONS, inside, near_reversal, rms, runs_of
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.cli.simulation_file import read_plan
@@ -30,17 +30,6 @@ COLUMNS = (
     "scene", "class", "quantity", "samples", "rms", "mean_stddev", "ratio", "coverage95",
     "relative",
 )  # fmt: skip
-
-
-class Scene(NamedTuple):
-    """A shipped scene, and how many noise seeds it is measured with."""
-
-    name: str
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return self.name
 
 
 class Residuals(NamedTuple):
@@ -118,7 +107,7 @@ def score(truth, seeds) -> tuple[dict[str, dict], bool]:
     return of, found.finite
 
 
-def score_member(scene: Scene, folder: Path) -> dict:
+def score_member(scene: Member, folder: Path) -> dict:
     """Return the figures of a scene as a plain tree."""
     truth = integrate(read_plan(ROOT / "config" / f"{scene.name}.yaml"))
     found, finite = score(truth, range(FIRST_SEED, FIRST_SEED + scene.seeds))
@@ -149,6 +138,6 @@ def report(found, options) -> Report:
 
 
 FAMILY = Family(
-    lambda options: [Scene(name, options.seeds) for name in SCENES],
-    score_member, report, sources=(Path(__file__),), seeds=20,
+    lambda options: [Member(name, name, options.seeds) for name in SCENES],
+    score_member, report, seeds=20,
 )  # fmt: skip

@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from benchmarks.grid.cells import (
     with_noise,
 )
 from benchmarks.harness.errors import coverage, drawn
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
@@ -45,19 +44,6 @@ DRIFTS = (0.0, 0.002, 0.02)  # [1/s]
 STEP = 0.02  # [s]
 LEARNT = 0.05
 SETTLED_NS = 200_000_000
-
-
-class Drift(NamedTuple):
-    """A motion whose friction drifts [1/s], and how many noise seeds it is measured with."""
-
-    motion: str
-    drift: float
-    noise: str
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.motion}, {self.drift:g}/s, {self.noise}"
 
 
 @cache
@@ -94,10 +80,11 @@ def drifting(motion, drift):
     raise RuntimeError(f"{motion}: no three-point contact with a drift of {drift:g}/s")
 
 
-def score_member(member: Drift, folder: Path) -> dict:
+def score_member(member: Member, folder: Path) -> dict:
     """Return the figures of one drift at one noise level."""
-    truth, friction = drifting(MOTIONS[member.motion], member.drift)
-    truth = with_noise(truth, member.noise, LEARNT)
+    name, drift, noise = member.of
+    truth, friction = drifting(MOTIONS[name], drift)
+    truth = with_noise(truth, noise, LEARNT)
     exact, errors, stated = sensor_wrench(truth), [], []
     for seed in range(FIRST_SEED, FIRST_SEED + member.seeds):
         pipeline = Pipeline(drawn(truth.plan.configuration, seed))
@@ -117,10 +104,10 @@ def score_member(member: Drift, folder: Path) -> dict:
     }
 
 
-def members(options) -> list[Drift]:
+def members(options) -> list[Member]:
     """Return the motions with each drift at each noise level."""
     return [
-        Drift(name, drift, noise, options.seeds)
+        Member(f"{name}, {drift:g}/s, {noise}", (name, drift, noise), options.seeds)
         for name in MOTIONS
         for drift in DRIFTS
         for noise in NOISE
@@ -133,13 +120,13 @@ def report(found, options) -> Report:
     for member, one in found:
         of = f"{1e3 * one['error']:.2g} of {1e3 * one['stated']:.2g}e-3"
         cell = f"{percent(one['friction'])} ({of}); {percent(one['reactions'])}"
-        key = str(MOTIONS[member.motion]), f"{member.drift:g}"
-        rows.setdefault(key, {})[member.noise] = cell
+        name, drift, noise = member.of
+        rows.setdefault((str(MOTIONS[name]), f"{drift:g}"), {})[noise] = cell
     lines = [(*key, *(row.get(noise, "") for noise in NOISE)) for key, row in rows.items()]
     return Report(table(("motion", "drift [1/s]", *NOISE), lines))
 
 
 FAMILY = Family(
     members, score_member, report, seeds=8,
-    group=lambda member: member[:2], sources=(Path(cells.__file__), Path(__file__)),
+    group=lambda member: member.of[:2], sources=(cells,),
 )  # fmt: skip

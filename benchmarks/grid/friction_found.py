@@ -6,37 +6,23 @@ Motions of `wrong_settings`. When friction comes within 5 % to stay, over the ot
 more than four of its deviations at any time after 50 ms.
 """
 
-from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.grid import cells, told_wrongly, wrong_settings
-from benchmarks.grid.cells import Motion, truth_of, with_noise
-from benchmarks.grid.told_wrongly import with_scene
+from benchmarks.grid import cells, misstated, wrong_settings
+from benchmarks.grid.cells import truth_of, with_noise
+from benchmarks.grid.misstated import with_scene
 from benchmarks.grid.wrong_settings import FRICTION, LEARNT, STATED
 from benchmarks.harness.errors import SETTLE_NS, changed_parameters
-from benchmarks.harness.family import Family, Report
-from benchmarks.harness.player import Elsewhere, play
+from benchmarks.harness.family import Family, Member, Report
+from benchmarks.harness.player import player_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.sim.measure import START_NS, measure
 
 FIRST_SEED = 650_000
 NEAR, SURE = 0.05, 4.0
-
-
-class Case(NamedTuple):
-    """A motion, by a checkout (empty: this one), and how many noise seeds."""
-
-    motion: Motion
-    checkout: str
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.motion}{'_other' if self.checkout else ''}"
 
 
 def found_at(truth, told, seed, player):
@@ -52,26 +38,15 @@ def found_at(truth, told, seed, player):
     return float(first), bool(wrong[begun].any())
 
 
-# One process of another checkout for each of this one's.
-_elsewhere = cache(Elsewhere)
-
-
-def score_member(case: Case, folder: Path) -> list:
+def score_member(case: Member, folder: Path) -> list:
     """Return the time and whether it was surely wrong, of each start and seed."""
-    player = _elsewhere(Path(case.checkout)).play if case.checkout else play
-    truth = with_noise(truth_of(case.motion)[0], "nominal", LEARNT)
+    truth = with_noise(truth_of(case.of)[0], "nominal", LEARNT)
     right, rows = truth.plan.configuration.scene.friction, []
     for start, seed in product(STATED, range(FIRST_SEED, FIRST_SEED + case.seeds)):
         # The truth is within two stated deviations.
         told = with_scene(truth, friction=start * right, friction_stddev=max(LEARNT, 0.25 * right))
-        rows.append(found_at(truth, told, seed, player))
+        rows.append(found_at(truth, told, seed, player_of(case.checkout)))
     return rows
-
-
-def members(options) -> list[Case]:
-    """Return the motions, by this checkout and another."""
-    checkouts = ["", str(options.against)] if options.against else [""]
-    return [Case(motion, each, options.seeds) for each in checkouts for motion in FRICTION]
 
 
 def report(found, options) -> Report:
@@ -92,14 +67,7 @@ def report(found, options) -> Report:
     return Report(table(("friction a half, one and a half", "this", "other", "limit"), rows))
 
 
-def add_options(parser) -> None:
-    """Add the other checkout."""
-    parser.add_argument("--against", type=Path, help="another checkout")
-
-
 FAMILY = Family(
-    members, score_member, report, add_options, seeds=4,
-    checkout=lambda case: Path(case.checkout) if case.checkout else None,
-    sources=tuple(Path(m.__file__) for m in (cells, told_wrongly, wrong_settings))
-    + (Path(__file__),),
+    lambda options: [Member(str(motion), motion, options.seeds) for motion in FRICTION],
+    score_member, report, seeds=4, sources=(cells, misstated, wrong_settings), against=True,
 )  # fmt: skip

@@ -15,8 +15,7 @@ from benchmarks.grid.cells import FULL, FULL_HELD_OUT, NOISE, QUICK, Motion, tru
 from benchmarks.grid.score import score_cell
 from benchmarks.harness.errors import QUANTITIES
 from benchmarks.harness.family import Family, Report
-from benchmarks.harness.player import Elsewhere, play
-from peg_on_hole_ros.numba_cache import PACKAGE
+from benchmarks.harness.player import player_of
 from peg_on_hole_ros.sim.measure import sensor_wrench
 
 # Standard deviation of what is known of friction; what the estimator starts from is drawn.
@@ -65,10 +64,6 @@ def _truth(motion):
     return truth, end, None if truth is None else sensor_wrench(truth)
 
 
-# One process of another checkout for each of this one's.
-_elsewhere = cache(Elsewhere)
-
-
 def score_member(cell: Cell, folder: Path) -> dict:
     """Return the figures of a cell, and how its truth ended."""
     truth, end, exact = _truth(cell.motion)
@@ -80,8 +75,8 @@ def score_member(cell: Cell, folder: Path) -> dict:
         return found
     first = range(cell.first_seed, cell.first_seed + cell.seeds)
     few, begin = max(1, cell.seeds // 10), first.start + TO_START_SEED
-    player = _elsewhere(Path(cell.checkout)).play if cell.checkout else play
     start = range(begin, begin + few)
+    player = player_of(cell.checkout)
     return found | score_cell(truth, cell.noise, first, start, exact, cell.friction_stddev, player)
 
 
@@ -95,14 +90,12 @@ def some(motions, levels, every: int = 1) -> list[tuple[Motion, str]]:
 
 
 def members(options) -> list[Cell]:
-    """Return the cells asked for, of this checkout and of another."""
+    """Return the cells asked for."""
     motions = QUICK if options.quick else FULL_HELD_OUT if options.held_out else FULL
     levels = ("nominal",) if options.quick else tuple(NOISE)
-    checkouts = ["", str(options.against)] if options.against else [""]
     return [
-        Cell(*one, _seeds(options), options.first_seed, options.friction_stddev, checkout)
+        Cell(*one, _seeds(options), options.first_seed, options.friction_stddev)
         for one in some(motions, levels, options.every)
-        for checkout in checkouts
     ]
 
 
@@ -117,7 +110,6 @@ def add_options(parser) -> None:
     parser.add_argument("--every", type=int, default=1, help="one cell of so many (1: all)")
     parser.add_argument("--quick", action="store_true", help="12 motions, nominal noise")
     parser.add_argument("--held-out", action="store_true", help="two motions kept from tuning")
-    parser.add_argument("--against", type=Path, help="another checkout, for the same samples")
     parser.add_argument(
         "--friction-stddev", type=float, default=SPREAD, help="of the start; 0: known (0.05)"
     )
@@ -127,8 +119,6 @@ def check(options) -> str:
     """Return what is wrong with options."""
     if _seeds(options) < 2:
         return "--seeds is at least 2: scatter over noise cannot be told from one run"
-    if options.against and not (options.against / PACKAGE.name).is_dir():
-        return f"--against {options.against}: no folder {PACKAGE.name} there"
     return ""
 
 
@@ -148,7 +138,5 @@ def report(found, options) -> Report:
 
 FAMILY = Family(
     members, score_member, report, add_options, check,
-    group=lambda cell: cell.motion,
-    checkout=lambda cell: Path(cell.checkout) if cell.checkout else None,
-    sources=tuple(Path(module.__file__) for module in (cells, score)),
+    group=lambda cell: cell.motion, sources=(cells, score), against=True,
 )  # fmt: skip

@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.grid import cells, told_wrongly
+from benchmarks.grid import cells, misstated
 from benchmarks.grid.cells import Motion, truth_of, with_noise
-from benchmarks.grid.told_wrongly import tilted
+from benchmarks.grid.misstated import tilted
 from benchmarks.harness.errors import SETTLE_NS, coverage
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
@@ -146,19 +146,6 @@ def one(truth, stated: Stated, bias, tilt, seeds):
     return [(*run(truth, told, seed, np.array(bias), tilt, exact), np.nan) for seed in seeds]
 
 
-class Case(NamedTuple):
-    """A motion, what is stated and drawn, and how many seeds."""
-
-    part: str
-    motion: Motion
-    name: str
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.part}: {self.motion}, {self.name}"
-
-
 STATED = {"drawn": {str(stated): stated for stated in DRAWN}, "one": ONE}
 
 
@@ -167,19 +154,20 @@ def _truth(motion):
     return with_noise(truth_of(motion)[0], "nominal", 0.05)
 
 
-def score_member(case: Case, folder: Path) -> list:
+def score_member(case: Member, folder: Path) -> list:
     """Return a row for each seed."""
     seeds = range(FIRST_SEED, FIRST_SEED + case.seeds)
-    stated = STATED[case.part][case.name]
-    if case.part == "drawn":
-        return drawn(_truth(case.motion), stated, seeds)
-    return one(_truth(case.motion), *stated, seeds)
+    part, motion, name = case.of
+    stated = STATED[part][name]
+    if part == "drawn":
+        return drawn(_truth(motion), stated, seeds)
+    return one(_truth(motion), *stated, seeds)
 
 
-def members(options) -> list[Case]:
+def members(options) -> list[Member]:
     """Return what is stated of each motion."""
     return [
-        Case(part, motion, name, options.seeds)
+        Member(f"{part}: {motion}, {name}", (part, motion, name), options.seeds)
         for part in STATED
         for motion in MOTIONS
         for name in STATED[part]
@@ -200,8 +188,8 @@ def report(found, options) -> Report:
     """Return a table of each part: motions, and what is stated."""
     of: dict[str, dict] = {}
     for case, figures in found:
-        row = of.setdefault(case.part, {}).setdefault(str(case.motion), {})
-        row[case.name] = cell(figures)
+        part, motion, name = case.of
+        of.setdefault(part, {}).setdefault(str(motion), {})[name] = cell(figures)
     tables = []
     for part, rows in of.items():
         heads = list(STATED[part])
@@ -212,6 +200,6 @@ def report(found, options) -> Report:
 
 FAMILY = Family(
     members, score_member, report, seeds=24,
-    group=lambda case: case.motion,
-    sources=tuple(Path(module.__file__) for module in (cells, told_wrongly)) + (Path(__file__),),
+    group=lambda case: case.of[1],
+    sources=(cells, misstated),
 )  # fmt: skip

@@ -7,10 +7,9 @@ called determined.
 """
 
 from pathlib import Path
-from typing import NamedTuple
 
 from benchmarks.harness.errors import REACTIONS, SETTLE_NS, coverage, run_seeds
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -112,18 +111,7 @@ def cycle(name):
     return integrate(plan_from_tree(configuration, tree))
 
 
-class Peg(NamedTuple):
-    """One of PEGS, and how many noise seeds it is measured with."""
-
-    name: str
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return self.name
-
-
-def score_member(peg: Peg, folder: Path) -> dict:
+def score_member(peg: Member, folder: Path) -> dict:
     """Return the least share of determined reactions within bounds, and that of determined."""
     truth = cycle(peg.name)
     told = (truth.mode == "three_point") & truth.known & (truth.t_ns >= SETTLE_NS)
@@ -145,6 +133,6 @@ def report(found, options) -> Report:
 
 
 FAMILY = Family(
-    lambda options: [Peg(name, options.seeds) for name in PEGS],
-    score_member, report, sources=(Path(__file__),), seeds=4,
+    lambda options: [Member(name, name, options.seeds) for name in PEGS],
+    score_member, report, seeds=4,
 )  # fmt: skip

@@ -16,17 +16,16 @@ within 1 % at the end.
 
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.grid import cells, pegs, score, told_wrongly
+from benchmarks.grid import cells, misstated, pegs, score
 from benchmarks.grid.cells import Motion, truth_of, with_noise
+from benchmarks.grid.misstated import tilted, with_lever, with_scene, with_tare, with_values
 from benchmarks.grid.pegs import closing
 from benchmarks.grid.score import bound_of
-from benchmarks.grid.told_wrongly import tilted, with_lever, with_scene, with_tare, with_values
 from benchmarks.harness.errors import REACTIONS, SETTLE_NS, coverage, rms, run_seeds
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import Record, record_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
@@ -77,25 +76,6 @@ OFF = (2e-6, -2e-6, 1e-5, -1e-5)
 LEARNT = 0.05
 TOLD_BY = "innovations_too_large"
 PARTS = {"told": TOLD, "slow": SLOW, "diameter": DIAMETER, "friction": FRICTION}
-
-
-class Case(NamedTuple):
-    """A case of a part, and how many noise seeds it is measured with."""
-
-    part: str
-    case: Motion | tuple
-    seeds: int
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.part}: {self.named}"
-
-    @property
-    def named(self) -> str:
-        """Return the case as text."""
-        return (
-            str(self.case) if isinstance(self.case, Motion) else "{} at {} Hz".format(*self.case)
-        )
 
 
 def settings(right):
@@ -205,23 +185,29 @@ def best(truth):
 MEASURED = {"told": told_in, "slow": told_in, "diameter": covered, "friction": sought}
 
 
-def members(options) -> list[Case]:
+def members(options) -> list[Member]:
     """Return the cases of all parts."""
     times = {"diameter": 4, "friction": 4}
     return [
-        Case(part, case, options.seeds * times.get(part, 1))
+        Member(f"{part}: {named(case)}", (part, case), options.seeds * times.get(part, 1))
         for part, cases in PARTS.items()
         for case in cases
     ]
 
 
-def score_member(case: Case, folder: Path):
+def named(case: Motion | tuple) -> str:
+    """Return a case as text."""
+    return str(case) if isinstance(case, Motion) else "{} at {} Hz".format(*case)
+
+
+def score_member(member: Member, folder: Path):
     """Return the figures of one case of a part."""
-    if case.part == "slow":
-        truth = closing(*case.case, duration=0.9)
+    part, case = member.of
+    if part == "slow":
+        truth = closing(*case, duration=0.9)
     else:
-        truth = with_noise(truth_of(case.case)[0], "nominal", LEARNT)
-    return MEASURED[case.part](truth, range(FIRST_SEED, FIRST_SEED + case.seeds))
+        truth = with_noise(truth_of(case)[0], "nominal", LEARNT)
+    return MEASURED[part](truth, range(FIRST_SEED, FIRST_SEED + member.seeds))
 
 
 def span(found):
@@ -262,16 +248,13 @@ def table_of(part: str, rows: dict) -> str:
 def report(found, options) -> Report:
     """Return the tables of the parts."""
     of: dict[str, dict] = {}
-    for case, row in found:
-        of.setdefault(case.part, {})[case.named] = row
+    for member, row in found:
+        part, case = member.of
+        of.setdefault(part, {})[named(case)] = row
     tables = []
     for part, rows in of.items():
         tables += [table_of(each, rows) for each in (part, *[WITHIN] * (part == "friction"))]
     return Report("\n\n".join(tables))
 
 
-FAMILY = Family(
-    members, score_member, report, seeds=4,
-    sources=tuple(Path(m.__file__) for m in (cells, pegs, score, told_wrongly))
-    + (Path(__file__),),
-)  # fmt: skip
+FAMILY = Family(members, score_member, report, seeds=4, sources=(cells, pegs, score, misstated))

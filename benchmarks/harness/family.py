@@ -2,8 +2,9 @@
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 # Of the package, what figures of the whole estimate come from; the last line as older checkouts
@@ -41,6 +42,33 @@ class Report(NamedTuple):
     problems: Sequence[str] = ()
 
 
+class Member(NamedTuple):
+    """
+    One thing that a family scores. A family may have a record of its own in its place.
+
+    Attributes
+    ----------
+    name : str
+        For files and tables; no other of the family has it.
+    of : any
+        What it is: a plain tree, or named tuples.
+    seeds : int
+        Noise seeds that it is measured with.
+    checkout : str
+        Folder of another checkout that plays it; empty: this one.
+
+    """
+
+    name: str
+    of: Any
+    seeds: int = 0
+    checkout: str = ""
+
+    def __str__(self):
+        """Return a name for files and tables."""
+        return f"{self.name}{'_other' if self.checkout else ''}"
+
+
 @dataclass(frozen=True)
 class Family:
     """
@@ -49,8 +77,8 @@ class Family:
     Attributes
     ----------
     members : callable
-        Returns the members asked for by options: records (named tuples) that say all that their
-        figures hang on, with a name for files and tables as their text.
+        Returns the members asked for by options: named tuples that say all that their figures
+        hang on, with a name for files and tables as their text.
     score : callable
         Returns the figures of a member, a plain tree; gets the folder for what is simulated.
     report : callable
@@ -61,14 +89,14 @@ class Family:
         Returns what is wrong with options, or nothing.
     group : callable
         Members of one group run in one process, one after the other: they share a truth.
-    checkout : callable
-        Returns the folder of the package that a member is played by; None: this one.
-    sources : tuple of Path
-        Files beside the harness that figures come from.
+    sources : tuple of modules and Path
+        What figures come from, beside the harness and the family's own module.
     parts : tuple of str
         Folders and modules of the package that they come from.
     seeds : int
         Default of `--seeds`; 0: there is no such option.
+    against : bool
+        Whether another checkout may play the same members beside (`--against`).
 
     """
 
@@ -78,7 +106,7 @@ class Family:
     options: Callable[[ArgumentParser], None] = lambda parser: None
     check: Callable[[Namespace], str] = lambda options: ""
     group: Callable[[Any], Hashable] = str
-    checkout: Callable[[Any], Path | None] = lambda member: None
-    sources: tuple[Path, ...] = field(default=())
+    sources: tuple[ModuleType | Path, ...] = ()
     parts: tuple[str, ...] = ESTIMATE
     seeds: int = 0
+    against: bool = False

@@ -10,6 +10,8 @@ import os
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -224,6 +226,12 @@ class Elsewhere:
         self._process.stdin.close()
         self._process.stdout.close()
         self._process.wait()
+
+
+@cache
+def player_of(checkout: str) -> Callable[..., Record]:
+    """Return `play` by a checkout, in one process of it for each of this one's; empty: here."""
+    return Elsewhere(Path(checkout)).play if checkout else play
 
 
 def _serve():

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
-from benchmarks.families import family_of
+from benchmarks.families import family_of, module_of
 from peg_on_hole_ros.numba_cache import PACKAGE
 
 # What figures come from; tables and runs may change beside them.
@@ -66,7 +66,8 @@ class Kept:
     """The figures of a family's members in a folder."""
 
     def __init__(self, name: str, folder: Path):
-        self.name, self.folder, self.family = name, folder, family_of(name)
+        self.folder, self.family = folder, family_of(name)
+        self.sources = (module_of(name), *self.family.sources)
 
     def file(self, member) -> Path:
         """Return where a member's figures are kept."""
@@ -75,9 +76,10 @@ class Kept:
 
     def asked(self, member) -> dict:
         """Return what the file has to say of itself: sources, and all that the member states."""
-        family, checkout = self.family, self.family.checkout(member)
-        package = checkout / PACKAGE.name if checkout else PACKAGE
-        key = sources_key(family.parts, (*HARNESS, *family.sources), package)
+        checkout = getattr(member, "checkout", "")
+        package = Path(checkout) / PACKAGE.name if checkout else PACKAGE
+        files = (each if isinstance(each, Path) else Path(each.__file__) for each in self.sources)
+        key = sources_key(self.family.parts, (*HARNESS, *files), package)
         return {"key": key, "member": json.loads(json.dumps(member, default=str))}
 
     def figures(self, member):

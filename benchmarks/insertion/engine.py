@@ -6,11 +6,10 @@ far apart both are is told of tilt, depth, loads on rim and edge.
 """
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.tables import table
 from benchmarks.insertion import programs
 from benchmarks.insertion.programs import PROGRAMS, plan_of
@@ -104,17 +103,7 @@ def locked_in(rows: dict[str, np.ndarray]) -> tuple[float, float, float]:
     return kept[0] / squeezed, kept[-1] / kept[0] - 1, np.ptp(depth)
 
 
-class Insertion(NamedTuple):
-    """One of PROGRAMS."""
-
-    name: str
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return self.name
-
-
-def score_member(insertion: Insertion, folder: Path) -> dict:
+def score_member(insertion: Member, folder: Path) -> dict:
     """Return how far both are apart, and of a wedge what each locks in."""
     plan = plan_of(insertion.name)
     found = differences(insertion.name, plan)
@@ -128,9 +117,9 @@ def score_member(insertion: Insertion, folder: Path) -> dict:
 def report(found, options) -> Report:
     """Return a row for each insertion, and what a wedge keeps."""
     rows, lines = [], []
-    for name, row in found:
+    for insertion, row in found:
         loads = (f"{row[what]:.1%} rms, {row[f'{what}_mean']:+.1%}" for what in ("rim", "edge"))
-        rows.append((name, f"{row['tilt'] * 1e6:.0f}", f"{row['depth'] * 1e6:.0f}", *loads))
+        rows.append((insertion, f"{row['tilt'] * 1e6:.0f}", f"{row['depth'] * 1e6:.0f}", *loads))
         lines += [
             f"{who} locks {share:.1%} in, which changes by {change:+.1%}: {moved * 1e6:.1f} um"
             for who, (share, change, moved) in row.get("locked", {}).items()
@@ -140,6 +129,6 @@ def report(found, options) -> Report:
 
 
 FAMILY = Family(
-    lambda options: [Insertion(name) for name in PROGRAMS],
-    score_member, report, sources=(TRACES, Path(programs.__file__), Path(__file__)),
+    lambda options: [Member(name, name) for name in PROGRAMS],
+    score_member, report, sources=(TRACES, programs),
 )  # fmt: skip

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.harness.errors import coverage, inside
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import Record
 from benchmarks.harness.truths import play
 from benchmarks.insertion import engine, programs
@@ -176,20 +176,9 @@ def engine_estimates(name: str, noise: float = 1.0) -> tuple[Estimates, Record]:
     return estimates_of(record, t, slides, truth.normal, friction), record
 
 
-class Insertion(NamedTuple):
-    """One of PROGRAMS, and the wrench's noise as stated, over the sensor's."""
-
-    name: str
-    noise: float
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.name}_{self.noise:g}"
-
-
-def score_member(insertion: Insertion, folder: Path) -> dict:
+def score_member(insertion: Member, folder: Path) -> dict:
     """Return the figures of an insertion, and how often each mode was declared."""
-    found, record = engine_estimates(*insertion)
+    found, record = engine_estimates(*insertion.of)
     told, count = np.unique(record.mode, return_counts=True)
     return {**found.summary(), "modes": dict(zip(told.tolist(), count.tolist()))}
 
@@ -199,7 +188,7 @@ def report(found, options) -> Report:
     lines = []
     for insertion, row in found:
         few = f"slides on two points in {row['samples']} samples"
-        lines.append(f"{insertion.name:14} {few if row['samples'] < FEW else said([row])}")
+        lines.append(f"{insertion.of[0]:14} {few if row['samples'] < FEW else said([row])}")
         lines.append(f"{'':14} modes {row['modes']}")
     return Report("\n".join(lines))
 
@@ -209,8 +198,9 @@ def add_options(parser) -> None:
     parser.add_argument("--noise", type=float, default=1.0, help="stated, over the sensor's")
 
 
-FAMILY = Family(
-    lambda options: [Insertion(name, options.noise) for name in PROGRAMS],
-    score_member, report, add_options,
-    sources=(TRACES, *(Path(module.__file__) for module in (engine, programs)), Path(__file__)),
-)  # fmt: skip
+def members(options) -> list[Member]:
+    """Return the insertions, with the wrench's noise as stated, over the sensor's."""
+    return [Member(f"{name}_{options.noise:g}", (name, options.noise)) for name in PROGRAMS]
+
+
+FAMILY = Family(members, score_member, report, add_options, sources=(TRACES, engine, programs))

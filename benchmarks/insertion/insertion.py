@@ -9,19 +9,16 @@ under a push of more than PUSHED within NEAR of its begin.
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.tables import percent, table
 from benchmarks.harness.truths import play, truth_of
+from benchmarks.insertion import estimates, families, labels, scenes
 from benchmarks.insertion.estimates import SLIDES, estimates_of, said
 from benchmarks.insertion.labels import friction_of, labels_of
-from benchmarks.insertion.scenes import SEEDS, Case, cases, plan_of
-
-HERE = Path(__file__).parent
-OWN = ("families", "scenes", "labels", "estimates", "insertion")
+from benchmarks.insertion.scenes import SEEDS, cases, plan_of
 
 FACTORS = (0.5, 0.75, 1.0, 1.25, 1.5)
 LEVELS = {"WARN": 1, "ERROR": 2}
@@ -35,18 +32,7 @@ NEAR = (0.1, 0.2)
 CHANGES = 0.02
 
 
-class Insertion(NamedTuple):
-    """A scene, and how many times the true friction is stated."""
-
-    case: Case
-    factor: float
-
-    def __str__(self):
-        """Return a name for files and tables."""
-        return f"{self.case}_{self.factor:g}"
-
-
-def score_member(insertion: Insertion, folder: Path) -> dict:
+def score_member(insertion: Member, folder: Path) -> dict:
     """
     Return what became of one scene.
 
@@ -61,12 +47,12 @@ def score_member(insertion: Insertion, folder: Path) -> dict:
         infinite: it did not come. `estimates`: of `Estimates.summary`.
 
     """
-    case = insertion.case
+    case, factor = insertion.of
     truth, why = truth_of(plan_of(case), folder / "truths")
     if truth is None:
         raise RuntimeError(f"{case}: {why}")
     told = truth.plan.configuration
-    friction = insertion.factor * told.scene.friction
+    friction = factor * told.scene.friction
     told = replace(told, scene=replace(told.scene, friction=friction))
     record = play(truth, told, [[*case.seed, 1]])
     labels = labels_of(truth)
@@ -128,10 +114,11 @@ def _alone(labels, record, far) -> dict[str, list[int]]:
     return {true: [int(n.sum()), int((2 * alone > below)[n].sum())] for true, n in of.items()}
 
 
-def members(options) -> list[Insertion]:
-    """Return the scenes asked for."""
+def members(options) -> list[Member]:
+    """Return the scenes asked for, with how many times the true friction is stated in each."""
     chosen = cases(options.scenes, options.set)
-    return [Insertion(case, FACTORS[i % len(FACTORS)]) for i, case in enumerate(chosen)]
+    pairs = [(case, FACTORS[i % len(FACTORS)]) for i, case in enumerate(chosen)]
+    return [Member(f"{case}_{factor:g}", (case, factor)) for case, factor in pairs]
 
 
 def report(found, options) -> Report:
@@ -145,7 +132,7 @@ def report(found, options) -> Report:
 def _happened(found):
     of: dict[str, list[dict]] = {}
     for insertion, tree in found:
-        of.setdefault(insertion.case.family, []).append(tree)
+        of.setdefault(insertion.of[0].family, []).append(tree)
     rows = []
     for family, trees in of.items():
         causes = (sum(cause in t["causes"] for t in trees) for cause in ("jammed", "wedged"))
@@ -157,7 +144,7 @@ def _happened(found):
 
 def _alarm_table(found):
     stops = [stop for _, tree in found for stop in tree["stops"]]
-    normal = [tree for insertion, tree in found if insertion.case.family == "normal"]
+    normal = [tree for insertion, tree in found if insertion.of[0].family == "normal"]
     rows = []
     for name in LEVELS:
         right = [good for _, tree in found for good in tree["alarms"][name]]
@@ -215,5 +202,5 @@ def add_options(parser) -> None:
 
 FAMILY = Family(
     members, score_member, report, add_options,
-    sources=tuple(HERE / f"{name}.py" for name in OWN),
+    sources=(estimates, families, labels, scenes),
 )  # fmt: skip

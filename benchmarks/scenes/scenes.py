@@ -14,13 +14,11 @@ from typing import NamedTuple
 from benchmarks.harness.events import score_run
 from benchmarks.harness.family import Family, Report
 from benchmarks.harness.truths import play, truth_of
-from benchmarks.scenes import engine
+from benchmarks.scenes import draw, engine, families, labels, setting
 from benchmarks.scenes.draw import FAMILIES, Case, estimator_of, noise_seeds, plan_of
 from benchmarks.scenes.labels import labels_of
 from benchmarks.scenes.tables import by_family, flat_runs, flat_scores, summary, tables
 
-HERE = Path(__file__).parent
-OWN = ("setting", "families", "draw", "labels", "engine", "scenes")
 # What the estimator is told; the second try is that of a mismatch which has been through one.
 VARIANTS = ("matched", "mismatch", "second_try")
 QUICK_RUNS = 2 * len(FAMILIES)
@@ -94,11 +92,11 @@ def by_variant(found) -> dict[str, list[dict]]:
 
 def report(found, options) -> Report:
     """Return the tables, figures of each run and score, and pictures."""
-    from benchmarks.scenes.plot import draw
+    from benchmarks.scenes import plot
 
     runs = by_variant(found)
     drawn = {name: of for name, of in runs.items() if name in VARIANTS}
-    pictures = draw({name: by_family(of) for name, of in drawn.items()}, drawn, options.out)
+    pictures = plot.draw({name: by_family(of) for name, of in drawn.items()}, drawn, options.out)
     short = summary(runs)
     text = f"{short}\n\n{tables(runs)}"
     out = [f"{scene}: {tree['end']}" for scene, tree in found if "duration" not in tree]
@@ -136,5 +134,5 @@ def check(options) -> str:
 FAMILY = Family(
     members, score_member, report, add_options, check,
     group=lambda scene: scene.case,
-    sources=(*(HERE / f"{name}.py" for name in OWN), engine.TRACES),
+    sources=(draw, engine, families, labels, setting, engine.TRACES),
 )  # fmt: skip

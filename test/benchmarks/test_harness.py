@@ -1,6 +1,6 @@
 """The one harness: members run once, their figures are kept, and tables go into pages."""
 
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,29 +10,26 @@ from benchmarks.__main__ import main, parser_of
 from benchmarks.families import FAMILIES, family_of
 from benchmarks.harness import runner
 from benchmarks.harness.errors import coverage
-from benchmarks.harness.family import Family, Report
+from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import Record
 from benchmarks.harness.tables import put_between, table
+from simulated import ROOT
 
 
-class Number(NamedTuple):
-    value: int
-    seeds: int = 1
-
-    def __str__(self):
-        return f"number/{self.value}"
+def number(value, seeds=1):
+    return Member(f"number/{value}", value, seeds)
 
 
 COMPUTED: list[int] = []
 
 
-def squared(number, folder):
-    COMPUTED.append(number.value)
-    return {"square": number.value**2 * number.seeds}
+def squared(member, folder):
+    COMPUTED.append(member.of)
+    return {"square": member.of**2 * member.seeds}
 
 
 def of_squares(found, options):
-    rows = [(number.value, tree["square"]) for number, tree in found]
+    rows = [(member.of, tree["square"]) for member, tree in found]
     wrong = [f"{value} is odd" for value, _ in rows if value % 2]
     return Report(table(("n", "square"), rows), {"squares": rows}, problems=wrong)
 
@@ -41,7 +38,7 @@ def of_squares(found, options):
 def squares(monkeypatch):
     """A family of made-up members, in the place of another."""
     family = Family(
-        lambda options: [Number(value, options.seeds) for value in options.values],
+        lambda options: [number(value, options.seeds) for value in options.values],
         squared,
         of_squares,
         lambda parser: parser.add_argument("--values", type=int, nargs="+", default=[2, 4]),
@@ -59,9 +56,11 @@ def test_every_family_states_members_that_are_named_apart(name):
     family = family_of(name)
     members = family.members(parser_of(name).parse_args([]))
     assert len(members) == len({str(member) for member in members}) > 0
-    files = {runner.Kept(name, runner.Path()).file(member) for member in members}
+    store = runner.Kept(name, runner.Path())
+    files = {store.file(member) for member in members}
     assert len(files) == len(members), "the figures of one would overwrite another's"
-    assert all(path.exists() for path in family.sources)
+    asked = store.asked(members[0])
+    assert len(asked["key"]) == 16 and asked != store.asked(members[-1])
 
 
 def test_members_run_once_and_again_for_other_settings(squares, tmp_path, capsys):
@@ -88,10 +87,23 @@ def test_some_members_are_chosen_by_their_names(squares, tmp_path, capsys):
     assert "no member's name holds /8 or /9" in capsys.readouterr().err
 
 
+def test_another_checkout_has_figures_of_its_own(squares, tmp_path, capsys, monkeypatch):
+    arguments = ["grid", "--workers", "1", "--out", str(tmp_path), "--values", "2"]
+    monkeypatch.setattr(
+        "benchmarks.__main__.family_of", lambda name: replace(squares, against=True)
+    )
+    with pytest.raises(SystemExit):
+        main([*arguments, "--against", str(tmp_path)])
+    assert "no folder peg_on_hole_ros there" in capsys.readouterr().err
+    assert main([*arguments, "--against", str(ROOT)]) == 0 and COMPUTED == [2, 2]
+    names = sorted(path.name for path in (tmp_path / "runs").iterdir())
+    assert names == ["number_2.json", "number_2_other.json"]
+
+
 def test_figures_of_other_sources_are_not_taken(squares, tmp_path, monkeypatch):
-    runner.run("grid", [Number(2)], tmp_path)
+    runner.run("grid", [number(2)], tmp_path)
     monkeypatch.setattr(runner, "sources_key", lambda *given: "of other sources")
-    runner.run("grid", [Number(2)], tmp_path)
+    runner.run("grid", [number(2)], tmp_path)
     assert COMPUTED == [2, 2]
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.grid.misstated import with_scene, with_tare
 from benchmarks.grid.pegs import PEGS, closing
-from benchmarks.grid.told_wrongly import with_scene, with_tare
 from benchmarks.harness.errors import run_seeds
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.ros.diagnostics import Diagnostics

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 from benchmarks.grid.cells import SMALLEST, truth_of
-from benchmarks.grid.told_wrongly import tilted
+from benchmarks.grid.misstated import tilted
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
