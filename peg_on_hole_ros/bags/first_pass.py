@@ -10,12 +10,10 @@ import numpy as np
 from mcap.records import Channel, Schema, Statistics
 
 from peg_on_hole_ros.bags.log_times import ABOUT, LogTimes
-from peg_on_hole_ros.bags.message_places import Rows, gathered, unpacked
+from peg_on_hole_ros.bags.message_places import Rows, unpacked
 from peg_on_hole_ros.bags.schemas import serving
+from peg_on_hole_ros.messages.cdr_layout import stamps
 
-# Encapsulation, then the stamp.
-_STAMP = np.dtype([("form", "<u2"), ("options", "<u2"), ("sec", "<i4"), ("nanosec", "<u4")])
-_LITTLE_ENDIAN = 0x0100
 # Messages whose log times are decided together.
 _TOGETHER = 4096
 
@@ -167,11 +165,8 @@ class Found:
         channels = [number for number, stamped in self._stamped.items() if stamped]
         places = np.flatnonzero(np.isin(rows.channel, channels))
         stamped = unpacked(rows.of(places), most)
-        long = np.flatnonzero(stamped.end - stamped.start >= _STAMP.itemsize)
-        stamp = gathered(stamped.data, stamped.start[long], _STAMP)
-        good = (stamp["form"] == _LITTLE_ENDIAN) & (stamp["nanosec"] < 1_000_000_000)
-        t_ns = stamp["sec"].astype(np.int64) * 1_000_000_000 + stamp["nanosec"]
-        return places[long[good]], t_ns[good]
+        has, t_ns = stamps(stamped.data, stamped.start, stamped.end)
+        return places[has], t_ns[has]
 
     def _decide(self, behind):
         """Decide of log times, of blocks that have so many messages behind them."""

@@ -7,10 +7,12 @@ that recur at 1 kHz with the same texts only the stamp and the numbers are writt
 """
 
 import struct
+from array import array
 from functools import cache
 
 import numpy as np
 
+from peg_on_hole_ros.messages.cdr_layout import Layout
 from peg_on_hole_ros.messages.definitions import fields
 
 # Code of struct, size, default.
@@ -24,10 +26,11 @@ _PRIMITIVES = {
     "float64": ("d", 8, 0.0),
 }
 _ENCAPSULATION = b"\0\1\0\0"
-_STAMP = struct.Struct("<iI")
 _U32 = struct.Struct("<I")
+# Seconds of a stamp have 32 bits with their sign.
+_LEAST, _SECOND = -(1 << 31), 1_000_000_000
 # Texts that change with every message would fill the memory.
-_MOST_TEMPLATES = 256
+_MOST_LAYOUTS = 256
 
 
 class Encoder:
@@ -42,9 +45,10 @@ class Encoder:
     """
 
     def __init__(self, ros_type: str) -> None:
+        self._type = ros_type
         self._write = _structure(ros_type.replace("/msg/", "/"))
         self._split = _SPLITS.get(ros_type)
-        self._templates: dict = {}
+        self._known: dict[tuple, Layout] = {}
 
     def __call__(self, message: dict) -> bytes:
         """Return the encoded message; a field left out has its default."""
@@ -52,18 +56,17 @@ class Encoder:
             return self.walk(message)
         try:
             key, numbers = self._split(message)
+            stamp = message["header"]["stamp"]
+            sec, nanosec = stamp["sec"], stamp["nanosec"]
         except (KeyError, TypeError):
             return self.walk(message)
-        template = self._templates.get(key)
-        if template is None:
-            return self._learn(key, message)
-        data, runs = template
-        buffer = bytearray(data)
-        stamp = message["header"]["stamp"]
-        _STAMP.pack_into(buffer, len(_ENCAPSULATION), stamp["sec"], stamp["nanosec"])
-        for offset, first, last, pack_into in runs:
-            pack_into(buffer, offset, *numbers[first:last])
-        return bytes(buffer)
+        if not (_LEAST <= sec < -_LEAST and 0 <= nanosec < _SECOND):
+            return self.walk(message)
+        layout = self._known.get(key)
+        if layout is None:
+            layout = self._learn(key, message)
+        # Of what is no number numpy would make one, and an array does not.
+        return layout.write_one(sec * _SECOND + nanosec, np.frombuffer(array("d", numbers)))
 
     def many(self, message: dict, t_ns: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         """
@@ -79,49 +82,24 @@ class Encoder:
             All float64 of each, in the order of the message.
 
         """
-        data, runs = self.template(message)
-        found = np.tile(np.frombuffer(data, np.uint8), (len(t_ns), 1))
-        seconds, nanoseconds = np.divmod(t_ns, 1_000_000_000)
-        at = len(_ENCAPSULATION)
-        found[:, at : at + 4] = _bytes(seconds.astype("<i4"))
-        found[:, at + 4 : at + 8] = _bytes(nanoseconds.astype("<u4"))
-        for offset, first, last, _ in runs:
-            piece = np.ascontiguousarray(numbers[:, first:last], "<f8")
-            found[:, offset : offset + 8 * (last - first)] = _bytes(piece)
-        return found
+        return self.layout(message).write(t_ns, numbers)
 
-    def template(self, message: dict) -> tuple[bytes, tuple]:
-        """Return a message of fixed layout, and (offset, first, last, ...) of its numbers."""
-        self(message)
-        return self._templates[self._split(message)[0]]  # type: ignore[misc]
+    def layout(self, message: dict) -> Layout:
+        """Return the layout of a message of joint states, a wrench or a pose."""
+        return Layout(self._type, self.walk(message))
 
-    def walk(self, message: dict, places: list[int] | None = None) -> bytes:
-        """Return the encoded message by its definition; note where each float64 lies."""
+    def walk(self, message: dict) -> bytes:
+        """Return the encoded message by its definition."""
         buffer = bytearray(_ENCAPSULATION)
-        self._write(buffer, message, [] if places is None else places)
+        self._write(buffer, message)
         return bytes(buffer)
 
     def _learn(self, key, message):
-        places: list[int] = []
-        data = self.walk(message, places)
-        if len(self._templates) >= _MOST_TEMPLATES:
-            self._templates.clear()
-        self._templates[key] = data, _runs(places)
-        return data
-
-
-def _bytes(values):
-    return values.view(np.uint8).reshape(len(values), -1)
-
-
-def _runs(places):
-    """Return (offset, first, last, pack_into) of every stretch of numbers without a gap."""
-    runs, first = [], 0
-    for i in range(1, len(places) + 1):
-        if i == len(places) or places[i] != places[i - 1] + 8:
-            runs.append((places[first], first, i, struct.Struct(f"<{i - first}d").pack_into))
-            first = i
-    return tuple(runs) if places else ()
+        layout = self.layout(message)
+        if len(self._known) >= _MOST_LAYOUTS:
+            self._known.clear()
+        self._known[key] = layout
+        return layout
 
 
 def _joint_state(message):
@@ -167,10 +145,10 @@ def _structure(name):
             write = _array(write, int(length) if length else None)
         members.append((field, write))
 
-    def write(buffer, message, places):  # type: ignore[no-redef]
+    def write(buffer, message):  # type: ignore[no-redef]
         message = {} if message is None else message
         for field, write_member in members:
-            write_member(buffer, message.get(field), places)
+            write_member(buffer, message.get(field))
 
     return write
 
@@ -184,16 +162,14 @@ def _element(base, default):
     pack = struct.Struct(f"<{code}").pack
     default = zero if default is None else type(zero)(float(default))
 
-    def write(buffer, value, places):
+    def write(buffer, value):
         _pad(buffer, size)
-        if code == "d":
-            places.append(len(buffer))
         buffer.extend(pack(default if value is None else value))
 
     return write
 
 
-def _write_string(buffer, value, places):
+def _write_string(buffer, value):
     data = (value or "").encode() + b"\0"
     _pad(buffer, 4)
     buffer.extend(_U32.pack(len(data)))
@@ -201,7 +177,7 @@ def _write_string(buffer, value, places):
 
 
 def _array(write, length):
-    def write_array(buffer, values, places):
+    def write_array(buffer, values):
         values = [None] * (length or 0) if values is None else values
         if length is None:
             _pad(buffer, 4)
@@ -209,6 +185,6 @@ def _array(write, length):
         elif len(values) != length:
             raise ValueError(f"{len(values)} values for a field of {length}")
         for value in values:
-            write(buffer, value, places)
+            write(buffer, value)
 
     return write_array

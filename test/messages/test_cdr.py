@@ -110,4 +110,4 @@ def test_texts_that_never_recur_do_not_fill_the_memory():
     encoder = Encoder(JOINT_STATE)
     for i in range(1000):
         encoder(joint_state(1, [f"j{i}"], [0.0]))
-    assert len(encoder._templates) <= 256
+    assert len(encoder._known) <= 256

@@ -1,0 +1,312 @@
+"""
+Serialised messages that differ in stamp and numbers alone: read and written, one or many at once.
+
+CDR puts the same fields of messages with the same texts and lengths in the same places. So of a
+message whose definition has been walked once, all others of its layout are that one with other
+numbers in it. What has no such layout, as big-endian messages, is left to the libraries.
+"""
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+
+from peg_on_hole_ros.messages.definitions import fields
+
+# CDR, little endian; the two bytes behind may be anything.
+_LITTLE_ENDIAN = b"\0\1"
+_ENCAPSULATION = 4
+# The stamp of a header is the first that a message has.
+_STAMP, _STAMP_END = _ENCAPSULATION, _ENCAPSULATION + 8
+_SECOND = 1_000_000_000
+_U32 = struct.Struct("<I")
+_TIME = "builtin_interfaces/Time"
+_DOUBLE = 8
+
+
+class Template:
+    """
+    Bytes in which stamps and numbers are written anew: a message, or several of one stamp.
+
+    Parameters
+    ----------
+    whole : bytes
+    stamps : sequence of int
+        Where a stamp lies.
+    numbers : sequence of int, length k
+        Where each float64 lies.
+
+    Attributes
+    ----------
+    whole : bytes
+    stamps, numbers : ndarray of int
+
+    """
+
+    def __init__(self, whole: bytes, stamps: Sequence[int], numbers: Sequence[int]) -> None:
+        self.whole = whole
+        self.stamps, self.numbers = np.array(stamps, np.int64), np.array(numbers, np.int64)
+        self._bytes = np.frombuffer(whole, np.uint8)
+        self._one = np.empty((1, len(whole)), np.uint8)
+
+    def write(self, t_ns: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+        """
+        Return the bytes for each stamp, shape (n, bytes).
+
+        Parameters
+        ----------
+        t_ns : ndarray of int64, shape (n,)
+            Stamps [ns].
+        numbers : ndarray, shape (n, k)
+            All float64 of each, in the order of the message.
+
+        """
+        found = np.empty((len(t_ns), len(self.whole)), np.uint8)
+        self._write(t_ns, np.ascontiguousarray(numbers, np.float64), found)
+        return found
+
+    def write_one(self, t_ns: int, numbers: np.ndarray) -> bytes:
+        """Return the bytes for one stamp [ns] and its numbers, shape (k,)."""
+        self._write(np.array([t_ns]), numbers[None], self._one)
+        return self._one.tobytes()
+
+    def _write(self, t_ns, numbers, found):
+        _write(self._bytes, self.stamps, self.numbers, t_ns, numbers.view(np.uint64), found)
+
+
+def joined(templates: Sequence[Template]) -> tuple[Template, list[slice]]:
+    """Return a template of all messages, one behind the other, and where each of them lies."""
+    ends = np.cumsum([len(each.whole) for each in templates]).tolist()
+    begins = [0, *ends[:-1]]
+    stamps, numbers = (
+        [begin + at for begin, each in zip(begins, templates) for at in places(each).tolist()]
+        for places in (lambda each: each.stamps, lambda each: each.numbers)
+    )
+    whole = b"".join(each.whole for each in templates)
+    return Template(whole, stamps, numbers), list(map(slice, begins, ends))
+
+
+class Layout(Template):
+    """
+    What messages of one type have in common beside their stamp and their numbers.
+
+    Parameters
+    ----------
+    ros_type : str
+        As in `sensor_msgs/msg/JointState`: a header, then texts and float64 alone.
+    payload : bytes
+        Any message of the layout, in CDR; what stands behind it is left out.
+
+    Attributes
+    ----------
+    texts : tuple of str
+        In the order of the message: the frame first.
+    counts : tuple of int
+        Lengths of the arrays of float64 of no fixed length, likewise.
+    common : bytes
+        All that messages of the layout have in common, zeros elsewhere: two with the same are one.
+
+    Raises
+    ------
+    ValueError
+        The payload does not hold what the definition says, or is not little endian.
+
+    """
+
+    def __init__(self, ros_type: str, payload: bytes) -> None:
+        walk = _Walk(payload)
+        walk.message(ros_type.replace("/msg/", "/"))
+        super().__init__(payload[: walk.at], [_STAMP], walk.numbers)
+        self.texts = tuple(text.decode() for text in walk.texts)
+        self.counts = tuple(walk.counts)
+        self._same = np.array(walk.same, np.int64)
+        self._content = self._bytes[self._same]
+        common = np.zeros(walk.at, np.uint8)
+        common[self._same] = self._content
+        self.common = common.tobytes()
+        self._found = Found(1, len(self.numbers)), np.zeros(1, np.int64), np.zeros(1, np.int64)
+
+    def read(
+        self, data: bytes, start: np.ndarray, end: np.ndarray, numbers: np.ndarray
+    ) -> "Found":
+        """
+        Read messages.
+
+        Parameters
+        ----------
+        data : bytes
+        start, end : ndarray of int64, shape (n,)
+            Of each message in `data`.
+        numbers : ndarray of int, shape (k,)
+            Which are read: some of `self.numbers`.
+
+        """
+        found = Found(len(start), len(numbers))
+        self._read(data, start, end, numbers, found)
+        return found
+
+    def read_one(self, payload: bytes) -> tuple[int, list[float]] | None:
+        """Return stamp [ns] and all numbers of a message; None: it is of another layout."""
+        found, start, end = self._found
+        end[0] = len(payload)
+        self._read(payload, start, end, self.numbers, found)
+        return (int(found.t_ns[0]), found.numbers[0].tolist()) if found.fits[0] else None
+
+    def _read(self, data, start, end, numbers, found):
+        bytes_ = np.frombuffer(data, np.uint8)
+        same, size = (self._same, self._content), len(self.whole)
+        _read(bytes_, start, end, *same, numbers, size, found.fits, found.t_ns, found.words)
+
+
+class Found:
+    """
+    What was read.
+
+    Attributes
+    ----------
+    fits : ndarray of bool, shape (n,)
+        Which messages are of the layout; of the others the rest is void.
+    t_ns : ndarray of int64, shape (n,)
+        Stamps [ns].
+    numbers : ndarray, shape (n, k)
+
+    """
+
+    def __init__(self, count: int, width: int) -> None:
+        self.fits = np.zeros(count, np.bool_)
+        self.t_ns = np.zeros(count, np.int64)
+        self.words = np.zeros((count, width), np.uint64)
+        self.numbers = self.words.view(np.float64)
+
+
+def stamps(data: bytes, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return which messages that begin with a header have a stamp that can be, and stamps [ns].
+
+    Parameters
+    ----------
+    data : bytes
+    start, end : ndarray of int64, shape (n,)
+        Of each message in `data`.
+
+    """
+    found = Found(len(start), 0)
+    none = np.empty(0, np.int64)
+    same = np.arange(2), np.frombuffer(_LITTLE_ENDIAN, np.uint8).copy()
+    bytes_ = np.frombuffer(data, np.uint8)
+    _read(bytes_, start, end, *same, none, _STAMP_END, found.fits, found.t_ns, found.words)
+    return found.fits, found.t_ns
+
+
+class _Walk:
+    """Through the bytes of a message, by its definition: what recurs, and where numbers lie."""
+
+    def __init__(self, payload):
+        if payload[:2] != _LITTLE_ENDIAN:
+            raise ValueError("not in little endian")
+        self._payload, self.at = payload, _ENCAPSULATION
+        self.same, self.numbers = [0, 1], []
+        self.texts: list[bytes] = []
+        self.counts: list[int] = []
+
+    def message(self, name):
+        for kind, _, _ in fields(name):
+            base, _, length = kind.removesuffix("]").partition("[")
+            if not kind.endswith("]"):
+                self._part(base, 1)
+            elif length:
+                self._part(base, int(length))
+            else:
+                count = self._u32()
+                if base == "float64":
+                    self.counts.append(count)
+                self._part(base, count)
+
+    def _part(self, base, count):
+        if base == "float64":
+            first = self._begin(_DOUBLE if count else 1, _DOUBLE * count)
+            self.numbers += range(first, self.at, _DOUBLE)
+            return
+        if base == _TIME:
+            self._begin(4, 8 * count)
+            return
+        # A text or a message takes four bytes at least: so many may be there at most.
+        if count > len(self._payload):
+            raise ValueError("more parts than bytes")
+        for _ in range(count):
+            if base == "string":
+                self._text()
+            else:
+                self.message(base)
+
+    def _text(self):
+        length = self._u32()
+        first = self._begin(1, length)
+        if not length:
+            raise ValueError("a text without its final zero")
+        self.same += range(first, self.at)
+        self.texts.append(self._payload[first : self.at - 1])
+
+    def _u32(self):
+        first = self._begin(4, 4)
+        self.same += range(first, self.at)
+        return _U32.unpack_from(self._payload, first)[0]
+
+    def _begin(self, size, length):
+        """Go on to the next place of a size, and past a length; return that place."""
+        first = self.at + (_ENCAPSULATION - self.at) % size
+        if first + length > len(self._payload):
+            raise ValueError("a message ends before what it has to hold")
+        self.at = first + length
+        return first
+
+
+@njit(cache=True)
+def _read(data, start, end, same, content, numbers, size, fits, t_ns, words):
+    """Fill in what `Found` holds, of messages of a size in which some bytes are as they are."""
+    for i in range(len(start)):
+        at = start[i]
+        fits[i] = end[i] - at >= size
+        k = 0
+        while fits[i] and k < len(same):
+            fits[i] = data[at + same[k]] == content[k]
+            k += 1
+        if not fits[i]:
+            continue
+        seconds = np.int64(np.int32(np.uint32(_word(data, at + _STAMP, 4))))
+        nanoseconds = np.int64(_word(data, at + _STAMP + 4, 4))
+        fits[i] = nanoseconds < _SECOND
+        t_ns[i] = seconds * _SECOND + nanoseconds
+        for k in range(len(numbers)):
+            words[i, k] = _word(data, at + numbers[k], _DOUBLE)
+
+
+@njit(cache=True)
+def _word(data, at, size):
+    word = np.uint64(0)
+    for i in range(size):
+        word |= np.uint64(data[at + i]) << np.uint64(8 * i)
+    return word
+
+
+@njit(cache=True)
+def _write(whole, stamps, places, t_ns, words, out):
+    """Fill in a row for each stamp."""
+    for i in range(len(t_ns)):
+        for k in range(len(whole)):
+            out[i, k] = whole[k]
+        seconds = t_ns[i] // _SECOND
+        nanoseconds = t_ns[i] - seconds * _SECOND
+        for at in stamps:
+            # Seconds are signed: before 1970 they wrap.
+            _put(out, i, at, np.uint64(seconds), 4)
+            _put(out, i, at + 4, np.uint64(nanoseconds), 4)
+        for k in range(len(places)):
+            _put(out, i, places[k], words[i, k], _DOUBLE)
+
+
+@njit(cache=True)
+def _put(out, i, at, word, size):
+    for k in range(size):
+        out[i, at + k] = np.uint8((word >> np.uint64(8 * k)) & np.uint64(0xFF))
