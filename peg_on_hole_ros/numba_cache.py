@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parent
 COMPILED = (
     "mechanics", "measurements", "estimator", "identification", "monitor", "diagnosis", "engine",
     "sim", "study",
-    "bags/record_steps.py", "messages/cdr_layout.py", "messages/plain.py",
+    "bags/storage/message_rows.py", "messages/cdr_layout.py", "messages/plain.py",
 )  # fmt: skip
 
 

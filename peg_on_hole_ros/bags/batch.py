@@ -1,11 +1,14 @@
 """Wrenches and joint states of a recording as arrays, in the order in which they are taken."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.bags.columns import NO_LAYOUT, Layout
+from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layout
+from peg_on_hole_ros.config.options import JointInput
+from peg_on_hole_ros.measurements.measurement import sound_wrenches
+from peg_on_hole_ros.measurements.orientation import ROW, JointOrientation, Outcome
 from peg_on_hole_ros.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
@@ -15,7 +18,7 @@ from peg_on_hole_ros.messages.decode import (
     stamp_of,
     wrench_sample,
 )
-from peg_on_hole_ros.records import JointSample, WrenchSample
+from peg_on_hole_ros.records import Arrivals, JointSample, WrenchSample
 
 
 class Item(NamedTuple):
@@ -181,3 +184,49 @@ def _odd(message, ros_type):
     except (AttributeError, TypeError, ValueError):
         return None
     return Stretch(frame, names, np.array([t_ns]), values)
+
+
+def arrivals_of(
+    batch: Batch, sources: Mapping[str, str], joints: JointInput, orientation: JointOrientation
+) -> Arrivals:
+    """
+    Return the messages of a batch in their order; those of other topics are not sound.
+
+    Parameters
+    ----------
+    batch : Batch
+    sources : mapping of str to str
+        Which topics are `wrench` and `joints`.
+    joints : JointInput
+    orientation : JointOrientation
+
+    """
+    source = np.array([sources.get(topic, "") for topic in batch.types] or [""])[batch.topic]
+    of_wrench, of_joints = source == "wrench", source == "joints"
+    sound = np.zeros(len(batch), bool)
+    rows = np.full((len(batch), ROW), np.nan)
+    for number, layout in enumerate(batch.layouts):
+        fits = batch.layout == number
+        at = np.flatnonzero(fits & of_wrench)
+        if len(at):
+            sound[at] = sound_wrenches(batch.values[at, :6])
+        at = np.flatnonzero(fits & of_joints)
+        if len(at):
+            sound[at], rows[at] = _orientations(
+                layout.names, batch.values[at, : layout.width], joints, orientation
+            )
+    t_ns = np.where(of_wrench, batch.t_ns, batch.t_ns - round(joints.delay * 1e9))
+    # A batch without any wrench that can be read may be narrower.
+    wrenches = np.full((np.count_nonzero(of_wrench), 6), np.nan)
+    read = batch.values[of_wrench, :6]
+    wrenches[:, : read.shape[1]] = read
+    return Arrivals(of_wrench, t_ns, sound, wrenches, rows[~of_wrench])
+
+
+def _orientations(names, positions, joints, orientation):
+    """Return which joint states of one order are sound, and their rows."""
+    needed = [i for i, name in enumerate(names) if not joints.names or name in joints.names]
+    sound = np.isfinite(positions[:, needed]).all(axis=1)
+    sound &= len(set(names)) == len(names) == positions.shape[1]
+    found = orientation.rows(names, positions)
+    return sound & (found.outcome == Outcome.orientation), found.rows

@@ -7,17 +7,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.bags.bag_files import bag_files, in_sqlite, listed
 from peg_on_hole_ros.bags.batch import Batch, Item
-from peg_on_hole_ros.bags.block_arrays import part_of
-from peg_on_hole_ros.bags.block_messages import Contents
-from peg_on_hole_ros.bags.columns import NO_LAYOUT, Layouts
-from peg_on_hole_ros.bags.decoding import decoders_of
-from peg_on_hole_ros.bags.first_pass import Found, TopicInfo
-from peg_on_hole_ros.bags.one_recording import check_one_recording
-from peg_on_hole_ros.bags.scan import scan_file
-from peg_on_hole_ros.bags.time_order import in_order
-from peg_on_hole_ros.bags.unpacking import MOST_CHUNK
+from peg_on_hole_ros.bags.storage.bag_files import (
+    bag_files,
+    check_one_recording,
+    listed,
+)
+from peg_on_hole_ros.bags.storage.decoders import decoders_of
+from peg_on_hole_ros.bags.storage.first_pass import Found, TopicInfo
+from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
+from peg_on_hole_ros.bags.storage.storages import OpenFiles, storage_of
+from peg_on_hole_ros.bags.storage.time_order import in_order, part_of
+from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
 from peg_on_hole_ros.errors import BagError
 
 # Of the messages, and of their definitions.
@@ -95,13 +96,14 @@ class Bag:
         files = bag_files(path)
         self.unnamed, self._stands_for = files.unnamed, files.stands_for
         for index, file in enumerate(files.files):
-            scan = _scanner(file)(file, index, self.topics, progress, most_chunk)
+            scan = storage_of(file).scan_file(file, index, self.topics, progress, most_chunk)
             self._scans.append(scan)
             self.metadata |= scan.metadata
             if scan.damage:
                 self.damage = f"{file} is {scan.damage}" + _behind(files.files[index + 1 :])
                 break
-        check_one_recording(files, self._scans)
+        spans = [(scan.span(), scan.path.name) for scan in self._scans]
+        check_one_recording(files, [(*span, name) for span, name in spans if span])
         self._blocks = [block for scan in self._scans for block in scan.blocks]
 
     @property
@@ -271,29 +273,19 @@ class Bag:
 
     def _parts(self, decoders, layouts):
         """Yield messages of the channels that have a decoder, in their order."""
-        with Contents([scan.path for scan in self._scans], self._most) as contents:
+        with OpenFiles([scan.path for scan in self._scans], self._most) as files:
 
             def load(block):
-                rows = block.in_place(contents.rows(block))
+                rows = block.in_place(files.rows(block))
                 return part_of(block.file, rows, decoders[block.file], layouts, self._most)
 
             yield from in_order(self._blocks, load)
 
     def _decoders(self, types):
-        return [decoders_of(scan, types) for scan in self._scans]
-
-
-def _scanner(file):
-    if in_sqlite(file):
-        # It takes a while to import, and few need it.
-        try:
-            from peg_on_hole_ros.bags.sqlite import scan_sqlite
-        except ModuleNotFoundError as error:
-            raise BagError(
-                f"{file} is a bag in SQLite, which needs {error.name}: pip install rosbags"
-            ) from None
-        return scan_sqlite
-    return scan_file
+        return [
+            decoders_of(scan.path, scan.channels.values(), scan.schemas, types)
+            for scan in self._scans
+        ]
 
 
 def _behind(unread):

@@ -10,7 +10,7 @@ from typing import BinaryIO
 from mcap.writer import CompressionType
 
 from peg_on_hole_ros import __version__
-from peg_on_hole_ros.bags.bulk import BulkWriter, Column
+from peg_on_hole_ros.bags.bulk_writer import BulkWriter, Column
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError

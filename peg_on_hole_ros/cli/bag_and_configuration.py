@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from peg_on_hole_ros.bags.bag_files import bag_files
 from peg_on_hole_ros.bags.reader import Bag
+from peg_on_hole_ros.bags.storage.bag_files import bag_files
+from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
 from peg_on_hole_ros.bags.truth import Truth, read_truth
-from peg_on_hole_ros.bags.unpacking import MOST_CHUNK
 from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load, remark

@@ -14,10 +14,10 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from peg_on_hole_ros.bags.bag_files import bag_files
 from peg_on_hole_ros.bags.estimates import estimates
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_table
+from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.writer import configuration_metadata
 from peg_on_hole_ros.cli.bag_and_configuration import open_bag, truth_in
 from peg_on_hole_ros.cli.places import check_places, out_folder

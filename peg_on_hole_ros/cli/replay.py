@@ -8,9 +8,7 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
-from peg_on_hole_ros.bags.bag_files import bag_files
 from peg_on_hole_ros.bags.reader import Bag, absolute
-from peg_on_hole_ros.bags.rosbag2_folder import is_folder_name, rosbag2_folder
 from peg_on_hole_ros.bags.score import (
     Score,
     flag_lines,
@@ -18,6 +16,8 @@ from peg_on_hole_ros.bags.score import (
     score_table,
     undetermined_content,
 )
+from peg_on_hole_ros.bags.storage.bag_files import bag_files
+from peg_on_hole_ros.bags.storage.rosbag2_folder import is_folder_name, rosbag2_folder
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording, truth_in
 from peg_on_hole_ros.cli.places import write_text

@@ -10,8 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from peg_on_hole_ros.bags.arrival_record import EVENT_TOPIC
-from peg_on_hole_ros.bags.arrivals import arrivals_of
-from peg_on_hole_ros.bags.batch import Batch, Item
+from peg_on_hole_ros.bags.batch import Batch, Item, arrivals_of
 from peg_on_hole_ros.bags.reader import Bag, absolute
 from peg_on_hole_ros.bags.writer import CONFIGURATION_METADATA, URDF_METADATA
 from peg_on_hole_ros.config.configuration import from_parameters, node_options

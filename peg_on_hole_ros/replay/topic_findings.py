@@ -8,10 +8,10 @@ from statistics import median
 import numpy as np
 
 from peg_on_hole_ros.bags.batch import Stretch
-from peg_on_hole_ros.bags.stamps import ByStamp
 from peg_on_hole_ros.measurements.repeats import new_repeats, notice_all, said
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
+from peg_on_hole_ros.replay.stamps import ByStamp
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
 _ALIKE = 100

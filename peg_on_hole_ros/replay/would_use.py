@@ -2,15 +2,14 @@
 
 import numpy as np
 
-from peg_on_hole_ros.bags.arrivals import arrivals_of
-from peg_on_hole_ros.bags.batch import Batch
-from peg_on_hole_ros.bags.stamps import StampStatistics
+from peg_on_hole_ros.bags.batch import Batch, arrivals_of
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.orientation import JointOrientation
 from peg_on_hole_ros.messages.decode import Malformed
 from peg_on_hole_ros.messages.stream import MessageStream
 from peg_on_hole_ros.replay.run import fates, played
+from peg_on_hole_ros.replay.stamps import StampStatistics
 
 # What messages are dropped for that another topic, or the order of them, decides.
 _OF_ORDER = (

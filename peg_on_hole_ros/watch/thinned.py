@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.bags.columns import NO_LAYOUT, Layouts
-from peg_on_hole_ros.bags.message_places import Rows
+from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
+from peg_on_hole_ros.bags.storage.message_rows import Rows
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE
 
 

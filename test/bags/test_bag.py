@@ -82,7 +82,7 @@ def test_memory_holds_only_chunks_that_overlap(tmp_path):
 def test_messages_outside_chunks_are_read_in_runs(tmp_path, monkeypatch):
     path = text_bag(tmp_path / "a.mcap", range(500), use_chunking=False)
     assert len(Bag(path)._blocks) == 1
-    monkeypatch.setattr("peg_on_hole_ros.bags.scan._GROUP_BYTES", 400)
+    monkeypatch.setattr("peg_on_hole_ros.bags.storage.mcap_file._GROUP_BYTES", 400)
     bag = Bag(path)
     # A message takes 40 bytes and a few: a run ends once it has passed 400.
     assert 40 < len(bag._blocks) < 60

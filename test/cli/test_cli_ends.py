@@ -148,11 +148,10 @@ def test_a_disk_that_fails_gives_what_lies_before(tmp_path, monkeypatch):
     path = write_bag(tmp_path / "a.mcap", count=400, chunk_bytes=4000)
     whole = Bag(path)
     half = path.stat().st_size // 2
-    for module in ("scan", "block_messages"):
-        monkeypatch.setattr(
-            f"peg_on_hole_ros.bags.{module}.open_file",
-            lambda path: Broken(path.open("rb"), half),
-        )
+    monkeypatch.setattr(
+        "peg_on_hole_ros.bags.storage.mcap_file.open_packed",
+        lambda path: Broken(path.open("rb"), half),
+    )
     bag = Bag(path)
     assert f"{path} is unreadable after byte " in bag.damage
     assert bag.damage.endswith(": Input/output error")

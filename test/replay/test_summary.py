@@ -4,7 +4,6 @@ import pickle
 
 import pytest
 
-from peg_on_hole_ros.bags.stamps import StampStatistics
 from peg_on_hole_ros.messages.output import (
     BOOL,
     DIAGNOSTICS,
@@ -14,6 +13,7 @@ from peg_on_hole_ros.messages.output import (
 )
 from peg_on_hole_ros.records import UNTOLD
 from peg_on_hole_ros.replay import summary as module
+from peg_on_hole_ros.replay.stamps import StampStatistics
 from peg_on_hole_ros.replay.summary import Summary
 
 MS = 1_000_000

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from peg_on_hole_ros import __version__
-from peg_on_hole_ros.bags.bag_files import bag_files
+from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
 from peg_on_hole_ros.cli.many_bags.which_bags import RESULT
 from peg_on_hole_ros.cli.places import write_text

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from peg_on_hole_ros.bags.bag_files import bag_files, bags_in, bare
+from peg_on_hole_ros.bags.storage.bag_files import bag_files, bags_in, bare
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
 RESULT = "result.json"

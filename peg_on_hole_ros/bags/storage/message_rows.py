@@ -1,4 +1,4 @@
-"""Where the messages lie in a stretch of records, as arrays."""
+"""The messages of a stretch of MCAP records, as arrays of where they lie."""
 
 import struct
 from collections.abc import Callable
@@ -6,15 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 from mcap.opcode import Opcode
+from numba import njit
 
-from peg_on_hole_ros.bags.record_steps import walk
-from peg_on_hole_ros.bags.unpacking import ZSTD_MAGIC, check_size, message_content
+from peg_on_hole_ros.bags.storage.unpacking import ZSTD_MAGIC, check_size, message_content
 
 HEAD = struct.Struct("<BQ")
 # What stands before a message's payload.
 _MESSAGE = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")])
 # No recorder's clock is beyond this (the year 2116), and sums of two fit 64 bits [ns].
 LATEST = 1 << 62
+# Kind, and length of the content.
+_HEAD = HEAD.size
 
 
 class Rows(NamedTuple):
@@ -121,3 +123,45 @@ def unpacked(rows: Rows, most: int) -> Rows:
         end[i] = size
         check_size(size - len(rows.data), most)
     return rows._replace(data=b"".join(parts), start=start, end=end)
+
+
+@njit(cache=True)
+def walk(data: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return kind, begin and end of the content of each record.
+
+    Parameters
+    ----------
+    data : ndarray of uint8
+
+    Returns
+    -------
+    kind : ndarray of uint8, shape (n,)
+    start, end : ndarray of int64, shape (n,)
+        The last end is beyond `data` where its record is not whole.
+
+    """
+    size = len(data)
+    # Records are counted first: their places take more than what the shortest of them does.
+    count = at = 0
+    while at < size:
+        at = _end(data, at, size)
+        count += 1
+    kind = np.empty(count, np.uint8)
+    start, end = np.empty(count, np.int64), np.empty(count, np.int64)
+    at = 0
+    for i in range(count):
+        kind[i], start[i] = data[at], at + _HEAD
+        at = end[i] = _end(data, at, size)
+    return kind, start, end
+
+
+@njit(cache=True)
+def _end(data, at, size):
+    if at + _HEAD > size:
+        return size + 1
+    length = np.uint64(0)
+    for i in range(8):
+        length |= np.uint64(data[at + 1 + i]) << np.uint64(8 * i)
+    left = size - at - _HEAD
+    return at + _HEAD + np.int64(length) if length <= np.uint64(left) else size + 1

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.bags.message_places import Rows
+from peg_on_hole_ros.bags.storage.message_rows import Rows
 from peg_on_hole_ros.messages import cdr_layout
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 

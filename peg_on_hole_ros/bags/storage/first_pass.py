@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from mcap.records import Channel, Schema, Statistics
 
-from peg_on_hole_ros.bags.log_times import ABOUT, LogTimes
-from peg_on_hole_ros.bags.message_places import Rows, unpacked
-from peg_on_hole_ros.bags.schemas import serving
+from peg_on_hole_ros.bags.storage.decoders import serving
+from peg_on_hole_ros.bags.storage.log_times import ABOUT, LogTimes
+from peg_on_hole_ros.bags.storage.message_rows import Rows, unpacked
 from peg_on_hole_ros.messages.cdr_layout import stamps
 
 # Messages whose log times are decided together.
@@ -203,6 +203,13 @@ class Found:
             info.last_ns = max(info.last_ns, last) if info.count else last
             info.count += len(of)
             info.wrong_log_times += int(replaced[number])
+
+    def span(self) -> tuple[int, int] | None:
+        """Return the least and the greatest log time [ns]; None: it has no messages."""
+        if not self.blocks:
+            return None
+        first = min(block.first_ns for block in self.blocks)
+        return first, max(block.last_ns for block in self.blocks)
 
     def lost(self, statistics: Statistics) -> str:
         """Return how many messages its statistics count that were not there, or nothing."""

@@ -13,9 +13,9 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.errors import ReaderError
 
-from peg_on_hole_ros.bags.first_pass import Block, Found, TopicInfo
-from peg_on_hole_ros.bags.message_places import LATEST, Rows
-from peg_on_hole_ros.bags.unpacking import MOST_CHUNK, ZstdFile
+from peg_on_hole_ros.bags.storage.first_pass import Block, Found, TopicInfo
+from peg_on_hole_ros.bags.storage.message_rows import LATEST, Rows
+from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK, ZstdFile
 from peg_on_hole_ros.errors import BagError
 
 # Of messages of a stretch [bytes].
@@ -130,11 +130,11 @@ class SqliteFile:
         if first is not None:
             yield first, number, collected.rows()
 
-    def rows(self, first: int, last: int) -> Rows:
-        """Return the messages of a stretch, by ids of the first and the last."""
+    def rows(self, block: Block) -> Rows:
+        """Return the messages of a stretch."""
         collected = _Collected()
         with self._errors():
-            for _, *message in self._messages.execute(_MESSAGES, (first, last)):
+            for _, *message in self._messages.execute(_MESSAGES, (block.start, block.length)):
                 collected.add(*message)
         return collected.rows()
 
@@ -168,14 +168,14 @@ class _Collected:
         return Rows(b"".join(self._parts), channel, log_ns, end - length, end)
 
 
-def scan_sqlite(
+def scan_file(
     path: Path,
     index: int,
     topics: dict[str, TopicInfo],
     progress: Callable[[float], None] | None = None,
     most: int = MOST_CHUNK,
 ) -> Found:
-    """Read a whole file once, as `scan_file` does one of MCAP."""
+    """Read a whole file once, as that of MCAP is."""
     found = Found(path, topics)
     file = SqliteFile(path)
     try:
@@ -192,3 +192,8 @@ def scan_sqlite(
         found.finish()
         file.close()
     return found
+
+
+def open_file(path: Path, most: int) -> SqliteFile:
+    """Open a file that has been read through."""
+    return SqliteFile(path)

@@ -187,7 +187,7 @@ class ZstdFile:
         self.close()
 
 
-def open_file(path: Path) -> BinaryIO | ZstdFile:
+def open_packed(path: Path) -> BinaryIO | ZstdFile:
     """Open for reading, with an error that tells what is there instead."""
     try:
         return ZstdFile(path) if path.suffix in (".zstd", ".zst") else path.open("rb")

@@ -16,14 +16,14 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, DataEnd, Metadata, Schema, Statistics
 
-from peg_on_hole_ros.bags.first_pass import Block, Found, TopicInfo
-from peg_on_hole_ros.bags.message_places import HEAD, rows_in
-from peg_on_hole_ros.bags.unpacking import (
+from peg_on_hole_ros.bags.storage.first_pass import Block, Found, TopicInfo
+from peg_on_hole_ros.bags.storage.message_rows import HEAD, Rows, rows_in
+from peg_on_hole_ros.bags.storage.unpacking import (
     MOST_CHUNK,
     ChecksumError,
     ZstdFile,
     chunk_content,
-    open_file,
+    open_packed,
     too_large,
 )
 from peg_on_hole_ros.errors import BagError
@@ -78,7 +78,7 @@ def scan_file(
 
     """
     found = Found(path, topics)
-    with open_file(path) as stream:
+    with open_packed(path) as stream:
         # Of what is packed as a whole nobody knows how long it is.
         size = None if isinstance(stream, ZstdFile) else path.stat().st_size
         try:
@@ -99,6 +99,44 @@ def scan_file(
         raise BagError(f"{path} is {found.damage}")
     # Of a recording in parts the last one may have been opened and never written.
     return found
+
+
+class McapFile:
+    """
+    A file that has been read through, kept open.
+
+    Parameters
+    ----------
+    path : Path
+    most : int
+        Bytes that a chunk may take unpacked.
+
+    """
+
+    def __init__(self, path: Path, most: int) -> None:
+        self._path, self._most, self._stream = path, most, open_packed(path)
+
+    def rows(self, block: Block) -> Rows:
+        """Return the messages of a block; BagError: it cannot be read any more."""
+        try:
+            self._stream.seek(block.start)
+            body = self._stream.read(block.length)
+        except OSError as error:
+            raise BagError(f"cannot read {self._stream.name}: {error.strerror}") from None
+        try:
+            content = chunk_content(body, self._most, validate=False) if block.chunk else body
+            return rows_in(content)
+        except ValueError as error:
+            raise BagError(f"{self._path} was changed while it was read: {error}") from None
+
+    def close(self) -> None:
+        """Close the file."""
+        self._stream.close()
+
+
+def open_file(path: Path, most: int) -> McapFile:
+    """Open a file that has been read through."""
+    return McapFile(path, most)
 
 
 def _no_begin(magic):

@@ -1,10 +1,15 @@
-"""Which definition serves to decode the messages of a channel: the bag's, or the own one."""
+"""From the definition of a channel, the bag's or the own one, to what reads its messages."""
 
 import re
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from mcap.records import Schema
+from mcap.records import Channel, Schema
+from mcap_ros2.decoder import DecoderFactory
 
+from peg_on_hole_ros.errors import BagError
+from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
 
 _PRIMITIVE = re.compile(r"(bool|byte|char|float32|float64|u?int(8|16|32|64)|w?string(<=\d+)?)$")
@@ -133,3 +138,86 @@ def _stamped(schema):
         return False
     fields = _parts(schema.data.decode(), schema.name)[_short(schema.name)]
     return bool(fields) and fields[0][:2] == ("std_msgs/Header", "")
+
+
+class Decoder(NamedTuple):
+    """
+    What reads the messages of a channel.
+
+    Attributes
+    ----------
+    number : int
+        Place of its topic among those that are read.
+    topic : str
+    decode : callable
+        From a payload to a message, fields as attributes.
+    columns : str
+        The type, where messages can be read many at once; else empty.
+
+    """
+
+    number: int
+    topic: str
+    decode: Callable[[bytes], Any]
+    columns: str
+
+
+def decoders_of(
+    path: Path,
+    channels: Iterable[Channel],
+    schemas: dict[int, Schema],
+    types: dict[str, str | None],
+) -> dict[int, Decoder]:
+    """
+    Return a decoder for each channel of some topics.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file, for errors.
+    channels : iterable of Channel
+    schemas : dict of int to Schema
+    types : dict of str to str or None
+        Topics, and what is read where the bag does not say of which type they are.
+
+    Raises
+    ------
+    BagError
+        A definition that cannot be read, of a type that is not known.
+
+    """
+    factory = DecoderFactory()
+    numbers = {topic: i for i, topic in enumerate(types)}
+    decoders = {}
+    for channel in channels:
+        if channel.topic not in types:
+            continue
+        schema = schemas.get(channel.schema_id)
+        wanted = types[channel.topic]
+        found = serving(schema)
+        if schema is None and wanted:
+            found = serving(own_schema(0, wanted))
+        if schema is None and not wanted:
+            continue
+        name = schema.name if schema else wanted
+        if found.schema is None:
+            raise BagError(
+                f"{path}: the definition of {name} on {channel.topic} cannot be read, and "
+                f"the type is not one that is known: it lacks {found.lacking or 'its text'}"
+            )
+        try:
+            decode = factory.decoder_for(channel.message_encoding, found.schema)
+        except Exception as error:
+            # The parser of definitions has a dozen exceptions with no base but this.
+            raise BagError(
+                f"{path}: the definition of {name} on {channel.topic} cannot be read: {error}"
+            ) from None
+        if decode is not None:
+            columns = found.usual and name in (WRENCH_TYPE, JOINTS_TYPE)
+            decoders[channel.id] = Decoder(
+                numbers[channel.topic],
+                channel.topic,
+                decode,
+                name if columns else "",  # type: ignore[arg-type]
+            )
+    return decoders

@@ -2,11 +2,12 @@
 
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from shlex import quote
 from typing import NamedTuple
 
-from peg_on_hole_ros.bags.metadata_file import Description, read_description
+from peg_on_hole_ros.bags.storage.rosbag2_folder import Description, read_description
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
 # As a recorder names the parts of a recording in the folder rec: rec_0.mcap, rec_1.mcap, ...
@@ -16,6 +17,9 @@ _STORED = (".mcap", ".db3")
 _PACKED = (".zstd", ".zst")
 # Packed as a whole by what nobody records with, and the command that unpacks it.
 _OTHERS = {".lz4": "lz4 -d", ".gz": "gunzip -k", ".xz": "unxz -k", ".bz2": "bunzip2 -k"}
+# A recorder that splits may put messages that came together into either file, and leaves no gap
+# but that between two messages [ns].
+_APART_NS = 1_000_000_000
 
 
 class BagFiles(NamedTuple):
@@ -202,3 +206,34 @@ def _named(path: Path, name: str, told: Description) -> Path:
 
 def _natural(file):
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]
+
+
+def check_one_recording(files: BagFiles, spans: Sequence[tuple[int, int, str]]) -> None:
+    """
+    Refuse files that no description holds together and that do not follow one another in time.
+
+    A recorder goes on in the next part with the next message. It may have been paused there, so
+    a gap is believed where the files are called as it calls them.
+
+    Parameters
+    ----------
+    files : BagFiles
+    spans : sequence of (int, int, str)
+        Of each file that has messages: least and greatest log time [ns], and its name.
+
+    """
+    if files.description is not None:
+        return
+    for (begun, end, before), (begin, last, after) in zip(spans, spans[1:]):
+        what = ""
+        if begin - end > _APART_NS and not files.named_by_recorder():
+            what = f"{after} begins {(begin - end) * 1e-9:.3f} s after {before} has ended"
+        elif begun >= last:
+            what = f"{after} was recorded before {before}"
+        elif end - begin > min(_APART_NS, (last - begin) // 2, (end - begun) // 2):
+            what = f"{before} and {after} overlap by {(min(end, last) - begin) * 1e-9:.3f} s"
+        if what:
+            raise BagError(
+                f"{files.path} has no metadata.yaml, and {what}, so they are not parts of one "
+                f"recording; {files.remedy()}"
+            )
