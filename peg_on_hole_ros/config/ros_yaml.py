@@ -65,87 +65,97 @@ def load(text: str) -> object:
         text, or groups and lists within each other more than DEEPEST times.
 
     """
+    loader = _Loader(text)
     try:
-        # Events, not PyYAML's own objects: it builds these by recursion, and takes tags.
-        return _document(text)
-    except yaml.reader.ReaderError as error:
-        # Of a text its place counts characters.
-        line = text.count("\n", 0, error.position) + 1
-        raise NoYaml(line, f"the character #x{error.character:04x} is none of a text") from None
+        if not loader.check_node():
+            return None
+        node = loader.get_node()
+        if loader.check_node():
+            loader.get_event()
+            line = _line(loader.peek_event())
+            raise NoYaml(line, "a second document begins behind ---; keep one")
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         raise NoYaml(mark.line + 1 if mark else 1, cut(str(error.problem), 200)) from None
+    finally:
+        loader.dispose()
+    return _content(node)
 
 
-def _document(text):
-    found, open_ = [], []
-    for event in yaml.parse(text, Loader=yaml.SafeLoader):
-        line = event.start_mark.line + 1
+class _Loader(yaml.SafeLoader):
+    """Composes nodes of what ROS 2 reads, and says what it does not; tags have no meaning."""
+
+    def __init__(self, text):
+        try:
+            super().__init__(text)
+        except yaml.reader.ReaderError as error:
+            # Of a text its place counts characters.
+            line = text.count("\n", 0, error.position) + 1
+            raise NoYaml(
+                line, f"the character #x{error.character:04x} is none of a text"
+            ) from None
+        self._depth = 0
+
+    def compose_node(self, parent, index):
+        event = self.peek_event()
         if isinstance(event, yaml.AliasEvent):
             raise NoYaml(
-                line,
+                _line(event),
                 f"*{cut(event.anchor)} stands for a value elsewhere, which ROS 2 does not read; "
                 "write the value out",
             )
-        if isinstance(event, yaml.CollectionEndEvent):
-            open_.pop()
-        elif isinstance(event, yaml.NodeEvent):
-            _put(open_, found, event, line)
-        if len(open_) > DEEPEST:
-            raise NoYaml(line, f"groups or lists lie deeper within each other than {DEEPEST}")
-    if len(found) > 1:
-        raise NoYaml(line, "a second document begins behind ---; keep one")
-    return found[0] if found else None
+        if isinstance(parent, yaml.MappingNode) and index is None:
+            _check_name(event)
+        # Nothing refers to it.
+        event.anchor = None
+        inner = isinstance(event, yaml.CollectionStartEvent)
+        self._depth += inner
+        if self._depth > DEEPEST:
+            raise NoYaml(
+                _line(event), f"groups or lists lie deeper within each other than {DEEPEST}"
+            )
+        node = super().compose_node(parent, index)
+        self._depth -= inner
+        return node
+
+    def resolve(self, kind, value, implicit):
+        """Leave it to `value_of` what a value without a tag is."""
+        return ""
 
 
-class _Open:
-    """A group or a list whose end has not come."""
-
-    def __init__(self, content):
-        self.content = content
-        self.name: str | None = None
+def _line(event):
+    return event.start_mark.line + 1
 
 
-def _put(open_, found, event, line):
-    """Put a value, a name, or the begin of a group or list where it belongs."""
-    owner = open_[-1] if open_ else None
-    is_name = owner is not None and isinstance(owner.content, Group) and owner.name is None
-    if is_name:
-        if not isinstance(event, yaml.ScalarEvent):
-            raise NoYaml(line, "a list or a group stands where a name belongs")
-        _name(owner, event.value, line)
-        return
-    if isinstance(event, yaml.ScalarEvent):
-        plain = event.style is None and event.tag != _TEXT
-        value = value_of(event.value) if plain else event.value
-    else:
-        value = [] if isinstance(event, yaml.SequenceStartEvent) else Group()
-        open_.append(_Open(value))
-    if owner is None:
-        found.append(value)
-    elif isinstance(owner.content, list):
-        owner.content.append(value)
-    else:
-        owner.content[owner.name], owner.name = value, None
-
-
-def _name(owner, name, line):
-    if name == "<<":
+def _check_name(event):
+    if not isinstance(event, yaml.ScalarEvent):
+        raise NoYaml(_line(event), "a list or a group stands where a name belongs")
+    if event.value == "<<":
         raise NoYaml(
-            line,
+            _line(event),
             "<< puts the names of another group here for YAML, and is a name to ROS 2; write "
             "them out",
         )
-    before = owner.content.lines.get(name)
-    if before is not None:
-        # PyYAML would keep the later group, ROS 2 merges both.
-        raise NoYaml(
-            line,
-            f"{shown(name)} was there before in the same group, at line {before}; write it once, "
-            "with all that belongs to it",
-        )
-    owner.name = name
-    owner.content.lines[name] = line
+
+
+def _content(node):
+    if isinstance(node, yaml.ScalarNode):
+        plain = node.style is None and node.tag != _TEXT
+        return value_of(node.value) if plain else node.value
+    if isinstance(node, yaml.SequenceNode):
+        return [_content(each) for each in node.value]
+    group = Group()
+    for key, value in node.value:
+        name, line, before = key.value, _line(key), group.lines.get(key.value)
+        if before is not None:
+            # PyYAML would keep the later group, ROS 2 merges both.
+            raise NoYaml(
+                line,
+                f"{shown(name)} was there before in the same group, at line {before}; write it "
+                "once, with all that belongs to it",
+            )
+        group.lines[name], group[name] = line, _content(value)
+    return group
 
 
 def value_of(text: str) -> bool | int | float | str | None:

@@ -3,6 +3,9 @@ Walk the records of an MCAP file once, check every CRC, and note where messages 
 
 A cut-off or damaged file gives what lies before the damage: whole chunks, or single messages
 where the recorder wrote none. The library's seeking reader gives nothing at all of such a file.
+Its StreamReader reads every entry of every index, so that its walk alone takes as long as all of
+reading does here (0.08 s for 90 000 messages), and has no bound on what a chunk unpacks to. So
+records are stepped over here, and read by `mcap.records`.
 """
 
 import struct

@@ -1,4 +1,9 @@
-"""Recordings in SQLite as stretches of messages in the order in which they were recorded."""
+"""
+Recordings in SQLite as stretches of messages in the order in which they were recorded.
+
+rosbags reads topics and definitions. It gives messages by log time, where a wrong one has lost its
+place, and takes 1.6 times as long (0.20 s for 204 795), so those are read here.
+"""
 
 import sqlite3
 import tempfile
