@@ -1,6 +1,5 @@
 """The order in which messages reached the pipeline, as an MCAP file that replays bit for bit."""
 
-import struct
 from errno import EISDIR
 from os import strerror
 from pathlib import Path
@@ -14,6 +13,7 @@ from peg_on_hole_ros.bags.writer import (
 )
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.messages.output import PREFIX, STRING
@@ -84,6 +84,7 @@ class ArrivalRecord:
             (EVENT_TOPIC, STRING),
         )
         self._wrench, self._joints, self._event = self._register()
+        self._encode = Encoder(STRING)
         self._last_ns = self._bytes = 0
 
     def wrench(self, payload: bytes, now_ns: int) -> None:
@@ -96,9 +97,7 @@ class ArrivalRecord:
 
     def event(self, name: str, now_ns: int) -> None:
         """Append `reset` or `tare`."""
-        text = name.encode() + b"\0"
-        # CDR, little endian: four bytes of header, length with the final zero, text
-        self._append(self._event, b"\0\1\0\0" + struct.pack("<I", len(text)) + text, now_ns)
+        self._append(self._event, self._encode({"data": name}), now_ns)
 
     def describe(self, configuration: Configuration) -> None:
         """Keep the robot's description, which came after the record was begun."""

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from peg_on_hole_ros.messages.cdr_layout import Layout
+from peg_on_hole_ros.messages.cdr_layout import MessageLayout
 from peg_on_hole_ros.messages.definitions import fields
 
 # Code of struct, size, default.
@@ -48,7 +48,7 @@ class Encoder:
         self._type = ros_type
         self._write = _structure(ros_type.replace("/msg/", "/"))
         self._split = _SPLITS.get(ros_type)
-        self._known: dict[tuple, Layout] = {}
+        self._known: dict[tuple, MessageLayout] = {}
 
     def __call__(self, message: dict) -> bytes:
         """Return the encoded message; a field left out has its default."""
@@ -84,9 +84,9 @@ class Encoder:
         """
         return self.layout(message).write(t_ns, numbers)
 
-    def layout(self, message: dict) -> Layout:
+    def layout(self, message: dict) -> MessageLayout:
         """Return the layout of a message of joint states, a wrench or a pose."""
-        return Layout(self._type, self.walk(message))
+        return MessageLayout(self._type, self.walk(message))
 
     def walk(self, message: dict) -> bytes:
         """Return the encoded message by its definition."""

@@ -21,8 +21,11 @@ _ENCAPSULATION = 4
 _STAMP, _STAMP_END = _ENCAPSULATION, _ENCAPSULATION + 8
 _SECOND = 1_000_000_000
 _U32 = struct.Struct("<I")
+_STAMP_FIELDS, _BIG_ENDIAN_STAMP = struct.Struct("<iI"), struct.Struct(">iI")
 _TIME = "builtin_interfaces/Time"
 _DOUBLE = 8
+# A longer message has no layout: what is kept of it takes several times as much.
+_MOST_BYTES = 1 << 14
 
 
 class Template:
@@ -87,7 +90,7 @@ def joined(templates: Sequence[Template]) -> tuple[Template, list[slice]]:
     return Template(whole, stamps, numbers), list(map(slice, begins, ends))
 
 
-class Layout(Template):
+class MessageLayout(Template):
     """
     What messages of one type have in common beside their stamp and their numbers.
 
@@ -110,7 +113,7 @@ class Layout(Template):
     Raises
     ------
     ValueError
-        The payload does not hold what the definition says, or is not little endian.
+        The payload does not hold what the definition says, is not little endian, or too long.
 
     """
 
@@ -199,12 +202,21 @@ def stamps(data: bytes, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray,
     return found.fits, found.t_ns
 
 
+def stamp_ns(payload: bytes) -> int:
+    """Return the stamp [ns] of a message that begins with a header; 0 for a stump."""
+    if len(payload) < _STAMP_END:
+        return 0
+    stamp = _STAMP_FIELDS if payload[1] & 1 else _BIG_ENDIAN_STAMP
+    sec, nanosec = stamp.unpack_from(payload, _STAMP)
+    return sec * _SECOND + nanosec
+
+
 class _Walk:
     """Through the bytes of a message, by its definition: what recurs, and where numbers lie."""
 
     def __init__(self, payload):
-        if payload[:2] != _LITTLE_ENDIAN:
-            raise ValueError("not in little endian")
+        if payload[:2] != _LITTLE_ENDIAN or len(payload) > _MOST_BYTES:
+            raise ValueError(f"not in little endian, or longer than {_MOST_BYTES} bytes")
         self._payload, self.at = payload, _ENCAPSULATION
         self.same, self.numbers = [0, 1], []
         self.texts: list[bytes] = []

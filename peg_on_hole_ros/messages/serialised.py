@@ -5,7 +5,7 @@ A driver's messages differ in stamp and numbers alone. So a message of the layou
 one, which ROS has read, needs no reading of its texts.
 """
 
-from peg_on_hole_ros.messages.cdr_layout import Layout
+from peg_on_hole_ros.messages.cdr_layout import MessageLayout
 from peg_on_hole_ros.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
@@ -25,11 +25,11 @@ class _Learnt:
     ros_type = ""
 
     def __init__(self) -> None:
-        self._layout: Layout | None = None
+        self._layout: MessageLayout | None = None
 
     def _learn(self, payload):
         try:
-            self._layout = Layout(self.ros_type, payload)
+            self._layout = MessageLayout(self.ros_type, payload)
         except ValueError:
             self._layout = None
 

@@ -1,11 +1,9 @@
 """Messages that have arrived and wait for the estimator, two sources merged by their stamps."""
 
-import struct
 from collections import deque
 from collections.abc import Callable, Iterator
 
-_STAMP = struct.Struct("<iI")
-_BIG_ENDIAN_STAMP = struct.Struct(">iI")
+from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 
 
 class Arrivals:
@@ -69,11 +67,3 @@ class Arrivals:
         ):
             return "joints", self._joints.popleft()
         return "wrench", self._wrench.popleft()
-
-
-def stamp_ns(payload: bytes) -> int:
-    """Return the stamp [ns] of a serialised message that begins with a header; 0 for a stump."""
-    if len(payload) < 12:
-        return 0
-    sec, nanosec = (_STAMP if payload[1] & 1 else _BIG_ENDIAN_STAMP).unpack_from(payload, 4)
-    return sec * 1_000_000_000 + nanosec

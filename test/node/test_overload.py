@@ -7,9 +7,10 @@ import rclpy
 
 from inputs import joints, wrench
 from peg_on_hole_ros.messages.cdr import Encoder
+from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.ros import process
-from peg_on_hole_ros.ros.arrivals import Arrivals, stamp_ns
+from peg_on_hole_ros.ros.arrivals import Arrivals
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 
 ENCODE = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}

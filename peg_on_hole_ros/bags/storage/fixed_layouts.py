@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.bags.storage.message_rows import Rows
-from peg_on_hole_ros.messages import cdr_layout
+from peg_on_hole_ros.messages.cdr_layout import MessageLayout
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 
-# Distinct layouts that are kept at most, and that are looked for in one block of messages.
-_MOST_LAYOUTS, _MOST_AT_ONCE = 4096, 16
+# Distinct layouts that are told apart at most; of bytes, kept at most and looked for in one block.
+_MOST_LAYOUTS, _MOST_LEARNT, _MOST_AT_ONCE = 4096, 256, 16
 NO_LAYOUT = -1
 
 
@@ -63,7 +63,7 @@ class Columns(NamedTuple):
 
 class _Learnt(NamedTuple):
     # A layout of bytes, its place in `Layouts.all`, and which of its numbers are read.
-    layout: cdr_layout.Layout
+    layout: MessageLayout
     number: int
     places: np.ndarray
 
@@ -112,7 +112,7 @@ class Layouts:
 
     def _learn(self, ros_type: str, payload: bytes) -> _Learnt | None:
         try:
-            layout = cdr_layout.Layout(ros_type, payload)
+            layout = MessageLayout(ros_type, payload)
         except ValueError:
             return None
         frame, *names = layout.texts
@@ -131,7 +131,7 @@ class Layouts:
         if number == NO_LAYOUT:
             return None
         known = self._learnt[ros_type]
-        if len(known) >= _MOST_LAYOUTS:
+        if len(known) >= _MOST_LEARNT:
             known.clear()
         known.pop(layout.common, None)
         learnt = known[layout.common] = _Learnt(layout, number, places)
