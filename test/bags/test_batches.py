@@ -128,3 +128,15 @@ def test_many_frames_and_names_are_many_layouts(tmp_path):
     ]
     bag = Bag(write(tmp_path / "a.mcap", rows))
     assert exact(bag.items(INPUTS)) == exact(by_fields(bag))
+
+
+def test_a_long_message_is_read_by_the_decoder(tmp_path):
+    # Of a message of fixed layout several times its bytes are kept, so a long one has none.
+    rows = [
+        Row("/wrench", 0, wrench(MS, frame="x" * 20_000)),
+        Row("/wrench", 1, wrench(2 * MS, frame="y")),
+    ]
+    bag = Bag(write(tmp_path / "a.mcap", rows))
+    (batch,) = bag.batches(INPUTS)
+    assert list(batch.others) == [0] and [each.frame_id for each in batch.layouts] == ["y"]
+    assert exact(bag.items(INPUTS)) == exact(by_fields(bag))
