@@ -73,3 +73,29 @@ def new(record: type[R]) -> R:
     """Return a record of zeros, as compiled code takes it (a `numpy.record`, one element)."""
     made: Any = np.zeros(1, dtype_of(record)).view(np.recarray)[0]
     return made
+
+
+def record_in(memory: NDArray[np.void], field: str, record: type[R]) -> R:
+    """
+    Return a record that is a field of another one, in the same memory.
+
+    Parameters
+    ----------
+    memory : ndarray, shape (1,)
+        Of a structured type.
+    field : str
+        Its name there.
+    record : type
+        Of which it is.
+
+    Raises
+    ------
+    TypeError
+        It is of another type.
+
+    """
+    part: Any = memory[field]
+    if part.dtype != dtype_of(record):
+        raise TypeError(f"{field} is no {record.__name__}: {part.dtype}")
+    found: R = part.view(np.recarray)[0]
+    return found

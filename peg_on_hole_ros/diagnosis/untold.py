@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.estimator.contact import straighten
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.estimator.record import SCENE, SPREAD, part
+from peg_on_hole_ros.estimator.record import scene_of
 from peg_on_hole_ros.estimator.state import (
     CLEARANCE,
     FRICTION,
@@ -20,7 +20,6 @@ from peg_on_hole_ros.estimator.state import (
 )
 from peg_on_hole_ros.estimator.update import orientation_slopes
 from peg_on_hole_ros.measurements.measurement import skew
-from peg_on_hole_ros.mechanics.kernel import scene_of
 from peg_on_hole_ros.records import UNTOLD
 
 # Between two looks [ns]: wrenches between tell one another's news.
@@ -140,8 +139,8 @@ class Untold:
         self._wrenches = 0
         if determined:
             self._look(peg, wrenches)
-            friction, variance = peg.record.item(SCENE + 7), peg.record.item(SPREAD)
-            self._test(friction, sqrt(max(variance, 0.0)))
+            estimate = peg.record
+            self._test(estimate.scene.f, sqrt(max(estimate.friction_variance, 0.0)))
 
     def _look(self, peg, wrenches):
         slopes, reactions, noise = self._slopes(peg, wrenches)
@@ -172,12 +171,14 @@ class Untold:
     def _slopes(self, peg, wrenches):
         """Return slopes of the six equations by settings, by reactions, and what is not known."""
         # By the record of the last wrench: an orientation of its stamp may have come since.
-        s, n, scratch, record = peg.state, _N, self._scratch, peg.record
-        p = scene_of(part(record, "SCENE"))
-        x, P, y = np.zeros(n + 3), np.zeros((OPEN, OPEN)), part(record, "Y")
-        x[:6], x[6:9], x[FRICTION], x[n:] = part(record, "X"), y[:3], p.f, y[3:]
-        P[:6, :6] = part(record, "P", (6, 6))
-        u, held = part(record, "U").copy(), peg.held
+        s, n, scratch, estimate = peg.state, _N, self._scratch, peg.record
+        p, motion = scene_of(estimate), estimate.motion
+        x, P = np.zeros(n + 3), np.zeros((OPEN, OPEN))
+        x[:3] = motion.gamma, motion.psi, motion.phi
+        x[3:6] = motion.gamma_rate, motion.psi_rate, motion.phi_rate
+        x[6:9], x[FRICTION], x[n:] = estimate.accelerations, p.f, estimate.reactions.normal
+        P[:6, :6] = motion.covariance
+        u, held = estimate.wrench.copy(), peg.held
         constants = peg.constants
         straighten(
             p, x, P, n, _AT, u, held["noise"], held["bias_map"], float(s.load[0]),

@@ -11,7 +11,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.ring import Unit
 from peg_on_hole_ros.engine.state import COUNTS, ENGINE, RULES
-from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, SETS, HeldPeg
+from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
 from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
@@ -24,7 +24,6 @@ from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
-_CONTACTS = {number: contacts for contacts, number in SETS.items()}
 
 
 class Processor:
@@ -255,7 +254,7 @@ class Processor:
         told = steps.told(e, rules)
         if told:
             contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
-            self.filter.weigh(e["u"].copy(), _CONTACTS[contacts])
+            self.filter.weigh(e["u"].copy(), contacts)
             self.filter.mark(unit.t_ns)
             steps.judge(e, rules, unit.t_ns, contacts, row)
         for stamp, orientation in unit.after:

@@ -299,7 +299,7 @@ def _take_wrench(e, rules, kept, r, unit, row):
     told = steps.told(e, rules)
     if told:
         contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
-        held.weigh(e.held, e.u, contacts)
+        held.weigh(e.held, e.u, contacts.value)
         steps.judge(e, rules, t_ns, contacts, row)
     for k in range(kept.before[unit], kept.after[unit]):
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)

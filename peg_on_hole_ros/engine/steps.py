@@ -7,8 +7,8 @@ import numpy as np
 from peg_on_hole_ros.engine.state import AT as COUNT
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
 from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.held import GATED, RESET, USED
-from peg_on_hole_ros.estimator.record import SCENE, SPREAD
 from peg_on_hole_ros.estimator.state import BIAS, TILT
 from peg_on_hole_ros.estimator.step import jumped_lately
 from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
@@ -223,10 +223,13 @@ def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
 
 @compiled
 def _note_place(e, orientation):
-    f, d = e.held.record, e.memory.declared[0]
+    estimate, d = e.held.record, e.memory.declared[0]
+    scene = estimate.scene
     R = orientation[3:12].reshape(3, 3)
     S = orientation[PLACE_R].reshape(3, 3)
-    found = misfit(orientation[Q], R, orientation[PLACE], S, f[SCENE], f[SCENE + 1], f[SPREAD + 3])
+    found = misfit(
+        orientation[Q], R, orientation[PLACE], S, scene.d, scene.D, estimate.diameter_variance
+    )
     d.offset, d.deviations, d.displaced = found.offset, found.deviations, found.evidence
 
 
@@ -249,14 +252,14 @@ def told(e: EngineRecord, rules: RulesRecord) -> bool:
 @compiled
 def _on_either_side(e):
     """Return whether the tilt, for want of orientations, may be above gamma0 or below."""
-    f, s = e.held.record, e.held.state
-    gamma0, variance = f[SCENE + 3], s.covariance[0, 0]
+    s, gamma0 = e.held.state, e.held.record.scene.gamma0
+    variance = s.covariance[0, 0]
     off = s.mean[0] - gamma0
     return variance > (VAGUE * gamma0) ** 2 and off * off < SURELY * SURELY * variance
 
 
 @compiled
-def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
+def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> ContactSet:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
         in_air = e.memory.declared[0].mode == IN_AIR
@@ -273,7 +276,9 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> int:
             e.held.noise[i, j] = times * e.covariance[i, j]
     reduce_wrench(e.reduction, e.wrench, e.held.state.mean, held.gravity(e.held), e.u)
     # What has touched before a silence need not touch after it.
-    return -1 if silent or e.motion[0].blind or _tells_nothing(e) else contacts_of(e.memory)
+    if silent or e.motion[0].blind or _tells_nothing(e):
+        return ContactSet.UNKNOWN
+    return contacts_of(e.memory)
 
 
 @compiled
@@ -284,25 +289,27 @@ def _tells_nothing(e):
 
 
 @compiled
-def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: int, row: np.ndarray) -> None:
-    """Fill in what is told after a wrench that was weighed with so many contacts."""
+def judge(
+    e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, row: np.ndarray
+) -> None:
+    """Fill in what is published after a wrench that was weighed with some contacts."""
     d, memory = e.motion[0], e.memory
     e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
-    d.in_contact = 1 if contacts == 3 else 0
-    f = e.held.record
+    d.in_contact = 1 if contacts == ContactSet.THREE else 0
+    estimate = e.held.record
     blind = d.blind == 1 or _tells_nothing(e)
     o, stddev, height = rules.thresholds, rules.force_stddev, rules.peg_height
     if rules.judged:
         misfits = e.innovations.told[0].misfit
-        assessment.assess(f, memory, o, stddev, height, t_ns, misfits, blind, row)
+        assessment.assess(estimate, memory, o, stddev, height, t_ns, misfits, blind, row)
     else:
-        pose_only.look(f, memory, o, stddev, height, t_ns, blind, row)
+        pose_only.look(estimate, memory, o, stddev, height, t_ns, blind, row)
     # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
     # wrong makes the mode doubtful as well, and is not to hide behind that.
-    if contacts != 3 or row[AT.reactions_determined] > 0.0:
+    if contacts != ContactSet.THREE or row[AT.reactions_determined] > 0.0:
         d.slid_ns = t_ns
     doubtful = rules.judged and memory.declared[0].mode == UNKNOWN
-    slides = contacts == 3 and t_ns - d.slid_ns < RESTS_NS
+    slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
     if e.innovations.told[0].large or jumped_lately(e.held.state, e.held.constants):
         # What the motion contradicts is not known, however small its spread.

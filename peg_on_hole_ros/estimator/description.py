@@ -10,8 +10,8 @@ from peg_on_hole_ros.estimator.forces import (
     tilt_on_contacts,
     two_point_forces,
 )
-from peg_on_hole_ros.estimator.record import REACTIONS, SPEEDS, WORK, P, X, Y
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, scene_of
+from peg_on_hole_ros.estimator.record import Estimate, Motion, Reactions, scene_of
+from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
 
 
 class Description(NamedTuple):
@@ -93,15 +93,14 @@ def described_rows(rows: np.ndarray) -> Description:
 
 @compiled
 def describe(
-    m: np.ndarray, peg_height: float, on_contacts: int, wide: float, out: np.ndarray
+    estimate: Estimate, peg_height: float, on_contacts: int, wide: float, out: np.ndarray
 ) -> None:
     """
     Fill in an estimate's description by its record, see `described`.
 
     Parameters
     ----------
-    m : ndarray
-        From `fill_record`.
+    estimate : Estimate
     peg_height : float
         H [m].
     on_contacts : int
@@ -112,33 +111,34 @@ def describe(
     out : ndarray, shape (SIZE,)
 
     """
-    p = scene_of(m)
+    p, motion, slips = scene_of(estimate), estimate.motion, estimate.slips
+    out[0], out[1], out[2] = motion.gamma, motion.psi, motion.phi
+    out[3], out[4], out[5] = motion.gamma_rate, motion.psi_rate, motion.phi_rate
     for i in range(6):
-        out[i] = m[X + i]
         for j in range(6):
-            out[COVARIANCE + 6 * i + j] = m[P + 6 * i + j]
+            out[COVARIANCE + 6 * i + j] = motion.covariance[i, j]
     for i in range(1, 3):
         out[i] -= 2.0 * pi * ceil((out[i] - pi) / (2.0 * pi))
-    tilt = tilt_on_contacts(p, m[X])
+    tilt = tilt_on_contacts(p, motion.gamma)
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
-        stddev = sqrt(max(m[REACTIONS + 21 + 7 * i], 0.0))
+        stddev = sqrt(max(estimate.reactions.covariance[i, i], 0.0))
         out[NORMAL + i] = 0.0
         out[STDDEV + i] = stddev if on_contacts > 0 else wide
-        out[SLIP + i] = m[SPEEDS + 2 * i]
-        out[SLIP_STDDEV + i] = sqrt(max(m[SPEEDS + 2 * i + 1], 0.0))
+        out[SLIP + i] = slips[i].speed
+        out[SLIP_STDDEV + i] = sqrt(max(slips[i].variance, 0.0))
     if on_contacts > 0:
-        fill_pushing(m, out, NORMAL)
+        fill_pushing(estimate.reactions, estimate.work, out, NORMAL)
     if on_contacts == 2:
-        two_point_forces(p, m, out, NORMAL, FORCE, POINT)
+        two_point_forces(p, estimate, out, NORMAL, FORCE, POINT)
     else:
-        contact_forces(p, m, tilt, out, NORMAL, FORCE, POINT)
+        contact_forces(p, estimate, tilt, out, NORMAL, FORCE, POINT)
     # Two contacts that give leave the depth open.
-    fill_pose(p, m, peg_height, on_contacts != 3, out, POSITION, ROTATION, POSE)
+    fill_pose(p, motion, peg_height, on_contacts != 3, out, POSITION, ROTATION, POSE)
 
 
 @compiled
-def fill_pushing(m: np.ndarray, out: np.ndarray, normal: int) -> None:
+def fill_pushing(reactions: Reactions, pulls: np.ndarray, out: np.ndarray, normal: int) -> None:
     """
     Fill in the reactions nearest to the estimated ones of which none is below zero.
 
@@ -149,8 +149,9 @@ def fill_pushing(m: np.ndarray, out: np.ndarray, normal: int) -> None:
 
     Parameters
     ----------
-    m : ndarray
-        Record, see `record`.
+    reactions : Reactions
+    pulls : ndarray
+        Scratch, three entries.
     out : ndarray
         Filled at three places.
     normal : int
@@ -159,24 +160,24 @@ def fill_pushing(m: np.ndarray, out: np.ndarray, normal: int) -> None:
     """
     least = 0.0
     for i in range(3):
-        out[normal + i] = m[Y + 3 + i]
-        least = min(least, m[Y + 3 + i])
+        out[normal + i] = reactions.normal[i]
+        least = min(least, reactions.normal[i])
     if least == 0.0:
         return
-    at = REACTIONS + 21
+    covariance = reactions.covariance
     for i in range(3):
-        m[WORK + i] = 0.0
+        pulls[i] = 0.0
     for _ in range(_MOST_PASSES):
         moved = 0.0
         for i in range(3):
-            variance = m[at + 7 * i]
+            variance = covariance[i, i]
             if variance <= 0.0:
                 continue
-            step = max(-m[WORK + i], -out[normal + i] / variance)
-            m[WORK + i] += step
+            step = max(-pulls[i], -out[normal + i] / variance)
+            pulls[i] += step
             moved = max(moved, step * step * variance)
             for j in range(3):
-                out[normal + j] += m[at + 6 * i + j] * step
+                out[normal + j] += covariance[i, j] * step
         if moved <= _PASS_ENDS * _PASS_ENDS:
             break
     for i in range(3):
@@ -186,7 +187,7 @@ def fill_pushing(m: np.ndarray, out: np.ndarray, normal: int) -> None:
 @compiled
 def fill_pose(
     p: SceneScalars,
-    m: np.ndarray,
+    motion: Motion,
     peg_height: float,
     position_free: bool,
     out: np.ndarray,
@@ -200,8 +201,7 @@ def fill_pose(
     Parameters
     ----------
     p : SceneScalars
-    m : ndarray
-        Memory of the filter.
+    motion : Motion
     peg_height : float
         H [m].
     position_free : bool
@@ -215,15 +215,15 @@ def fill_pose(
 
     """
     # At and below gamma0 the closed forms end; the pose there is that of gamma0, marked as free.
-    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, max(m[X], p.gamma0 * (1.0 + 1e-9)))
+    geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, max(motion.gamma, p.gamma0 * (1.0 + 1e-9)))
     s, c, a1, a2 = geo[0], geo[1], geo[2], geo[3]
-    spsi, cpsi = sin(m[X + 1]), cos(m[X + 1])
-    sphi, cphi = sin(m[X + 2]), cos(m[X + 2])
+    spsi, cpsi = sin(motion.psi), cos(motion.psi)
+    sphi, cphi = sin(motion.phi), cos(motion.phi)
     along_h, along_z = a2 * s, a1 - a2 * c
     out[position] = cpsi * along_h
     out[position + 1] = spsi * along_h
     out[position + 2] = along_z
-    sg, cg = sin(m[X]), cos(m[X])
+    sg, cg = sin(motion.gamma), cos(motion.gamma)
     out[rotation] = cpsi * cg * cphi - spsi * sphi
     out[rotation + 1] = -cpsi * cg * sphi - spsi * cphi
     out[rotation + 2] = -cpsi * sg
@@ -243,11 +243,12 @@ def fill_pose(
         (-cpsi, 0.0, -spsi * sg),
         (0.0, 1.0, cg),
     )
+    C = motion.covariance
     for i in range(6):
         a, b, f = J[i]
-        k0 = a * m[P] + b * m[P + 6] + f * m[P + 12]
-        k1 = a * m[P + 1] + b * m[P + 7] + f * m[P + 13]
-        k2 = a * m[P + 2] + b * m[P + 8] + f * m[P + 14]
+        k0 = a * C[0, 0] + b * C[1, 0] + f * C[2, 0]
+        k1 = a * C[0, 1] + b * C[1, 1] + f * C[2, 1]
+        k2 = a * C[0, 2] + b * C[1, 2] + f * C[2, 2]
         for j in range(i + 1):
             value = k0 * J[j][0] + k1 * J[j][1] + k2 * J[j][2]
             if position_free and j < 3:

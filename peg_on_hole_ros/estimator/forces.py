@@ -5,7 +5,7 @@ from math import cos, sin, sqrt
 import numpy as np
 
 from peg_on_hole_ros.estimator.free import in_peg_axes
-from peg_on_hole_ros.estimator.record import SCALES, WORK, U, X
+from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.estimator.two_points import (
     two_point_arms,
     two_point_slip,
@@ -16,7 +16,6 @@ from peg_on_hole_ros.mechanics.kernel import (
     closed_forms,
     compiled,
     equations,
-    scene_of,
 )
 
 
@@ -29,7 +28,7 @@ def tilt_on_contacts(p: SceneScalars, gamma: float) -> float:
 @compiled
 def contact_forces(
     p: SceneScalars,
-    m: np.ndarray,
+    estimate: Estimate,
     gamma: float,
     out: np.ndarray,
     normal: int,
@@ -42,8 +41,8 @@ def contact_forces(
     Parameters
     ----------
     p : SceneScalars
-    m : ndarray
-        Memory, of which psi and the rates are used.
+    estimate : Estimate
+        Its azimuth and rates are used.
     gamma : float
         Tilt at which the contacts are taken [rad].
     out : ndarray
@@ -55,10 +54,10 @@ def contact_forces(
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    rates = (m[X + 3], m[X + 4], m[X + 5])
-    scales, work = m[SCALES : SCALES + 3], m[WORK:]
+    motion, scales, work = estimate.motion, estimate.friction_scales, estimate.work
+    rates = (motion.gamma_rate, motion.psi_rate, motion.phi_rate)
     equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
-    s, c = sin(m[X + 1]), cos(m[X + 1])
+    s, c = sin(motion.psi), cos(motion.psi)
     for i in range(3):
         # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
         f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
@@ -80,20 +79,22 @@ def contact_forces(
 
 @compiled
 def two_point_forces(
-    p: SceneScalars, m: np.ndarray, out: np.ndarray, normal: int, force: int, point: int
+    p: SceneScalars, estimate: Estimate, out: np.ndarray, normal: int, force: int, point: int
 ) -> None:
     """Fill in force and place of K and of B, half of it in each row of B1 and B2, hole axes."""
-    gamma = two_point_tilt(p, m[X])
-    s, c = sin(m[X + 1]), cos(m[X + 1])
+    motion = estimate.motion
+    rates = (motion.gamma_rate, motion.psi_rate, motion.phi_rate)
+    gamma = two_point_tilt(p, motion.gamma)
+    s, c = sin(motion.psi), cos(motion.psi)
     sg, cg = sin(gamma), cos(gamma)
     K, B = two_point_arms(p, gamma)
     for i in range(3):
         rows = two_point_slip(p, gamma, min(i, 1))
         v = (0.0, 0.0, 0.0)
         for j in range(3):
-            rate = m[X + 3 + j]
+            rate = rates[j]
             v = (v[0] + rows[0][j] * rate, v[1] + rows[1][j] * rate, v[2] + rows[2][j] * rate)
-        scale = m[SCALES + i]
+        scale = estimate.friction_scales[i]
         f = p.f / sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + scale * scale)
         n_h, n_z = (cg, sg) if i == 0 else (-1.0, 0.0)
         f_h, f_e, f_z = n_h - f * v[0], -f * v[1], n_z - f * v[2]
@@ -108,12 +109,13 @@ def two_point_forces(
 
 
 @compiled
-def rim_load(m: np.ndarray) -> tuple[float, float]:
+def rim_load(estimate: Estimate) -> tuple[float, float]:
     """Return the sizes of the force [N] and of the couple [N m] that a rim has to carry."""
-    p = scene_of(m)
-    s, c = sin(m[X]), cos(m[X])
-    spsi, cpsi, sphi, cphi = sin(m[X + 1]), cos(m[X + 1]), sin(m[X + 2]), cos(m[X + 2])
+    p, motion, u = scene_of(estimate), estimate.motion, estimate.wrench
+    s, c = sin(motion.gamma), cos(motion.gamma)
+    spsi, cpsi = sin(motion.psi), cos(motion.psi)
+    sphi, cphi = sin(motion.phi), cos(motion.phi)
     weight = in_peg_axes(s, c, sphi, cphi, spsi, cpsi, p.m * p.g_x, p.m * p.g_y, p.m * p.g_z)
-    F_x, F_y, F_z = m[U] + weight[0], m[U + 1] + weight[1], m[U + 2] + weight[2]
-    couple = m[U + 3] * m[U + 3] + m[U + 4] * m[U + 4] + m[U + 5] * m[U + 5]
+    F_x, F_y, F_z = u[0] + weight[0], u[1] + weight[1], u[2] + weight[2]
+    couple = u[3] * u[3] + u[4] * u[4] + u[5] * u[5]
     return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)

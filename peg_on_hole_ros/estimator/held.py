@@ -9,7 +9,7 @@ from peg_on_hole_ros.estimator.contact import leaning_gravity
 from peg_on_hole_ros.estimator.free import hang
 from peg_on_hole_ros.estimator.mixture import predict
 from peg_on_hole_ros.estimator.noise import follow_noise
-from peg_on_hole_ros.estimator.record import SIZE, fill_record
+from peg_on_hole_ros.estimator.record import Estimate, fill_record
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
@@ -25,6 +25,7 @@ from peg_on_hole_ros.estimator.state import (
 )
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
 from peg_on_hole_ros.record_types import GatesRecord, HeldRecord
+from peg_on_hole_ros.typed_record import dtype_of
 
 # What becomes of an orientation; LOST: the covariance was no longer one.
 USED, GATED, RESET, LOST = range(4)
@@ -60,7 +61,7 @@ HELD = np.dtype(
         ("friction_open", np.int64),  # whether friction has a spread
         ("noise", float, (6, 6)),  # covariance of a wrench on the peg
         ("u", float, (6,)),  # the last wrench on the peg [N], [N m]
-        ("record", float, (SIZE,)),  # all that it has said, see `record`
+        ("record", dtype_of(Estimate)),  # all that it has said
         ("open_mean", float, (sum(WIDTHS),)),  # what is open at the next start
         ("open_stddev", float, (sum(WIDTHS),)),
         ("begin", float, (3,)),

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator import from_python, held
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.estimator.held import GATED, GATES, HELD, REFUSED, RESET, USED, fill_settings
 from peg_on_hole_ros.estimator.kept import (
@@ -17,7 +18,7 @@ from peg_on_hole_ros.estimator.kept import (
     room_for_estimates,
 )
 from peg_on_hole_ros.estimator.offsets import Offsets
-from peg_on_hole_ros.estimator.record import part
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.estimator.settings import Settings, default_settings
 from peg_on_hole_ros.estimator.state import (
     BIAS,
@@ -30,6 +31,7 @@ from peg_on_hole_ros.estimator.state import (
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.record_types import GatesRecord
+from peg_on_hole_ros.typed_record import record_in
 
 
 class Correction(Enum):
@@ -38,15 +40,6 @@ class Correction(Enum):
     USED = "used"
     GATED = "refused: further from the prediction than both covariances allow"
     RESET = "restarted from the measurement: refused too often in a row, or covariance lost"
-
-
-class ContactSet(Enum):
-    """Which contacts a wrench is weighed with."""
-
-    THREE = "three contacts: K, B1, B2"
-    TWO = "two contacts in the hole: K, B"
-    NONE = "none: the peg hangs free"
-    UNKNOWN = "not told: the wrench says nothing of the motion"
 
 
 class HeldPeg:
@@ -70,8 +63,8 @@ class HeldPeg:
         gamma, psi, phi [rad], psi and phi unwrapped, and Euler rates [rad/s].
     P : ndarray, shape (6, 6)
         Its covariance.
-    record : ndarray
-        All that the last wrench has said, see `record`.
+    record : Estimate
+        All that the last wrench has said.
 
     """
 
@@ -106,7 +99,7 @@ class HeldPeg:
         held["learnt"][: self._n + 3] = 1.0
         held["learnt"][FRICTION] = options.friction == "estimated"
         held["learnt"][OPEN : self._n] = learnt
-        part(held["record"], "NOISE", (6, 6))[:] = wrench_noise
+        held["record"]["wrench_noise"] = wrench_noise
         # What was learnt outlives a motion: friction and what is open begin from it.
         held["begin"][:REFUSED] = scene.friction, scene.friction_stddev
         held["open_stddev"][: len(stddev)] = stddev
@@ -120,7 +113,7 @@ class HeldPeg:
 
     def _live_in(self, memory):
         self._memory, held = memory, memory[0]
-        self.held, self.record = held, held["record"]
+        self.held, self.record = held, record_in(memory, "record", Estimate)
         self.wrench_noise, self._u, self._begin = held["noise"], held["u"], held["begin"]
         open_ = self._n - OPEN
         self._open_mean, self._open_stddev = held["open_mean"][:open_], held["open_stddev"][:open_]
@@ -204,7 +197,7 @@ class HeldPeg:
         contacts : ContactSet
 
         """
-        from_python.weigh(self._memory, np.asarray(u, float), SETS[contacts])
+        from_python.weigh(self._memory, np.asarray(u, float), int(contacts))
 
     def mark(self, t_ns: int) -> None:
         """Take note of the stamp [ns] of a wrench that has been taken; a smoother does."""
@@ -221,8 +214,8 @@ class HeldPeg:
     @property
     def clearance(self) -> tuple[float, float]:
         """D - d as it is now, and its standard deviation [m]."""
-        scene = part(self.record, "SCENE")
-        return scene.item(1) - scene.item(0), sqrt(max(part(self.record, "SPREAD").item(3), 0.0))
+        scene = self.record.scene
+        return scene.D - scene.d, sqrt(max(self.record.diameter_variance, 0.0))
 
     @property
     def orientation_noise(self) -> float:
@@ -274,7 +267,6 @@ class HeldPeg:
 
 
 CORRECTIONS = (Correction.USED, Correction.GATED, Correction.RESET, Correction.RESET)
-SETS = {ContactSet.THREE: 3, ContactSet.TWO: 2, ContactSet.NONE: 0, ContactSet.UNKNOWN: -1}
 
 
 def _open_quantities(scene, options, offsets):

@@ -1,7 +1,7 @@
 """Which parameters a motion tells of, by the estimator's own spread with all of them open."""
 
 from dataclasses import replace
-from math import inf
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.estimator.offsets import Offsets
-from peg_on_hole_ros.estimator.record import part
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, TILT, places
 from peg_on_hole_ros.estimator.update import orientation_slopes
@@ -210,8 +209,7 @@ class ObservingFilter(HeldPeg):
         self._pin()
 
     def _slides(self):
-        speed, variance = part(self.record, "SPEEDS", (3, 2)).T
-        return bool((speed > SURELY * np.sqrt(variance)).all())
+        return all(slip.speed > SURELY * sqrt(slip.variance) for slip in self.record.slips)
 
     def observability(self) -> Observability:
         """Return what was gathered so far."""

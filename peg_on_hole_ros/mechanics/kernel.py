@@ -178,7 +178,10 @@ def _wrench_in_hez(p, geo, x, u, work):
 
 @compiled
 def pose_of(
-    p: SceneScalars, x: np.ndarray, u: np.ndarray, work: np.ndarray
+    p: SceneScalars,
+    x: np.ndarray | tuple[float, float, float],
+    u: np.ndarray,
+    work: np.ndarray,
 ) -> tuple[tuple[float, ...], tuple[float, float, float, float, float, float]]:
     """Return what the six equations take from angles and wrench."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])

@@ -5,9 +5,10 @@ from math import nan
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import describe
-from peg_on_hole_ros.estimator.record import CONTACTS, DETERMINANT
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import evidence
 from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms
@@ -90,9 +91,9 @@ def take_orientation(
 
 
 @compiled
-def contacts_of(memory: MemoryRecord) -> int:
+def contacts_of(memory: MemoryRecord) -> ContactSet:
     """
-    Return how many contacts the next wrench is weighed with: 3, 2, 0, or below zero: not told.
+    Return which contacts the next wrench is weighed with.
 
     B1 and B2 become one at gamma0, and no mode has to be declared for it. Three beside the mode
     too: where an uncertain clearance alone leaves it open whether the peg is already in the hole,
@@ -101,15 +102,15 @@ def contacts_of(memory: MemoryRecord) -> int:
     """
     d = memory.declared[0]
     if d.on_trial:
-        return 3
+        return ContactSet.THREE
     if d.weighed == THREE_POINT or d.weighed == TWO_POINT:
-        return 2 if memory.numbers[BELOW] > 0.5 else 3
-    return 0 if d.weighed == IN_AIR else -1
+        return ContactSet.TWO if memory.numbers[BELOW] > 0.5 else ContactSet.THREE
+    return ContactSet.NONE if d.weighed == IN_AIR else ContactSet.UNKNOWN
 
 
 @compiled
 def assess(
-    f: np.ndarray,
+    estimate: Estimate,
     memory: MemoryRecord,
     o: ThresholdsRecord,
     force_stddev: float,
@@ -124,8 +125,8 @@ def assess(
 
     Parameters
     ----------
-    f : ndarray
-        Record of the estimate, which has taken the wrench of the stamp.
+    estimate : Estimate
+        Which has taken the wrench of the stamp.
     memory : record of MEMORY
         Changed.
     o : record of THRESHOLDS
@@ -152,7 +153,7 @@ def assess(
     since = 0.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
     # Constant rates say nothing for or against three contacts.
     told = nis if d.weighed == THREE_POINT or d.on_trial else -1.0
-    judge(f, m, dt, since, told, f[DETERMINANT], d.displaced)
+    judge(estimate, m, dt, since, told, estimate.determinant, d.displaced)
     shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))  # type: ignore[call-arg]
     risk = Risk(*to_fixed_tuple(m[RISK:KNOWN], _RISKS))
     known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))
@@ -167,7 +168,7 @@ def assess(
     )
     three_point = d.mode == THREE_POINT and shown.usable > 0.0
     on_contacts = 3 if three_point else 0
-    if f[CONTACTS] == 2.0 and (d.mode == THREE_POINT or d.mode == TWO_POINT):
+    if estimate.contacts == ContactSet.TWO and (d.mode == THREE_POINT or d.mode == TWO_POINT):
         on_contacts = 2
     row[MONITOR:MODE] = nan
     fill_known(row, shown.below, known, on_contacts > 0)
@@ -177,9 +178,9 @@ def assess(
     if on_contacts == 2 and not blind:
         row[AT.mode_probability_K_alone] = shown.two_point * m[POINTS + K_ALONE]
         row[AT.mode_probability_B_alone] = shown.two_point * m[POINTS + B_ALONE]
-        row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(f)
+        row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(estimate)
         if row[AT.insertion_depth] == row[AT.insertion_depth]:
-            row[AT.insertion_speed], row[AT.insertion_speed_stddev] = insertion_speed(f)
+            row[AT.insertion_speed], row[AT.insertion_speed_stddev] = insertion_speed(estimate)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
     # and otherwise what a rim of this tilt may wedge against what it carries.
     wide = force_stddev
@@ -189,7 +190,7 @@ def assess(
             row[AT.time_to_transition_stddev] = shown.time_stddev
     elif d.mode != IN_AIR:
         wide = shown.wedged
-    describe(f, peg_height, on_contacts, wide, row[:DESCRIBED])
+    describe(estimate, peg_height, on_contacts, wide, row[:DESCRIBED])
     if not blind:
         follow_alarms(memory, o, t, risk, shown, row[_NORMAL])
     fill_declared(row, memory)

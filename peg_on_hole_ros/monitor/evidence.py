@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.estimator.forces import rim_load
-from peg_on_hole_ros.estimator.record import LASTING, REACTIONS, SCENE, SPREAD, WORK, P, X, Y
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.contacts import (
@@ -117,70 +117,75 @@ WIDTH = len(Shown._fields)
 
 
 @compiled
-def wedged_load(f: np.ndarray, force_stddev: float) -> float:
+def wedged_load(estimate: Estimate, force_stddev: float) -> float:
     """Return what a rim of this tilt may wedge against what it carries [N]."""
-    force, couple = rim_load(f)
+    force, couple = rim_load(estimate)
     # A squeezed peg feels a couple and no force: over the peg's radius it counts as one.
-    carried = hypot(force, 2.0 * couple / f[SCENE])
-    return (carried + force_stddev) / sin(min(max(f[X], f[SCENE + 3]), 0.5 * pi))
+    carried = hypot(force, 2.0 * couple / estimate.scene.d)
+    tilt = max(estimate.motion.gamma, estimate.scene.gamma0)
+    return (carried + force_stddev) / sin(min(tilt, 0.5 * pi))
 
 
 @compiled
-def gamma0_slope(f: np.ndarray) -> float:
+def gamma0_slope(estimate: Estimate) -> float:
     """Return by how much gamma0 changes with the clearance [rad/m]."""
     # cos(gamma0) = 1 - clearance / D.
-    return 1.0 / (f[SCENE + 1] * sin(f[SCENE + 3]))
+    return 1.0 / (estimate.scene.D * sin(estimate.scene.gamma0))
 
 
 @compiled
-def gamma0_variance(f: np.ndarray) -> float:
+def gamma0_variance(estimate: Estimate) -> float:
     """Return the variance that the clearance leaves gamma0 [rad^2]."""
-    slope = gamma0_slope(f)
-    return max(f[SPREAD + 3], 0.0) * slope * slope
+    slope = gamma0_slope(estimate)
+    return max(estimate.diameter_variance, 0.0) * slope * slope
 
 
 @compiled
-def below_gamma0(f: np.ndarray) -> float:
+def below_gamma0(estimate: Estimate) -> float:
     """Return the probability that gamma is below gamma0."""
-    return below((f[SCENE + 3] - f[X]) / sqrt(max(f[P] + gamma0_variance(f), 1e-24)))
+    motion = estimate.motion
+    variance = max(motion.covariance[0, 0] + gamma0_variance(estimate), 1e-24)
+    return below((estimate.scene.gamma0 - motion.gamma) / sqrt(variance))
 
 
 @compiled
-def finite_reactions(f: np.ndarray, determinant: float, wedged: float) -> bool:
+def finite_reactions(estimate: Estimate, determinant: float, wedged: float) -> bool:
     """Return whether the equations gave reactions that are more than rounding."""
-    largest = max(fabs(f[Y + 3]), fabs(f[Y + 4]), fabs(f[Y + 5]))
+    N = estimate.reactions.normal
+    largest = max(fabs(N[0]), fabs(N[1]), fabs(N[2]))
     return determinant == determinant and largest <= ABSURD * wedged
 
 
 @compiled
-def pushing(f: np.ndarray) -> bool:
+def pushing(estimate: Estimate) -> bool:
     """Return whether the reactions may be those of contacts that push."""
-    push = True
+    reactions, push = estimate.reactions, True
     for i in range(3):
-        N, variance = f[Y + 3 + i], max(f[REACTIONS + 21 + 7 * i], 0.0)
-        push = push and -PULL * sqrt(variance) < N
+        variance = max(reactions.covariance[i, i], 0.0)
+        push = push and -PULL * sqrt(variance) < reactions.normal[i]
     return push
 
 
 @compiled
-def new_share(f: np.ndarray, i: int) -> float:
+def new_share(estimate: Estimate, i: int) -> float:
     """
     Return which share of what a reaction says of its contact is news at each sample.
 
     What friction and clearance make of a reaction stays: however often it says so, it says it
     once. By more than PULL standard deviations, they do not explain it.
     """
-    variance = max(f[REACTIONS + 21 + 7 * i], 1e-18)
-    if f[Y + 3 + i] < 0.0 and f[Y + 3 + i] * f[Y + 3 + i] > PULL * PULL * variance:
+    reactions = estimate.reactions
+    N, variance = reactions.normal[i], max(reactions.covariance[i, i], 1e-18)
+    if N < 0.0 and PULL * PULL * variance < N * N:
         return 1.0
-    by_friction, by_diameter = f[LASTING + 3 + i], f[LASTING + 9 + i]
+    by_friction, by_diameter = reactions.by_friction[i], reactions.by_diameter[i]
     lasting = by_friction * by_friction + by_diameter * by_diameter
     return max(0.0, 1.0 - lasting / variance)
 
 
 @compiled
 def show(
-    f: np.ndarray, hypotheses: np.ndarray, means: np.ndarray, motion: np.ndarray,
+    estimate: Estimate, hypotheses: np.ndarray, means: np.ndarray, motion: np.ndarray,
     options: np.ndarray, dt: float, since: float, nis: float, determinant: float,
     displaced: float, out: np.ndarray,
 ) -> None:  # fmt: skip
@@ -189,8 +194,7 @@ def show(
 
     Parameters
     ----------
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     hypotheses, means, motion : ndarray
         Of `contacts.no_knowledge`, `carried.new_means` and `trend.new_trend`.
     options : ndarray
@@ -208,25 +212,25 @@ def show(
 
     """
     o = options
-    D, gamma0 = f[SCENE + 1], f[SCENE + 3]
-    wedged = wedged_load(f, o[6])
-    spread0 = gamma0_variance(f)
-    under = below_gamma0(f)
-    finite = finite_reactions(f, determinant, wedged)
+    D, gamma0 = estimate.scene.D, estimate.scene.gamma0
+    wedged = wedged_load(estimate, o[6])
+    spread0 = gamma0_variance(estimate)
+    under = below_gamma0(estimate)
+    finite = finite_reactions(estimate, determinant, wedged)
     lost_K = lost_B1 = lost_B2 = 0.0
     rest = rest_probability(motion, o[3], D)
     if finite:
         # At rest friction may be anything within its cone, and the equations' reactions are moot.
-        moves = 1.0 - rest
-        lost_K = moves * new_share(f, 0) * opening_evidence(f[Y + 3], f[REACTIONS + 21])
-        lost_B1 = moves * new_share(f, 1) * opening_evidence(f[Y + 4], f[REACTIONS + 28])
-        lost_B2 = moves * new_share(f, 2) * opening_evidence(f[Y + 5], f[REACTIONS + 35])
+        moves, N, C = 1.0 - rest, estimate.reactions.normal, estimate.reactions.covariance
+        lost_K = moves * new_share(estimate, 0) * opening_evidence(N[0], C[0, 0])
+        lost_B1 = moves * new_share(estimate, 1) * opening_evidence(N[1], C[1, 1])
+        lost_B2 = moves * new_share(estimate, 2) * opening_evidence(N[2], C[2, 2])
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
     # A rim that touches is told from noise, from a zero of the sensor that is not known, and from
     # a holder that moves the peg in the air.
-    carried, _ = carried_load(f, means, dt, o[2])
-    moved = f[SCENE + 4] * o[7]
-    squares = stands_out(f, means, o[0] * o[0] + moved * moved, o[2], f[WORK:])
+    carried, _ = carried_load(estimate, means, dt, o[2])
+    moved = estimate.scene.m * o[7]
+    squares = stands_out(estimate, means, o[0] * o[0] + moved * moved, o[2], estimate.work)
     load = load_evidence(squares) if carried == carried else 0.0
     p = hypotheses
     above = 1.0 - under
@@ -245,10 +249,10 @@ def show(
     out[4] = p[FREE]
     out[5] = p[OTHER] * above
     out[6] = under
-    spread0 += (o[8] * gamma0_slope(f)) ** 2
+    spread0 += (o[8] * gamma0_slope(estimate)) ** 2
     time, stddev = time_to_reach(motion, gamma0, spread0, o[4], o[5])
     out[7] = time - since if time > since else -1.0
     out[8] = stddev
     out[9] = wedged
-    out[10] = 1.0 if finite and pushing(f) else 0.0
+    out[10] = 1.0 if finite and pushing(estimate) else 0.0
     out[11], out[12], out[13] = p[LOST_K] * above, p[LOST_B1] * above, p[LOST_B2] * above

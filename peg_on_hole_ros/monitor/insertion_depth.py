@@ -2,10 +2,8 @@
 
 from math import cos, nan, sin, sqrt
 
-import numpy as np
-
 from peg_on_hole_ros.estimator.insertion_depth import depth_at
-from peg_on_hole_ros.estimator.record import RATES, REACTIONS, SCENE, SPREAD, P, X, Y
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # Tilt and reactions have to be surely above zero, by so many standard deviations: a peg that
@@ -16,29 +14,31 @@ SURFACE = 1e-6
 
 
 @compiled
-def insertion_depth(f: np.ndarray) -> tuple[float, float]:
+def insertion_depth(estimate: Estimate) -> tuple[float, float]:
     """Return depth and standard deviation [m], by the record of an estimate; NaN: not told."""
-    gamma, variance = f[X], f[P]
-    at = REACTIONS + 21
+    gamma, variance = estimate.motion.gamma, estimate.motion.covariance[0, 0]
+    N, C = estimate.reactions.normal, estimate.reactions.covariance
     # N_B1 and N_B2 are halves of one reaction.
-    rim, wall = f[Y + 3] / sqrt(max(f[at], 1e-18)), f[Y + 4] / sqrt(max(f[at + 7], 1e-18))
+    rim, wall = N[0] / sqrt(max(C[0, 0], 1e-18)), N[1] / sqrt(max(C[1, 1], 1e-18))
     if not min(rim, wall, gamma / sqrt(max(variance, 1e-18))) > SURE:
         return nan, nan
-    depth, by_tilt, by_diameter = depth_at(f[SCENE], f[SCENE + 1], gamma)
-    diameter = max(f[SPREAD + 3], 0.0) + SURFACE * SURFACE
+    depth, by_tilt, by_diameter = depth_at(estimate.scene.d, estimate.scene.D, gamma)
+    diameter = max(estimate.diameter_variance, 0.0) + SURFACE * SURFACE
     return depth, sqrt(by_tilt * by_tilt * variance + by_diameter * by_diameter * diameter)
 
 
 @compiled
-def insertion_speed(f: np.ndarray) -> tuple[float, float]:
+def insertion_speed(estimate: Estimate) -> tuple[float, float]:
     """Return speed into the hole and standard deviation [m/s], where the depth is told."""
-    d, D, gamma, rate = f[SCENE], f[SCENE + 1], f[X], f[X + 3]
+    d, D = estimate.scene.d, estimate.scene.D
+    gamma, rate, C = estimate.motion.gamma, estimate.motion.gamma_rate, estimate.motion.covariance
     by_rate = depth_at(d, D, gamma)[1]
     by_tilt, by_diameter = _slope_slopes(d, D, gamma)
     by_tilt, by_diameter = by_tilt * rate, by_diameter * rate
-    variance = by_rate * (by_rate * f[RATES] + 2.0 * by_tilt * f[P + 3])
-    variance += by_tilt * by_tilt * f[P]
-    variance += by_diameter * by_diameter * (max(f[SPREAD + 3], 0.0) + SURFACE * SURFACE)
+    variance = by_rate * (by_rate * C[3, 3] + 2.0 * by_tilt * C[0, 3])
+    variance += by_tilt * by_tilt * C[0, 0]
+    diameter = max(estimate.diameter_variance, 0.0) + SURFACE * SURFACE
+    variance += by_diameter * by_diameter * diameter
     return by_rate * rate, sqrt(max(variance, 0.0))
 
 

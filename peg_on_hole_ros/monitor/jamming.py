@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import MonitorOptions
-from peg_on_hole_ros.estimator.record import REACTIONS, X, Y
-from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
+from peg_on_hole_ros.estimator.record import Estimate, scene_of
+from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import load_ahead, push, stuck
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.load_ahead import follow_load, over_limit
@@ -123,7 +123,7 @@ def break_course(j: np.ndarray) -> None:
 
 @compiled
 def assess(
-    f: np.ndarray,
+    estimate: Estimate,
     motion: np.ndarray,
     j: np.ndarray,
     options: np.ndarray,
@@ -140,8 +140,7 @@ def assess(
 
     Parameters
     ----------
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     motion : ndarray
         Memory of `trend`, then that of `down_the_hole`.
     j : ndarray
@@ -160,7 +159,7 @@ def assess(
         Filled in the order of `Risk`.
 
     """
-    p = scene_of(f)
+    p = scene_of(estimate)
     horizon, rest_rate = options[0], options[2] / p.D
     rate, rate_variance = rate_after(motion, QUICK_TILT, since, options[3])
     turn, turn_variance = rate_after(motion, TURN, since, options[3])
@@ -177,9 +176,9 @@ def assess(
     # Of a trend that is noise a peg at rest closes in every other instant.
     surely = closing if known else 0.0
     determinant = path = 0.0
-    if f[X] > p.gamma0 * (1.0 + EDGE):
+    if estimate.motion.gamma > p.gamma0 * (1.0 + EDGE):
         path, determinant = wedging_ahead(
-            p, f, rate if known else 0.0, turn, turn_variance, rest_rate, horizon
+            p, estimate, rate if known else 0.0, turn, turn_variance, rest_rate, horizon
         )
     over = loaded = stall = pushed = 0.0
     if contact < 0.5:
@@ -189,10 +188,22 @@ def assess(
         forget_stuck(j, HOLE)
     else:
         # What is foreseen ends with three-point contact.
-        over, loaded = _load(f, j, options, dt, time, usable)
+        over, loaded = _load(estimate, j, options, dt, time, usable)
         ahead = min(horizon, time) if time >= 0.0 else horizon
         stops, grows, more = pushed_on(
-            p, f, motion, j, CLOSES, j[TOTAL], ahead, rest_rate, dt, since, surely, rate, turn
+            p,
+            estimate,
+            motion,
+            j,
+            CLOSES,
+            j[TOTAL],
+            ahead,
+            rest_rate,
+            dt,
+            since,
+            surely,
+            rate,
+            turn,
         )
         pushed = max(grows, more)
         stall = min(closing * stops * grows + rest * pushed, 1.0)
@@ -203,7 +214,9 @@ def assess(
     load = above * over
     insertion = margin = 0.0
     if under > 0.5:
-        stands, wedged, insertion, margin = stuck_in_hole(p, f, motion, j, HOLE, options[4], dt)
+        stands, wedged, insertion, margin = stuck_in_hole(
+            p, estimate, motion, j, HOLE, options[4], dt
+        )
         wedging = contact * under * wedged
         # Of a peg that is not wedged, so that the risk is that it is stuck.
         stall = (contact * under * stands - wedging) / max(1.0 - wedging, 1e-9)
@@ -213,17 +226,18 @@ def assess(
 
 
 @compiled
-def _load(f, j, options, dt, time, usable):
+def _load(estimate, j, options, dt, time, usable):
     """Return the probability that a reaction passes its limit, and which: 0 K, 1 B1, 2 B2."""
+    normal, covariance = estimate.reactions.normal, estimate.reactions.covariance
     for i in range(3):
-        usable = usable and is_number(f[Y + 3 + i]) and is_number(f[REACTIONS + 21 + 7 * i])
+        usable = usable and is_number(normal[i]) and is_number(covariance[i, i])
     if not usable:
         break_course(j)
         return 0.0, 0.0
     total = 0.0
     j[UNBROKEN] += dt
     for i in range(3):
-        N, variance = f[Y + 3 + i], f[REACTIONS + 21 + 7 * i]
+        N, variance = normal[i], covariance[i, i]
         total += fabs(N)
         if follow_load(j, LOADS, i, N, variance, options[5 + i], dt):
             j[UNBROKEN] = 0.0
@@ -234,7 +248,7 @@ def _load(f, j, options, dt, time, usable):
         horizon = min(options[1], time) if time >= 0.0 else options[1]
     most, which = load_ahead.NOTHING, 0.0
     for i in range(3):
-        over = over_limit(j, LOADS, i, f[REACTIONS + 21 + 7 * i], options[5 + i], horizon)
+        over = over_limit(j, LOADS, i, covariance[i, i], options[5 + i], horizon)
         if over > most:
             most, which = over, float(i)
     return below(most), which

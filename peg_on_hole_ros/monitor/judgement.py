@@ -5,7 +5,8 @@ from math import fabs
 import numpy as np
 
 from peg_on_hole_ros.config.options import MonitorOptions
-from peg_on_hole_ros.estimator.record import CONTACTS
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor import (
@@ -112,7 +113,7 @@ def follow_orientation(m: np.ndarray, since: float, q: np.ndarray, R: np.ndarray
 
 @compiled
 def judge(
-    f: np.ndarray,
+    estimate: Estimate,
     m: np.ndarray,
     dt: float,
     since: float,
@@ -125,8 +126,7 @@ def judge(
 
     Parameters
     ----------
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     m : ndarray
         Memory, from `new_judgement`.
     dt, since : float
@@ -142,13 +142,23 @@ def judge(
     shown, motion = m[SHOWN:RISK], m[MOTION:JAMMING]
     hypotheses, means, settings = m[HYPOTHESES:POINTS], m[MEANS:MOTION], m[SETTINGS:LIMITS]
     evidence.show(
-        f, hypotheses, means, motion, settings, dt, since, nis, determinant, displaced, shown
+        estimate,
+        hypotheses,
+        means,
+        motion,
+        settings,
+        dt,
+        since,
+        nis,
+        determinant,
+        displaced,
+        shown,
     )
-    if f[CONTACTS] == 2.0:
-        one_point.weigh_points(m[POINTS:MEANS], f, dt, settings[1], settings[2])
+    if estimate.contacts == ContactSet.TWO:
+        one_point.weigh_points(m[POINTS:MEANS], estimate, dt, settings[1], settings[2])
     else:
         m[POINTS:MEANS] = _NO_POINTS
     contact, below, time, usable = 1.0 - shown[4], shown[6], shown[7], shown[10] > 0.0
     memory, limits, risk = m[JAMMING:SETTINGS], m[LIMITS:DIAMETERS], m[RISK:KNOWN]
-    jamming.assess(f, motion, memory, limits, dt, since, contact, below, time, usable, risk)
-    fill_known(f, min(risk[4], fabs(determinant)), m[BAND], m[KNOWN:])
+    jamming.assess(estimate, motion, memory, limits, dt, since, contact, below, time, usable, risk)
+    fill_known(estimate, min(risk[4], fabs(determinant)), m[BAND], m[KNOWN:])

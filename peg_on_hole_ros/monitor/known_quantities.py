@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import CONTACTS, LASTING, REACTIONS, SCENE, SPREAD, X, Y
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 
 # Reactions are known where no spread is more than a third of their mean, and what friction makes
@@ -40,14 +41,13 @@ class Known(NamedTuple):
 
 
 @compiled
-def fill_known(f: np.ndarray, determinant: float, band: float, out: np.ndarray) -> None:
+def fill_known(estimate: Estimate, determinant: float, band: float, out: np.ndarray) -> None:
     """
     Fill in what is known.
 
     Parameters
     ----------
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     determinant : float
         Of the six equations over its frictionless value.
     band : float
@@ -56,18 +56,19 @@ def fill_known(f: np.ndarray, determinant: float, band: float, out: np.ndarray) 
         Filled in the order of `Known`.
 
     """
-    clearance, variance = f[SCENE + 1] - f[SCENE], max(f[SPREAD], 0.0)
-    if variance > 0.0 and f[X] < f[SCENE + 3]:
-        variance += (f[SCENE + 7] * _GIVES / clearance) ** 2
-    out[0], out[1] = f[SCENE + 7], sqrt(variance)
-    out[2], out[3] = clearance, sqrt(max(f[SPREAD + 3], 0.0))
-    total = f[Y + 3] + f[Y + 4] + f[Y + 5]
+    scene, reactions = estimate.scene, estimate.reactions
+    clearance, variance = scene.D - scene.d, max(estimate.friction_variance, 0.0)
+    if variance > 0.0 and estimate.motion.gamma < scene.gamma0:
+        variance += (scene.f * _GIVES / clearance) ** 2
+    out[0], out[1] = scene.f, sqrt(variance)
+    out[2], out[3] = clearance, sqrt(max(estimate.diameter_variance, 0.0))
+    total = reactions.normal[0] + reactions.normal[1] + reactions.normal[2]
     # Beside the singular set little is known; two points in the hole have none.
-    two = f[CONTACTS] == 2.0
+    two = estimate.contacts == ContactSet.TWO
     clear = determinant > band or two
     for i in range(3):
         # There B1 and B2 are halves.
         share = 2.0 if two and i > 0 else 1.0
-        clear = clear and share * sqrt(max(f[REACTIONS + 21 + 7 * i], 0.0)) <= total / _SHARE
-        clear = clear and share * fabs(f[LASTING + 3 + i]) <= total / _BY_FRICTION
+        clear = clear and share * sqrt(max(reactions.covariance[i, i], 0.0)) <= total / _SHARE
+        clear = clear and share * fabs(reactions.by_friction[i]) <= total / _BY_FRICTION
     out[4] = 1.0 if clear else 0.0

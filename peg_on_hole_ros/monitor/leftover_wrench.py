@@ -4,8 +4,8 @@ from math import cos, exp, fabs, nan, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import BIAS_LOAD, NOISE, RATES, P, U, X
-from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
+from peg_on_hole_ros.estimator.record import Estimate, scene_of
+from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.trend import is_number
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over
@@ -36,14 +36,15 @@ def new_means() -> np.ndarray:
 
 
 @compiled
-def carried_load(f: np.ndarray, means: np.ndarray, dt: float, time: float) -> tuple[float, float]:
+def carried_load(
+    estimate: Estimate, means: np.ndarray, dt: float, time: float
+) -> tuple[float, float]:
     """
     Take one wrench into the means, and return what is left for a rim to carry.
 
     Parameters
     ----------
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     means : ndarray
         From `new_means`; changed.
     dt : float
@@ -60,35 +61,37 @@ def carried_load(f: np.ndarray, means: np.ndarray, dt: float, time: float) -> tu
         What noise alone would make of its square [N^2].
 
     """
-    p = scene_of(f)
-    r = _peg_axes(f)
-    s, c, spsi, cpsi = sin(f[X]), cos(f[X]), sin(f[X + 1]), cos(f[X + 1])
-    w_x, w_y = f[X + 3] * spsi - f[X + 5] * s * cpsi, -f[X + 3] * cpsi - f[X + 5] * s * spsi
-    w_z = f[X + 4] + f[X + 5] * c
-    along = (p.Iz - p.Ie) * (f[X + 5] + f[X + 4] * c)
+    p = scene_of(estimate)
+    r = _peg_axes(estimate)
+    motion, u = estimate.motion, estimate.wrench
+    s, c, spsi, cpsi = sin(motion.gamma), cos(motion.gamma), sin(motion.psi), cos(motion.psi)
+    w_x = motion.gamma_rate * spsi - motion.phi_rate * s * cpsi
+    w_y = -motion.gamma_rate * cpsi - motion.phi_rate * s * spsi
+    w_z = motion.psi_rate + motion.phi_rate * c
+    along = (p.Iz - p.Ie) * (motion.phi_rate + motion.psi_rate * c)
     L_x, L_y, L_z = p.Ie * w_x + along * r[2], p.Ie * w_y + along * r[5], p.Ie * w_z + along * r[8]
     new = (
-        r[0] * f[U] + r[1] * f[U + 1] + r[2] * f[U + 2] + p.m * p.g_x,
-        r[3] * f[U] + r[4] * f[U + 1] + r[5] * f[U + 2] + p.m * p.g_y,
-        r[6] * f[U] + r[7] * f[U + 1] + r[8] * f[U + 2] + p.m * p.g_z,
-        r[0] * f[U + 3] + r[1] * f[U + 4] + r[2] * f[U + 5],
-        r[3] * f[U + 3] + r[4] * f[U + 4] + r[5] * f[U + 5],
-        r[6] * f[U + 3] + r[7] * f[U + 4] + r[8] * f[U + 5],
+        r[0] * u[0] + r[1] * u[1] + r[2] * u[2] + p.m * p.g_x,
+        r[3] * u[0] + r[4] * u[1] + r[5] * u[2] + p.m * p.g_y,
+        r[6] * u[0] + r[7] * u[1] + r[8] * u[2] + p.m * p.g_z,
+        r[0] * u[3] + r[1] * u[4] + r[2] * u[5],
+        r[3] * u[3] + r[4] * u[4] + r[5] * u[5],
+        r[6] * u[3] + r[7] * u[4] + r[8] * u[5],
         L_x,
         L_y,
         L_z,
     )
-    over_radius = 2.0 / p.d
+    over_radius, R = 2.0 / p.d, estimate.wrench_noise
     noise = jump = 0.0
     for i in range(3):
-        noise += f[NOISE + 7 * i] + over_radius * over_radius * f[NOISE + 21 + 7 * i]
+        noise += R[i, i] + over_radius * over_radius * R[3 + i, 3 + i]
         jump += (new[i] - means[_FORCE + i]) ** 2
         jump += (over_radius * (new[3 + i] - means[_COUPLE + i])) ** 2
     if not is_number(jump + fabs(L_x) + fabs(L_y) + fabs(L_z)):
         return nan, noise
     share = 1.0 - exp(-dt / time)
     begun = means[_SHARE] > 0.0
-    turns = begun and dt > 0.0 and f[P + 7] < AZIMUTH
+    turns = begun and dt > 0.0 and motion.covariance[1, 1] < AZIMUTH
     for i in range(3):
         rate = (new[6 + i] - means[_MOMENTUM + i]) / dt if turns else 0.0
         means[_RATE + i] += share * (rate - means[_RATE + i])
@@ -106,14 +109,15 @@ def carried_load(f: np.ndarray, means: np.ndarray, dt: float, time: float) -> tu
         squares += means[_FORCE + i] ** 2 + (over_radius * couple) ** 2
     pull = _pull(means)
     squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
-    return sqrt(squares), means[_SHARE] * noise + _turned(f, time)
+    return sqrt(squares), means[_SHARE] * noise + _turned(estimate, time)
 
 
 @compiled
-def _peg_axes(f):
+def _peg_axes(estimate):
     """Return the peg's axes in those of the hole, by rows."""
-    s, c, sps, cps = sin(f[X]), cos(f[X]), sin(f[X + 1]), cos(f[X + 1])
-    sp, cp = sin(f[X + 2]), cos(f[X + 2])
+    motion = estimate.motion
+    s, c, sps, cps = sin(motion.gamma), cos(motion.gamma), sin(motion.psi), cos(motion.psi)
+    sp, cp = sin(motion.phi), cos(motion.phi)
     return (
         cps * c * cp - sps * sp, -cps * c * sp - sps * cp, -cps * s,
         sps * c * cp + cps * sp, -sps * c * sp + cps * cp, -sps * s,
@@ -128,16 +132,16 @@ def _pull(means):
 
 
 @compiled
-def _turned(f, time):
+def _turned(estimate, time):
     """Return the variance that the rates leave to a couple, as a force at the peg's radius."""
-    p, s = scene_of(f), sin(f[X])
+    p, s, C = scene_of(estimate), sin(estimate.motion.gamma), estimate.motion.covariance
     turned = 2.0 / p.d * p.Ie / time
-    return turned * turned * (f[RATES] + s * s * f[RATES + 7])
+    return turned * turned * (C[3, 3] + s * s * C[4, 4])
 
 
 @compiled
 def stands_out(
-    f: np.ndarray, means: np.ndarray, floor: float, time: float, root: np.ndarray
+    estimate: Estimate, means: np.ndarray, floor: float, time: float, root: np.ndarray
 ) -> float:
     """
     Return the square of a carried load over what nothing, or next to nothing, would make of it.
@@ -147,7 +151,7 @@ def stands_out(
 
     Parameters
     ----------
-    f, means, time
+    estimate, means, time
         As for `carried_load`, which has taken the wrench.
     floor : float
         Square of the load that counts as none [N^2].
@@ -155,8 +159,8 @@ def stands_out(
         Scratch, 42 places.
 
     """
-    over_radius = 2.0 / scene_of(f).d
-    r = _peg_axes(f)
+    over_radius = 2.0 / scene_of(estimate).d
+    r = _peg_axes(estimate)
     pull = _pull(means) * (1.0 - 1.0 / LIFT)
     # In the peg's axes, in which the noise stands.
     for i in range(3):
@@ -167,12 +171,12 @@ def stands_out(
             couple += r[3 * k + i] * (means[_COUPLE + k] - means[_RATE + k])
         root[36 + i], root[39 + i] = force, over_radius * couple
     # Of six squares as of one.
-    room, turned = 6.0 * ROOM * means[_SHARE], ROOM * _turned(f, time)
-    least = floor + ROOM * f[BIAS_LOAD]
+    room, turned = 6.0 * ROOM * means[_SHARE], ROOM * _turned(estimate, time)
+    least = floor + ROOM * estimate.bias_load
     squares = 0.0
     for i in range(6):
         for k in range(i + 1):
-            v = room * f[NOISE + 6 * i + k]
+            v = room * estimate.wrench_noise[i, k]
             if i > 2:
                 v *= over_radius
             if k > 2:

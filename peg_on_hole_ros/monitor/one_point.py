@@ -4,7 +4,7 @@ from math import exp, log, pi, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import REACTIONS, Y
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import MOST, below
 
@@ -49,7 +49,9 @@ def absence(normal: float, variance: float) -> float:
 
 
 @compiled
-def weigh_points(p: np.ndarray, f: np.ndarray, dt: float, rate: float, correlation: float) -> None:
+def weigh_points(
+    p: np.ndarray, estimate: Estimate, dt: float, rate: float, correlation: float
+) -> None:
     """
     Carry the probabilities over a time, then weigh them with the reactions of two points.
 
@@ -57,8 +59,8 @@ def weigh_points(p: np.ndarray, f: np.ndarray, dt: float, rate: float, correlati
     ----------
     p : ndarray, shape (3,)
         Changed.
-    f : ndarray
-        Record of the estimate, which has weighed a wrench with two points.
+    estimate : Estimate
+        Which has weighed a wrench with two points.
     dt : float
         Since the last wrench [s].
     rate, correlation : float
@@ -69,10 +71,10 @@ def weigh_points(p: np.ndarray, f: np.ndarray, dt: float, rate: float, correlati
     for i in range(COUNT):
         p[i] += change * (_PRIOR[i] - p[i])
     # B stands as two equal halves.
-    first = REACTIONS + 21
-    of_B = f[first + 7] + 2.0 * f[first + 8] + f[first + 14]
-    p[K_ALONE] *= exp(share * absence(f[Y + 4] + f[Y + 5], of_B))
-    p[B_ALONE] *= exp(share * absence(f[Y + 3], f[first]))
+    N, C = estimate.reactions.normal, estimate.reactions.covariance
+    of_B = C[1, 1] + 2.0 * C[1, 2] + C[2, 2]
+    p[K_ALONE] *= exp(share * absence(N[1] + N[2], of_B))
+    p[B_ALONE] *= exp(share * absence(N[0], C[0, 0]))
     total = p[K_ALONE] + p[B_ALONE] + p[BOTH]
     for i in range(COUNT):
         p[i] /= total

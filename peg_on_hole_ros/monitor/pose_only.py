@@ -7,7 +7,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import describe
-from peg_on_hole_ros.estimator.record import DETERMINANT
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import clear_alarms
 from peg_on_hole_ros.monitor.assessment import fill_declared, fill_known
@@ -46,7 +46,7 @@ def restart_unjudged(memory: MemoryRecord) -> None:
 
 @compiled
 def look(
-    f: np.ndarray,
+    estimate: Estimate,
     memory: MemoryRecord,
     o: ThresholdsRecord,
     force_stddev: float,
@@ -61,9 +61,10 @@ def look(
     That is the user's word (`monitor.modes: false`), and nothing here looks whether it is true.
     """
     d, m = memory.declared[0], memory.numbers
-    determinant, wedged, below = f[DETERMINANT], wedged_load(f, force_stddev), below_gamma0(f)
-    usable = finite_reactions(f, determinant, wedged) and pushing(f)
-    know(f, fabs(determinant), m[BAND], m[KNOWN:])
+    determinant, below = estimate.determinant, below_gamma0(estimate)
+    wedged = wedged_load(estimate, force_stddev)
+    usable = finite_reactions(estimate, determinant, wedged) and pushing(estimate)
+    know(estimate, fabs(determinant), m[BAND], m[KNOWN:])
     known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))  # type: ignore[call-arg]
     if not blind:
         raise_flag(d, o, t_ns * 1e-9, below, 1.0)
@@ -73,5 +74,5 @@ def look(
     three_point = usable and below < 0.5 and not blind
     row[MONITOR:MODE] = nan
     fill_known(row, below, known, three_point)
-    describe(f, peg_height, 3 if three_point else 0, wedged, row[:DESCRIBED])
+    describe(estimate, peg_height, 3 if three_point else 0, wedged, row[:DESCRIBED])
     fill_declared(row, memory)

@@ -4,7 +4,7 @@ from math import fabs, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import NOISE, WORK, U, X
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, pose_of
 from peg_on_hole_ros.monitor import stall_ahead
 from peg_on_hole_ros.monitor.contacts import below
@@ -40,27 +40,29 @@ def forget(m: np.ndarray, at: int) -> None:
 
 
 @compiled
-def _push(p, f):
+def _push(p, estimate):
     """
     Return the generalised force that closes the peg, without contacts, its variance, and a lever.
 
     The lever is by how much the contacts slip, in their mean, where the tilt changes by one.
     """
-    tilt = max(f[X], p.gamma0 * (1.0 + EDGE))
-    geo, wrench = pose_of(p, f[X : X + 6], f[U : U + 6], f[WORK:])
-    if not f[X] > p.gamma0:
+    motion, R = estimate.motion, estimate.wrench_noise
+    angles = (motion.gamma, motion.psi, motion.phi)
+    tilt = max(motion.gamma, p.gamma0 * (1.0 + EDGE))
+    geo, wrench = pose_of(p, angles, estimate.wrench, estimate.work)
+    if not motion.gamma > p.gamma0:
         geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, tilt)
     dh_c, dz_c = geo[10], geo[11]
     push = wrench[4] - wrench[0] * dh_c - wrench[2] * dz_c
     s, a1, S1 = geo[0], geo[2], geo[4]
     lever = 2.0 / 3.0 * (a1 / s + 2.0 * sqrt(a1 * a1 + S1 * S1))
-    return push, f[NOISE] * (dh_c * dh_c + dz_c * dz_c) + f[NOISE + 28], lever
+    return push, R[0, 0] * (dh_c * dh_c + dz_c * dz_c) + R[4, 4], lever
 
 
 @compiled
 def pushed_on(
     p: SceneScalars,
-    f: np.ndarray,
+    estimate: Estimate,
     motion: np.ndarray,
     m: np.ndarray,
     at: int,
@@ -83,8 +85,7 @@ def pushed_on(
     Parameters
     ----------
     p : SceneScalars
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     motion : ndarray
         Memory of `trend`, whose orientation is taken.
     m : ndarray
@@ -103,7 +104,7 @@ def pushed_on(
 
     """
     a, ahead = at, at + STALL
-    push, variance, lever = _push(p, f)
+    push, variance, lever = _push(p, estimate)
     if not (is_number(push) and is_number(variance)):
         # Nothing is taken from it.
         return 0.0, 0.0, 0.0

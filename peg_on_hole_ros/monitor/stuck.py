@@ -4,7 +4,7 @@ from math import cos, exp, fabs, log, pi, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.record import NOISE, SPREAD, WORK, P, U, X
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitor import trend
@@ -32,7 +32,7 @@ def forget_stuck(m: np.ndarray, at: int) -> None:
 @compiled
 def stuck_in_hole(
     p: SceneScalars,
-    f: np.ndarray,
+    estimate: Estimate,
     motion: np.ndarray,
     m: np.ndarray,
     at: int,
@@ -45,8 +45,7 @@ def stuck_in_hole(
     Parameters
     ----------
     p : SceneScalars
-    f : ndarray
-        Record of the estimate.
+    estimate : Estimate
     motion : ndarray
         Memory of `trend`, then that of `down_the_hole`.
     m : ndarray
@@ -65,10 +64,10 @@ def stuck_in_hole(
         l/d, and Whitney's margin [N].
 
     """
-    around = 0.5 * p.d * (f[X + 4] + f[X + 5])
+    around = 0.5 * p.d * (estimate.motion.psi_rate + estimate.motion.phi_rate)
     f_z = p.f * along_share(motion, DOWN, p, around)
     insertion, margin, beyond, surely, width, locks, held, pressed = _by_diagram(
-        p, f, f_z, threshold
+        p, estimate, f_z, threshold
     )
     kept = below(beyond)
     rest = rests(motion, DOWN)
@@ -84,7 +83,7 @@ def stuck_in_hole(
 
 
 @compiled
-def _by_diagram(p, f, f_z, threshold):
+def _by_diagram(p, estimate, f_z, threshold):
     """
     Return l/d, Whitney's margin, by how many deviations it is used up, and more of the load.
 
@@ -94,17 +93,19 @@ def _by_diagram(p, f, f_z, threshold):
     plane is that of the tilt, the tilt small. An estimate a little below zero leans to the other
     side.
     """
-    s, c = sin(f[X]), cos(f[X])
+    motion, R = estimate.motion, estimate.wrench_noise
+    angles = (motion.gamma, motion.psi, motion.phi)
+    s, c = sin(motion.gamma), cos(motion.gamma)
     side = 1.0 if s >= 0.0 else -1.0
-    _, wrench = pose_of(p, f[X : X + 6], f[U : U + 6], f[WORK:])
-    length = ((p.D - p.d) + 2.0 * p.d * sin(0.5 * f[X]) ** 2) / max(side * s, 1e-6)
+    _, wrench = pose_of(p, angles, estimate.wrench, estimate.work)
+    length = ((p.D - p.d) + 2.0 * p.d * sin(0.5 * motion.gamma) ** 2) / max(side * s, 1e-6)
     F_x, F_z = side * wrench[0], -wrench[2]
     M = -side * (wrench[4] + p.H_c * (c * wrench[0] + s * wrench[2]))
     f_z = max(f_z, 1e-3)
     margin = jamming_margin(0.5 * p.d, length, f_z, F_x, F_z, M)
-    more = f_z + sqrt(max(f[SPREAD], 1e-6))
+    more = f_z + sqrt(max(estimate.friction_variance, 1e-6))
     by_friction = jamming_margin(0.5 * p.d, length, more, F_x, F_z, M) - margin
-    noise = sqrt(f[NOISE] + f[NOISE + 28] / (p.d * p.d / 4.0))
+    noise = sqrt(R[0, 0] + R[4, 4] / (p.d * p.d / 4.0))
     lever = 1.0 + 2.0 * p.f * p.d / length
     uncertain = noise * lever + 0.05 * fabs(F_z)
     uncertain = sqrt(uncertain * uncertain + by_friction * by_friction)
@@ -112,20 +113,20 @@ def _by_diagram(p, f, f_z, threshold):
     # Moments about the edge leave K alone, if the peg slides in; B carries it and the side load.
     arm = length + p.f * p.d
     about_edge = M + 0.5 * p.d * (c * F_z + side * s * F_x)
-    about_edge_noise = f[NOISE + 28] + p.H_c * p.H_c * f[NOISE]
+    about_edge_noise = R[4, 4] + p.H_c * p.H_c * R[0, 0]
     N_K, variance = about_edge / arm, about_edge_noise / (arm * arm)
     # K is as steep as the peg leans: without friction it lifts the peg by so much, as where the
     # holder alone keeps the tilt. What is left of the push is for friction.
     steep = max(side * s, 0.0) / length
     left, left_noise = F_z - steep * max(about_edge, 0.0), steep * steep * about_edge_noise
     pressed = below((left - threshold) / sqrt(noise * noise + left_noise))
-    variance += max(f[SPREAD], 0.0) * (N_K * p.d / arm) ** 2
-    loaded = below(N_K / sqrt(variance)) * below((F_x + N_K) / sqrt(variance + f[NOISE]))
+    variance += max(estimate.friction_variance, 0.0) * (N_K * p.d / arm) ** 2
+    loaded = below(N_K / sqrt(variance)) * below((F_x + N_K) / sqrt(variance + R[0, 0]))
     # Where either friction cone holds the other contact, any load may be locked in.
-    locks = below((p.f - length / p.d) / sqrt(max(f[SPREAD], 1e-6)))
+    locks = below((p.f - length / p.d) / sqrt(max(estimate.friction_variance, 1e-6)))
     held = max(loaded, locks)
     width = max(2.0 * F_z / (uncertain * _ROOT_TWO_PI), 1.0)
     # K lies on the peg's side.
-    deepest = 2.0 * p.H_c * side * f[X] - (p.D - p.d)
-    held *= below(deepest / (2.0 * p.H_c * sqrt(max(f[P], 1e-18))))
+    deepest = 2.0 * p.H_c * side * motion.gamma - (p.D - p.d)
+    held *= below(deepest / (2.0 * p.H_c * sqrt(max(motion.covariance[0, 0], 1e-18))))
     return length / p.d, margin, beyond, surely, width, locks, held, pressed

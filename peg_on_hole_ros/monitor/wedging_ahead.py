@@ -2,9 +2,7 @@
 
 from math import fabs, inf, isfinite, sqrt
 
-import numpy as np
-
-from peg_on_hole_ros.estimator.record import RATES, SPREAD, WORK, X
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, determinant_at, with_friction
 from peg_on_hole_ros.monitor.contacts import below
 
@@ -22,7 +20,7 @@ _DETERMINANT_STDDEV = 0.03
 @compiled
 def wedging_ahead(
     p: SceneScalars,
-    f: np.ndarray,
+    estimate: Estimate,
     rate: float,
     turn: float,
     turn_variance: float,
@@ -35,21 +33,22 @@ def wedging_ahead(
     A peg at rest counts as one that is closed without turning: so a jammed one is pushed.
     """
     ratio = p.d / p.D
-    along = f[X + 4] + ratio * f[X + 5]
-    variance = f[RATES + 7] + ratio * (2.0 * f[RATES + 8] + ratio * f[RATES + 14])
+    motion, C = estimate.motion, estimate.motion.covariance
+    along = motion.psi_rate + ratio * motion.phi_rate
+    variance = C[4, 4] + ratio * (2.0 * C[4, 5] + ratio * C[5, 5])
     # psi' and phi' alone are hardly known at a small tilt; they count where their slip is known.
-    dpsi = f[X + 4] if along * along > 9.0 * variance else 0.0
+    dpsi = motion.psi_rate if along * along > 9.0 * variance else 0.0
     # A holder that does not turn the peg does not turn it by the noise of an estimate either, and
     # so little would take much of the friction away.
     swing = turn if turn * turn > 9.0 * turn_variance else 0.0
-    gamma = f[X]
+    gamma = motion.gamma
     dgamma = rate
     end = gamma
     if fabs(rate) < rest_rate:
         dgamma = -rest_rate
     elif rate < 0.0:
         end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + _END), gamma))
-    uncertain = sqrt(max(f[SPREAD], 0.0))
+    uncertain = sqrt(max(estimate.friction_variance, 0.0))
     shifted = with_friction(p, p.f + uncertain)
     rates = (dgamma, dpsi, (swing - dpsi) / ratio)
     least, where = inf, gamma
@@ -58,7 +57,7 @@ def wedging_ahead(
     step = ((end - p.gamma0) / first) ** (1.0 / (_POINTS - 1))
     for i in range(_POINTS):
         at = p.gamma0 + first * step**i
-        d = determinant_at(p, _PRESLIDING, at, rates, f[WORK:])
+        d = determinant_at(p, _PRESLIDING, at, rates, estimate.work)
         if isfinite(d) and d < least:
             least, where = d, at
         if end == gamma:
@@ -68,9 +67,9 @@ def wedging_ahead(
     if least < inf and rate < rest_rate:
         spread = _DETERMINANT_STDDEV
         if uncertain > 0.0:
-            slope = determinant_at(shifted, _PRESLIDING, where, rates, f[WORK:]) - least
+            slope = determinant_at(shifted, _PRESLIDING, where, rates, estimate.work) - least
             if isfinite(slope):
                 spread = sqrt(spread * spread + slope * slope)
         worst = below(-least / spread)
-    now = determinant_at(p, _COULOMB, gamma, rates, f[WORK:])
+    now = determinant_at(p, _COULOMB, gamma, rates, estimate.work)
     return worst, now if isfinite(now) else 0.0

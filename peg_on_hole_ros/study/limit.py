@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import Configuration, FilterOptions
 from peg_on_hole_ros.estimator import held
-from peg_on_hole_ros.estimator.held_peg import SETS, ContactSet, Correction, HeldPeg
+from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -70,7 +70,7 @@ class Noted(HeldPeg):
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
         """Take a wrench on the peg; see `HeldPeg`."""
-        self._note(_WEIGH, *u, SETS[contacts])
+        self._note(_WEIGH, *u, contacts)
         super().weigh(u, contacts)
 
     def _note(self, what, *given):

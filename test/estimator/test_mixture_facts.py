@@ -91,7 +91,8 @@ def test_a_snapshot_of_a_held_peg_is_gone_back_to_bit_for_bit():
             last = row.t
             nis = peg.correct(row.q, row.R)[1] if row.q is not None else 0.0
             peg.weigh(row.u, ContactSet.THREE)
-            yield nis, peg.record.copy(), peg.x.copy(), peg.P.copy(), *peg.reactions()
+            said = np.frombuffer(peg.record.tobytes(), np.int64)
+            yield nis, said, peg.x.copy(), peg.P.copy(), *peg.reactions()
 
     first = next(k for k, row in enumerate(rows) if row.q is not None)
     peg.start(rows[first].q, rows[first].R)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.record import DETERMINANT
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.monitor import down_the_hole, jamming
 from peg_on_hole_ros.monitor.assessment import restart, restart_mode
@@ -53,7 +52,7 @@ def test_one_call_does_what_its_parts_do():
         dt = 0.0 if last_ns is None else (row.t_ns - last_ns) * 1e-9
         since = 0.0 if oriented_ns is None else (row.t_ns - oriented_ns) * 1e-9
         last_ns = row.t_ns
-        f, determinant = line.filter.record.copy(), line.filter.record.item(DETERMINANT)
+        f, determinant = line.filter.record.copy(), line.filter.record.determinant
         nis = (
             line.processor.engine["innovations"]["told"]["misfit"].item() if on_contacts else -1.0
         )

@@ -15,8 +15,7 @@ from late_samples import ordered
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator import record as estimate
-from peg_on_hole_ros.estimator.record import DETERMINANT
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
@@ -56,6 +55,7 @@ from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.plan import plan_from_tree
 from peg_on_hole_ros.sim.truth import integrate
+from peg_on_hole_ros.typed_record import new
 from simulated import truth
 from tiers import nightly
 from two_points import samples
@@ -212,7 +212,7 @@ def shown(gamma, force=-30.0, scene=SCENE):
     p, means, out = no_knowledge(), new_means(), np.zeros(WIDTH)
     motion = new_trend()
     for _ in range(100):
-        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, record[DETERMINANT], 0.0, out)
+        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, record.determinant, 0.0, out)
         show(record, p, means, motion, *arguments)
     return Shown(*out.tolist())
 
@@ -493,17 +493,17 @@ def test_what_friction_makes_of_a_reaction_opens_no_contact():
 
 @pytest.mark.parametrize("contact", range(3))
 def test_what_is_news_of_a_reaction_is_what_friction_and_clearance_leave(contact):
-    m, i = np.zeros(estimate.SIZE), 3 + contact
-    part = estimate.part
-    part(m, "REACTIONS", (6, 6))[i, i] = 4.0
-    part(m, "LASTING", (2, 6))[:, i] = 1.0, np.sqrt(2.0)
-    part(m, "Y")[i] = -5.9
-    assert new_share(m, contact) == pytest.approx(0.25)
+    estimate = new(Estimate)
+    reactions = estimate.reactions
+    reactions.covariance[contact, contact] = 4.0
+    reactions.by_friction[contact], reactions.by_diameter[contact] = 1.0, np.sqrt(2.0)
+    reactions.normal[contact] = -5.9
+    assert new_share(estimate, contact) == pytest.approx(0.25)
     # They do not explain a pull of more than three deviations, whatever is stated of them.
-    part(m, "Y")[i] = -6.1
-    assert new_share(m, contact) == 1.0
-    part(m, "Y")[i] = 6.1
-    assert new_share(m, contact) == pytest.approx(0.25)
+    reactions.normal[contact] = -6.1
+    assert new_share(estimate, contact) == 1.0
+    reactions.normal[contact] = 6.1
+    assert new_share(estimate, contact) == pytest.approx(0.25)
 
 
 def test_what_a_rim_may_wedge_is_never_below_what_it_carries():

@@ -10,7 +10,6 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.methods import make_filter
-from peg_on_hole_ros.estimator.record import BIAS_LOAD
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure
@@ -37,7 +36,7 @@ def test_an_unknown_bias_loads_the_rim_as_drawn_ones_do(force, torque):
     record = press(kalman, reduction.on_peg((0.0, 0.0, -5.0), (0.0, 0.0, 0.0), q))
     if force == torque == 0.0:
         # Not a hair: with a known zero nothing is different.
-        assert record[BIAS_LOAD] == 0.0
+        assert record.bias_load == 0.0
         return
     unbiased = reduction.on_peg((0.0,) * 3, (0.0,) * 3, q)
     rng = np.random.default_rng(1)
@@ -47,7 +46,7 @@ def test_an_unknown_bias_loads_the_rim_as_drawn_ones_do(force, torque):
         made = reduction.on_peg(bias[:3], bias[3:], q) - unbiased
         squares.append(made[:3] @ made[:3] + made[3:] @ made[3:] * (2 / scene.peg_diameter) ** 2)
     # The mean of 4000 such squares is told to some 2 %.
-    assert record[BIAS_LOAD] == pytest.approx(np.mean(squares), rel=0.07)
+    assert record.bias_load == pytest.approx(np.mean(squares), rel=0.07)
 
 
 @pytest.mark.parametrize("bias", [1.0, *nightly(0.0)])
