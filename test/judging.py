@@ -1,60 +1,80 @@
 """Mode, flag, alarms and levels by themselves, over the compiled functions that a judge calls."""
 
+from collections import namedtuple
+
 import numpy as np
 
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor import evidence, jamming, states
 from peg_on_hole_ros.monitor.alarm_text import alarms_of
 from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms, follow_level
-from peg_on_hole_ros.monitor.judgement import MEMORY
-from peg_on_hole_ros.monitor.memory import MODES, thresholds
+from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
+from peg_on_hole_ros.monitor.settings import monitor_settings
+from peg_on_hole_ros.monitor.states import MODES, Touch
 from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
+from peg_on_hole_ros.typed_record import dtype_of, new
 
 
-def floats(values):
-    return values._make(map(float, values))
+def values_of(kind):
+    """Return a named tuple of the fields of a kind of record, to state and to compare values."""
+    return namedtuple(kind.__name__, dtype_of(kind).names)
+
+
+Shown, Risk = values_of(evidence.Shown), values_of(jamming.Risk)
+
+
+def record_of(kind, values):
+    """Return a record of a kind with values by name."""
+    record = new(kind)
+    for name, value in values._asdict().items():
+        setattr(record, name, value)
+    return record
 
 
 class Declared:
     """A memory of which one part is looked at."""
 
     def __init__(self, options):
-        self.thresholds = thresholds(options)
-        self.memory = np.zeros(1, MEMORY)[0]
-        self.record = self.memory["declared"][0]
-        forget_mode(self.record)
-        lower_flag(self.record)
-        clear_alarms(self.memory)
+        self.settings = monitor_settings(options, Scene(), 0.0)
+        self.memory = new(Memory)
+        self.declared, self.transition = self.memory.declared, self.memory.transition
+        forget_mode(self.declared)
+        lower_flag(self.transition)
+        clear_alarms(self.memory.alarms)
 
 
 class Mode(Declared):
     @property
     def mode(self):
-        return MODES[self.record["mode"]]
+        return MODES[self.declared.mode]
 
     @property
     def touch(self):
         """Whether contact came last or went, when, and how long it took; None before."""
-        onset, turned, latency = (self.record[name] for name in ("onset", "turned", "latency"))
-        return None if onset < 0 else (bool(onset), turned, latency)
+        d = self.declared
+        if d.touch_change == Touch.UNKNOWN:
+            return None
+        return d.touch_change == Touch.TOUCHING, d.touch_changed, d.touch_latency
 
     def update(self, t, shown):
-        declare_mode(self.record, self.thresholds, t, floats(shown))
+        declare_mode(self.declared, self.settings, t, record_of(evidence.Shown, shown))
         return self.mode
 
 
 class Flag(Declared):
     def update(self, t, below, touching):
-        raise_flag(self.record, self.thresholds, t, below, touching)
-        return bool(self.record["flag"])
+        raise_flag(self.transition, self.settings, t, below, touching)
+        return bool(self.transition.flag)
 
 
 class Alarms(Declared):
     def update(self, t, mode, risk, shown, normal):
-        self.record["mode"] = MODES.index(mode)
         follow_alarms(
-            self.memory, self.thresholds, t, floats(risk), floats(shown), np.array(normal)
-        )
-        return alarms_of(self.memory["said"])
+            self.memory.alarms, states.Mode(MODES.index(mode)), self.settings, t,
+            record_of(jamming.Risk, risk), record_of(evidence.Shown, shown), np.array(normal),
+        )  # fmt: skip
+        return alarms_of(self.memory.alarms.said)
 
 
 class Level(Declared):
@@ -63,4 +83,5 @@ class Level(Declared):
         self.ends = warn, error
 
     def update(self, t, value):
-        return follow_level(self.memory["levels"][0], *self.ends, self.thresholds, t, value)
+        level = self.memory.alarms.levels[0]
+        return follow_level(level, *self.ends, self.settings, t, float(value))

@@ -9,7 +9,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import ring as kept
 from peg_on_hole_ros.engine.ring import Ring
 from peg_on_hole_ros.mechanics.compiling import compiled
-from peg_on_hole_ros.monitor.memory import NO_STAMP
+from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.record_types import OrderRecord
 
 # A stamp this far behind is a clock that was set back or a bag played again, not a late message.

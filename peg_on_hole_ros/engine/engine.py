@@ -13,8 +13,8 @@ from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import TAKING, Given, Memory, Stop, catch_up, push, room_for
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT
 from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE
+from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
 
@@ -181,7 +181,7 @@ class Engine:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
         self.findings.count(len(rows.t_ns))
-        rests = rows.values[:, MODE, None] == THREE_POINT
+        rests = rows.values[:, MODE, None] == Mode.THREE_POINT
         rows.values[:, DOUBTS] = np.where(rests, self.findings.costs, np.nan)
         self.told = int(rows.t_ns[-1]), rows.values[-1]
         self._flag = bool(rows.values[-1, FLAG])
@@ -222,12 +222,12 @@ class Engine:
             return False
         row = None if self.told is None else self.told[1]
         still = self.processor.wrench_stands_still
-        if row is not None and row[MODE] == THREE_POINT:
+        if row is not None and row[MODE] == Mode.THREE_POINT:
             known = row[AT.reactions_determined] == 1.0
             self.findings.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
             self.findings.lift()
-        in_air = None if row is None else bool(row[MODE] == IN_AIR)
+        in_air = None if row is None else bool(row[MODE] == Mode.OPEN)
         if not self.findings.take(sample, measured, still, in_air):
             return False
         self._use_found()

@@ -8,7 +8,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.ring import LEAST_NS
-from peg_on_hole_ros.monitor.memory import MODES
+from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import Outputs, WrenchSample
 
 *TOUCHING, FREE, UNKNOWN = MODES

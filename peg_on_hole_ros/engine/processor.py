@@ -16,11 +16,12 @@ from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
 from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
-from peg_on_hole_ros.monitor import judgement
-from peg_on_hole_ros.monitor.evidence import force_noise
-from peg_on_hole_ros.monitor.memory import NO_STAMP, thresholds
+from peg_on_hole_ros.monitor.memory import Memory, begin_memory
 from peg_on_hole_ros.monitor.pose_only import LINE
+from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
+from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
+from peg_on_hole_ros.typed_record import record_in
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
@@ -68,7 +69,8 @@ class Processor:
         self.engine["reduction"] = self.reduction.steps
         self.engine["tared"] = np.nan
         self._state_noise()
-        self.engine["memory"]["numbers"] = self._new_judgement()
+        self._monitor = record_in(self.memory, "memory", Memory)
+        begin_memory(self._monitor)
         self.filter.move_to(self.memory["held"])
         self.rules_memory = np.zeros(1, RULES)
         self._rule()
@@ -80,12 +82,6 @@ class Processor:
         self.engine["variance"] = reduction.noise
         self.engine["covariance"] = reduction.covariance
 
-    def _new_judgement(self):
-        configuration = self.configuration
-        return judgement.new_judgement(
-            configuration.monitor, configuration.scene, self._force_stddev
-        )
-
     @property
     def rules(self) -> Any:
         """What the engine goes by, a record of RULES."""
@@ -96,15 +92,15 @@ class Processor:
         delay_ns = max(round(configuration.joints.delay * 1e9), 0)
         rules = self.rules
         rules["gates"] = self.filter.gates
-        rules["thresholds"] = thresholds(configuration.monitor)
+        rules["monitor"] = monitor_settings(
+            configuration.monitor, configuration.scene, self._force_stddev
+        )
         rules["judged"] = configuration.monitor.modes
         # Bias and tilt: most cells know them.
         rules["white"] = not self._offsets.variance.any()
         rules["max_gap"], rules["max_joint_gap"] = kalman.max_gap, kalman.max_joint_gap
         rules["delay_ns"] = delay_ns
         rules["lost_ns"] = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
-        rules["force_stddev"] = self._force_stddev
-        rules["peg_height"] = configuration.scene.peg_height
 
     @property
     def t_ns(self) -> int | None:
@@ -129,7 +125,7 @@ class Processor:
     def forget(self) -> None:
         """Forget what was learnt, after `restart`; the tare stays."""
         self.filter.forget()
-        self.engine["memory"]["numbers"] = self._new_judgement()
+        begin_memory(self._monitor)
 
     def retune(self, configuration: Configuration) -> None:
         """Take other gates, noise and thresholds; estimate, mode, flag and alarms stay."""
@@ -140,8 +136,6 @@ class Processor:
             self._state_noise()
             wrench_noise.begin(self.engine["wrench_noise"])
         self._rule()
-        numbers = self.engine["memory"]["numbers"]
-        judgement.retune(numbers, configuration.monitor, configuration.scene, self._force_stddev)
 
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
@@ -178,7 +172,7 @@ class Processor:
     @property
     def open_since(self) -> float:
         """Since when the contact mode has been `open` [s]; NaN: it is another."""
-        return self.engine["memory"]["declared"][0]["aloft"].item()
+        return float(self._monitor.alarms.open_since)
 
     @property
     def is_blind(self) -> bool:

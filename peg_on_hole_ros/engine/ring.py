@@ -18,7 +18,7 @@ from peg_on_hole_ros.estimator.kept import (
     room_for_estimates,
 )
 from peg_on_hole_ros.mechanics.compiling import compiled
-from peg_on_hole_ros.monitor.memory import NO_STAMP
+from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.record_types import PlacesRecord, StateRecord
 
 # Wrenches that a late message can reach back over at most: 1.5 s, the longest

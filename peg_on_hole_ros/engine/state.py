@@ -11,8 +11,9 @@ from peg_on_hole_ros.measurements.innovations import INNOVATIONS
 from peg_on_hole_ros.measurements.measurement import REDUCTION
 from peg_on_hole_ros.measurements.saturation import WIDTH as SATURATION
 from peg_on_hole_ros.measurements.wrench_noise import WIDTH as WRENCH_NOISE
-from peg_on_hole_ros.monitor.judgement import MEMORY
-from peg_on_hole_ros.monitor.memory import THRESHOLDS
+from peg_on_hole_ros.monitor.memory import Memory
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.typed_record import dtype_of
 
 # Name, type, unit and meaning of what the engine knows of time and motion.
 FIELDS = (
@@ -55,15 +56,13 @@ ORIENTATION = 24
 RULES = np.dtype(
     [
         ("gates", GATES),
-        ("thresholds", THRESHOLDS),
+        ("monitor", dtype_of(MonitorSettings)),
         ("judged", np.int64),  # whether modes, forecast, risk and alarms are looked at
         ("white", np.int64),  # innovations are white: not where bias or tilt are learnt
         ("max_gap", float),  # [s]
         ("max_joint_gap", float),  # [s]
         ("delay_ns", np.int64),  # of joint states [ns]
         ("lost_ns", np.int64),  # without an orientation for so long the motion is lost [ns]
-        ("force_stddev", float),  # of a force that the rim carries [N]
-        ("peg_height", float),  # H [m]
     ]
 )
 
@@ -78,7 +77,7 @@ ENGINE = np.dtype(
         ("R", float, (3, 3)),
         ("wrench", float, (6,)),  # scratch: as received, and on the peg
         ("u", float, (6,)),
-        ("memory", MEMORY),  # what a judge remembers
+        ("memory", dtype_of(Memory)),  # what the monitor remembers
         ("innovations", INNOVATIONS),
         ("motion", [field[:2] for field in FIELDS], (1,)),
         ("counts", np.int64, (len(COUNTS),)),

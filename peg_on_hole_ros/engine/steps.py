@@ -25,10 +25,11 @@ from peg_on_hole_ros.measurements.wrench_noise import (
 )
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
+from peg_on_hole_ros.monitor import memory as monitor
 from peg_on_hole_ros.monitor.assessment import contacts_of
-from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, UNKNOWN
 from peg_on_hole_ros.monitor.output_row import AT
 from peg_on_hole_ros.monitor.place_check import misfit
+from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
 
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
@@ -53,7 +54,7 @@ def restart(e: EngineRecord, rules: RulesRecord) -> None:
     e.held.state.jumped[:] = inf
     forget_innovations(e.innovations)
     if rules.judged:
-        assessment.restart(e.memory)
+        monitor.restart(e.memory)
     else:
         pose_only.restart_unjudged(e.memory)
 
@@ -203,7 +204,8 @@ def note(
         for i in range(3):
             for j in range(3):
                 e.R[i, j] *= s.noise[0]
-        assessment.take_orientation(memory, d.t_ns, e.q, e.R, result == USED)
+        foreseen = result == USED
+        assessment.take_orientation(memory, rules.monitor, d.t_ns, e.q, e.R, foreseen)
         if orientation[PLACE.start] == orientation[PLACE.start]:
             _note_place(e, orientation)
     if result >= RESET:
@@ -215,22 +217,23 @@ def note(
 def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
     """Forget the mode: the estimate has begun anew."""
     if rules.judged:
-        assessment.restart_mode(e.memory)
-        e.memory.declared[0].refuted = 1
+        monitor.restart_mode(e.memory)
+        e.memory.declared.refuted = True
     else:
         pose_only.take_as_closed(e.memory)
 
 
 @compiled
 def _note_place(e, orientation):
-    estimate, d = e.held.record, e.memory.declared[0]
+    estimate, place = e.held.record, e.memory.place
     scene = estimate.scene
     R = orientation[3:12].reshape(3, 3)
     S = orientation[PLACE_R].reshape(3, 3)
     found = misfit(
         orientation[Q], R, orientation[PLACE], S, scene.d, scene.D, estimate.diameter_variance
     )
-    d.offset, d.deviations, d.displaced = found.offset, found.deviations, found.evidence
+    place.offset, place.deviations = found.offset, found.deviations
+    place.evidence = found.evidence
 
 
 @compiled
@@ -262,7 +265,7 @@ def _on_either_side(e):
 def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> ContactSet:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
-        in_air = e.memory.declared[0].mode == IN_AIR
+        in_air = e.memory.declared.mode == Mode.OPEN
         follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.held.constants)
         notice_ends(e.saturation, wrench, e.variance)
     e.counts[COUNT.wrench_saturated] += is_saturated(e.saturation)
@@ -298,17 +301,16 @@ def judge(
     d.in_contact = 1 if contacts == ContactSet.THREE else 0
     estimate = e.held.record
     blind = d.blind == 1 or _tells_nothing(e)
-    o, stddev, height = rules.thresholds, rules.force_stddev, rules.peg_height
     if rules.judged:
         misfits = e.innovations.told[0].misfit
-        assessment.assess(estimate, memory, o, stddev, height, t_ns, misfits, blind, row)
+        assessment.assess(estimate, memory, rules.monitor, t_ns, misfits, blind, row)
     else:
-        pose_only.look(estimate, memory, o, stddev, height, t_ns, blind, row)
+        pose_only.look(estimate, memory, rules.monitor, t_ns, blind, row)
     # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
     # wrong makes the mode doubtful as well, and is not to hide behind that.
     if contacts != ContactSet.THREE or row[AT.reactions_determined] > 0.0:
         d.slid_ns = t_ns
-    doubtful = rules.judged and memory.declared[0].mode == UNKNOWN
+    doubtful = rules.judged and memory.declared.mode == Mode.UNKNOWN
     slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
     if e.innovations.told[0].large or jumped_lately(e.held.state, e.held.constants):

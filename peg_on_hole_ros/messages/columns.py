@@ -9,9 +9,9 @@ import numpy as np
 from peg_on_hole_ros.estimator.description import described_rows
 from peg_on_hole_ros.messages.output import Message, estimate_messages
 from peg_on_hole_ros.messages.published import WIDTHS, published
-from peg_on_hole_ros.monitor.memory import IN_AIR, MODES
 from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE, MONITOR
 from peg_on_hole_ros.monitor.outputs import are_closed, outputs_of
+from peg_on_hole_ros.monitor.states import MODES, Mode
 from peg_on_hole_ros.records import Outputs, Rows
 
 
@@ -98,7 +98,7 @@ class OutputColumns:
     @cached_property
     def known(self) -> np.ndarray:
         """Whether the reactions are numbers: determined, or none as nothing touches, (n,)."""
-        return self.determined | (self._rows[:, MODE] == IN_AIR)
+        return self.determined | (self._rows[:, MODE] == Mode.OPEN)
 
     @cached_property
     def normal(self) -> np.ndarray:

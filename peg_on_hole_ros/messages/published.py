@@ -8,9 +8,9 @@ from peg_on_hole_ros.estimator import description as at
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.messages.output import POSE_FLOOR
 from peg_on_hole_ros.messages.plain import fill_quaternion
-from peg_on_hole_ros.monitor.memory import IN_AIR
 from peg_on_hole_ros.monitor.output_row import AT, MODE, MONITOR, MONITOR_NAMES
 from peg_on_hole_ros.monitor.outputs import are_closed
+from peg_on_hole_ros.monitor.states import Mode
 
 # How many numbers each topic has, in the order in which they are published.
 WIDTHS = {
@@ -54,7 +54,7 @@ def publish_row(row: np.ndarray, out: np.ndarray) -> None:
 @compiled
 def fill_published(row: np.ndarray, floor: np.ndarray, out: np.ndarray) -> None:
     """Fill in the numbers of one stamp; `floor` is added to the variances of the pose."""
-    known = row[_DETERMINED] == 1.0 or row[MODE] == IN_AIR
+    known = row[_DETERMINED] == 1.0 or row[MODE] == Mode.OPEN.value
     for i in range(6):
         out[i] = row[at.STATE + i]
         # Rounding may leave a variance of zero a hair below it.

@@ -1,8 +1,8 @@
 """Alarms for the cell: when each rises and falls, with the numbers that are behind it."""
 
+from collections.abc import Sequence
 from math import nan
-
-import numpy as np
+from typing import Annotated
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarm_text import (
@@ -17,16 +17,8 @@ from peg_on_hole_ros.monitor.alarm_text import (
 )
 from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.memory import (
-    ERROR,
-    IN_AIR,
-    OK,
-    THREE_POINT,
-    TWO_POINT,
-    WARN,
-    since_when,
-)
 from peg_on_hole_ros.monitor.output_row import (
+    ALARM_WIDTH,
     CONTACT_LOSS,
     HELD,
     JAMMING,
@@ -36,7 +28,9 @@ from peg_on_hole_ros.monitor.output_row import (
     OVERLOAD,
     WHICH,
 )
-from peg_on_hole_ros.record_types import LevelRecord, MemoryRecord, ThresholdsRecord
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.states import AlarmLevel, Mode, since_when
+from peg_on_hole_ros.typed_record import Floats, Record
 
 _LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
 # A peg that slides is on three contacts once that has been told for so long [s]. One at rest may
@@ -48,28 +42,83 @@ _CLEARLY = 0.7
 _ENTERING = 0.03
 
 
+class Level(Record):
+    """
+    The level of an alarm; a time of NaN is none.
+
+    Attributes
+    ----------
+    level : AlarmLevel
+    warn_since, error_since : float
+        Since when the value has been at the threshold of WARN, and at that of ERROR [s].
+    without_cause_since : float
+        Since when the level has had no cause [s].
+
+    """
+
+    level: AlarmLevel
+    warn_since: float
+    error_since: float
+    without_cause_since: float
+
+
+class Alarms(Record):
+    """
+    The alarms and what they depend on; a time of NaN is none.
+
+    Attributes
+    ----------
+    levels : sequence of Level
+        Of JAMMING, CONTACT_LOSS, OVERLOAD.
+    said, kept : ndarray, shape (3, ALARM_WIDTH)
+        The alarms as they were published last, and of what caused them last; see `output_row`.
+    three_contacts_there : bool
+        Whether there are three contacts to lose.
+    three_point_since : float
+        Since when the mode has been THREE_POINT [s].
+    sliding_since : float
+        Since when it has been so of a peg that slides [s].
+    open_since : float
+        Since when the mode has been OPEN [s].
+
+    """
+
+    levels: Annotated[Sequence[Level], (3,)]
+    said: Annotated[Floats, (3, ALARM_WIDTH)]
+    kept: Annotated[Floats, (3, ALARM_WIDTH)]
+    three_contacts_there: bool
+    three_point_since: float
+    sliding_since: float
+    open_since: float
+
+
 @compiled
-def clear_alarms(memory: MemoryRecord) -> None:
+def clear_alarms(alarms: Alarms) -> None:
     """Clear every alarm."""
-    d = memory.declared[0]
-    d.rested = 0
-    d.resting = d.sliding = d.aloft = nan
+    alarms.three_contacts_there = False
+    alarms.three_point_since = alarms.sliding_since = alarms.open_since = nan
     for i in range(3):
-        r = memory.levels[i]
-        r.level = OK
-        r.warns = r.errs = r.below = nan
-    memory.said[:, :] = 0.0
+        level = alarms.levels[i]
+        level.level = AlarmLevel.OK
+        level.warn_since = level.error_since = level.without_cause_since = nan
+    said, kept = alarms.said, alarms.kept
+    said[:, :] = 0.0
     # None has been looked at.
-    memory.said[:, LEVEL] = -1.0
-    memory.kept[:, :] = 0.0
-    memory.kept[JAMMING, WHICH], memory.kept[JAMMING, KIND] = BY_STALL, PLAIN
-    memory.kept[CONTACT_LOSS, WHICH], memory.kept[CONTACT_LOSS, KIND] = ALL, PLAIN
+    said[:, LEVEL] = -1.0
+    kept[:, :] = 0.0
+    kept[JAMMING, WHICH], kept[JAMMING, KIND] = BY_STALL, PLAIN
+    kept[CONTACT_LOSS, WHICH], kept[CONTACT_LOSS, KIND] = ALL, PLAIN
 
 
 @compiled
 def follow_level(
-    r: LevelRecord, warn: float, error: float, o: ThresholdsRecord, t: float, value: float
-) -> int:
+    level: Level,
+    warn: float,
+    error: float,
+    settings: MonitorSettings,
+    t: float,
+    value: float,
+) -> AlarmLevel:
     """
     Return a level with hysteresis in value and in time.
 
@@ -79,40 +128,44 @@ def follow_level(
 
     Parameters
     ----------
-    r : record of LEVEL_FIELDS
+    level : Level
         Changed.
     warn, error : float
         Thresholds.
-    o : record of THRESHOLDS
+    settings : MonitorSettings
     t : float
         [s].
     value : float
 
     """
-    if r.level == OK and value < min(warn, error):
-        r.warns = r.errs = nan
-        return OK
-    r.warns = since_when(r.warns, value >= warn, t)
-    r.errs = since_when(r.errs, value >= error, t)
-    if t - r.errs >= o.alarm_dwell:
-        r.level = ERROR
-    elif t - r.warns >= o.alarm_dwell:
-        r.level = max(r.level, WARN)
-    if r.level == OK or value >= (warn if r.level == WARN else error) - o.alarm_hysteresis:
-        r.below = nan
-    elif r.below != r.below:
-        r.below = t
-    elif t - r.below >= o.alarm_hold:
-        r.level -= 1
-        r.below = t
-    return r.level
+    if level.level == AlarmLevel.OK and value < min(warn, error):
+        level.warn_since = level.error_since = nan
+        return AlarmLevel.OK
+    level.warn_since = since_when(level.warn_since, value >= warn, t)
+    level.error_since = since_when(level.error_since, value >= error, t)
+    if t - level.error_since >= settings.alarm_dwell:
+        level.level = AlarmLevel.ERROR
+    elif t - level.warn_since >= settings.alarm_dwell and level.level == AlarmLevel.OK:
+        level.level = AlarmLevel.WARN
+    threshold = warn if level.level == AlarmLevel.WARN else error
+    if level.level == AlarmLevel.OK or value >= threshold - settings.alarm_hysteresis:
+        level.without_cause_since = nan
+    elif level.without_cause_since != level.without_cause_since:
+        level.without_cause_since = t
+    elif t - level.without_cause_since >= settings.alarm_hold:
+        is_error = level.level == AlarmLevel.ERROR
+        level.level = AlarmLevel.WARN if is_error else AlarmLevel.OK
+        level.without_cause_since = t
+    return level.level
 
 
 @compiled
-def has_cause(r: LevelRecord) -> bool:
+def has_cause(level: Level) -> bool:
     """Return whether the last value was at the level's threshold, or a first: else it is held."""
-    errs = r.errs == r.errs
-    return errs if r.level == ERROR else errs or r.warns == r.warns
+    is_error = level.error_since == level.error_since
+    if level.level == AlarmLevel.ERROR:
+        return is_error
+    return is_error or level.warn_since == level.warn_since
 
 
 @compiled
@@ -127,12 +180,13 @@ def jamming_cause(risk: Risk) -> int:
 
 @compiled
 def follow_alarms(
-    memory: MemoryRecord,
-    o: ThresholdsRecord,
+    alarms: Alarms,
+    mode: Mode,
+    settings: MonitorSettings,
     t: float,
     risk: Risk,
     shown: Shown,
-    normal: np.ndarray,
+    normal: Floats,
 ) -> None:
     """
     Fill in the three alarms.
@@ -142,9 +196,11 @@ def follow_alarms(
 
     Parameters
     ----------
-    memory : record of MEMORY
+    alarms : Alarms
         Changed; `said` is filled in.
-    o : record of THRESHOLDS
+    mode : Mode
+        As declared.
+    settings : MonitorSettings
     t : float
         [s].
     risk : Risk
@@ -155,20 +211,21 @@ def follow_alarms(
         Reactions [N].
 
     """
-    _follow_jamming(memory, o, t, risk)
-    _follow_contact_loss(memory, o, t, shown)
-    _follow_overload(memory, o, t, risk, normal)
+    _follow_jamming(alarms, settings, t, risk)
+    _follow_contact_loss(alarms, mode, settings, t, shown)
+    _follow_overload(alarms, mode, settings, t, risk, normal)
 
 
 @compiled
-def _follow_jamming(memory, o, t, risk):
-    r, said, kept = memory.levels[JAMMING], memory.said[JAMMING], memory.kept[JAMMING]
-    level = follow_level(r, o.jamming_warn, o.jamming_error, o, t, risk.risk)
-    cause = has_cause(r)
+def _follow_jamming(alarms: Alarms, settings: MonitorSettings, t: float, risk: Risk) -> None:
+    followed, said, kept = alarms.levels[JAMMING], alarms.said[JAMMING], alarms.kept[JAMMING]
+    warn, error = settings.jamming_warn, settings.jamming_error
+    level = follow_level(followed, warn, error, settings, t, risk.risk)
+    cause = has_cause(followed)
     if cause:
         # It is kept while the alarm is held.
         kept[WHICH] = jamming_cause(risk)
-    if cause or level == OK:
+    if cause or level == AlarmLevel.OK:
         numbers = (risk.wedging, risk.stall, risk.load, risk.risk)
         for i in range(4):
             kept[NUMBERS + i] = numbers[i]
@@ -180,35 +237,30 @@ def _follow_jamming(memory, o, t, risk):
 
 
 @compiled
-def _say(said, kept, level, cause):
+def _say(said: Floats, kept: Floats, level: AlarmLevel, cause: bool) -> None:
     said[:] = kept
     said[LEVEL] = level
-    said[HELD] = 1.0 if level != OK and not cause else 0.0
+    said[HELD] = 1.0 if level != AlarmLevel.OK and not cause else 0.0
 
 
 @compiled
-def _follow_contact_loss(memory, o, t, shown):
+def _follow_contact_loss(
+    alarms: Alarms, mode: Mode, settings: MonitorSettings, t: float, shown: Shown
+) -> None:
     """Tell of three contacts that were there and are no longer, other than by entry."""
-    d, r = memory.declared[0], memory.levels[CONTACT_LOSS]
-    d.aloft = since_when(d.aloft, d.mode == IN_AIR, t)
-    d.resting = since_when(d.resting, d.mode == THREE_POINT, t)
-    slides = d.mode == THREE_POINT and shown.three_point > shown.stuck
-    d.sliding = since_when(d.sliding, slides, t)
-    if t - d.sliding >= _SLID or t - d.resting >= o.alarm_hold:
-        d.rested = 1
-    if d.mode == TWO_POINT or t - d.aloft >= o.alarm_hold:
-        # In the hole, or in the air for long enough to be a state and no event.
-        d.rested = 0
+    followed = alarms.levels[CONTACT_LOSS]
+    _follow_three_contacts(alarms, mode, settings, t, shown)
     entering = 0.0 <= shown.time < _ENTERING
     # The reactions of a peg that jams are not determined, and say nothing of its contacts.
-    jams = memory.levels[JAMMING].level != OK and memory.kept[JAMMING, WHICH] != BY_LOAD
+    jams = alarms.levels[JAMMING].level != AlarmLevel.OK
+    jams = jams and alarms.kept[JAMMING, WHICH] != BY_LOAD
     opened = 0.0 if entering or jams else shown.opened
-    value = opened + shown.free if d.rested else 0.0
-    level = follow_level(r, _LOSS_WARN, _LOSS_ERROR, o, t, value)
-    cause = has_cause(r)
-    said, kept = memory.said[CONTACT_LOSS], memory.kept[CONTACT_LOSS]
+    value = opened + shown.free if alarms.three_contacts_there else 0.0
+    level = follow_level(followed, _LOSS_WARN, _LOSS_ERROR, settings, t, value)
+    cause = has_cause(followed)
+    said, kept = alarms.said[CONTACT_LOSS], alarms.kept[CONTACT_LOSS]
     lost = (shown.lost_K, shown.lost_B1, shown.lost_B2)
-    if cause or level == OK:
+    if cause or level == AlarmLevel.OK:
         which = ALL
         if cause and opened > shown.free:
             most = max(lost[0], lost[1], lost[2])
@@ -224,17 +276,38 @@ def _follow_contact_loss(memory, o, t, shown):
 
 
 @compiled
-def _follow_overload(memory, o, t, risk, normal):
+def _follow_three_contacts(
+    alarms: Alarms, mode: Mode, settings: MonitorSettings, t: float, shown: Shown
+) -> None:
+    """Follow whether there are three contacts to lose."""
+    alarms.open_since = since_when(alarms.open_since, mode == Mode.OPEN, t)
+    three_point = mode == Mode.THREE_POINT
+    alarms.three_point_since = since_when(alarms.three_point_since, three_point, t)
+    slides = three_point and shown.three_point > shown.stuck
+    alarms.sliding_since = since_when(alarms.sliding_since, slides, t)
+    slid = t - alarms.sliding_since >= _SLID
+    if slid or t - alarms.three_point_since >= settings.alarm_hold:
+        alarms.three_contacts_there = True
+    if mode == Mode.TWO_POINT or t - alarms.open_since >= settings.alarm_hold:
+        # In the hole, or in the air for long enough to be a state and no event.
+        alarms.three_contacts_there = False
+
+
+@compiled
+def _follow_overload(
+    alarms: Alarms, mode: Mode, settings: MonitorSettings, t: float, risk: Risk, normal: Floats
+) -> None:
     """Tell of a contact whose load passes its limit."""
-    r, there = memory.levels[OVERLOAD], memory.declared[0].mode == THREE_POINT
-    level = follow_level(r, o.jamming_warn, o.jamming_error, o, t, risk.load if there else 0.0)
-    cause = has_cause(r)
-    said, kept = memory.said[OVERLOAD], memory.kept[OVERLOAD]
-    if cause or level == OK:
-        kept[WHICH] = risk.loaded if cause else 0.0
+    followed, there = alarms.levels[OVERLOAD], mode == Mode.THREE_POINT
+    warn, error = settings.jamming_warn, settings.jamming_error
+    level = follow_level(followed, warn, error, settings, t, risk.load if there else 0.0)
+    cause = has_cause(followed)
+    said, kept = alarms.said[OVERLOAD], alarms.kept[OVERLOAD]
+    if cause or level == AlarmLevel.OK:
+        kept[WHICH] = risk.loaded if cause else 0
         kept[KIND] = PLAIN if there else 0.0
         kept[NUMBERS] = risk.load
         for i in range(3):
             kept[NUMBERS + 1 + i] = normal[i]
-            kept[NUMBERS + 4 + i] = o.max_normal[i]
+            kept[NUMBERS + 4 + i] = settings.max_normal[i]
     _say(said, kept, level, cause)

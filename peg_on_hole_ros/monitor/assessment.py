@@ -2,76 +2,42 @@
 
 from math import nan
 
-import numpy as np
-from numba.np.unsafe.ndarray import to_fixed_tuple
-
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import describe
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor import evidence
-from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms
-from peg_on_hole_ros.monitor.evidence import Shown
+from peg_on_hole_ros.monitor.alarms import follow_alarms
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
-from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.judgement import (
-    KNOWN,
-    POINTS,
-    RISK,
-    SHOWN,
-    break_course,
-    follow_orientation,
-    forget,
-    forget_motion,
-    judge,
-)
+from peg_on_hole_ros.monitor.jamming import Risk, break_course
+from peg_on_hole_ros.monitor.judgement import follow_orientation, judge
 from peg_on_hole_ros.monitor.known_quantities import Known
-from peg_on_hole_ros.monitor.memory import IN_AIR, NO_STAMP, THREE_POINT, TWO_POINT
-from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
+from peg_on_hole_ros.monitor.memory import Memory, restart_mode
+from peg_on_hole_ros.monitor.mode import declare_mode
+from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
 from peg_on_hole_ros.monitor.output_row import ALARM_WIDTH, ALARMS, AT, FLAG, MODE, MONITOR
-from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
-from peg_on_hole_ros.record_types import MemoryRecord, ThresholdsRecord
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.states import NO_STAMP, Mode, Touch
+from peg_on_hole_ros.monitor.transition import raise_flag
+from peg_on_hole_ros.typed_record import Floats
 
 # Where the reactions stand in a description.
 _NORMAL = slice(42, 45)
-BELOW = SHOWN + Shown._fields.index("below")
-_SHOWN, _RISKS, _KNOWN = evidence.WIDTH, len(Risk._fields), len(Known._fields)
-
-
-@compiled
-def restart_mode(memory: MemoryRecord) -> None:
-    """Forget the mode: the estimate has begun anew."""
-    d = memory.declared[0]
-    forget_mode(d)
-    forget(memory.numbers)
-    d.t_ns = d.oriented_ns = NO_STAMP
-    d.on_trial = 0
-    d.offset = d.deviations = nan
-    d.displaced = 0.0
-
-
-@compiled
-def restart(memory: MemoryRecord) -> None:
-    """Forget mode, flag, alarms and the motion."""
-    restart_mode(memory)
-    forget_motion(memory.numbers)
-    lower_flag(memory.declared[0])
-    clear_alarms(memory)
 
 
 @compiled
 def take_orientation(
-    memory: MemoryRecord, t_ns: int, q: np.ndarray, R: np.ndarray, foreseen: bool
+    memory: Memory, settings: MonitorSettings, t_ns: int, q: Floats, R: Floats, foreseen: bool
 ) -> None:
     """
     Take an orientation that the filter has used.
 
     Parameters
     ----------
-    memory : record of MEMORY
+    memory : Memory
         Changed.
+    settings : MonitorSettings
     t_ns : int
         [ns].
     q : ndarray, shape (3,)
@@ -82,16 +48,16 @@ def take_orientation(
         Whether the peg has moved as the filter predicted, without any widening.
 
     """
-    d = memory.declared[0]
-    since = -1.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
-    d.oriented_ns = t_ns
-    follow_orientation(memory.numbers, since, q, R)
+    never = memory.oriented_ns == NO_STAMP
+    since = -1.0 if never else (t_ns - memory.oriented_ns) * 1e-9
+    memory.oriented_ns = t_ns
+    follow_orientation(memory, since, q, R, settings)
     if not foreseen:
-        break_course(memory.numbers)
+        break_course(memory.jamming)
 
 
 @compiled
-def contacts_of(memory: MemoryRecord) -> ContactSet:
+def contacts_of(memory: Memory) -> ContactSet:
     """
     Return which contacts the next wrench is weighed with.
 
@@ -100,25 +66,24 @@ def contacts_of(memory: MemoryRecord) -> ContactSet:
     only the equations of three contacts can tell, by learning it. What has been refuted is weighed
     as what it may become: a mode that is wrong is refuted again before it is declared.
     """
-    d = memory.declared[0]
-    if d.on_trial:
+    declared = memory.declared
+    if declared.three_point_tried:
         return ContactSet.THREE
-    if d.weighed == THREE_POINT or d.weighed == TWO_POINT:
-        return ContactSet.TWO if memory.numbers[BELOW] > 0.5 else ContactSet.THREE
-    return ContactSet.NONE if d.weighed == IN_AIR else ContactSet.UNKNOWN
+    if declared.weighed == Mode.THREE_POINT or declared.weighed == Mode.TWO_POINT:
+        inside = memory.evidence.shown.below > 0.5
+        return ContactSet.TWO if inside else ContactSet.THREE
+    return ContactSet.NONE if declared.weighed == Mode.OPEN else ContactSet.UNKNOWN
 
 
 @compiled
 def assess(
     estimate: Estimate,
-    memory: MemoryRecord,
-    o: ThresholdsRecord,
-    force_stddev: float,
-    peg_height: float,
+    memory: Memory,
+    settings: MonitorSettings,
     t_ns: int,
     nis: float,
     blind: bool,
-    row: np.ndarray,
+    row: Floats,
 ) -> None:
     """
     Fill in what is published at a stamp, with the memory that mode, flag and alarms need.
@@ -127,13 +92,9 @@ def assess(
     ----------
     estimate : Estimate
         Which has taken the wrench of the stamp.
-    memory : record of MEMORY
+    memory : Memory
         Changed.
-    o : record of THRESHOLDS
-    force_stddev : float
-        Of a force that the rim carries [N].
-    peg_height : float
-        H [m].
+    settings : MonitorSettings
     t_ns : int
     nis : float
         Running mean of the normalised innovation squared (3 degrees of freedom).
@@ -146,76 +107,72 @@ def assess(
     """
     if blind:
         restart_mode(memory)
-    d, m = memory.declared[0], memory.numbers
+    declared, transition, shown = memory.declared, memory.transition, memory.evidence.shown
     t = t_ns * 1e-9
-    dt = 0.0 if d.t_ns == NO_STAMP else (t_ns - d.t_ns) * 1e-9
-    d.t_ns = t_ns
-    since = 0.0 if d.oriented_ns == NO_STAMP else (t_ns - d.oriented_ns) * 1e-9
+    dt = 0.0 if memory.t_ns == NO_STAMP else (t_ns - memory.t_ns) * 1e-9
+    memory.t_ns = t_ns
+    since = 0.0 if memory.oriented_ns == NO_STAMP else (t_ns - memory.oriented_ns) * 1e-9
     # Constant rates say nothing for or against three contacts.
-    told = nis if d.weighed == THREE_POINT or d.on_trial else -1.0
-    judge(estimate, m, dt, since, told, estimate.determinant, d.displaced)
-    shown = Shown(*to_fixed_tuple(m[SHOWN:RISK], _SHOWN))  # type: ignore[call-arg]
-    risk = Risk(*to_fixed_tuple(m[RISK:KNOWN], _RISKS))
-    known = Known(*to_fixed_tuple(m[KNOWN:], _KNOWN))
-    declare_mode(d, o, t, shown)
+    on_three = declared.weighed == Mode.THREE_POINT or declared.three_point_tried
+    judge(estimate, memory, settings, Passed(dt, since), nis if on_three else -1.0)
+    declare_mode(declared, settings, t, shown)
     if not blind:
-        raise_flag(d, o, t, shown.below, 1.0 - shown.free)
-    d.on_trial = (
-        known.clearance_stddev > 0.0
-        and not d.flag
-        and shown.three_point >= 1.0 - o.transition_probability_on
-        and shown.three_point + shown.two_point >= o.mode_probability_on
+        raise_flag(transition, settings, t, shown.below, 1.0 - shown.free)
+    declared.three_point_tried = (
+        memory.known.clearance_stddev > 0.0
+        and not transition.flag
+        and shown.three_point >= 1.0 - settings.transition_probability_on
+        and shown.three_point + shown.two_point >= settings.mode_probability_on
     )
-    three_point = d.mode == THREE_POINT and shown.usable > 0.0
+    three_point = declared.mode == Mode.THREE_POINT and shown.usable
     on_contacts = 3 if three_point else 0
-    if estimate.contacts == ContactSet.TWO and (d.mode == THREE_POINT or d.mode == TWO_POINT):
+    in_contact = declared.mode == Mode.THREE_POINT or declared.mode == Mode.TWO_POINT
+    if estimate.contacts == ContactSet.TWO and in_contact:
         on_contacts = 2
     row[MONITOR:MODE] = nan
-    fill_known(row, shown.below, known, on_contacts > 0)
-    _fill_modes(row, d, t, shown)
-    if d.mode != IN_AIR and not blind:
-        _fill_risk(row, risk)
+    fill_known(row, shown.below, memory.known, on_contacts > 0)
+    _fill_modes(row, memory, t)
+    if declared.mode != Mode.OPEN and not blind:
+        _fill_risk(row, memory.jamming.risk)
     if on_contacts == 2 and not blind:
-        row[AT.mode_probability_K_alone] = shown.two_point * m[POINTS + K_ALONE]
-        row[AT.mode_probability_B_alone] = shown.two_point * m[POINTS + B_ALONE]
-        row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(estimate)
-        if row[AT.insertion_depth] == row[AT.insertion_depth]:
-            row[AT.insertion_speed], row[AT.insertion_speed_stddev] = insertion_speed(estimate)
+        _fill_insertion(row, estimate, memory)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
     # and otherwise what a rim of this tilt may wedge against what it carries.
-    wide = force_stddev
+    wide = settings.force_stddev
     if three_point:
         if shown.time >= 0.0:
             row[AT.time_to_transition] = shown.time
             row[AT.time_to_transition_stddev] = shown.time_stddev
-    elif d.mode != IN_AIR:
+    elif declared.mode != Mode.OPEN:
         wide = shown.wedged
-    describe(estimate, peg_height, on_contacts, wide, row[:DESCRIBED])
+    describe(estimate, settings.peg_height, on_contacts, wide, row[:DESCRIBED])
     if not blind:
-        follow_alarms(memory, o, t, risk, shown, row[_NORMAL])
+        risk = memory.jamming.risk
+        follow_alarms(memory.alarms, declared.mode, settings, t, risk, shown, row[_NORMAL])
     fill_declared(row, memory)
 
 
 @compiled
-def fill_known(row: np.ndarray, below: float, known: Known, on_contacts: int) -> None:
+def fill_known(row: Floats, below: float, known: Known, on_contacts: bool) -> None:
     """Fill in what is known of transition, scene and reactions."""
     row[AT.transition_probability] = below
     row[AT.friction], row[AT.friction_stddev] = known.friction, known.friction_stddev
     row[AT.clearance], row[AT.clearance_stddev] = known.clearance, known.clearance_stddev
-    row[AT.reactions_determined] = known.reactions if on_contacts else 0.0
+    determined = known.reactions_determined and on_contacts
+    row[AT.reactions_determined] = 1.0 if determined else 0.0
 
 
 @compiled
-def fill_declared(row: np.ndarray, memory: MemoryRecord) -> None:
+def fill_declared(row: Floats, memory: Memory) -> None:
     """Fill in mode, flag and alarms as they stand."""
-    d = memory.declared[0]
-    row[MODE], row[FLAG] = d.mode, d.flag
+    row[MODE], row[FLAG] = memory.declared.mode, memory.transition.flag
     for i in range(3):
-        row[ALARMS + i * ALARM_WIDTH : ALARMS + (i + 1) * ALARM_WIDTH] = memory.said[i]
+        row[ALARMS + i * ALARM_WIDTH : ALARMS + (i + 1) * ALARM_WIDTH] = memory.alarms.said[i]
 
 
 @compiled
-def _fill_modes(row, d, t, shown):
+def _fill_modes(row: Floats, memory: Memory, t: float) -> None:
+    declared, place, shown = memory.declared, memory.place, memory.evidence.shown
     row[AT.three_point_validity] = shown.three_point + shown.stuck
     row[AT.mode_probability_three_point] = shown.three_point
     row[AT.mode_probability_two_point] = shown.two_point
@@ -223,15 +180,26 @@ def _fill_modes(row, d, t, shown):
     row[AT.mode_probability_stuck] = shown.stuck
     row[AT.mode_probability_free] = shown.free
     row[AT.mode_probability_unknown] = shown.other
-    row[AT.position_offset], row[AT.position_misfit] = d.offset, d.deviations
-    if d.onset == 1:
-        row[AT.contact_age], row[AT.contact_latency] = t - d.turned, d.latency
-    elif d.onset == 0:
-        row[AT.free_age], row[AT.free_latency] = t - d.turned, d.latency
+    row[AT.position_offset], row[AT.position_misfit] = place.offset, place.deviations
+    age, latency = t - declared.touch_changed, declared.touch_latency
+    if declared.touch_change == Touch.TOUCHING:
+        row[AT.contact_age], row[AT.contact_latency] = age, latency
+    elif declared.touch_change == Touch.APART:
+        row[AT.free_age], row[AT.free_latency] = age, latency
 
 
 @compiled
-def _fill_risk(row, risk):
+def _fill_insertion(row: Floats, estimate: Estimate, memory: Memory) -> None:
+    points, two_point = memory.points, memory.evidence.shown.two_point
+    row[AT.mode_probability_K_alone] = two_point * points[K_ALONE]
+    row[AT.mode_probability_B_alone] = two_point * points[B_ALONE]
+    row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(estimate)
+    if row[AT.insertion_depth] == row[AT.insertion_depth]:
+        row[AT.insertion_speed], row[AT.insertion_speed_stddev] = insertion_speed(estimate)
+
+
+@compiled
+def _fill_risk(row: Floats, risk: Risk) -> None:
     row[AT.jamming_risk] = risk.risk
     row[AT.jamming_wedging] = risk.wedging
     row[AT.jamming_stall] = risk.stall

@@ -1,10 +1,12 @@
 """Which contacts are closed: a small hidden Markov model over what each wrench shows."""
 
 from math import erfc, exp, fabs, log, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.typed_record import Floats
 
 # Hypotheses: nothing touches; all three contacts are closed; K, B1 or B2 is open while others
 # carry; the rim carries the peg in some other way, for which there is no model.
@@ -23,9 +25,41 @@ _MOST_MISFIT = 1.0
 RETRY = 0.05
 
 
-def no_knowledge() -> np.ndarray:
+class ContactEvidence(NamedTuple):
+    """
+    What one wrench shows of the hypotheses.
+
+    Attributes
+    ----------
+    load, lost_K, lost_B1, lost_B2, other : float
+        Log ratios: contact against none; each opening, and another contact, against all closed.
+    displaced : float
+        Log ratio of a peg elsewhere than where three contacts would have it.
+    rest : float
+        Probability that it rests: nothing tells then which contacts are closed, and one that was
+        taken for open, as those of a peg that has just wedged are, is forgotten in RETRY.
+
+    """
+
+    load: float
+    lost_K: float
+    lost_B1: float
+    lost_B2: float
+    other: float
+    displaced: float = 0.0
+    rest: float = 0.0
+
+
+def no_knowledge() -> Floats:
     """Return the probabilities of all hypotheses before any evidence, shape (6,)."""
     return np.array(_PRIOR)
+
+
+@compiled
+def forget_contacts(probabilities: Floats) -> None:
+    """Take the probabilities as they are before any evidence."""
+    for i in range(COUNT):
+        probabilities[i] = _PRIOR[i]
 
 
 @compiled
@@ -35,7 +69,7 @@ def below(z: float) -> float:
 
 
 @compiled
-def _bounded(value):
+def _bounded(value: float) -> float:
     # What is no number is no evidence.
     return min(max(value, -MOST), MOST) if value == value else 0.0
 
@@ -61,25 +95,16 @@ def opening_evidence(normal: float, variance: float) -> float:
 
 @compiled
 def weigh(
-    p: np.ndarray,
-    dt: float,
-    rate: float,
-    correlation: float,
-    load: float,
-    lost_K: float,
-    lost_B1: float,
-    lost_B2: float,
-    other: float,
-    displaced: float = 0.0,
-    rest: float = 0.0,
+    probabilities: Floats, evidence: ContactEvidence, dt: float, rate: float, correlation: float
 ) -> None:
     """
     Carry the probabilities over a time, then weigh them with one piece of evidence.
 
     Parameters
     ----------
-    p : ndarray, shape (6,)
+    probabilities : ndarray, shape (6,)
         Changed.
+    evidence : ContactEvidence
     dt : float
         Since the last evidence [s].
     rate : float
@@ -87,40 +112,34 @@ def weigh(
     correlation : float
         Time in which noise and errors of the model repeat themselves [s]; evidence counts by the
         share of it that has passed.
-    load, lost_K, lost_B1, lost_B2, other : float
-        Log ratios: contact against none; each opening, and another contact, against all closed.
-    displaced : float
-        Log ratio of a peg elsewhere than where three contacts would have it.
-    rest : float
-        Probability that it rests: nothing tells then which contacts are closed, and one that was
-        taken for open, as those of a peg that has just wedged are, is forgotten in RETRY.
 
     """
     change = 1.0 - exp(-rate * dt)
     retry = 1.0 - exp(-dt / RETRY)
     for i in range(COUNT):
-        p[i] += change * (_PRIOR[i] - p[i])
+        probabilities[i] += change * (_PRIOR[i] - probabilities[i])
     # Of what is left: after a silence both go by nearly all of it.
-    again = retry * p[OTHER]
-    p[OTHER] -= again
-    p[CLOSED] += again
+    again = retry * probabilities[OTHER]
+    probabilities[OTHER] -= again
+    probabilities[CLOSED] += again
     for i in range(LOST_K, LOST_B2 + 1):
-        again = retry * rest * p[i]
-        p[i] -= again
-        p[CLOSED] += again
+        again = retry * evidence.rest * probabilities[i]
+        probabilities[i] -= again
+        probabilities[CLOSED] += again
     share = min(dt / correlation, 1.0)
     # What no three contacts can carry speaks for nothing as much as for those that are left.
-    p[FREE] *= exp(share * (max(lost_K, lost_B1, lost_B2, 0.0) - load))
-    p[LOST_K] *= exp(share * lost_K)
-    p[LOST_B1] *= exp(share * lost_B1)
-    p[LOST_B2] *= exp(share * lost_B2)
-    p[OTHER] *= exp(share * other)
-    p[CLOSED] *= exp(-share * displaced)
+    lost = max(evidence.lost_K, evidence.lost_B1, evidence.lost_B2, 0.0)
+    probabilities[FREE] *= exp(share * (lost - evidence.load))
+    probabilities[LOST_K] *= exp(share * evidence.lost_K)
+    probabilities[LOST_B1] *= exp(share * evidence.lost_B1)
+    probabilities[LOST_B2] *= exp(share * evidence.lost_B2)
+    probabilities[OTHER] *= exp(share * evidence.other)
+    probabilities[CLOSED] *= exp(-share * evidence.displaced)
     total = 0.0
     for i in range(COUNT):
-        total += p[i]
+        total += probabilities[i]
     for i in range(COUNT):
-        p[i] /= total
+        probabilities[i] /= total
 
 
 @compiled

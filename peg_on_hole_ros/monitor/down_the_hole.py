@@ -2,12 +2,13 @@
 
 from math import exp, fabs, sqrt
 
-import numpy as np
-
 from peg_on_hole_ros.estimator.insertion_depth import depth_at
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.trend import CHANNEL, carry, correct, is_number, start
+from peg_on_hole_ros.monitor.motion import TURN_SHARE
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, is_number
+from peg_on_hole_ros.typed_record import Record
 
 # On two points the tilt tells the depth (`insertion_depth.depth_at`). docs/jamming.md, "In the
 # hole", derives what is read.
@@ -22,13 +23,26 @@ _UPRIGHT = 1e-6
 # Nothing is surer than this: rest and motion may begin at any time.
 _LEAST = 0.01
 
-# Memory: a channel of `trend`; the probability that a peg that is pushed rests.
-RESTS, SIZE = CHANNEL, CHANNEL + 1
-_VARIANCE, _RATE, _RATE_VARIANCE = 3, 1, 6
+
+class DepthTrend(Record):
+    """
+    What orientations have told of the motion along the hole.
+
+    Attributes
+    ----------
+    tilt : Trend
+        [rad].
+    rests : float
+        Probability that a peg that is pushed rests.
+
+    """
+
+    tilt: Trend
+    rests: float
 
 
 @compiled
-def _slope(d, D, gamma, variance):
+def _depth_slope(d: float, D: float, gamma: float, variance: float) -> float:
     """
     Return by how much the depth falls with the tilt [m/rad].
 
@@ -38,54 +52,59 @@ def _slope(d, D, gamma, variance):
 
 
 @compiled
+def forget_depth(depth: DepthTrend) -> None:
+    """Forget the motion: what comes next has nothing to do with it."""
+    begin(depth.tilt, 0.0, 0.0, 0.0, 0.0)
+    depth.rests = 0.0
+
+
+@compiled
 def follow_depth(
-    m: np.ndarray, at: int, d: float, D: float, tilt: float, variance: float, since: float,
-    acceleration: float,
-) -> None:  # fmt: skip
+    depth: DepthTrend, tilt: float, variance: float, since: float, settings: MonitorSettings
+) -> None:
     """
     Take an orientation.
 
     Parameters
     ----------
-    m : ndarray
-        Memory, of which SIZE places from `at` on.
-    at : int
-    d, D : float
-        Diameters [m].
+    depth : DepthTrend
+        Changed.
     tilt, variance : float
         As measured [rad], [rad^2].
     since : float
         After the last orientation [s]; below zero: there was none.
-    acceleration : float
-        Of the tilt, where that of the depth allows more [rad/s^2].
+    settings : MonitorSettings
 
     """
     if not (is_number(tilt) and is_number(variance)):
         return
-    followed = m[at + _VARIANCE] > 0.0 and since >= 0.0
-    slope = _slope(d, D, m[at] if followed else tilt, 4.0 * variance)
-    if not followed:
-        m[at + RESTS] = _BEGINS
+    d, D, followed = settings.peg_diameter, settings.hole_diameter, depth.tilt
+    begun = followed.p00 > 0.0 and since >= 0.0
+    slope = _depth_slope(d, D, followed.value if begun else tilt, 4.0 * variance)
+    if not begun:
+        depth.rests = _BEGINS
     # In the mean over a peg that rests, and keeps to that, and one that moves.
-    changes = CHANGES * sqrt(1.0 - m[at + RESTS])
-    acceleration = min(acceleration, changes / slope)
-    if followed:
-        carry(m, at, since, acceleration, LASTS)
-        correct(m, at, tilt - m[at], variance, since, acceleration)
+    changes = CHANGES * sqrt(1.0 - depth.rests)
+    acceleration = min(TURN_SHARE * settings.forecast_acceleration_stddev, changes / slope)
+    if begun:
+        carry(followed, since, acceleration, LASTS)
+        correct(followed, tilt - followed.value, variance, since, acceleration)
     else:
-        start(m, at, tilt, variance, acceleration)
-    m[at + RESTS] = _rests(*_speed(m, at, d, D))
+        begin(followed, tilt, variance, 1.0, acceleration * acceleration)
+    speed, speed_variance = _speed(depth, d, D)
+    depth.rests = _probability_of_rest(speed, speed_variance)
 
 
 @compiled
-def _speed(m, at, d, D):
+def _speed(depth: DepthTrend, d: float, D: float) -> tuple[float, float]:
     """Return speed into the hole and its variance [m/s], [m^2/s^2]."""
-    slope = _slope(d, D, m[at], m[at + _VARIANCE])
-    return -slope * m[at + _RATE], max(slope * slope * m[at + _RATE_VARIANCE], 1e-18)
+    tilt = depth.tilt
+    slope = _depth_slope(d, D, tilt.value, tilt.p00)
+    return -slope * tilt.rate, max(slope * slope * tilt.p11, 1e-18)
 
 
 @compiled
-def _rests(speed, variance):
+def _probability_of_rest(speed: float, variance: float) -> float:
     """Return the probability of rest against half of a normal distribution of speeds."""
     # What is pushed slides in, and not out.
     wide = variance + SPEED * SPEED
@@ -96,27 +115,27 @@ def _rests(speed, variance):
 
 
 @compiled
-def rests(m: np.ndarray, at: int) -> float:
+def rests(depth: DepthTrend) -> float:
     """Return the probability that a peg that is pushed rests; see `follow_depth`."""
-    return m[at + RESTS] if m[at + _VARIANCE] > 0.0 else _BEGINS
+    return depth.rests if depth.tilt.p00 > 0.0 else _BEGINS
 
 
 @compiled
-def along_share(m: np.ndarray, at: int, p: SceneScalars, around: float) -> float:
+def along_share(depth: DepthTrend, d: float, D: float, around: float) -> float:
     """
     Return which share of the friction is along the hole, if the peg slides.
 
     Parameters
     ----------
-    m, at
-        As for `follow_depth`.
-    p : SceneScalars
+    depth : DepthTrend
+    d, D : float
+        Diameters [m].
     around : float
         Speed of the peg's surface about its axis [m/s].
 
     """
-    if m[at + _VARIANCE] == 0.0:
+    if depth.tilt.p00 == 0.0:
         return 1.0
-    speed, variance = _speed(m, at, p.d, p.D)
+    speed, variance = _speed(depth, d, D)
     speed2 = speed * speed + variance
     return sqrt(speed2 / (speed2 + around * around))

@@ -1,82 +1,46 @@
-"""All that one wrench shows of mode and forecast, by one compiled call on the filter's memory."""
+"""All that one wrench shows of mode and forecast."""
 
 from math import fabs, hypot, pi, sin, sqrt
-from typing import NamedTuple
+from typing import Annotated
 
-import numpy as np
-
-from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.estimator.forces import rim_load
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor.contact_load import (
+    ContactLoad,
+    carried_load,
+    forget_load,
+    stands_out,
+)
 from peg_on_hole_ros.monitor.contacts import (
     CLOSED,
+    COUNT,
     FREE,
     LOST_B1,
     LOST_B2,
     LOST_K,
     MOST,
     OTHER,
+    ContactEvidence,
     below,
+    forget_contacts,
     load_evidence,
     misfit_evidence,
     opening_evidence,
     weigh,
 )
-from peg_on_hole_ros.monitor.leftover_wrench import carried_load, stands_out
-from peg_on_hole_ros.monitor.trend import rest_probability, time_to_reach
+from peg_on_hole_ros.monitor.motion import MotionTrend, rest_probability, time_to_reach
+from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.typed_record import Floats, Record
 
 # Reactions beyond this many times the largest that a rim can wedge are rounding, not reactions.
 ABSURD = 10.0
-# A forecast knows a learnt clearance no better than to this share of its stated spread: what the
-# way there tells of it is one thing with friction and with how the motion goes on.
-FORECAST_CLEARANCE = 0.05
 # Reactions that pull by more than this many standard deviations are those of other contacts.
 PULL = 3.0
 
 
-class Settings(NamedTuple):
-    """The options that compiled code needs, as one tuple of floats; see `MonitorOptions`."""
-
-    threshold: float
-    rate: float
-    correlation: float
-    rest_speed: float
-    acceleration: float
-    memory: float
-    force_stddev: float
-    free_acceleration: float
-    clearance_floor: float
-
-
-def settings(
-    options: MonitorOptions, force_stddev: float, clearance_stddev: float = 0.0
-) -> np.ndarray:
-    """Return the options as an array, with the noise of a carried force [N]; clearance [m]."""
-    return np.array(
-        Settings(
-            options.contact_force_threshold,
-            options.mode_change_rate,
-            options.evidence_time,
-            options.rest_speed,
-            options.forecast_acceleration_stddev,
-            options.forecast_acceleration_time,
-            force_stddev,
-            options.free_acceleration,
-            FORECAST_CLEARANCE * clearance_stddev,
-        )
-    )
-
-
-def force_noise(scene: Scene, wrench_covariance: np.ndarray) -> float:
-    """Return the standard deviation of a force that the rim carries, by the wrench's noise [N]."""
-    noise = np.diagonal(wrench_covariance)
-    over_radius = 2 / scene.peg_diameter
-    return sqrt(noise[:3].max() + noise[3:].max() * over_radius**2)
-
-
-class Shown(NamedTuple):
+class Shown(Record):
     """
     What is known after one wrench.
 
@@ -90,8 +54,8 @@ class Shown(NamedTuple):
         Until gamma0 [s]; time below zero: there is none.
     wedged : float
         What a rim of this tilt may wedge against what it carries [N].
-    usable : float
-        1 where the reactions of three contacts are numbers to use.
+    usable : bool
+        Whether the reactions of three contacts are numbers to use.
     lost_K, lost_B1, lost_B2 : float
         Probability that this contact alone has opened.
 
@@ -107,13 +71,36 @@ class Shown(NamedTuple):
     time: float
     time_stddev: float
     wedged: float
-    usable: float
+    usable: bool
     lost_K: float
     lost_B1: float
     lost_B2: float
 
 
-WIDTH = len(Shown._fields)
+class Evidence(Record):
+    """
+    What wrenches have shown of the contacts.
+
+    Attributes
+    ----------
+    hypotheses : ndarray, shape (6,)
+        Probabilities, see `contacts`.
+    load : ContactLoad
+    shown : Shown
+        By the last wrench.
+
+    """
+
+    hypotheses: Annotated[Floats, (COUNT,)]
+    load: ContactLoad
+    shown: Shown
+
+
+@compiled
+def forget_evidence(evidence: Evidence) -> None:
+    """Forget what wrenches have shown; what the last one did stays to be read."""
+    forget_contacts(evidence.hypotheses)
+    forget_load(evidence.load)
 
 
 @compiled
@@ -149,11 +136,12 @@ def below_gamma0(estimate: Estimate) -> float:
 
 
 @compiled
-def finite_reactions(estimate: Estimate, determinant: float, wedged: float) -> bool:
+def finite_reactions(estimate: Estimate, wedged: float) -> bool:
     """Return whether the equations gave reactions that are more than rounding."""
     N = estimate.reactions.normal
     largest = max(fabs(N[0]), fabs(N[1]), fabs(N[2]))
-    return determinant == determinant and largest <= ABSURD * wedged
+    known = estimate.determinant == estimate.determinant
+    return known and largest <= ABSURD * wedged
 
 
 @compiled
@@ -179,46 +167,45 @@ def new_share(estimate: Estimate, i: int) -> float:
     if N < 0.0 and PULL * PULL * variance < N * N:
         return 1.0
     by_friction, by_diameter = reactions.by_friction[i], reactions.by_diameter[i]
-    lasting = by_friction * by_friction + by_diameter * by_diameter
-    return max(0.0, 1.0 - lasting / variance)
+    lasting: float = by_friction * by_friction + by_diameter * by_diameter
+    news: float = 1.0 - lasting / variance
+    return max(0.0, news)
 
 
 @compiled
 def show(
-    estimate: Estimate, hypotheses: np.ndarray, means: np.ndarray, motion: np.ndarray,
-    options: np.ndarray, dt: float, since: float, nis: float, determinant: float,
-    displaced: float, out: np.ndarray,
-) -> None:  # fmt: skip
+    estimate: Estimate,
+    evidence: Evidence,
+    motion: MotionTrend,
+    settings: MonitorSettings,
+    passed: Passed,
+    nis: float,
+    displaced: float,
+) -> None:
     """
     Weigh the hypotheses with what a wrench shows.
 
     Parameters
     ----------
     estimate : Estimate
-    hypotheses, means, motion : ndarray
-        Of `contacts.no_knowledge`, `carried.new_means` and `trend.new_trend`.
-    options : ndarray
-        From `settings`.
-    dt, since : float
-        Since the last wrench, and since the last orientation [s].
+    evidence : Evidence
+        Changed.
+    motion : MotionTrend
+    settings : MonitorSettings
+    passed : Passed
     nis : float
-        Running mean of the normalised innovation squared.
-    determinant : float
-        Of the six equations, over its frictionless value.
+        Running mean of the normalised innovation squared; below zero: it says nothing.
     displaced : float
-        `place.Misfit.evidence` of the last place that was measured; 0: none was.
-    out : ndarray
-        Filled in the order of `Shown`.
+        `place_check.Misfit.evidence` of the last place that was measured; 0: none was.
 
     """
-    o = options
-    D, gamma0 = estimate.scene.D, estimate.scene.gamma0
-    wedged = wedged_load(estimate, o[6])
-    spread0 = gamma0_variance(estimate)
+    scene, p, shown = estimate.scene, evidence.hypotheses, evidence.shown
+    dt, correlation = passed.dt, settings.evidence_time
+    wedged = wedged_load(estimate, settings.force_stddev)
     under = below_gamma0(estimate)
-    finite = finite_reactions(estimate, determinant, wedged)
+    finite = finite_reactions(estimate, wedged)
     lost_K = lost_B1 = lost_B2 = 0.0
-    rest = rest_probability(motion, o[3], D)
+    rest = rest_probability(motion, settings.rest_speed, scene.D)
     if finite:
         # At rest friction may be anything within its cone, and the equations' reactions are moot.
         moves, N, C = 1.0 - rest, estimate.reactions.normal, estimate.reactions.covariance
@@ -226,33 +213,47 @@ def show(
         lost_B1 = moves * new_share(estimate, 1) * opening_evidence(N[1], C[1, 1])
         lost_B2 = moves * new_share(estimate, 2) * opening_evidence(N[2], C[2, 2])
     other = misfit_evidence(nis) if nis >= 0.0 else 0.0
-    # A rim that touches is told from noise, from a zero of the sensor that is not known, and from
-    # a holder that moves the peg in the air.
-    carried, _ = carried_load(estimate, means, dt, o[2])
-    moved = estimate.scene.m * o[7]
-    squares = stands_out(estimate, means, o[0] * o[0] + moved * moved, o[2], estimate.work)
-    load = load_evidence(squares) if carried == carried else 0.0
-    p = hypotheses
     above = 1.0 - under
     # Below gamma0 there is only the hole to touch: elsewhere a load is the sensor's.
     outside = displaced * under
+    load = _load_evidence(estimate, evidence.load, settings, dt)
     load = min(load, load * (1.0 - outside / MOST)) - outside
     displaced *= above
     if displaced > 0.0:
         # A motion that fits three contacts is no evidence for them where the peg does not stand.
         other = max(other, 0.0)
-    weigh(p, dt, o[1], o[2], load, lost_K, lost_B1, lost_B2, other, displaced, rest)
-    out[0] = p[CLOSED] * above * (1.0 - rest)
-    out[1] = (1.0 - p[FREE]) * under
-    out[2] = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * above
-    out[3] = p[CLOSED] * above * rest
-    out[4] = p[FREE]
-    out[5] = p[OTHER] * above
-    out[6] = under
-    spread0 += (o[8] * gamma0_slope(estimate)) ** 2
-    time, stddev = time_to_reach(motion, gamma0, spread0, o[4], o[5])
-    out[7] = time - since if time > since else -1.0
-    out[8] = stddev
-    out[9] = wedged
-    out[10] = 1.0 if finite and pushing(estimate) else 0.0
-    out[11], out[12], out[13] = p[LOST_K] * above, p[LOST_B1] * above, p[LOST_B2] * above
+    found = ContactEvidence(load, lost_K, lost_B1, lost_B2, other, displaced, rest)
+    weigh(p, found, dt, settings.mode_change_rate, correlation)
+    shown.three_point = p[CLOSED] * above * (1.0 - rest)
+    shown.two_point = (1.0 - p[FREE]) * under
+    shown.opened = (p[LOST_K] + p[LOST_B1] + p[LOST_B2]) * above
+    shown.stuck = p[CLOSED] * above * rest
+    shown.free = p[FREE]
+    shown.other = p[OTHER] * above
+    shown.below = under
+    spread0 = gamma0_variance(estimate)
+    spread0 += (settings.forecast_clearance_stddev * gamma0_slope(estimate)) ** 2
+    time, stddev = time_to_reach(motion, scene.gamma0, spread0, settings)
+    shown.time = time - passed.since if time > passed.since else -1.0
+    shown.time_stddev = stddev
+    shown.wedged = wedged
+    shown.usable = finite and pushing(estimate)
+    shown.lost_K, shown.lost_B1 = p[LOST_K] * above, p[LOST_B1] * above
+    shown.lost_B2 = p[LOST_B2] * above
+
+
+@compiled
+def _load_evidence(
+    estimate: Estimate, load: ContactLoad, settings: MonitorSettings, dt: float
+) -> float:
+    """
+    Return what a carried load says for contact.
+
+    A rim that touches is told from noise, from a zero of the sensor that is not known, and from
+    a holder that moves the peg in the air.
+    """
+    time, threshold = settings.evidence_time, settings.contact_force_threshold
+    carried, _ = carried_load(estimate, load, dt, time)
+    moved = estimate.scene.m * settings.free_acceleration
+    squares = stands_out(estimate, load, threshold * threshold + moved * moved, time)
+    return load_evidence(squares) if carried == carried else 0.0

@@ -1,13 +1,11 @@
 """What is known of friction, clearance and reactions: with every mode, and without any."""
 
 from math import fabs, sqrt
-from typing import NamedTuple
-
-import numpy as np
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.typed_record import Record
 
 # Reactions are known where no spread is more than a third of their mean, and what friction makes
 # of none more than half of that: with a friction that is too high reactions come out too low, and
@@ -18,7 +16,7 @@ _SHARE, _BY_FRICTION = 9.0, 18.0
 _GIVES = 2e-6
 
 
-class Known(NamedTuple):
+class Known(Record):
     """
     What is known of the scene and of the reactions.
 
@@ -28,8 +26,8 @@ class Known(NamedTuple):
         [-].
     clearance, clearance_stddev : float
         [m].
-    reactions : float
-        1 where the reactions of three contacts, if there are three, are numbers to trust.
+    reactions_determined : bool
+        Whether the reactions of three contacts, if there are three, are numbers to trust.
 
     """
 
@@ -37,31 +35,32 @@ class Known(NamedTuple):
     friction_stddev: float
     clearance: float
     clearance_stddev: float
-    reactions: float
+    reactions_determined: bool
 
 
 @compiled
-def fill_known(estimate: Estimate, determinant: float, band: float, out: np.ndarray) -> None:
+def fill_known(known: Known, estimate: Estimate, determinant: float, band: float) -> None:
     """
     Fill in what is known.
 
     Parameters
     ----------
+    known : Known
+        Filled in.
     estimate : Estimate
     determinant : float
         Of the six equations over its frictionless value.
     band : float
         `monitor.singular_band`.
-    out : ndarray
-        Filled in the order of `Known`.
 
     """
     scene, reactions = estimate.scene, estimate.reactions
     clearance, variance = scene.D - scene.d, max(estimate.friction_variance, 0.0)
     if variance > 0.0 and estimate.motion.gamma < scene.gamma0:
         variance += (scene.f * _GIVES / clearance) ** 2
-    out[0], out[1] = scene.f, sqrt(variance)
-    out[2], out[3] = clearance, sqrt(max(estimate.diameter_variance, 0.0))
+    known.friction, known.friction_stddev = scene.f, sqrt(variance)
+    known.clearance = clearance
+    known.clearance_stddev = sqrt(max(estimate.diameter_variance, 0.0))
     total = reactions.normal[0] + reactions.normal[1] + reactions.normal[2]
     # Beside the singular set little is known; two points in the hole have none.
     two = estimate.contacts == ContactSet.TWO
@@ -71,4 +70,4 @@ def fill_known(estimate: Estimate, determinant: float, band: float, out: np.ndar
         share = 2.0 if two and i > 0 else 1.0
         clear = clear and share * sqrt(max(reactions.covariance[i, i], 0.0)) <= total / _SHARE
         clear = clear and share * fabs(reactions.by_friction[i]) <= total / _BY_FRICTION
-    out[4] = 1.0 if clear else 0.0
+    known.reactions_determined = clear

@@ -1,82 +1,92 @@
-"""What a judge remembers from one wrench to the next: named fields in a few arrays."""
+"""What the monitor remembers from one wrench to the next, as one typed record."""
 
-import numpy as np
+from typing import Annotated
 
-from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.mechanics.kernel import compiled
-
-MODES = ("three_point", "two_point", "open", "unknown")
-THREE_POINT, TWO_POINT, IN_AIR, UNKNOWN = range(len(MODES))
-OK, WARN, ERROR = 0, 1, 2
-# A stamp that there is not.
-NO_STAMP = np.iinfo(np.int64).min
-
-# Name, type, unit and meaning of what is declared; a time of NaN is none, and -1 neither 0 nor 1.
-FIELDS = (
-    ("t_ns", "i8", "ns", "stamp of the last wrench, NO_STAMP before"),
-    ("oriented_ns", "i8", "ns", "stamp of the last orientation, NO_STAMP before"),
-    ("mode", "i8", "", "contact mode: place in MODES"),
-    ("candidate", "i8", "", "mode that waits for its dwell"),
-    ("since", "f8", "s", "since when it does"),
-    ("weighed", "i8", "", "mode that wrenches are weighed with: that, or what it may become"),
-    ("refuted", "i8", "", "whether orientations have refuted the motion since the mode"),
-    ("touching", "i8", "", "whether contact is there"),
-    ("last_free", "f8", "s", "when the evidence for air was strong last"),
-    ("last_touch", "f8", "s", "when that for contact was"),
-    ("onset", "i8", "", "whether contact came last, or went"),
-    ("turned", "f8", "s", "when it did"),
-    ("latency", "f8", "s", "from there until it was declared"),
-    ("on_trial", "i8", "", "whether three contacts are tried beside the mode"),
-    ("offset", "f8", "m", "of the last place that was measured from three contacts'"),
-    ("deviations", "f8", "", "the same in standard deviations"),
-    ("displaced", "f8", "", "what it says against three contacts; 0 where none was measured"),
-    ("flag", "i8", "", "transition flag"),
-    ("armed", "i8", "", "whether it may rise"),
-    ("fallen", "f8", "s", "since when the tilt has been above gamma0 again"),
-    ("left", "f8", "s", "since when the peg has been in the air above gamma0"),
-    ("rested", "i8", "", "whether three contacts are there to lose"),
-    ("resting", "f8", "s", "since when the mode has been three_point"),
-    ("sliding", "f8", "s", "since when it has been so of a peg that slides"),
-    ("aloft", "f8", "s", "since when it has been open"),
-)
-LEVEL_FIELDS = (
-    ("level", "i8", "", "OK, WARN or ERROR"),
-    ("warns", "f8", "s", "since when the value has been at the threshold of WARN"),
-    ("errs", "f8", "s", "since when at that of ERROR"),
-    ("below", "f8", "s", "since when the level has had no cause"),
-)
+from peg_on_hole_ros.monitor import one_point
+from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
+from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, forget_depth
+from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
+from peg_on_hole_ros.monitor.jamming import Jamming, forget_jamming
+from peg_on_hole_ros.monitor.known_quantities import Known
+from peg_on_hole_ros.monitor.mode import DeclaredMode, forget_mode
+from peg_on_hole_ros.monitor.motion import MotionTrend, forget_motion
+from peg_on_hole_ros.monitor.one_point import forget_points
+from peg_on_hole_ros.monitor.place_check import Place, forget_place
+from peg_on_hole_ros.monitor.states import NO_STAMP
+from peg_on_hole_ros.monitor.transition import Transition, lower_flag
+from peg_on_hole_ros.typed_record import Floats, Record, new
 
 
-# The thresholds and times of mode, flag and alarms; see `MonitorOptions`.
-THRESHOLDS = np.dtype(
-    [
-        ("mode_dwell", float),
-        ("mode_probability_on", float),
-        ("mode_probability_off", float),
-        ("transition_probability_on", float),
-        ("transition_probability_off", float),
-        ("transition_hold", float),
-        ("jamming_warn", float),
-        ("jamming_error", float),
-        ("alarm_hysteresis", float),
-        ("alarm_dwell", float),
-        ("alarm_hold", float),
-        ("max_normal", float, (3,)),
-    ]
-)
+class Memory(Record):
+    """
+    All that the next output depends on beside the estimate.
+
+    Attributes
+    ----------
+    t_ns, oriented_ns : int
+        Stamps of the last wrench and of the last orientation, NO_STAMP before [ns].
+    declared : DeclaredMode
+    transition : Transition
+    place : Place
+        As it was measured last.
+    evidence : Evidence
+        What wrenches have shown of the contacts.
+    points : ndarray, shape (3,)
+        Probabilities of the contacts of two points, see `one_point`.
+    motion : MotionTrend
+    depth : DepthTrend
+    jamming : Jamming
+    known : Known
+    alarms : Alarms
+
+    """
+
+    t_ns: int
+    oriented_ns: int
+    declared: DeclaredMode
+    transition: Transition
+    place: Place
+    evidence: Evidence
+    points: Annotated[Floats, (one_point.COUNT,)]
+    motion: MotionTrend
+    depth: DepthTrend
+    jamming: Jamming
+    known: Known
+    alarms: Alarms
 
 
-def thresholds(options: MonitorOptions) -> np.void:
-    """Return the thresholds for compiled code, a record of THRESHOLDS."""
-    found = np.zeros(1, THRESHOLDS)[0]
-    for name in THRESHOLDS.names:  # type: ignore[union-attr]
-        found[name] = getattr(options, name)
-    return found
+def begin_memory(memory: Memory) -> None:
+    """Forget motion, contacts, loads and what is known; mode, flag and alarms stay."""
+    nothing = new(Memory)
+    forget(nothing)
+    memory.evidence, memory.points = nothing.evidence, nothing.points
+    memory.motion, memory.depth = nothing.motion, nothing.depth
+    memory.jamming, memory.known = nothing.jamming, nothing.known
 
 
 @compiled
-def since_when(begun: float, holds: bool, t: float) -> float:
-    """Return since when something holds, NaN if it does not."""
-    if not holds:
-        return np.nan
-    return begun if begun == begun else t
+def forget(memory: Memory) -> None:
+    """Forget what was seen of contacts and loads, but for the motion."""
+    forget_evidence(memory.evidence)
+    forget_points(memory.points)
+    forget_jamming(memory.jamming)
+
+
+@compiled
+def restart_mode(memory: Memory) -> None:
+    """Forget the mode: the estimate has begun anew."""
+    forget_mode(memory.declared)
+    forget(memory)
+    memory.t_ns = memory.oriented_ns = NO_STAMP
+    forget_place(memory.place)
+
+
+@compiled
+def restart(memory: Memory) -> None:
+    """Forget mode, flag, alarms and the motion."""
+    restart_mode(memory)
+    forget_motion(memory.motion)
+    forget_depth(memory.depth)
+    lower_flag(memory.transition)
+    clear_alarms(memory.alarms)

@@ -2,25 +2,91 @@
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.evidence import Shown
-from peg_on_hole_ros.monitor.memory import IN_AIR, UNKNOWN
-from peg_on_hole_ros.record_types import DeclaredRecord, ThresholdsRecord
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.states import Mode, Touch
+from peg_on_hole_ros.typed_record import Record
 
 # A motion that orientations have refuted is believed again once it has gone on for so long [s]. A
 # wrong setting is refuted every 25 ms, and must not be declared a mode in between.
 CONFIRMED = 0.05
 
 
+class DeclaredMode(Record):
+    """
+    The contact mode, and what it was declared by.
+
+    Attributes
+    ----------
+    mode : Mode
+        As declared.
+    candidate : Mode
+        Which waits for its dwell.
+    candidate_since : float
+        Since when it does [s].
+    weighed : Mode
+        Which wrenches are weighed with: the mode, or what it may become.
+    refuted : bool
+        Whether orientations have refuted the motion since the mode was declared.
+    three_point_tried : bool
+        Whether wrenches are weighed with three contacts beside the mode.
+    touch : Touch
+        As declared.
+    last_free, last_touch : float
+        When the evidence for air, and that for contact, was strong last [s].
+    touch_change : Touch
+        Whether contact came last, or went.
+    touch_changed, touch_latency : float
+        When it did, and from there until it was declared [s].
+
+    """
+
+    mode: Mode
+    candidate: Mode
+    candidate_since: float
+    weighed: Mode
+    refuted: bool
+    three_point_tried: bool
+    touch: Touch
+    last_free: float
+    last_touch: float
+    touch_change: Touch
+    touch_changed: float
+    touch_latency: float
+
+
 @compiled
-def forget_mode(d: DeclaredRecord) -> None:
+def forget_mode(declared: DeclaredMode) -> None:
     """Forget all evidence."""
-    d.mode = d.candidate = d.weighed = UNKNOWN
-    d.since = d.last_free = d.last_touch = 0.0
-    d.touching = d.onset = -1
-    d.refuted = 0
+    declared.mode = declared.candidate = declared.weighed = Mode.UNKNOWN
+    declared.candidate_since = declared.last_free = declared.last_touch = 0.0
+    declared.touch = declared.touch_change = Touch.UNKNOWN
+    declared.refuted = declared.three_point_tried = False
 
 
 @compiled
-def declare_mode(d: DeclaredRecord, o: ThresholdsRecord, t: float, shown: Shown) -> None:
+def probability_of(shown: Shown, mode: Mode) -> float:
+    """Return the probability of a mode."""
+    if mode == Mode.THREE_POINT:
+        return shown.three_point + shown.stuck
+    if mode == Mode.TWO_POINT:
+        return shown.two_point
+    return shown.free if mode == Mode.OPEN else shown.opened + shown.other
+
+
+@compiled
+def likeliest(shown: Shown) -> Mode:
+    """Return the likeliest mode; of those as likely as each other, the first."""
+    best = Mode.THREE_POINT
+    for mode in (Mode.TWO_POINT, Mode.OPEN, Mode.UNKNOWN):
+        if probability_of(shown, mode) > probability_of(shown, best):
+            best = mode
+    return best
+
+
+@compiled
+def declare_mode(
+    declared: DeclaredMode, settings: MonitorSettings, t: float, shown: Shown
+) -> None:
     """
     Take the probabilities at a time.
 
@@ -28,52 +94,47 @@ def declare_mode(d: DeclaredRecord, o: ThresholdsRecord, t: float, shown: Shown)
 
     Parameters
     ----------
-    d : record of FIELDS
+    declared : DeclaredMode
         Changed.
-    o : record of THRESHOLDS
+    settings : MonitorSettings
     t : float
         [s].
     shown : Shown
 
     """
-    # In the order of MODES.
-    probabilities = (
-        shown.three_point + shown.stuck,
-        shown.two_point,
-        shown.free,
-        shown.opened + shown.other,
-    )
-    best = 0
-    for i in range(1, len(probabilities)):
-        if probabilities[i] > probabilities[best]:
-            best = i
-    if probabilities[best] < o.mode_probability_on:
-        kept = probabilities[d.weighed] >= o.mode_probability_off
-        best = d.weighed if kept else UNKNOWN
-    if best != d.candidate:
-        d.candidate, d.since = best, t
-    if best != d.weighed and t - d.since >= o.mode_dwell:
-        d.weighed = best
-    dwell = max(o.mode_dwell, CONFIRMED) if d.refuted else o.mode_dwell
-    if best != d.mode and t - d.since >= dwell:
-        d.mode, d.refuted = best, 0
-    _follow_touch(d, o, t, shown.free)
+    best = likeliest(shown)
+    if probability_of(shown, best) < settings.mode_probability_on:
+        kept = probability_of(shown, declared.weighed) >= settings.mode_probability_off
+        best = declared.weighed if kept else Mode.UNKNOWN
+    if best != declared.candidate:
+        declared.candidate, declared.candidate_since = best, t
+    waited = t - declared.candidate_since
+    if best != declared.weighed and waited >= settings.mode_dwell:
+        declared.weighed = best
+    dwell = max(settings.mode_dwell, CONFIRMED) if declared.refuted else settings.mode_dwell
+    if best != declared.mode and waited >= dwell:
+        declared.mode, declared.refuted = best, False
+    _follow_touch(declared, settings, t, shown.free)
 
 
 @compiled
-def _follow_touch(d, o, t, free):
+def _follow_touch(
+    declared: DeclaredMode, settings: MonitorSettings, t: float, free: float
+) -> None:
     # Evidence for the other side begins where that for this side was last strong.
-    certain = 1.0 - o.mode_probability_on
+    certain = 1.0 - settings.mode_probability_on
     if free >= 1.0 - certain:
-        d.last_free = t
+        declared.last_free = t
     if free <= certain:
-        d.last_touch = t
-    if d.touching < 0:
-        if d.mode != UNKNOWN:
-            d.touching = 1 if free <= 0.5 else 0
-    elif d.touching == 1 and d.mode == IN_AIR:
-        d.touching = d.onset = 0
-        d.turned, d.latency = d.last_touch, t - d.last_touch
-    elif d.touching == 0 and free <= certain and d.mode != IN_AIR:
-        d.touching = d.onset = 1
-        d.turned, d.latency = d.last_free, t - d.last_free
+        declared.last_touch = t
+    if declared.touch == Touch.UNKNOWN:
+        if declared.mode != Mode.UNKNOWN:
+            declared.touch = Touch.TOUCHING if free <= 0.5 else Touch.APART
+    elif declared.touch == Touch.TOUCHING and declared.mode == Mode.OPEN:
+        declared.touch = declared.touch_change = Touch.APART
+        declared.touch_changed = declared.last_touch
+        declared.touch_latency = t - declared.last_touch
+    elif declared.touch == Touch.APART and free <= certain and declared.mode != Mode.OPEN:
+        declared.touch = declared.touch_change = Touch.TOUCHING
+        declared.touch_changed = declared.last_free
+        declared.touch_latency = t - declared.last_free

@@ -2,11 +2,10 @@
 
 from math import exp, log, pi, sqrt
 
-import numpy as np
-
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import MOST, below
+from peg_on_hole_ros.typed_record import Floats
 
 # Hypotheses: K alone, B alone, both.
 K_ALONE, B_ALONE, BOTH = range(3)
@@ -20,9 +19,11 @@ REACTION = 10.0
 _TAIL = -5.0
 
 
-def no_points() -> np.ndarray:
-    """Return the probabilities before any evidence, shape (3,)."""
-    return np.array(_PRIOR)
+@compiled
+def forget_points(probabilities: Floats) -> None:
+    """Take the probabilities, shape (3,), as they are before any evidence."""
+    for i in range(COUNT):
+        probabilities[i] = _PRIOR[i]
 
 
 @compiled
@@ -50,14 +51,14 @@ def absence(normal: float, variance: float) -> float:
 
 @compiled
 def weigh_points(
-    p: np.ndarray, estimate: Estimate, dt: float, rate: float, correlation: float
+    probabilities: Floats, estimate: Estimate, dt: float, rate: float, correlation: float
 ) -> None:
     """
     Carry the probabilities over a time, then weigh them with the reactions of two points.
 
     Parameters
     ----------
-    p : ndarray, shape (3,)
+    probabilities : ndarray, shape (3,)
         Changed.
     estimate : Estimate
         Which has weighed a wrench with two points.
@@ -69,12 +70,12 @@ def weigh_points(
     """
     change, share = 1.0 - exp(-rate * dt), min(dt / correlation, 1.0)
     for i in range(COUNT):
-        p[i] += change * (_PRIOR[i] - p[i])
+        probabilities[i] += change * (_PRIOR[i] - probabilities[i])
     # B stands as two equal halves.
     N, C = estimate.reactions.normal, estimate.reactions.covariance
     of_B = C[1, 1] + 2.0 * C[1, 2] + C[2, 2]
-    p[K_ALONE] *= exp(share * absence(N[1] + N[2], of_B))
-    p[B_ALONE] *= exp(share * absence(N[0], C[0, 0]))
-    total = p[K_ALONE] + p[B_ALONE] + p[BOTH]
+    probabilities[K_ALONE] *= exp(share * absence(N[1] + N[2], of_B))
+    probabilities[B_ALONE] *= exp(share * absence(N[0], C[0, 0]))
+    total = probabilities[K_ALONE] + probabilities[B_ALONE] + probabilities[BOTH]
     for i in range(COUNT):
-        p[i] /= total
+        probabilities[i] /= total

@@ -7,7 +7,6 @@ import numpy as np
 from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import described
 from peg_on_hole_ros.monitor.alarm_text import alarms_of
-from peg_on_hole_ros.monitor.memory import MODES, THREE_POINT, TWO_POINT, UNKNOWN
 from peg_on_hole_ros.monitor.output_row import (
     ALARM_WIDTH,
     ALARMS,
@@ -17,6 +16,7 @@ from peg_on_hole_ros.monitor.output_row import (
     MONITOR_NAMES,
     SIZE,
 )
+from peg_on_hole_ros.monitor.states import MODES, Mode
 from peg_on_hole_ros.records import Outputs
 
 
@@ -34,8 +34,8 @@ def are_closed(mode: Any, normal: Any) -> Any:
         Reactions [N].
 
     """
-    touches = (mode == THREE_POINT) | (mode == TWO_POINT)
-    return touches | ((mode == UNKNOWN) & (normal > 0.0))
+    touches = (mode == Mode.THREE_POINT.value) | (mode == Mode.TWO_POINT.value)
+    return touches | ((mode == Mode.UNKNOWN.value) & (normal > 0.0))
 
 
 def outputs_of(t_ns: int, row: np.ndarray) -> Outputs:

@@ -1,12 +1,13 @@
 """Whether a peg is where contacts would have it: its measured place against the hole."""
 
-from math import asin, cos, log, sin, sqrt
+from math import asin, cos, log, nan, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
 from peg_on_hole_ros.monitor.contacts import MOST
+from peg_on_hole_ros.typed_record import Floats, Record
 
 # A peg that does not rest on three contacts is anywhere about there [m]: lifted, or laid down.
 ELSEWHERE = 5e-3
@@ -36,8 +37,23 @@ class Misfit(NamedTuple):
     evidence: float
 
 
+class Place(Record):
+    """The last misfit that was measured, see `Misfit`; NaN, and no evidence: none was."""
+
+    offset: float
+    deviations: float
+    evidence: float
+
+
 @compiled
-def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
+def forget_place(place: Place) -> None:
+    """Forget what was measured."""
+    place.offset = place.deviations = nan
+    place.evidence = 0.0
+
+
+@compiled
+def touching_place(d: float, D: float, gamma: float, psi: float) -> Floats:
     """
     Return the peg frame's origin in three-point contact, hole axes, shape (3,) [m].
 
@@ -50,7 +66,7 @@ def touching_place(d: float, D: float, gamma: float, psi: float) -> np.ndarray:
 
 
 @compiled
-def place_inside(d: float, D: float, gamma: float, place: np.ndarray) -> np.ndarray:
+def place_inside(d: float, D: float, gamma: float, place: Floats) -> Floats:
     """
     Return the place in the hole that is nearest to a peg frame's origin, shape (3,) [m].
 
@@ -65,10 +81,10 @@ def place_inside(d: float, D: float, gamma: float, place: np.ndarray) -> np.ndar
 
 @compiled
 def misfit(
-    q: np.ndarray,
-    R: np.ndarray,
-    position: np.ndarray,
-    position_covariance: np.ndarray,
+    q: Floats,
+    R: Floats,
+    position: Floats,
+    position_covariance: Floats,
     d: float,
     D: float,
     diameter_variance: float,
@@ -122,7 +138,7 @@ def misfit(
 
 
 @compiled
-def _misfit(residual, S):
+def _misfit(residual: Floats, S: Floats) -> Misfit:
     """Return the misfit of a residual with a covariance."""
     wide = S + ELSEWHERE * ELSEWHERE * np.eye(3)
     squared, determinant = _weighed(S, residual)
@@ -133,7 +149,7 @@ def _misfit(residual, S):
 
 
 @compiled
-def _weighed(S, r):
+def _weighed(S: Floats, r: Floats) -> tuple[float, float]:
     """Return r.T inv(S) r and the determinant of a covariance, shape (3, 3)."""
     L, white, squared, determinant = np.zeros((3, 3)), np.zeros(3), 0.0, 1.0
     for i in range(3):
@@ -152,5 +168,5 @@ def _weighed(S, r):
 
 
 @compiled
-def _outer(v):
+def _outer(v: Floats) -> Floats:
     return v.reshape(3, 1) * v.reshape(1, 3)

@@ -1,15 +1,22 @@
 """Whether the push that closes a peg on three contacts grows, is more than usual, and stops it."""
 
 from math import fabs, sqrt
+from typing import NamedTuple
 
-import numpy as np
-
-from peg_on_hole_ros.estimator.record import Estimate
+from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, pose_of
-from peg_on_hole_ros.monitor import stall_ahead
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.stall_ahead import follow_push, follow_tilt, stops_ahead
-from peg_on_hole_ros.monitor.trend import MEASURED, is_number
+from peg_on_hole_ros.monitor.motion import Measured
+from peg_on_hole_ros.monitor.moving import Moving, Passed
+from peg_on_hole_ros.monitor.stall_ahead import (
+    Stall,
+    follow_push,
+    follow_tilt,
+    forget_stall,
+    stops_ahead,
+)
+from peg_on_hole_ros.monitor.trend import is_number
+from peg_on_hole_ros.typed_record import Record
 
 # docs/jamming.md, "Stall", has the definition.
 
@@ -24,23 +31,54 @@ _MOVED = 0.03
 # Above gamma0 by this share: the closed forms end at gamma0.
 EDGE = 1e-4
 
-# Memory: quick and slow mean of the push, its mean while closing; the same of the share of
-# friction that is against the closing; for how long the peg has closed; that of `stall_ahead`.
-PUSH, PUSH_SLOW, USUAL, AGAINST, AGAINST_SLOW, AGAINST_USUAL, MOVED = range(7)
-STALL = MOVED + 1
-SIZE = STALL + stall_ahead.SIZE
-_forget_stall = stall_ahead.forget
+
+class Means(Record):
+    """Running means of a quantity: quick and slow ones, and the one while the peg closes."""
+
+    quick: float
+    slow: float
+    usual: float
+
+
+class Push(Record):
+    """
+    What has been seen of the push.
+
+    Attributes
+    ----------
+    force : Means
+        Of the generalised force that closes the peg [N m].
+    against : Means
+        Of the share of friction that is against the closing [-].
+    moved : float
+        For how long the peg has closed [s].
+    stall : Stall
+
+    """
+
+    force: Means
+    against: Means
+    moved: float
+    stall: Stall
+
+
+class PushedOn(NamedTuple):
+    """Probabilities that the peg stops, that the push grows, and that it is more than usual."""
+
+    stops: float
+    grows: float
+    more: float
 
 
 @compiled
-def forget(m: np.ndarray, at: int) -> None:
+def forget_push(push: Push) -> None:
     """Begin anew with the next push."""
-    m[at + MOVED] = 0.0
-    _forget_stall(m, at + STALL)
+    push.moved = 0.0
+    forget_stall(push.stall)
 
 
 @compiled
-def _push(p, estimate):
+def _closing_force(scene: SceneScalars, estimate: Estimate) -> tuple[float, float, float]:
     """
     Return the generalised force that closes the peg, without contacts, its variance, and a lever.
 
@@ -48,35 +86,29 @@ def _push(p, estimate):
     """
     motion, R = estimate.motion, estimate.wrench_noise
     angles = (motion.gamma, motion.psi, motion.phi)
-    tilt = max(motion.gamma, p.gamma0 * (1.0 + EDGE))
-    geo, wrench = pose_of(p, angles, estimate.wrench, estimate.work)
-    if not motion.gamma > p.gamma0:
-        geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, tilt)
+    tilt = max(motion.gamma, scene.gamma0 * (1.0 + EDGE))
+    geo, wrench = pose_of(scene, angles, estimate.wrench, estimate.work)
+    if not motion.gamma > scene.gamma0:
+        geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, tilt)
     dh_c, dz_c = geo[10], geo[11]
-    push = wrench[4] - wrench[0] * dh_c - wrench[2] * dz_c
+    force = wrench[4] - wrench[0] * dh_c - wrench[2] * dz_c
     s, a1, S1 = geo[0], geo[2], geo[4]
     lever = 2.0 / 3.0 * (a1 / s + 2.0 * sqrt(a1 * a1 + S1 * S1))
-    return push, R[0, 0] * (dh_c * dh_c + dz_c * dz_c) + R[4, 4], lever
+    return force, R[0, 0] * (dh_c * dh_c + dz_c * dz_c) + R[4, 4], lever
 
 
 @compiled
 def pushed_on(
-    p: SceneScalars,
     estimate: Estimate,
-    motion: np.ndarray,
-    m: np.ndarray,
-    at: int,
+    push: Push,
+    measured: Measured,
+    moving: Moving,
+    passed: Passed,
     total: float,
     horizon: float,
-    rest_rate: float,
-    dt: float,
-    since: float,
-    closing: float,
-    rate: float,
-    turn: float,
-) -> tuple[float, float, float]:
+) -> PushedOn:
     """
-    Return the probabilities that the peg stops, that the push grows, that it is more than usual.
+    Take a wrench of a peg that touches, and return what comes of the push.
 
     A peg that its holder brings to rest feels a push that changes little, one that stalls is
     pushed ever more; both beside what friction can hold. Nothing is said before the peg has moved
@@ -84,60 +116,66 @@ def pushed_on(
 
     Parameters
     ----------
-    p : SceneScalars
     estimate : Estimate
-    motion : ndarray
-        Memory of `trend`, whose orientation is taken.
-    m : ndarray
-        Memory, of which SIZE places from `at` on.
-    at : int
+    push : Push
+        Changed.
+    measured : Measured
+        The last orientation, which is taken.
+    moving : Moving
+    passed : Passed
     total : float
         Sum of the reactions [N]; 0: never seen.
-    horizon, dt, since : float
-        Ahead, since the last wrench, since the last orientation [s].
-    rest_rate : float
-        That counts as none [rad/s].
-    closing : float
-        Probability that the peg surely closes.
-    rate, turn : float
-        Of the tilt, and about the axis [rad/s].
+    horizon : float
+        Ahead [s].
 
     """
-    a, ahead = at, at + STALL
-    push, variance, lever = _push(p, estimate)
-    if not (is_number(push) and is_number(variance)):
+    p, dt = scene_of(estimate), passed.dt
+    force, variance, lever = _closing_force(p, estimate)
+    if not (is_number(force) and is_number(variance)):
         # Nothing is taken from it.
-        return 0.0, 0.0, 0.0
+        return PushedOn(0.0, 0.0, 0.0)
     held = max(0.5 * p.d * p.f * total, 3.0 * sqrt(variance))
-    follow_push(m, ahead, push, variance, held, dt)
-    if motion[MEASURED + 2] != 0.0:
-        tilt, tilt_variance = motion[MEASURED], motion[MEASURED + 1]
-        follow_tilt(m, ahead, tilt, tilt_variance, held, motion[MEASURED + 2], since)
-        motion[MEASURED + 2] = 0.0
+    follow_push(push.stall, force, variance, held, dt)
+    if measured.since != 0.0:
+        follow_tilt(
+            push.stall, measured.tilt, measured.variance, held, measured.since, passed.since
+        )
+        measured.since = 0.0
     # Friction is against closing and turning in their shares of the slip.
-    against = lever * fabs(rate) / (lever * fabs(rate) + 0.5 * p.d * fabs(turn) + 1e-9)
-    if m[a + MOVED] == 0.0:
-        m[a + PUSH] = m[a + PUSH_SLOW] = m[a + USUAL] = push
-        m[a + AGAINST] = m[a + AGAINST_SLOW] = m[a + AGAINST_USUAL] = against
-    m[a + AGAINST] += min(dt / _QUICK, 1.0) * (against - m[a + AGAINST])
-    m[a + AGAINST_SLOW] += min(dt / _SLOW, 1.0) * (against - m[a + AGAINST_SLOW])
-    m[a + PUSH] += min(dt / _QUICK, 1.0) * (push - m[a + PUSH])
-    m[a + PUSH_SLOW] += min(dt / _SLOW, 1.0) * (push - m[a + PUSH_SLOW])
-    m[a + MOVED] += dt * closing
-    m[a + USUAL] += min(dt / _USUAL, 1.0) * closing * (push - m[a + USUAL])
-    m[a + AGAINST_USUAL] += min(dt / _USUAL, 1.0) * closing * (against - m[a + AGAINST_USUAL])
-    if m[a + MOVED] < _MOVED or total == 0.0:
-        return 0.0, 0.0, 0.0
-    scatter = (_MORE_STDDEV * held) ** 2
+    tilting = lever * fabs(moving.rate)
+    against = tilting / (tilting + 0.5 * p.d * fabs(moving.turn) + 1e-9)
+    # Of a trend that is noise a peg at rest closes in every other instant.
+    closing = moving.closing if moving.known else 0.0
+    if push.moved == 0.0:
+        push.force.quick = push.force.slow = push.force.usual = force
+        push.against.quick = push.against.slow = push.against.usual = against
+    _follow_means(push.force, force, dt, closing)
+    _follow_means(push.against, against, dt, closing)
+    push.moved += dt * closing
+    if push.moved < _MOVED or total == 0.0:
+        return PushedOn(0.0, 0.0, 0.0)
     noise = variance * min(0.5 * dt / _QUICK, 1.0)
+    grows, more = _compared(push, held, noise, horizon)
+    return PushedOn(stops_ahead(push.stall, horizon, moving.rest_rate), grows, more)
+
+
+@compiled
+def _follow_means(means: Means, value: float, dt: float, closing: float) -> None:
+    means.quick += min(dt / _QUICK, 1.0) * (value - means.quick)
+    means.slow += min(dt / _SLOW, 1.0) * (value - means.slow)
+    means.usual += min(dt / _USUAL, 1.0) * closing * (value - means.usual)
+
+
+@compiled
+def _compared(push: Push, held: float, noise: float, horizon: float) -> tuple[float, float]:
+    """Return the probabilities that the push grows, and that it is more than usual."""
+    force, against = push.force, push.against
+    scatter = (_MORE_STDDEV * held) ** 2
     slope = horizon / (_SLOW - _QUICK)
     # A slip or slide that ends, or reverses, turns friction against the closing: that is no press.
-    now = max(m[a + AGAINST], 1e-9)
-    turned = max(1.0 - m[a + AGAINST_SLOW] / now, 0.0) * fabs(m[a + PUSH])
-    growth = slope * (m[a + PUSH] - m[a + PUSH_SLOW] - turned) - _MORE * held
+    now = max(against.quick, 1e-9)
+    turned = max(1.0 - against.slow / now, 0.0) * fabs(force.quick)
+    growth = slope * (force.quick - force.slow - turned) - _MORE * held
     grows = below(growth / sqrt(slope * slope * noise + scatter))
-    usual = m[a + USUAL] + max(now / max(m[a + AGAINST_USUAL], 1e-9) - 1.0, 0.0) * fabs(
-        m[a + USUAL]
-    )
-    more = below((m[a + PUSH] - usual - _MORE * held) / sqrt(noise + scatter))
-    return stops_ahead(m, ahead, horizon, rest_rate), grows, more
+    usual = force.usual + max(now / max(against.usual, 1e-9) - 1.0, 0.0) * fabs(force.usual)
+    return grows, below((force.quick - usual - _MORE * held) / sqrt(noise + scatter))

@@ -2,11 +2,17 @@
 
 from math import exp, sqrt
 
-import numpy as np
-
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.trend import CHANNEL, carry, correct
+from peg_on_hole_ros.monitor.trend import (
+    Trend,
+    begin,
+    carry,
+    carry_driven,
+    correct,
+    forget_trend,
+)
+from peg_on_hole_ros.typed_record import Record
 
 # A peg on a compliant holder slides where holder and friction balance: its tilt follows the
 # holder's program, less what the holder gives way to the push, tilt = program + c push. The push
@@ -21,36 +27,51 @@ _PROGRAM = 0.005
 _GIVES_WAY = 0.02
 # Squared standard deviations beyond which push, and tilt, have jumped.
 _PUSH_JUMP, _TILT_JUMP = 40.0, 20.0
-
 # Just after a jump nothing leads anywhere [s].
 _CALM = 0.01
 
-# Memory: the push as a channel; tilt, rate of the program, c, and the upper triangle of their
-# covariance; the push at the last orientation; for how long neither has jumped.
-PUSH, TILT, LAST, CALM = 0, CHANNEL, 2 * CHANNEL, 2 * CHANNEL + 1
-SIZE = CALM + 1
-# Where a channel's first variance stands; 0: it has not begun.
-_VARIANCE = 3
+
+class Stall(Record):
+    """
+    How the tilt follows the push.
+
+    Attributes
+    ----------
+    push : Trend
+        Generalised force that closes the peg [N m].
+    tilt : Trend
+        Its rate is that of the holder's program, and what drives it is c: by how much the tilt
+        changes with the push [rad], [rad/s], [rad/(N m)].
+    last_push : float
+        The push at the last orientation [N m].
+    calm : float
+        For how long neither has jumped [s].
+
+    """
+
+    push: Trend
+    tilt: Trend
+    last_push: float
+    calm: float
 
 
 @compiled
-def forget(m: np.ndarray, at: int) -> None:
+def forget_stall(stall: Stall) -> None:
     """Begin anew with the next push and orientation."""
-    m[at + PUSH + _VARIANCE] = m[at + TILT + _VARIANCE] = m[at + CALM] = 0.0
+    forget_trend(stall.push)
+    forget_trend(stall.tilt)
+    stall.calm = 0.0
 
 
 @compiled
-def follow_push(
-    m: np.ndarray, at: int, push: float, variance: float, held: float, dt: float
-) -> None:
+def follow_push(stall: Stall, push: float, variance: float, held: float, dt: float) -> None:
     """
     Take a push.
 
     Parameters
     ----------
-    m : ndarray
-        Memory, of which SIZE places from `at` on.
-    at : int
+    stall : Stall
+        Changed.
     push, variance : float
         Generalised force that closes the peg [N m], and its variance.
     held : float
@@ -59,30 +80,26 @@ def follow_push(
         Since the last push [s].
 
     """
-    a = at + PUSH
     acceleration = held / (_CHANGES * _CHANGES)
-    if m[a + _VARIANCE] == 0.0:
-        for i in range(CHANNEL):
-            m[a + i] = 0.0
-        m[a], m[a + 3] = push, variance
-        m[a + 6], m[a + 8] = (held / _CHANGES) ** 2, acceleration * acceleration
+    if stall.push.p00 == 0.0:
+        begin(stall.push, push, variance, (held / _CHANGES) ** 2, acceleration * acceleration)
         return
-    carry(m, a, dt, acceleration, _MEMORY, 0.0)
-    m[at + CALM] += dt
-    if correct(m, a, push - m[a], variance, dt, acceleration, _PUSH_JUMP):
-        m[at + CALM] = 0.0
+    carry(stall.push, dt, acceleration, _MEMORY, 0.0)
+    stall.calm += dt
+    if correct(stall.push, push - stall.push.value, variance, dt, acceleration, _PUSH_JUMP):
+        stall.calm = 0.0
 
 
 @compiled
 def follow_tilt(
-    m: np.ndarray, at: int, tilt: float, variance: float, held: float, since: float, ago: float
+    stall: Stall, tilt: float, variance: float, held: float, since: float, ago: float
 ) -> None:
     """
     Take an orientation, after the push.
 
     Parameters
     ----------
-    m, at, held
+    stall, held
         As for `follow_push`.
     tilt, variance : float
         As measured [rad], [rad^2].
@@ -90,44 +107,35 @@ def follow_tilt(
         After the last orientation (below zero: there was none), before the last push [s].
 
     """
-    a = at + TILT
-    push = m[at + PUSH] - ago * m[at + PUSH + 1]
-    grown = push - m[at + LAST]
-    m[at + LAST] = push
-    if m[a + _VARIANCE] == 0.0 or since < 0.0:
-        for i in range(CHANNEL):
-            m[a + i] = 0.0
-        m[a], m[a + 3], m[a + 6], m[a + 8] = tilt, variance, 1.0, (_GIVES_WAY / held) ** 2
+    push = stall.push.value - ago * stall.push.rate
+    grown = push - stall.last_push
+    stall.last_push = push
+    if stall.tilt.p00 == 0.0 or since < 0.0:
+        begin(stall.tilt, tilt, variance, 1.0, (_GIVES_WAY / held) ** 2)
         return
-    p01, p02, p12 = m[a + 4], m[a + 5], m[a + 7]
-    m[a] += since * m[a + 1] + grown * m[a + 2]
-    c01 = p01 + since * m[a + 6] + grown * p12
-    c02 = p02 + since * p12 + grown * m[a + 8]
-    m[a + 3] += since * (p01 + c01) + grown * (p02 + c02)
-    m[a + 4], m[a + 5] = c01, c02
-    m[a + 6] += _PROGRAM * _PROGRAM * since
+    carry_driven(stall.tilt, since, grown, _PROGRAM)
     # A tilt that jumped has another program.
-    if correct(m, a, tilt - m[a], variance, since, 0.0, _TILT_JUMP):
-        m[at + CALM] = 0.0
+    if correct(stall.tilt, tilt - stall.tilt.value, variance, since, 0.0, _TILT_JUMP):
+        stall.calm = 0.0
 
 
 @compiled
-def stops_ahead(m: np.ndarray, at: int, horizon: float, rest_rate: float) -> float:
+def stops_ahead(stall: Stall, horizon: float, rest_rate: float) -> float:
     """Return the probability that the tilt stands still now or a horizon [s] ahead."""
-    if m[at + CALM] < _CALM:
+    if stall.calm < _CALM:
         return 0.0
-    a, q = at + TILT, at + PUSH
+    push = stall.push
     b = _MEMORY * (1.0 - exp(-horizon / _MEMORY))
-    growth = m[q + 1] + b * m[q + 2]
-    variance = m[q + 6] + b * (2.0 * m[q + 7] + b * m[q + 8])
-    now = _stands(m, a, m[q + 1], m[q + 6], rest_rate)
-    return below(max(now, _stands(m, a, growth, variance, rest_rate)))
+    growth = push.rate + b * push.drive
+    variance = push.p11 + b * (2.0 * push.p12 + b * push.p22)
+    now = _stands(stall.tilt, push.rate, push.p11, rest_rate)
+    return below(max(now, _stands(stall.tilt, growth, variance, rest_rate)))
 
 
 @compiled
-def _stands(m, a, growth, variance, rest_rate):
+def _stands(tilt: Trend, growth: float, variance: float, rest_rate: float) -> float:
     """Return by how many standard deviations the tilt is too slow to close the peg."""
-    c = m[a + 2]
-    rate = m[a + 1] + c * growth
-    spread = m[a + 6] + growth * (2.0 * m[a + 7] + growth * m[a + 8]) + c * c * variance
+    c = tilt.drive
+    rate = tilt.rate + c * growth
+    spread = tilt.p11 + growth * (2.0 * tilt.p12 + growth * tilt.p22) + c * c * variance
     return (rate + rest_rate) / sqrt(max(spread, 1e-18))

@@ -3,23 +3,46 @@
 from math import nan
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.memory import since_when
-from peg_on_hole_ros.record_types import DeclaredRecord, ThresholdsRecord
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.states import since_when
+from peg_on_hole_ros.typed_record import Record
 
 # A peg that has been in the air above gamma0 for so long [s] has left the rim.
 LEFT = 0.2
 
 
+class Transition(Record):
+    """
+    The flag, and what it depends on; a time of NaN is none.
+
+    Attributes
+    ----------
+    flag : bool
+    contact_above_gamma0 : bool
+        Whether there was contact above gamma0, so that the flag may rise.
+    above_gamma0_since : float
+        Since when the tilt has been above gamma0 again [s].
+    in_air_above_gamma0_since : float
+        Since when the peg has been in the air above gamma0 [s].
+
+    """
+
+    flag: bool
+    contact_above_gamma0: bool
+    above_gamma0_since: float
+    in_air_above_gamma0_since: float
+
+
 @compiled
-def lower_flag(d: DeclaredRecord) -> None:
+def lower_flag(transition: Transition) -> None:
     """Lower the flag, and forget what it was raised for."""
-    d.flag = d.armed = 0
-    d.fallen = d.left = nan
+    transition.flag = transition.contact_above_gamma0 = False
+    transition.above_gamma0_since = transition.in_air_above_gamma0_since = nan
 
 
 @compiled
 def raise_flag(
-    d: DeclaredRecord, o: ThresholdsRecord, t: float, below: float, touching: float
+    transition: Transition, settings: MonitorSettings, t: float, below: float, touching: float
 ) -> None:
     """
     Raise the flag once three-point contact has become two-point contact, or lower it.
@@ -30,25 +53,29 @@ def raise_flag(
 
     Parameters
     ----------
-    d : record of FIELDS
+    transition : Transition
         Changed.
-    o : record of THRESHOLDS
+    settings : MonitorSettings
     t : float
         [s].
     below, touching : float
         Probabilities that gamma is below gamma0, and that anything touches.
 
     """
-    if d.flag:
-        d.fallen = since_when(d.fallen, not below >= o.transition_probability_off, t)
-        if t - d.fallen >= o.transition_hold and t > d.fallen:
-            lower_flag(d)
+    if transition.flag:
+        is_above = not below >= settings.transition_probability_off
+        since = since_when(transition.above_gamma0_since, is_above, t)
+        transition.above_gamma0_since = since
+        if t - since >= settings.transition_hold and t > since:
+            lower_flag(transition)
         return
-    above = touching * (1.0 - below)
-    if above > o.transition_probability_on:
-        d.armed = 1
-    d.left = since_when(d.left, not (1.0 - touching) * (1.0 - below) <= 0.5, t)
-    if t - d.left >= LEFT:
-        d.armed = 0
-    d.flag = 1 if d.armed and touching * below > o.transition_probability_on else 0
-    d.fallen = nan
+    if touching * (1.0 - below) > settings.transition_probability_on:
+        transition.contact_above_gamma0 = True
+    in_air = not (1.0 - touching) * (1.0 - below) <= 0.5
+    since = since_when(transition.in_air_above_gamma0_since, in_air, t)
+    transition.in_air_above_gamma0_since = since
+    if t - since >= LEFT:
+        transition.contact_above_gamma0 = False
+    inside = touching * below > settings.transition_probability_on
+    transition.flag = transition.contact_above_gamma0 and inside
+    transition.above_gamma0_since = nan

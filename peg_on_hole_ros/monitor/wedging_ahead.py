@@ -2,9 +2,10 @@
 
 from math import fabs, inf, isfinite, sqrt
 
-from peg_on_hole_ros.estimator.record import Estimate
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, determinant_at, with_friction
+from peg_on_hole_ros.estimator.record import Estimate, scene_of
+from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
 from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.moving import Moving
 
 # Slower than any motion a cell makes and faster than rounding: dry friction.
 _COULOMB = (1e-9, 1e-9, 1e-9)
@@ -18,34 +19,28 @@ _DETERMINANT_STDDEV = 0.03
 
 
 @compiled
-def wedging_ahead(
-    p: SceneScalars,
-    estimate: Estimate,
-    rate: float,
-    turn: float,
-    turn_variance: float,
-    rest_rate: float,
-    horizon: float,
-) -> tuple[float, float]:
+def wedging_ahead(estimate: Estimate, moving: Moving, horizon: float) -> tuple[float, float]:
     """
     Return the probability of wedging on the way of a horizon, and the determinant now.
 
     A peg at rest counts as one that is closed without turning: so a jammed one is pushed.
     """
+    p, motion, work = scene_of(estimate), estimate.motion, estimate.work
+    rate, C = moving.rate if moving.known else 0.0, motion.covariance
     ratio = p.d / p.D
-    motion, C = estimate.motion, estimate.motion.covariance
     along = motion.psi_rate + ratio * motion.phi_rate
     variance = C[4, 4] + ratio * (2.0 * C[4, 5] + ratio * C[5, 5])
     # psi' and phi' alone are hardly known at a small tilt; they count where their slip is known.
     dpsi = motion.psi_rate if along * along > 9.0 * variance else 0.0
     # A holder that does not turn the peg does not turn it by the noise of an estimate either, and
     # so little would take much of the friction away.
-    swing = turn if turn * turn > 9.0 * turn_variance else 0.0
+    turn = moving.turn
+    swing = turn if turn * turn > 9.0 * moving.turn_variance else 0.0
     gamma = motion.gamma
     dgamma = rate
     end = gamma
-    if fabs(rate) < rest_rate:
-        dgamma = -rest_rate
+    if fabs(rate) < moving.rest_rate:
+        dgamma = -moving.rest_rate
     elif rate < 0.0:
         end = max(gamma + horizon * rate, min(p.gamma0 * (1.0 + _END), gamma))
     uncertain = sqrt(max(estimate.friction_variance, 0.0))
@@ -57,19 +52,19 @@ def wedging_ahead(
     step = ((end - p.gamma0) / first) ** (1.0 / (_POINTS - 1))
     for i in range(_POINTS):
         at = p.gamma0 + first * step**i
-        d = determinant_at(p, _PRESLIDING, at, rates, estimate.work)
+        d = determinant_at(p, _PRESLIDING, at, rates, work)
         if isfinite(d) and d < least:
             least, where = d, at
         if end == gamma:
             break
     worst = 0.0
     # A peg that opens is not wedged where it is, and leaves what is singular behind.
-    if least < inf and rate < rest_rate:
+    if least < inf and rate < moving.rest_rate:
         spread = _DETERMINANT_STDDEV
         if uncertain > 0.0:
-            slope = determinant_at(shifted, _PRESLIDING, where, rates, estimate.work) - least
+            slope = determinant_at(shifted, _PRESLIDING, where, rates, work) - least
             if isfinite(slope):
                 spread = sqrt(spread * spread + slope * slope)
         worst = below(-least / spread)
-    now = determinant_at(p, _COULOMB, gamma, rates, estimate.work)
+    now = determinant_at(p, _COULOMB, gamma, rates, work)
     return worst, now if isfinite(now) else 0.0

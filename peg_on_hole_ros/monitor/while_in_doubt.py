@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from peg_on_hole_ros.monitor.memory import IN_AIR, UNKNOWN
 from peg_on_hole_ros.monitor.output_row import (
     ALARM_WIDTH,
     ALARMS,
@@ -14,6 +13,7 @@ from peg_on_hole_ros.monitor.output_row import (
     NOT_JUDGED,
     SIZE,
 )
+from peg_on_hole_ros.monitor.states import Mode
 
 _RISKS = (
     AT.jamming_risk,
@@ -48,7 +48,7 @@ def doubt(rows: np.ndarray, transition: bool) -> None:
     """
     rows[:, _RISKS] = np.nan
     rows[:, AT.reactions_determined] = 0.0
-    rows[:, MODE] = np.where(rows[:, MODE] == IN_AIR, IN_AIR, UNKNOWN)
+    rows[:, MODE] = np.where(rows[:, MODE] == Mode.OPEN, Mode.OPEN, Mode.UNKNOWN)
     rows[:, FLAG] = transition
     alarms = rows[:, ALARMS:SIZE].reshape(len(rows), -1, ALARM_WIDTH)
     looked_at = alarms[:, :, LEVEL] >= 0.0

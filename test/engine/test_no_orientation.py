@@ -8,7 +8,7 @@ import pytest
 from late_samples import MS, ordered, pipeline
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.monitor.memory import ERROR
+from peg_on_hole_ros.monitor.states import AlarmLevel
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.study import scenes
@@ -96,7 +96,7 @@ def test_no_wrench_moves_a_peg_that_is_not_seen(modes):
 def test_flag_and_alarms_stay_and_no_risk_is_told(truth):
     """A load that is over its limit before the silence is so to its end, though nobody knows."""
     _, outputs = played(truth, 0.05, max_normal=(1.0, 1.0, 1.0))
-    assert any(alarm.level == ERROR for alarm in outputs[195].alarms)
+    assert any(alarm.level == AlarmLevel.ERROR for alarm in outputs[195].alarms)
     told = [outputs[k] for k in range(202, 350) if k in outputs]
     last = max(k for k in outputs if k < 202 and outputs[k].contact_mode != "unknown")
     assert {row.alarms for row in told} == {outputs[last].alarms}

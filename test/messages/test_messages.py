@@ -23,9 +23,9 @@ from peg_on_hole_ros.messages.plain import quaternion, stamp
 from peg_on_hole_ros.messages.published import WIDTHS, published
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.transforms import TRANSFORMS, Transforms
-from peg_on_hole_ros.monitor.memory import MODES
 from peg_on_hole_ros.monitor.output_row import MODE, MONITOR_NAMES, SIZE
 from peg_on_hole_ros.monitor.outputs import outputs_of
+from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import Alarm, Rows
 from plain_messages import to_plain
 

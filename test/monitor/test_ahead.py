@@ -8,9 +8,15 @@ import pytest
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.estimator.held_peg import ContactSet
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor import down_the_hole, jamming, load_ahead, stall_ahead
-from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.trend import TURN_SHARE, follow, new_trend
+from peg_on_hole_ros.monitor.jamming import assess_risk
+from peg_on_hole_ros.monitor.judgement import follow_orientation
+from peg_on_hole_ros.monitor.load_ahead import NOTHING, follow_load, over_limit
+from peg_on_hole_ros.monitor.memory import Memory
+from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.settings import monitor_settings
+from peg_on_hole_ros.monitor.stall_ahead import Stall, follow_push, follow_tilt, stops_ahead
+from peg_on_hole_ros.monitor.trend import Trend
+from peg_on_hole_ros.typed_record import new
 from under_way import move, placed, press
 
 HELD, PUSH_NOISE, TILT_NOISE = 1.0, 0.007, 1e-4
@@ -26,17 +32,17 @@ def stopping(growth, duration=0.8, seed=5):
     from BEGIN on.
     """
     draw = np.random.default_rng(seed)
-    memory, t = np.zeros(stall_ahead.SIZE), np.arange(int(duration * 1000)) * 1e-3
+    stall, t = new(Stall), np.arange(int(duration * 1000)) * 1e-3
     found = np.zeros(len(t))
     for k, now in enumerate(t):
         push = 0.5 + growth(max(now - BEGIN, 0.0))
         measured = push + PUSH_NOISE * draw.standard_normal()
-        stall_ahead.follow_push(memory, 0, measured, PUSH_NOISE**2, HELD, 1e-3)
+        follow_push(stall, measured, PUSH_NOISE**2, HELD, 1e-3)
         if k % 2 == 0:
             tilt = 0.2 - RATE * now + GIVES_WAY * push + TILT_NOISE * draw.standard_normal()
             since = -1.0 if k == 0 else 2e-3
-            stall_ahead.follow_tilt(memory, 0, tilt, TILT_NOISE**2, HELD, since, 0.0)
-        found[k] = stall_ahead.stops_ahead(memory, 0, 0.2, REST)
+            follow_tilt(stall, tilt, TILT_NOISE**2, HELD, since, 0.0)
+        found[k] = stops_ahead(stall, 0.2, REST)
     return t, found
 
 
@@ -67,12 +73,12 @@ def test_a_push_whose_growth_ends_in_time_does_not(seed):
 def loaded(course, stddev, duration=0.5, limit=500.0, horizon=0.1, noise=1.0):
     """Return times and how far the probability goes that a reaction is over its limit."""
     draw = np.random.default_rng(4)
-    memory, t = np.zeros(load_ahead.SIZE), np.arange(int(duration * 1000)) * 1e-3
+    trend, t = new(Trend), np.arange(int(duration * 1000)) * 1e-3
     found = np.zeros(len(t))
     for k, now in enumerate(t):
         normal = course(now) + noise * draw.standard_normal()
-        load_ahead.follow_load(memory, 0, 2, normal, stddev**2, limit, 1e-3)
-        found[k] = load_ahead.over_limit(memory, 0, 2, stddev**2, limit, horizon)
+        follow_load(trend, normal, stddev**2, limit, 1e-3)
+        found[k] = over_limit(trend, stddev**2, limit, horizon)
     return t, found
 
 
@@ -90,27 +96,26 @@ def test_a_load_that_rises_is_seen_to_pass_its_limit_ahead():
 
 def test_what_is_not_determined_says_nothing():
     # Reactions jump about by hundreds of newtons, and are said to be known to thousands.
-    assert loaded(lambda now: 300.0, 3000.0, noise=300.0)[1].max() == load_ahead.NOTHING
+    assert loaded(lambda now: 300.0, 3000.0, noise=300.0)[1].max() == NOTHING
     # Nor does it undo what was known.
-    memory = np.zeros(load_ahead.SIZE)
+    trend = new(Trend)
     for k in range(100):
         normal, stddev = (200.0, 1.0) if k < 50 else (900.0, 3000.0)
-        load_ahead.follow_load(memory, 0, 0, normal, stddev**2, 500.0, 1e-3)
-    over = load_ahead.over_limit(memory, 0, 0, 3000.0**2, 500.0, 0.0)
-    assert load_ahead.NOTHING < over < -1.3
+        follow_load(trend, normal, stddev**2, 500.0, 1e-3)
+    assert NOTHING < over_limit(trend, 3000.0**2, 500.0, 0.0) < -1.3
 
 
 def test_a_reaction_that_is_not_determined_for_long_foretells_nothing():
     """At rest: 150 N of 500, known to 1 N, then only to 300 N."""
-    memory, after = np.zeros(load_ahead.SIZE), []
+    trend, after = new(Trend), []
     for k in range(700):
         stddev = 1.0 if k < 100 or k >= 600 else 300.0
-        load_ahead.follow_load(memory, 0, 1, 150.0, stddev**2, 500.0, 1e-3)
-        after.append(load_ahead.over_limit(memory, 0, 1, stddev**2, 500.0, 0.2))
+        follow_load(trend, 150.0, stddev**2, 500.0, 1e-3)
+        after.append(over_limit(trend, stddev**2, 500.0, 0.2))
     # Two standard deviations below the limit until it is forgotten, after a fifth of a second.
-    assert min(after[100:250]) > load_ahead.NOTHING and max(after[150:]) < -1.9
-    assert after[599] == load_ahead.NOTHING
-    assert load_ahead.NOTHING < after[-1] < -3.0
+    assert min(after[100:250]) > NOTHING and max(after[150:]) < -1.9
+    assert after[599] == NOTHING
+    assert NOTHING < after[-1] < -3.0
 
 
 @pytest.mark.parametrize(("stddev", "counts"), [(20.0, 20.0), (100.0, 46.0)])
@@ -140,27 +145,23 @@ def foreseen(time, wrench, tilt, slip, limit):
 
     """
     scene, options = Scene(friction_stddev=0.0), MonitorOptions(max_normal=(limit,) * 3)
-    d, D = scene.peg_diameter, scene.hole_diameter
-    spread, lasts = options.forecast_acceleration_stddev, options.forecast_acceleration_time
-    trend, draw = new_trend(), np.random.default_rng(2)
-    motion = np.concatenate([trend, np.zeros(down_the_hole.SIZE)])
-    memory, limits, found = jamming.new_memory(), jamming.limits(options), []
+    memory, draw, found = new(Memory), np.random.default_rng(2), []
+    settings, shown = monitor_settings(options, scene, 0.0), memory.evidence.shown
+    shown.time, shown.usable = time, True
     noise = np.diag([1e-4] * 3 + [1e-7] * 3)
     kalman = placed([tilt(0.0), 0.0, 0.0], scene=scene, noise=noise, variance=1e-10)
     for k in range(300):
-        now, out = k * 1e-3, np.zeros(len(Risk._fields))
+        now = k * 1e-3
         q = np.array([tilt(now), 0.0, slip * now])
         move(kalman, [(tilt(now + 1e-4) - tilt(now - 1e-4)) / 2e-4, 0.0, slip], 1e-6, q)
         if k % 2 == 0:
             q[0] += TILT_NOISE * draw.standard_normal()
             since, R = -1.0 if k == 0 else 2e-3, TILT_NOISE**2 * np.eye(3)
-            follow(motion[: len(trend)], since, q, R, d / D, spread, lasts)
-            quick = TURN_SHARE * spread
-            down_the_hole.follow_depth(motion, len(trend), d, D, q[0], R[0, 0], since, quick)
+            follow_orientation(memory, since, q, R, settings)
         record = press(kalman, wrench(now), ContactSet.THREE)
-        since = k % 2 * 1e-3
-        jamming.assess(record, motion, memory, limits, 1e-3, since, 1.0, 0.0, time, True, out)
-        found.append(Risk(*out.tolist()))
+        passed = Passed(1e-3, k % 2 * 1e-3)
+        assess_risk(record, memory.jamming, memory.motion, memory.depth, shown, settings, passed)
+        found.append(memory.jamming.risk.copy())
     return found
 
 

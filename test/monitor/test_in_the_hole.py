@@ -10,14 +10,15 @@ from benchmarks.harness.truths import play
 from benchmarks.insertion.labels import labels_of
 from benchmarks.insertion.scenes import Case, plan_of
 from insertions import inserted
-from peg_on_hole_ros.config.options import Configuration, JointInput, WrenchInput
+from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.insertion_depth import depth_at
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.down_the_hole import SIZE, follow_depth, rests
+from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, follow_depth, rests
+from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate
+from peg_on_hole_ros.typed_record import new
 from tiers import at_push, nightly
 from two_points import length_inside, samples, tilt_at
 
@@ -113,17 +114,17 @@ def test_a_peg_that_stops_while_it_is_pushed_is_told_soon():
 def test_rest_and_motion_are_told_by_the_tilt():
     """0.2 s of orientations, drawn 40 times: at least a WARN's worth of rest, and hardly any."""
     scene, noise, speed = PEGS["wide"], 1e-4, 0.010
-    p, draw = scene_scalars(scene), np.random.default_rng(3)
+    settings, draw = monitor_settings(MonitorOptions(), scene, 0.0), np.random.default_rng(3)
     slope = (length_inside(scene, 0.0061) - length_inside(scene, 0.0059)) / -2e-4
     told = {0.0: [], -speed / slope: []}
     for rate, found in told.items():
         for _ in range(40):
-            m = np.zeros(SIZE)
+            depth = new(DepthTrend)
             for i in range(100):
                 tilt = 0.006 + rate * 2e-3 * i + noise * draw.standard_normal()
                 since = -1.0 if i == 0 else 2e-3
-                follow_depth(m, 0, p.d, p.D, tilt, noise**2, since, 0.25)
-            found.append(rests(m, 0))
+                follow_depth(depth, tilt, noise**2, since, settings)
+            found.append(rests(depth))
     at_rest, sliding = map(np.sort, told.values())
     assert at_rest[8] > 0.7
     assert sliding[20] < 0.05 and sliding[-1] < 0.7

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.scenes.draw import Case, plan_of
+from judging import Risk
 from paper.wedging import wedging
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.configuration import from_parameters
@@ -16,13 +17,16 @@ from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
-from peg_on_hole_ros.monitor import down_the_hole, jamming
-from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.trend import TURN_SHARE, follow, new_trend
+from peg_on_hole_ros.monitor.jamming import assess_risk
+from peg_on_hole_ros.monitor.judgement import follow_orientation
+from peg_on_hole_ros.monitor.memory import Memory
+from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.replay.run import stored_configuration
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.plan import plan_from_tree
 from peg_on_hole_ros.sim.truth import integrate
+from peg_on_hole_ros.typed_record import new
 from simulated import ROOT, truth
 from tiers import nightly
 from under_way import placed, press
@@ -36,26 +40,22 @@ def risk(
     """Return the risk of a peg that has moved at given rates for a while, by orientations."""
     options = options or MonitorOptions()
     noise = np.diag([1e-4] * 3 + [1e-7] * 3)
-    trend = new_trend()
-    # The motion along the hole stands behind it.
-    motion, D = np.concatenate([trend, np.zeros(down_the_hole.SIZE)]), scene.hole_diameter
-    d = scene.peg_diameter
+    memory, settings = new(Memory), monitor_settings(options, scene, 0.0)
     R, rates = np.eye(3) * 1e-10, np.array(rates, float)
-    spread, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
     end = np.array([gamma, 0.0, 0.0])
     for k in range(200):
         q = end - (199 - k) * 2e-3 * rates
         since = -1.0 if k == 0 else 2e-3
-        follow(motion[: len(trend)], since, q, R, d / D, spread, memory)
-        quick = TURN_SHARE * spread
-        down_the_hole.follow_depth(motion, len(trend), d, D, q[0], R[0, 0], since, quick)
+        follow_orientation(memory, since, q, R, settings)
     kalman = placed(end, rates, scene, noise, 1e-10, 1e-6)
     record = press(kalman, wrench)
-    out = np.zeros(len(Risk._fields))
-    j, limits = jamming.new_memory(), jamming.limits(options)
+    shown, jamming = memory.evidence.shown, memory.jamming
+    shown.below, shown.time, shown.usable = under, -1.0, under < 0.5
     for _ in range(times):
-        jamming.assess(record, motion, j, limits, 1e-3, 0.0, 1.0, under, -1.0, under < 0.5, out)
-    return Risk(*out.tolist())
+        assess_risk(
+            record, jamming, memory.motion, memory.depth, shown, settings, Passed(1e-3, 0.0)
+        )
+    return Risk(*jamming.risk.item())
 
 
 @pytest.mark.parametrize("rates", [(-0.16, 0, 0), (-0.16, 0, 2.0), (0.1, 0, 0), (-0.1, 0.6, -0.4)])

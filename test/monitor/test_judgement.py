@@ -4,18 +4,17 @@ import numpy as np
 
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.orientation import PegJoints
-from peg_on_hole_ros.monitor import down_the_hole, jamming
-from peg_on_hole_ros.monitor.assessment import restart, restart_mode
 from peg_on_hole_ros.monitor.contacts import no_knowledge
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
-from peg_on_hole_ros.monitor.evidence import WIDTH, Shown, force_noise, settings, show
-from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.judgement import JAMMING, KNOWN, MEMORY, MOTION, RISK, SHOWN, forget
-from peg_on_hole_ros.monitor.known_quantities import Known
-from peg_on_hole_ros.monitor.leftover_wrench import new_means
-from peg_on_hole_ros.monitor.trend import SIZE, TURN_SHARE, follow, new_trend
+from peg_on_hole_ros.monitor.evidence import show
+from peg_on_hole_ros.monitor.jamming import assess_risk
+from peg_on_hole_ros.monitor.memory import Memory, begin_memory, forget, restart, restart_mode
+from peg_on_hole_ros.monitor.motion import follow_motion
+from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.typed_record import new, record_in
 from simulated import truth
 
 
@@ -24,13 +23,11 @@ def test_one_call_does_what_its_parts_do():
     line = Pipeline(motion.plan.configuration)
     options, scene = line.configuration.monitor, line.scene
     noise = force_noise(scene, line.processor.reduction.covariance)
-    o = settings(options, noise, scene.clearance_stddev)
-    limits, orientation = jamming.limits(options), PegJoints(line.configuration.joints)
-    hypotheses, means, j = no_knowledge(), new_means(), jamming.new_memory()
-    trend = np.concatenate([new_trend(), np.zeros(down_the_hole.SIZE)])
-    d, D = scene.peg_diameter, scene.hole_diameter
-    stddev, memory = options.forecast_acceleration_stddev, options.forecast_acceleration_time
-    m = line.processor.engine["memory"]["numbers"]
+    settings = monitor_settings(options, scene, noise)
+    orientation = PegJoints(line.configuration.joints)
+    m, own = record_in(line.processor.memory, "memory", Memory), new(Memory)
+    begin_memory(own)
+    evidence, jamming = own.evidence, own.jamming
     oriented_ns = last_ns = None
     on_contacts, waiting, found = False, [], 0
     for sample in measure(motion, 6):
@@ -43,58 +40,65 @@ def test_one_call_does_what_its_parts_do():
         for t_ns, q, R, *_ in waiting:
             since = -1.0 if oriented_ns is None else (t_ns - oriented_ns) * 1e-9
             R = line.filter.orientation_noise * R
-            follow(trend, since, q, R, d / D, stddev, memory)
-            follow_depth(
-                trend, SIZE, d, D, q[0], R[0, 0], since, TURN_SHARE * stddev
-            )  # fmt: skip
+            follow_motion(own.motion, since, q, R, settings)
+            follow_depth(own.depth, q[0], R[0, 0], since, settings)
             oriented_ns = t_ns
         waiting = []
         dt = 0.0 if last_ns is None else (row.t_ns - last_ns) * 1e-9
         since = 0.0 if oriented_ns is None else (row.t_ns - oriented_ns) * 1e-9
-        last_ns = row.t_ns
-        f, determinant = line.filter.record.copy(), line.filter.record.determinant
+        last_ns, passed = row.t_ns, Passed(dt, since)
         nis = (
             line.processor.engine["innovations"]["told"]["misfit"].item() if on_contacts else -1.0
         )
-        shown, risk = np.zeros(WIDTH), np.zeros(len(Risk._fields))
-        show(f, hypotheses, means, trend, o, dt, since, nis, determinant, 0.0, shown)
-        s = Shown(*shown.tolist())
-        contact, usable = 1.0 - s.free, s.usable > 0.0
-        jamming.assess(
-            f, trend, j, limits, dt, since, contact, s.below, s.time, usable, risk
-        )  # fmt: skip
-        np.testing.assert_array_equal(m[MOTION:JAMMING], trend)
-        np.testing.assert_array_equal(m[SHOWN:RISK], shown)
-        np.testing.assert_array_equal(m[RISK:KNOWN], risk)
-        known = Known(*m[KNOWN:].tolist())
+        f, shown = line.filter.record, evidence.shown
+        show(f, evidence, own.motion, settings, passed, nis, 0.0)
+        assess_risk(f, jamming, own.motion, own.depth, shown, settings, passed)
+        for part in ("motion", "depth", "evidence", "jamming"):
+            assert getattr(m, part).tobytes() == getattr(own, part).tobytes(), part
+        known = m.known
         value, spread = line.filter.friction
-        assert (known.friction, *known[2:4]) == (value, *line.filter.clearance)
+        assert known.friction == value
+        assert (known.clearance, known.clearance_stddev) == line.filter.clearance
         assert known.friction_stddev >= spread
         if line.filter.x[0] >= scene.gamma0:
             assert known.friction_stddev == spread
-        assert row.monitor["transition_probability"] == s.below
+        assert row.monitor["transition_probability"] == shown.below
         on_contacts = row.contact_mode == "three_point"
-        if on_contacts and usable:
+        if on_contacts and shown.usable:
             mean, most = row.normal.mean(), row.normal_stddev.max()
             known_enough = most <= mean / 3 and row.monitor["determinant"] > options.singular_band
-            assert row.monitor["reactions_determined"] == known.reactions
-            assert known.reactions <= known_enough
+            assert row.monitor["reactions_determined"] == known.reactions_determined
+            assert known.reactions_determined <= known_enough
         found += 1
     assert found > 600
-    was = m[MOTION : MOTION + SIZE].copy()
+    was = m.motion.tobytes()
     forget(m)
-    np.testing.assert_array_equal(m[: len(hypotheses)], no_knowledge())
-    np.testing.assert_array_equal(m[MOTION : MOTION + SIZE], was)
+    np.testing.assert_array_equal(m.evidence.hypotheses, no_knowledge())
+    assert m.motion.tobytes() == was
+
+
+def fill(record, value):
+    for name in record.dtype.names:
+        if record.dtype[name].names:
+            fill(record[name], value)
+        else:
+            record[name] = value
 
 
 def test_what_an_estimate_before_showed_is_forgotten_with_it():
-    memory = np.zeros(1, MEMORY)[0]
-    memory["numbers"] = 0.7
+    memory, begun = new(Memory), new(Memory)
+    forget(begun)
+    for part in (memory.evidence, memory.points, memory.motion, memory.depth, memory.jamming):
+        if part.dtype.names:
+            fill(part, 0.7)
+        else:
+            part[:] = 0.7
+    moves = memory.motion.tobytes()
     restart_mode(memory)
-    m = memory["numbers"]
-    np.testing.assert_array_equal(m[: len(no_knowledge())], no_knowledge())
-    np.testing.assert_array_equal(m[JAMMING : JAMMING + jamming.SIZE], jamming.new_memory())
+    np.testing.assert_array_equal(memory.evidence.hypotheses, no_knowledge())
+    assert memory.jamming.tobytes() == begun.jamming.tobytes()
     # The peg moves on.
-    assert (m[MOTION:JAMMING] == 0.7).all()
+    assert memory.motion.tobytes() == moves
     restart(memory)
-    assert (m[MOTION:JAMMING] == 0.0).all()
+    restart(begun)
+    assert memory.motion.tobytes() == begun.motion.tobytes()

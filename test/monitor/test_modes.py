@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.grid.cells import Motion, truth_of, with_noise
 from inputs import hanging, joints
-from judging import Flag, Mode
+from judging import Flag, Mode, Shown
 from late_samples import ordered
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
@@ -20,6 +20,13 @@ from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor import contacts
+from peg_on_hole_ros.monitor.contact_load import (
+    LIFT,
+    ROOM,
+    ContactLoad,
+    carried_load,
+    stands_out,
+)
 from peg_on_hole_ros.monitor.contacts import (
     CLOSED,
     COUNT,
@@ -28,29 +35,18 @@ from peg_on_hole_ros.monitor.contacts import (
     LOST_K,
     MOST,
     OTHER,
+    ContactEvidence,
     load_evidence,
     misfit_evidence,
     no_knowledge,
     opening_evidence,
     weigh,
 )
-from peg_on_hole_ros.monitor.evidence import (
-    WIDTH,
-    Shown,
-    new_share,
-    settings,
-    show,
-    wedged_load,
-)
-from peg_on_hole_ros.monitor.leftover_wrench import (
-    LIFT,
-    ROOM,
-    SIZE,
-    carried_load,
-    new_means,
-    stands_out,
-)
-from peg_on_hole_ros.monitor.trend import follow, new_trend
+from peg_on_hole_ros.monitor.evidence import new_share, show, wedged_load
+from peg_on_hole_ros.monitor.memory import Memory, begin_memory
+from peg_on_hole_ros.monitor.motion import follow_motion
+from peg_on_hole_ros.monitor.moving import Passed
+from peg_on_hole_ros.monitor.settings import monitor_settings
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.sim.plan import plan_from_tree
@@ -109,7 +105,7 @@ def test_probabilities_are_those_of_the_sum_over_all_paths():
         total[path[-1]] += weight
     p = no_knowledge()
     for row in evidence:
-        weigh(p, dt, rate, correlation, *row)
+        weigh(p, ContactEvidence(*row), dt, rate, correlation)
     np.testing.assert_allclose(p, total / total.sum(), rtol=1e-12)
 
 
@@ -120,7 +116,8 @@ def test_probabilities_stay_between_none_and_one_over_any_silence(dt, rest):
     for likely in range(COUNT):
         p = np.full(COUNT, 1e-3)
         p[likely] = 1.0 - p.sum() + p[likely]
-        weigh(p, dt, OPTIONS.mode_change_rate, OPTIONS.evidence_time, 0, 0, 0, 0, 0, 0, rest)
+        nothing = ContactEvidence(0.0, 0.0, 0.0, 0.0, 0.0, rest=rest)
+        weigh(p, nothing, dt, OPTIONS.mode_change_rate, OPTIONS.evidence_time)
         assert (p >= 0.0).all() and (p <= 1.0).all(), p
         assert p.sum() == pytest.approx(1.0, rel=1e-12)
 
@@ -158,8 +155,9 @@ def test_evidence_is_the_ratio_of_its_probabilities_and_bounded():
 def settle(p, seconds=0.1, **given):
     """Show one piece of evidence for a while; none for an opening, and against another contact."""
     values = {"load": MOST, "lost_K": -MOST, "lost_B1": -MOST, "lost_B2": -MOST, "other": -MOST}
+    evidence = ContactEvidence(**values | given)
     for _ in range(round(seconds * 1e3)):
-        weigh(p, 1e-3, OPTIONS.mode_change_rate, OPTIONS.evidence_time, *(values | given).values())
+        weigh(p, evidence, 1e-3, OPTIONS.mode_change_rate, OPTIONS.evidence_time)
     return p
 
 
@@ -198,23 +196,28 @@ def test_at_rest_a_lost_contact_is_forgotten_and_in_motion_it_is_not():
 
 def test_evidence_counts_by_time_and_not_by_messages():
     often, seldom = no_knowledge(), no_knowledge()
+    evidence = ContactEvidence(-1.0, 0.5, -1.0, -1.0, -1.0)
     for _ in range(64):
-        weigh(often, 2.5e-4, 1.0, 5e-3, -1.0, 0.5, -1.0, -1.0, -1.0)
+        weigh(often, evidence, 2.5e-4, 1.0, 5e-3)
     for _ in range(16):
-        weigh(seldom, 1e-3, 1.0, 5e-3, -1.0, 0.5, -1.0, -1.0, -1.0)
+        weigh(seldom, evidence, 1e-3, 1.0, 5e-3)
     # The two differ by what changes within a step.
     np.testing.assert_allclose(often, seldom, atol=2e-3)
+
+
+def begun():
+    memory = new(Memory)
+    begin_memory(memory)
+    return memory
 
 
 def shown(gamma, force=-30.0, scene=SCENE):
     """What a pressed peg at rest shows after a while."""
     record = press(placed([gamma, 0.3, 0.1], scene=scene), [0.0, 0.0, force, 0.0, 0.0, 0.0])
-    p, means, out = no_knowledge(), new_means(), np.zeros(WIDTH)
-    motion = new_trend()
+    memory, settings = begun(), monitor_settings(OPTIONS, scene, 0.3)
     for _ in range(100):
-        arguments = (settings(OPTIONS, 0.3), 1e-3, 0.0, -1.0, record.determinant, 0.0, out)
-        show(record, p, means, motion, *arguments)
-    return Shown(*out.tolist())
+        show(record, memory.evidence, memory.motion, settings, Passed(1e-3, 0.0), -1.0, 0.0)
+    return Shown(*memory.evidence.shown.item())
 
 
 def test_probabilities_of_the_modes_add_up_and_follow_tilt_and_load():
@@ -243,12 +246,11 @@ def test_clearance_spread_reaches_the_probability():
 
 def carried(kalman, wrenches, rates=None, dt=1e-3, time=5e-3):
     """Return carried load and its variance after wrenches in a row, turning along with rates."""
-    means = new_means()
+    means = new(ContactLoad)
     for k, wrench in enumerate(wrenches):
         if rates is not None:
             move(kalman, rates[k], 0.0, kalman.x[:3] + dt * kalman.x[3:])
         found = carried_load(press(kalman, wrench), means, dt, time)
-    assert means.shape == (SIZE,)
     return found
 
 
@@ -304,7 +306,7 @@ def test_a_free_peg_that_turns_carries_nothing():
     axes, spin = peg_axes([0.4, 0.2, 0.9]), np.array([1.0, -2.0, 3.0])
     noise = np.diag([0.04] * 3 + [2.5e-5] * 3)
     kalman = placed([0.4, 0.2, 0.9], scene=SCENE, noise=noise, rate_variance=0.0)
-    means, couple = new_means(), rng.uniform(-0.05, 0.05, 3)
+    means, couple = new(ContactLoad), rng.uniform(-0.05, 0.05, 3)
     for k in range(121):
         moment = couple * np.sin(2 * np.pi * k * dt / 0.06)
         q, rates = euler_state(axes, spin)
@@ -462,19 +464,19 @@ def test_dwell_and_thresholds_are_those_of_the_options():
 
 
 def test_a_forecast_knows_no_learnt_clearance_better_than_a_share_of_its_spread():
-    motion, rate, gamma0 = new_trend(), -0.16, SCENE.gamma0
+    motion, rate, gamma0 = begun().motion, -0.16, SCENE.gamma0
+    settings = monitor_settings(OPTIONS, SCENE, 0.3)
     for k in range(200):
         gamma = gamma0 + 0.05 + rate * 2e-3 * k / 2
         since, q = 2e-3 if k else -1.0, np.array([gamma, 0, 0])
-        follow(motion, since, q, np.eye(3) * 1e-10, 0.998, 0.025, 0.2)
+        follow_motion(motion, since, q, np.eye(3) * 1e-10, settings)
     found = []
     for clearance_stddev in (0.0, 2e-5):
-        out = np.zeros(WIDTH)
         record = press(placed([gamma, 0.3, 0.1], scene=SCENE), np.zeros(6))
-        options = settings(OPTIONS, 0.3, clearance_stddev)
-        p, means = no_knowledge(), new_means()
-        show(record, p, means, motion, options, 1e-3, 0.0, -1.0, 1.0, 0.0, out)
-        found.append(Shown(*out.tolist()))
+        scene, evidence = replace(SCENE, clearance_stddev=clearance_stddev), begun().evidence
+        settings = monitor_settings(OPTIONS, scene, 0.3)
+        show(record, evidence, motion, settings, Passed(1e-3, 0.0), -1.0, 0.0)
+        found.append(evidence.shown)
     by_clearance = 0.05 * 2e-5 / (SCENE.hole_diameter * np.sin(gamma0)) / (-rate / 2)
     more = np.sqrt(found[1].time_stddev ** 2 - found[0].time_stddev ** 2)
     # The speed at gamma0 is that of a trend.
@@ -610,9 +612,9 @@ def test_a_load_counts_by_the_joint_noise_of_force_and_couple():
     rng = np.random.default_rng(2)
     for _ in range(5):
         wrench = rng.normal(0, 1, 6) * [3, 3, 1, 0.05, 0.05, 0.01] - [0, 0, 5, 0, 0, 0]
-        record, means = press(kalman, wrench), new_means()
+        record, means = press(kalman, wrench), new(ContactLoad)
         carried_load(record, means, 1e-3, 5e-3)
-        found = stands_out(record, means, 1.0, 5e-3, np.zeros(42))
+        found = stands_out(record, means, 1.0, 5e-3)
         # Gravity is along -z of the hole: in peg axes by the rotation of the frames' definition.
         g, f = np.cos([0.05, 0.9]), np.sin([0.05, 0.9])
         down = np.array([-f[0] * g[1], f[0] * f[1], -g[0]])

@@ -2,14 +2,13 @@
 
 import pytest
 
-from judging import Alarms, Level
+from judging import Alarms, Level, Risk, Shown
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.monitor.alarm_text import WAS
-from peg_on_hole_ros.monitor.evidence import Shown
-from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.memory import ERROR, OK, WARN
+from peg_on_hole_ros.monitor.states import AlarmLevel
 
 OPTIONS = MonitorOptions()
+OK, WARN, ERROR = AlarmLevel
 
 
 def run(level, values):

@@ -7,21 +7,34 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from peg_on_hole_ros.monitor import trend
-from peg_on_hole_ros.monitor.trend import (
-    QUICK_TILT,
-    TILT,
-    TURN,
-    follow,
-    new_trend,
-    position_after,
-    rate_after,
+from peg_on_hole_ros.config.options import MonitorOptions
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.monitor.motion import (
+    MotionTrend,
+    follow_motion,
     rest_probability,
     time_to_reach,
 )
+from peg_on_hole_ros.monitor.settings import monitor_settings
+from peg_on_hole_ros.monitor.trend import TREMBLE, Trend, rate_after, value_after
+from peg_on_hole_ros.typed_record import new
 
 NOISE, ACCELERATION, MEMORY = 1e-4, 0.3, 0.2
 RATIO = 0.998
+
+
+def settings(acceleration=ACCELERATION):
+    """Return settings of a motion whose acceleration has a spread and lasts for MEMORY."""
+    options = MonitorOptions(
+        forecast_acceleration_stddev=acceleration, forecast_acceleration_time=MEMORY
+    )
+    return monitor_settings(options, Scene(hole_diameter=0.05, peg_diameter=RATIO * 0.05), 0.3)
+
+
+def trend_of(value, rate, drive):
+    trend = new(Trend)
+    trend.value, trend.rate, trend.drive = value, rate, drive
+    return trend
 
 
 def track(rng, seconds, dt=2e-3, rate=-0.1):
@@ -40,11 +53,11 @@ def track(rng, seconds, dt=2e-3, rate=-0.1):
 
 
 def learn(tilts, rng, dt=2e-3, spread=ACCELERATION):
-    m = new_trend()
+    m = new(MotionTrend)
     for k, tilt in enumerate(tilts):
         q = np.array([tilt + rng.normal(0, NOISE), 0.0, 0.0])
         R = np.eye(3) * NOISE**2
-        follow(m, -1.0 if k == 0 else dt, q, R, RATIO, spread, MEMORY)
+        follow_motion(m, -1.0 if k == 0 else dt, q, R, settings(spread))
     return m
 
 
@@ -55,8 +68,8 @@ def test_rate_and_forecast_keep_to_their_bounds():
         xs, vs = track(rng, 0.4)
         m = learn(xs[:150], rng)
         # What the acceleration has lately been widens the forecast; here it is known beforehand.
-        rates.append((m[TILT + 1] - vs[149]) / sqrt(m[TILT + 6]))
-        x, variance = position_after(m, TILT, 0.1, ACCELERATION, MEMORY)
+        rates.append((m.tilt.rate - vs[149]) / sqrt(m.tilt.p11))
+        x, variance = value_after(m.tilt, 0.1, ACCELERATION, MEMORY)
         ahead.append((x - xs[199]) / sqrt(variance))
     for errors in (rates, ahead):
         # Chi-square of 150 tracks: 99.9 % lie within 0.65 to 1.4; the trend itself counts on a
@@ -72,14 +85,12 @@ def driven(t):
         return MEMORY * s - MEMORY**2 * (1 - exp(-s / MEMORY))
 
     white = density * quad(lambda s: weight(s) ** 2, 0, t)[0]
-    return white + trend._TREMBLE**2 * t**3 / 3
+    return white + TREMBLE**2 * t**3 / 3
 
 
 def test_forecast_without_orientation_is_the_integral_of_the_model():
-    m = new_trend()
-    m[TILT : TILT + 3] = 0.2, -0.1, 0.4
-    t = 0.13
-    x, variance = position_after(m, TILT, t, ACCELERATION, MEMORY)
+    trend, t = trend_of(0.2, -0.1, 0.4), 0.13
+    x, variance = value_after(trend, t, ACCELERATION, MEMORY)
 
     def a(s):
         return 0.4 * exp(-s / MEMORY)
@@ -88,37 +99,36 @@ def test_forecast_without_orientation_is_the_integral_of_the_model():
     assert x == pytest.approx(expected, rel=1e-10)
     # The white noise behind the acceleration, each piece carried on to the end.
     assert variance == pytest.approx(driven(t), rel=1e-6)
-    rate, _ = rate_after(m, TILT, t, MEMORY)
+    rate, _ = rate_after(trend, t, MEMORY)
     assert rate == pytest.approx(-0.1 + quad(a, 0, t)[0], rel=1e-10)
 
 
 @pytest.mark.parametrize("u", [0.0999, 0.1001])
 def test_both_forms_of_the_forecast_s_variance_meet(u):
-    m = new_trend()
     t = u * MEMORY
-    _, variance = position_after(m, TILT, t, ACCELERATION, MEMORY)
+    _, variance = value_after(new(Trend), t, ACCELERATION, MEMORY)
     # The first terms of the series are good to u.
     assert variance == pytest.approx(driven(t), rel=0.1)
 
 
 @pytest.mark.parametrize("acceleration", [-0.3, 0.0, 0.25])
 def test_time_to_reach_is_where_the_mean_motion_crosses(acceleration):
-    m = new_trend()
-    m[TILT : TILT + 3] = 0.2, -0.15, acceleration
-    m[TILT + 3], m[TILT + 6], m[TILT + 8] = 1e-10, 1e-6, 1e-4
+    m = new(MotionTrend)
+    m.tilt = trend_of(0.2, -0.15, acceleration)
+    m.tilt.p00, m.tilt.p11, m.tilt.p22 = 1e-10, 1e-6, 1e-4
     level = 0.18
-    time, stddev = time_to_reach(m, level, 0.0, 0.05, MEMORY)
+    time, stddev = time_to_reach(m, level, 0.0, settings(0.05))
 
     def mean(t):
-        return position_after(m, TILT, t, 0.05, MEMORY)[0] - level
+        return value_after(m.tilt, t, 0.05, MEMORY)[0] - level
 
     expected = brentq(mean, 0, 0.5)
     assert time == pytest.approx(expected, abs=1e-6)
     # Its spread to first order: that of the position over the speed there.
     speed = (mean(expected + 1e-5) - mean(expected - 1e-5)) / 2e-5
-    least = sqrt(position_after(m, TILT, expected, 0.05, MEMORY)[1]) / -speed
+    least = sqrt(value_after(m.tilt, expected, 0.05, MEMORY)[1]) / -speed
     assert stddev == pytest.approx(least, rel=1e-4)
-    wider = time_to_reach(m, level, 1e-6, 0.05, MEMORY)[1]
+    wider = time_to_reach(m, level, 1e-6, settings(0.05))[1]
     assert wider == pytest.approx(sqrt(stddev**2 + 1e-6 / speed**2), rel=1e-4)
 
 
@@ -127,23 +137,24 @@ def test_time_to_reach_is_where_the_mean_motion_crosses(acceleration):
     [(0.17, -0.1, 0.0), (0.2, 0.1, 0.0), (0.2, -0.001, 0.0), (0.2, -0.05, 0.5)],
 )
 def test_without_a_motion_that_arrives_there_is_no_time(tilt, rate, acceleration):
-    m = new_trend()
-    m[TILT : TILT + 3] = tilt, rate, acceleration
-    m[TILT + 6] = 1e-6
-    assert time_to_reach(m, 0.18, 0.0, 0.05, MEMORY)[0] == -1.0
+    m = new(MotionTrend)
+    m.tilt = trend_of(tilt, rate, acceleration)
+    m.tilt.p11 = 1e-6
+    assert time_to_reach(m, 0.18, 0.0, settings(0.05))[0] == -1.0
 
 
 def test_turn_goes_on_where_angles_wrap():
-    m = new_trend()
+    m = new(MotionTrend)
     R = np.eye(3) * NOISE**2
     for k in range(800):
         t = 2e-3 * k
         # psi passes half a turn at 0.07 s, phi at 0.03 s, and again at 1.28 s.
         psi, phi = 3.0 + 2.0 * t, -3.0 - 5.0 * t
         wrapped = (np.array([psi, phi]) + np.pi) % (2 * np.pi) - np.pi
-        follow(m, -1.0 if k == 0 else 2e-3, np.array([0.2, *wrapped]), R, RATIO, 0.1, MEMORY)
+        since = -1.0 if k == 0 else 2e-3
+        follow_motion(m, since, np.array([0.2, *wrapped]), R, settings(0.1))
         if k > 200:
-            assert m[TURN + 1] == pytest.approx(2.0 - 5.0 * RATIO, abs=0.02)
+            assert m.turn.rate == pytest.approx(2.0 - 5.0 * RATIO, abs=0.02)
 
 
 def test_a_peg_that_sticks_is_seen_at_once():
@@ -154,18 +165,18 @@ def test_a_peg_that_sticks_is_seen_at_once():
     R = np.eye(3) * NOISE**2
     for _ in range(15):
         q = np.array([moving[-1] + rng.normal(0, NOISE), 0.0, 0.0])
-        follow(m, 2e-3, q, R, RATIO, 0.04, MEMORY)
-    assert abs(m[TILT + 1]) < 0.02
+        follow_motion(m, 2e-3, q, R, settings(0.04))
+    assert abs(m.tilt.rate) < 0.02
     for _ in range(35):
         q = np.array([moving[-1] + rng.normal(0, NOISE), 0.0, 0.0])
-        follow(m, 2e-3, q, R, RATIO, 0.04, MEMORY)
+        follow_motion(m, 2e-3, q, R, settings(0.04))
     assert rest_probability(m, 5e-4, 0.05) > 0.9
 
 
 def test_rest_probability_is_the_share_of_draws():
-    m = new_trend()
-    m[QUICK_TILT + 1], m[QUICK_TILT + 6] = 0.008, 0.004**2
-    m[TURN + 1], m[TURN + 6] = -0.015, 0.01**2
+    m = new(MotionTrend)
+    m.quick_tilt.rate, m.quick_tilt.p11 = 0.008, 0.004**2
+    m.turn.rate, m.turn.p11 = -0.015, 0.01**2
     rng = np.random.default_rng(4)
     tilt, turn = rng.normal(0.008, 0.004, 100_000), rng.normal(-0.015, 0.01, 100_000)
     share = np.mean((0.05 * np.abs(tilt) < 5e-4) & (0.025 * np.abs(turn) < 5e-4))

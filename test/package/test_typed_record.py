@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from peg_on_hole_ros.typed_record import Record, Vector3, dtype_of, new
+from peg_on_hole_ros.typed_record import Record, Vector3, dtype_of, new, record_in
 
 
 class Shape(IntEnum):
@@ -51,6 +51,15 @@ def test_fields_are_aligned_and_of_their_types():
     assert kinds.isalignedstruct
     assert [kinds[name] for name in ("rate", "on")] == [np.float64, np.bool_]
     assert kinds["v"].shape == (3,)
+
+
+def test_a_record_in_another_one_is_the_same_memory():
+    memory = np.zeros(1, [("count", np.int64), ("outer", dtype_of(Outer))])
+    record = record_in(memory, "outer", Outer)
+    assert change(record)
+    assert memory["outer"]["tilt"]["rate"] == 4.0
+    with pytest.raises(TypeError, match="outer is no Inner"):
+        record_in(memory, "outer", Inner)
 
 
 def test_what_no_record_can_have_is_refused():

@@ -1,12 +1,11 @@
-"""What something else than the holder does to the peg: the wrench that its motion leaves over."""
+"""The load that contacts carry: the wrench that the motion of the peg does not account for."""
 
 from math import cos, exp, fabs, nan, sin, sqrt
-
-import numpy as np
 
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.trend import is_number
+from peg_on_hole_ros.typed_record import Record, Vector3
 
 # A single wrench of 0.2 N and 5 mN m looks as if a rim carried 0.6 N; the mean over
 # `monitor.evidence_time` tells a free peg from one that is touched lightly. A peg that is turned
@@ -14,11 +13,8 @@ from peg_on_hole_ros.monitor.trend import is_number
 # Its force for being moved is not, for nothing measures where the peg is.
 #
 # Axes: those of the hole. Of a peg that hangs nearly upright psi and phi are noise, and so are any
-# axes that turn with one of them. Memory: share of one wrench's variance that is left in the means
-# (0: none yet), mean force (3), mean couple (3), mean rate of change of the angular momentum (3),
-# and what that was last (3).
-_SHARE, _FORCE, _COUPLE, _RATE, _MOMENTUM = 0, 1, 4, 7, 10
-SIZE = 13
+# axes that turn with one of them.
+
 # Squares of noise alone stay below so many times their mean.
 ROOM = 3.0
 # A load this many times the mean square of the noise off the mean has changed.
@@ -30,14 +26,42 @@ AZIMUTH = 0.1**2
 LIFT = 3.0
 
 
-def new_means() -> np.ndarray:
-    """Return the memory of means over nothing."""
-    return np.zeros(SIZE)
+class ContactLoad(Record):
+    """
+    Means of what is left for contacts to carry, hole axes.
+
+    Attributes
+    ----------
+    share : float
+        Share of one wrench's variance that is left in the means; 0: they are over nothing.
+    force, couple : ndarray, shape (3,)
+        [N], [N m].
+    momentum_rate : ndarray, shape (3,)
+        Rate of change of the angular momentum [N m].
+    momentum : ndarray, shape (3,)
+        The angular momentum as it was last [N m s].
+
+    """
+
+    share: float
+    force: Vector3
+    couple: Vector3
+    momentum_rate: Vector3
+    momentum: Vector3
+
+
+@compiled
+def forget_load(load: ContactLoad) -> None:
+    """Forget all wrenches."""
+    load.share = 0.0
+    for i in range(3):
+        load.force[i] = load.couple[i] = 0.0
+        load.momentum_rate[i] = load.momentum[i] = 0.0
 
 
 @compiled
 def carried_load(
-    estimate: Estimate, means: np.ndarray, dt: float, time: float
+    estimate: Estimate, load: ContactLoad, dt: float, time: float
 ) -> tuple[float, float]:
     """
     Take one wrench into the means, and return what is left for a rim to carry.
@@ -45,8 +69,8 @@ def carried_load(
     Parameters
     ----------
     estimate : Estimate
-    means : ndarray
-        From `new_means`; changed.
+    load : ContactLoad
+        Changed.
     dt : float
         Since the wrench before [s].
     time : float
@@ -85,35 +109,35 @@ def carried_load(
     noise = jump = 0.0
     for i in range(3):
         noise += R[i, i] + over_radius * over_radius * R[3 + i, 3 + i]
-        jump += (new[i] - means[_FORCE + i]) ** 2
-        jump += (over_radius * (new[3 + i] - means[_COUPLE + i])) ** 2
+        jump += (new[i] - load.force[i]) ** 2
+        jump += (over_radius * (new[3 + i] - load.couple[i])) ** 2
     if not is_number(jump + fabs(L_x) + fabs(L_y) + fabs(L_z)):
         return nan, noise
     share = 1.0 - exp(-dt / time)
-    begun = means[_SHARE] > 0.0
+    begun = load.share > 0.0
     turns = begun and dt > 0.0 and motion.covariance[1, 1] < AZIMUTH
     for i in range(3):
-        rate = (new[6 + i] - means[_MOMENTUM + i]) / dt if turns else 0.0
-        means[_RATE + i] += share * (rate - means[_RATE + i])
-        means[_MOMENTUM + i] = new[6 + i]
+        rate = (new[6 + i] - load.momentum[i]) / dt if turns else 0.0
+        load.momentum_rate[i] += share * (rate - load.momentum_rate[i])
+        load.momentum[i] = new[6 + i]
     # A load that has changed is not a mean of before and after.
     if not begun or jump > JUMP * noise:
-        means[_SHARE] = share = 1.0
+        load.share = share = 1.0
     else:
-        means[_SHARE] = (1.0 - share) * (1.0 - share) * means[_SHARE] + share * share
+        load.share = (1.0 - share) * (1.0 - share) * load.share + share * share
     squares = 0.0
     for i in range(3):
-        means[_FORCE + i] += share * (new[i] - means[_FORCE + i])
-        means[_COUPLE + i] += share * (new[3 + i] - means[_COUPLE + i])
-        couple = means[_COUPLE + i] - means[_RATE + i]
-        squares += means[_FORCE + i] ** 2 + (over_radius * couple) ** 2
-    pull = _pull(means)
+        load.force[i] += share * (new[i] - load.force[i])
+        load.couple[i] += share * (new[3 + i] - load.couple[i])
+        couple = load.couple[i] - load.momentum_rate[i]
+        squares += load.force[i] ** 2 + (over_radius * couple) ** 2
+    pull = _pull(load)
     squares -= pull * pull * (1.0 - 1.0 / (LIFT * LIFT))
-    return sqrt(squares), means[_SHARE] * noise + _turned(estimate, time)
+    return sqrt(squares), load.share * noise + _turned(estimate, time)
 
 
 @compiled
-def _peg_axes(estimate):
+def _peg_axes(estimate: Estimate) -> tuple[float, ...]:
     """Return the peg's axes in those of the hole, by rows."""
     motion = estimate.motion
     s, c, sps, cps = sin(motion.gamma), cos(motion.gamma), sin(motion.psi), cos(motion.psi)
@@ -126,23 +150,23 @@ def _peg_axes(estimate):
 
 
 @compiled
-def _pull(means):
+def _pull(load: ContactLoad) -> float:
     """Return the force out of the hole [N]: contacts push, but where a squeeze lets them pull."""
-    return max(means[_FORCE + 2], 0.0)
+    force: float = load.force[2]
+    return max(force, 0.0)
 
 
 @compiled
-def _turned(estimate, time):
+def _turned(estimate: Estimate, time: float) -> float:
     """Return the variance that the rates leave to a couple, as a force at the peg's radius."""
     p, s, C = scene_of(estimate), sin(estimate.motion.gamma), estimate.motion.covariance
     turned = 2.0 / p.d * p.Ie / time
-    return turned * turned * (C[3, 3] + s * s * C[4, 4])
+    variance: float = turned * turned * (C[3, 3] + s * s * C[4, 4])
+    return variance
 
 
 @compiled
-def stands_out(
-    estimate: Estimate, means: np.ndarray, floor: float, time: float, root: np.ndarray
-) -> float:
+def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float) -> float:
     """
     Return the square of a carried load over what nothing, or next to nothing, would make of it.
 
@@ -151,27 +175,27 @@ def stands_out(
 
     Parameters
     ----------
-    estimate, means, time
+    estimate, load, time
         As for `carried_load`, which has taken the wrench.
     floor : float
         Square of the load that counts as none [N^2].
-    root : ndarray
-        Scratch, 42 places.
 
     """
     over_radius = 2.0 / scene_of(estimate).d
     r = _peg_axes(estimate)
-    pull = _pull(means) * (1.0 - 1.0 / LIFT)
+    pull = _pull(load) * (1.0 - 1.0 / LIFT)
+    # A Cholesky factor, and the load whitened by it.
+    root, white = estimate.work[:36].reshape(6, 6), estimate.work[36:42]
     # In the peg's axes, in which the noise stands.
     for i in range(3):
         force = couple = 0.0
         for k in range(3):
             lifted = pull if k == 2 else 0.0
-            force += r[3 * k + i] * (means[_FORCE + k] - lifted)
-            couple += r[3 * k + i] * (means[_COUPLE + k] - means[_RATE + k])
-        root[36 + i], root[39 + i] = force, over_radius * couple
+            force += r[3 * k + i] * (load.force[k] - lifted)
+            couple += r[3 * k + i] * (load.couple[k] - load.momentum_rate[k])
+        white[i], white[3 + i] = force, over_radius * couple
     # Of six squares as of one.
-    room, turned = 6.0 * ROOM * means[_SHARE], ROOM * _turned(estimate, time)
+    room, turned = 6.0 * ROOM * load.share, ROOM * _turned(estimate, time)
     least = floor + ROOM * estimate.bias_load
     squares = 0.0
     for i in range(6):
@@ -184,11 +208,11 @@ def stands_out(
             if i == k:
                 v += least + (turned if i > 2 else 0.0)
             for a in range(k):
-                v -= root[6 * i + a] * root[6 * k + a]
-            root[6 * i + k] = sqrt(max(v, 1e-300)) if i == k else v / root[7 * k]
-        v = root[36 + i]
+                v -= root[i, a] * root[k, a]
+            root[i, k] = sqrt(max(v, 1e-300)) if i == k else v / root[k, k]
+        v = white[i]
         for a in range(i):
-            v -= root[6 * i + a] * root[36 + a]
-        root[36 + i] = v / root[7 * i]
-        squares += root[36 + i] * root[36 + i]
+            v -= root[i, a] * white[a]
+        white[i] = v / root[i, i]
+        squares += white[i] * white[i]
     return squares

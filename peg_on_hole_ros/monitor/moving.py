@@ -1,0 +1,76 @@
+"""How the peg moves at a wrench, and what time has passed: what the causes of jamming share."""
+
+from math import fabs, sqrt
+from typing import NamedTuple
+
+from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.motion import MotionTrend
+from peg_on_hole_ros.monitor.settings import MonitorSettings
+from peg_on_hole_ros.monitor.trend import rate_after
+
+# A jump of the tilt is followed for this long before it counts as a motion [s].
+_CALM = 0.01
+
+
+class Passed(NamedTuple):
+    """
+    What time has passed at a wrench.
+
+    Attributes
+    ----------
+    dt : float
+        Since the last wrench [s].
+    since : float
+        Since the last orientation [s].
+
+    """
+
+    dt: float
+    since: float
+
+
+class Moving(NamedTuple):
+    """
+    How the peg moves.
+
+    Attributes
+    ----------
+    rate : float
+        Of the tilt [rad/s].
+    turn, turn_variance : float
+        About the axis [rad/s].
+    rest_rate : float
+        A rate that counts as none [rad/s].
+    closing, rest : float
+        Probabilities that the tilt falls, and that the peg rests.
+    known : bool
+        Whether the tilt's trend knows a direction.
+
+    """
+
+    rate: float
+    turn: float
+    turn_variance: float
+    rest_rate: float
+    closing: float
+    rest: float
+    known: bool
+
+
+@compiled
+def moving_now(motion: MotionTrend, D: float, since: float, settings: MonitorSettings) -> Moving:
+    """Return how the peg moves a time [s] after the last orientation; D is the hole's [m]."""
+    rest_rate, memory = settings.rest_speed / D, settings.forecast_acceleration_time
+    rate, rate_variance = rate_after(motion.quick_tilt, since, memory)
+    turn, turn_variance = rate_after(motion.turn, since, memory)
+    spread = sqrt(max(rate_variance, 1e-18))
+    turn_spread = sqrt(max(turn_variance, 1e-18))
+    closing = below((-rest_rate - rate) / spread)
+    rest = 1.0 - closing - below((rate - rest_rate) / spread)
+    turn_rest = below((2.0 * rest_rate - turn) / turn_spread)
+    rest *= max(turn_rest - below((-2.0 * rest_rate - turn) / turn_spread), 0.0)
+    # Just after a jolt the trend knows no direction: that is no motion that could lead anywhere.
+    # One of 2000 orientations looks like a jolt by chance, and gives a peg at rest a rate.
+    known = fabs(rate) > 3.0 * spread and motion.calm >= _CALM
+    return Moving(rate, turn, turn_variance, rest_rate, closing, rest, known)
