@@ -91,7 +91,7 @@ def alarms_of(said: np.ndarray) -> tuple[Alarm, ...]:
     return tuple(map(_alarm, range(len(ALARM_NAMES)), said.tolist()))
 
 
-def _alarm(i, said):
+def _alarm(i: int, said: list[float]) -> Alarm:
     level, which, held, kind = map(int, said[:NUMBERS])
     text = _DOUBT if held == NOT_JUDGED else _TEXTS[i][level][which]
     names = _NAMES[i][kind]

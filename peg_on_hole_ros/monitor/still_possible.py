@@ -11,6 +11,7 @@ from peg_on_hole_ros.mechanics.planning.steady import holder_law, steady_loads
 from peg_on_hole_ros.mechanics.planning.words import advice
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import Alarm, Outputs
+from peg_on_hole_ros.typed_record import Floats
 
 # Alarms that a motion on three contacts can be chosen against.
 _ADVISED = ("jamming", "overload")
@@ -106,7 +107,7 @@ def _known(outputs: Outputs, scene: Scene) -> Scene:
     )
 
 
-def _rates(outputs, scene):
+def _rates(outputs: Outputs, scene: Scene) -> Floats:
     """Return closing, and a turn that is surely one; how it parts in two is hardly known."""
     ratio = scene.peg_diameter / scene.hole_diameter
     weights = np.array([1.0, ratio])
@@ -116,7 +117,7 @@ def _rates(outputs, scene):
     return np.array([closing, 0.0, turn / ratio if turn * turn > _SURE**2 * variance else 0.0])
 
 
-def _push(outputs, scene: Scene, cell: Cell, rates) -> tuple[float, float, float]:
+def _push(outputs: Outputs, scene: Scene, cell: Cell, rates: Floats) -> tuple[float, float, float]:
     """Return what the holder presses beside the weight, less what its lag gives."""
     psi = outputs.state[1]
     c, s = np.cos(psi), np.sin(psi)
