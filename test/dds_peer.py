@@ -124,6 +124,8 @@ class Peer:
             ),
             "the node to match every topic",
         )
+        # This is what the peer knows. That the node knows the clients an answer alone shows.
+        self.state()
 
     def call(self, name, request):
         """Call a service of the node and return its answer."""
