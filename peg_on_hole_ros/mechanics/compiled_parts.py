@@ -9,10 +9,13 @@ that another compiled one calls is handed on as it is, and becomes machine code 
 one that Python calls.
 """
 
+import fcntl
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from numba.core import types
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
@@ -73,10 +76,28 @@ class _PartDispatcher(CPUDispatcher):
         self.overloads[tuple(cres.signature.args)] = cres
 
 
+class _LockedCache(FunctionCache):
+    """
+    Kept machine code, to which one process at a time adds.
+
+    numba numbers its files by an index that it reads first and writes afterwards: two processes
+    that add kinds of arguments of one function at once choose the same file, and the code of one
+    is then run with the arguments of the other.
+    """
+
+    def save_overload(self, sig, data):
+        folder = Path(self.cache_path)
+        folder.mkdir(parents=True, exist_ok=True)
+        with open(folder / "lock", "w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            super().save_overload(sig, data)
+
+
 class _Dispatcher(CPUDispatcher):
     """Called by Python it is a function like any of numba's; compiled code calls its part."""
 
     part: Any
+    _cache: FunctionCache
 
     def get_call_template(self, args, kws):
         return self.part.get_call_template(args, kws)
@@ -91,5 +112,5 @@ def compiled_in_parts(function: Callable[P, R], options: dict[str, Any]) -> Call
     dispatcher.part = _PartDispatcher(
         function, targetoptions=options, pipeline_class=_PartCompiler
     )
-    dispatcher.enable_caching()
+    dispatcher._cache = _LockedCache(function)
     return dispatcher

@@ -47,3 +47,43 @@ def test_a_numba_that_is_not_known_compiles_the_same(version, tmp_path):
     assert (in_parts, plain) == ("True", "False")
     assert found == expected
     assert expected.startswith("[0, 3] [0.3, 1.0, 2.0, ")
+
+
+# A process that keeps the code of a function: what it writes is delayed as a busy machine does.
+ADDING = """
+import sys, time
+from numba.core.caching import IndexDataCacheFile
+def after(seconds, function):
+    def delayed(*args):
+        time.sleep(seconds)
+        return function(*args)
+    return delayed
+kind, by_index, by_data = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
+IndexDataCacheFile._save_index = after(by_index, IndexDataCacheFile._save_index)
+IndexDataCacheFile._save_data = after(by_data, IndexDataCacheFile._save_data)
+sys.path.insert(0, {folder!r})
+from halved import halved
+kinds = dict(int=[7], float=[7.5], both=[7, 7.5])[kind]
+print([halved(x) for x in kinds])
+"""
+
+
+def test_processes_that_keep_compiled_code_at_once_leave_each_its_own(tmp_path):
+    """Without a lock both write the file that the index names first."""
+    (tmp_path / "halved.py").write_text(
+        "from peg_on_hole_ros.mechanics.compiling import compiled\n\n\n"
+        "@compiled\ndef halved(x):\n    return x / 2 if x > 8 else x * 3\n"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    script = ADDING.format(folder=str(tmp_path))
+
+    def start(*arguments):
+        command = [sys.executable, "-c", script, *arguments]
+        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+
+    # Both see an empty index; the code of the first is written last.
+    for process in [start("int", "3", "6"), start("float", "5", "0")]:
+        process.communicate()
+    found = start("both", "0", "0")
+    assert found.communicate()[0].strip() == "[21.0, 22.5]"
+    assert found.returncode == 0
