@@ -5,9 +5,10 @@ from math import isfinite
 import numpy as np
 import pytest
 
-from peg_on_hole_ros.estimator import record
 from peg_on_hole_ros.estimator.insertion_depth import depth_at
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth
+from peg_on_hole_ros.typed_record import new
 
 D_PEG, D_HOLE = 0.0298, 0.03
 # By how many standard deviations each of them is above zero.
@@ -15,14 +16,13 @@ CERTAIN, DOUBTFUL = 4.0, 2.0
 
 
 def estimate(tilt=CERTAIN, rim=CERTAIN, wall=CERTAIN):
-    f = np.zeros(record.SIZE)
-    record.part(f, "SCENE")[:2] = D_PEG, D_HOLE
-    record.part(f, "X")[0] = 0.02
-    record.part(f, "P", (6, 6))[0, 0] = (0.02 / tilt) ** 2
-    record.part(f, "Y")[3:5] = 12.0, 5.0
-    reactions = record.part(f, "REACTIONS", (6, 6))
-    reactions[3, 3], reactions[4, 4] = (12.0 / rim) ** 2, (5.0 / wall) ** 2
-    return f
+    made = new(Estimate)
+    made.scene.d, made.scene.D = D_PEG, D_HOLE
+    made.motion.gamma, made.motion.covariance[0, 0] = 0.02, (0.02 / tilt) ** 2
+    made.reactions.normal[:2] = 12.0, 5.0
+    variances = (12.0 / rim) ** 2, (5.0 / wall) ** 2
+    made.reactions.covariance[:2, :2] = np.diag(variances)
+    return made
 
 
 def test_a_depth_that_is_certain_is_that_of_the_tilt():

@@ -10,10 +10,11 @@ from scipy.stats import norm
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator import record
+from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.one_point import REACTION, absence, no_points, weigh_points
+from peg_on_hole_ros.monitor.one_point import REACTION, absence, forget_points, weigh_points
 from peg_on_hole_ros.sim.measure import START_NS, measure
+from peg_on_hole_ros.typed_record import new
 from two_points import samples, tilt_at
 
 NAMES = ("mode_probability_K_alone", "mode_probability_B_alone", "mode_probability_two_point")
@@ -80,11 +81,12 @@ def test_absence_is_the_ratio_of_likelihoods(normal, stddev):
 @pytest.mark.parametrize(("since", "share"), [(0.002, 0.1), (0.02, 1.0), (0.06, 1.0)])
 def test_wrenches_within_one_correlation_time_are_one_piece_of_evidence(since, share):
     """Correlated for 0.02 s, a load at K of 4 N and none at B."""
-    f = np.zeros(record.SIZE)
-    record.part(f, "Y")[3:] = 4.0, 0.1, 0.1
-    record.part(f, "REACTIONS", (6, 6))[3:, 3:] = np.diag([0.5, 0.1, 0.1]) ** 2
-    before, after = no_points(), no_points()
-    weigh_points(after, f, since, 0.0, 0.02)
+    estimate, before = new(Estimate), np.zeros(3)
+    estimate.reactions.normal[:] = 4.0, 0.1, 0.1
+    estimate.reactions.covariance[:] = np.diag([0.5, 0.1, 0.1]) ** 2
+    forget_points(before)
+    after = before.copy()
+    weigh_points(after, estimate, since, 0.0, 0.02)
     gained = np.log(after / before) - np.log(after / before)[2]
     of_B = absence(0.2, 2 * 0.1**2)
     assert of_B > 0.5
