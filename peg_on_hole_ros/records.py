@@ -149,8 +149,7 @@ class Rows(NamedTuple):
     ----------
     t_ns : ndarray of int64, shape (n,)
         Stamps of the wrenches [ns].
-    values : ndarray, shape (n, SIZE)
-        As laid out in `monitoring.row`.
+    values : ndarray of `output_row.ROW`, shape (n,)
 
     """
 
@@ -186,59 +185,3 @@ class Alarm(NamedTuple):
     def values(self) -> tuple[tuple[str, float], ...]:
         """The numbers, each with its name."""
         return tuple(zip(self.names, self.numbers))
-
-
-class Outputs(NamedTuple):
-    """
-    Everything that one wrench message gives; all arrays finite.
-
-    Attributes
-    ----------
-    t_ns : int
-        Stamp of the wrench message [ns].
-    state : ndarray, shape (6,)
-        gamma, psi, phi [rad], psi and phi wrapped to (-pi, pi], and their Euler rates [rad/s].
-    state_covariance : ndarray, shape (6, 6)
-    normal, normal_stddev : ndarray, shape (3,)
-        Normal reactions at K, B1, B2 [N].
-    slip_speed, slip_speed_stddev : ndarray, shape (3,)
-        [m/s].
-    closed : ndarray of bool, shape (3,)
-        By the contact mode; where that is unknown, whether each contact carries load.
-    contact_force : ndarray, shape (3, 3)
-        Force on the peg at K, B1, B2 (rows), normal and friction, hole axes [N].
-    contact_point : ndarray, shape (3, 3)
-        K, B1, B2 (rows) in the hole frame [m].
-    position : ndarray, shape (3,)
-        Origin of the peg frame in the hole frame [m].
-    rotation : ndarray, shape (3, 3)
-        R_HP, peg axes in hole axes.
-    pose_covariance : ndarray, shape (6, 6)
-        x, y, z, rotation about x, y, z (hole axes).
-    monitor : dict of str to float
-        Named scalars; a value that does not exist is not in it.
-    contact_mode : str
-        `three_point`, `two_point`, `open` or `unknown`.
-    transition : bool
-        True: three-point contact has become two-point contact.
-    alarms : tuple of Alarm
-
-    """
-
-    t_ns: int
-    state: np.ndarray
-    state_covariance: np.ndarray
-    normal: np.ndarray
-    normal_stddev: np.ndarray
-    slip_speed: np.ndarray
-    slip_speed_stddev: np.ndarray
-    closed: np.ndarray
-    contact_force: np.ndarray
-    contact_point: np.ndarray
-    position: np.ndarray
-    rotation: np.ndarray
-    pose_covariance: np.ndarray
-    monitor: dict[str, float]
-    contact_mode: str
-    transition: bool
-    alarms: tuple[Alarm, ...]

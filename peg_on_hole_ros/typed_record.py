@@ -23,6 +23,7 @@ class Record:
 
     A field is a `float`, an `int`, a `bool`, an `IntEnum` (kept as an int), another `Record`
     (nested), or `Annotated[type, shape]`: an array of a type, of a shape that is a tuple of int.
+    Whatever else a field is annotated with is left to others.
     Compiled code and Python read and write the fields of what `new` returns as attributes, and
     mypy knows their types. A record is passed by reference; to assign one record to another
     copies all fields.
@@ -54,7 +55,10 @@ def dtype_of(record: type[Record]) -> np.dtype[np.void]:
 
 def _field(record: type[Record], name: str, of: Any) -> tuple[Any, ...]:
     if get_origin(of) is Annotated:
-        inner, shape = get_args(of)[:2]
+        inner, *more = get_args(of)
+        shape = next((each for each in more if isinstance(each, tuple)), None)
+        if shape is None:
+            return _field(record, name, inner)
         if get_origin(inner) is np.ndarray:
             (scalar,) = get_args(get_args(inner)[1])
             return scalar, shape

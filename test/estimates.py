@@ -6,7 +6,11 @@ from scipy.spatial.transform import Rotation
 from peg_on_hole_ros.estimator.state import BIAS, TILT
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points, normals
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.records import Alarm, Outputs
+from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.monitor.output_row import MONITOR, NOTHING, ROW
+from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.monitor.states import MODES
+from peg_on_hole_ros.records import Rows
 
 SCENE = Scene()
 ALARMS = ("jamming", "contact_loss", "overload")
@@ -16,37 +20,76 @@ def estimate(t_ns=1_500_000_000, gamma=0.15, psi=0.4, phi=-1.1, **more) -> Outpu
     """Return one estimate; its contact points, rotation and normals fit together."""
     geometry = contact_geometry(SCENE, gamma)
     turn = Rotation.from_euler("z", psi).as_matrix()
-    rotation = Rotation.from_euler("ZYZ", [psi, -gamma, phi]).as_matrix()
+    rotation = Rotation.from_euler("ZYZ", [psi, -gamma, phi])
     points = contact_points(geometry, SCENE.hole_diameter) @ turn.T
     normal = np.array([20.0, 9.0, 11.0])
     forces = normal[:, None] * (normals(geometry) @ turn.T)
-    axis = rotation[:, 2]
+    axis = rotation.as_matrix()[:, 2]
     centre = np.array([0.0, 0.0, float(geometry.a1)]) - float(geometry.a2) * axis
-    alarms = tuple(Alarm(name, 0, "fine", ("value",), (0.1,)) for name in ALARMS)
-    outputs = Outputs(
-        t_ns=t_ns,
-        state=np.array([gamma, psi, phi, -0.16, 0.1, 2.0]),
-        state_covariance=np.diag([1e-10, 2e-10, 3e-10, 1e-4, 2e-4, 3e-4]),
-        normal=normal,
-        normal_stddev=np.array([0.5, 0.3, 0.4]),
-        slip_speed=np.array([0.05, 0.04, 0.03]),
-        slip_speed_stddev=np.array([0.001, 0.002, 0.003]),
-        closed=np.array([True, True, True]),
-        contact_force=forces,
-        contact_point=points,
-        position=centre,
-        rotation=rotation,
-        pose_covariance=1e-8 * np.ones((6, 6)),
-        monitor={
+    variance = [1e-10, 2e-10, 3e-10, 1e-4, 2e-4, 3e-4]
+    orientation = rotation.as_quat()
+    made = {
+        "state": [gamma, psi, phi, -0.16, 0.1, 2.0],
+        "state_stddev": np.sqrt(variance),
+        "state_covariance": np.diag(variance),
+        "normal": normal,
+        "normal_stddev": [0.5, 0.3, 0.4],
+        "slip_speed": [0.05, 0.04, 0.03],
+        "slip_speed_stddev": [0.001, 0.002, 0.003],
+        "closed": 1.0,
+        "contact_wrench": np.hstack([forces, np.cross(points, forces)]),
+        "contact_point": points,
+        "position": centre,
+        "rotation": rotation.as_matrix(),
+        "orientation": orientation * np.copysign(1.0, orientation[3]),
+        "pose_covariance": 1e-8 * np.ones((6, 6)),
+        "monitor": {
             "transition_probability": 0.25,
             "jamming_risk": 0.5,
             "reactions_determined": 1.0,
         },
-        contact_mode="three_point",
-        transition=False,
-        alarms=alarms,
-    )
-    return outputs._replace(**more)
+        "contact_mode": "three_point",
+        "transition": False,
+        "alarms": dict.fromkeys(ALARMS, 0),
+    }
+    return changed(Outputs(t_ns, NOTHING[0]), **made | more)
+
+
+def changed(outputs: Outputs, alarms=None, monitor=None, contact_mode=None, **fields) -> Outputs:
+    """
+    Return outputs with other values.
+
+    Those of the row by their names; `alarms` as levels by name, empty: nobody looks after them;
+    `monitor` has all numbers that exist; and `contact_mode` by its name.
+    """
+    row = outputs.row.copy()
+    for name, value in fields.items():
+        row[name] = value
+    if contact_mode is not None:
+        row["contact_mode"] = MODES.index(contact_mode)
+    if alarms is not None:
+        row["alarms"]["level"] = [alarms.get(name, 0 if alarms else -1) for name in ALARMS]
+    if monitor is not None:
+        left = dict(monitor)
+        for field, output in MONITOR.items():
+            values = [left.pop(name, np.nan) for name in output.names or (field,)]
+            row[field] = values if output.names else values[0]
+        assert not left
+    return Outputs(outputs.t_ns, row)
+
+
+def columns(stream, *outputs: Outputs) -> OutputColumns:
+    """Return what outputs of stamps that rise make a stream say."""
+    values = np.empty(len(outputs), ROW)
+    for i, each in enumerate(outputs):
+        values[i] = each.row
+    rows = Rows(np.array([each.t_ns for each in outputs], np.int64), values)
+    return OutputColumns(rows, stream.said(rows))
+
+
+def messages(stream, outputs: Outputs):
+    """Return all messages that outputs make a stream say."""
+    return columns(stream, outputs).messages(0)
 
 
 def learnt(kalman):

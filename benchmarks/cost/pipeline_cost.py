@@ -63,7 +63,7 @@ def timed(line: Pipeline) -> list:
     """Return (owner, name of a function, part) of all that is timed in a pipeline."""
     return [
         (engine, "push", ENGINE),
-        (pipeline, "outputs_of", OUTPUTS),
+        (pipeline, "Outputs", OUTPUTS),
         (line, "orientation", INPUT),
     ]
 

@@ -16,10 +16,12 @@ from peg_on_hole_ros.messages.output import (
     TOPICS,
     UNSTAMPED,
 )
+from peg_on_hole_ros.messages.published import LAYOUTS
+from peg_on_hole_ros.monitor.output_row import OUTPUTS
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 # What an estimate is made of, and what else bears a stamp.
-_STAMPED = ("state", "state_stddev", "contacts", "contacts_stddev", "monitor")
+_STAMPED = tuple(each.name for each in LAYOUTS.values() if each.ros_type == JOINT_STATE)
 _ORDERED = "state"
 _REST = {
     name: ros_type
@@ -29,12 +31,19 @@ _REST = {
 # Stamps whose parts a recorder may have mixed, or lost: none is waited for longer than this.
 _MOST_PENDING = 1000
 
+# The outputs that are values of an estimate, each with its standard deviation, and what their
+# numbers are called, by field of the message.
+_READ = {
+    "state": (ANGLES, tuple(f"d{name}/dt" for name in ANGLES)),
+    "normal": (tuple(f"N_{name}" for name in CONTACTS),),
+    "slip_speed": (tuple(f"slip_{name}" for name in CONTACTS),),
+}
 # Name, unit and whether it is an angle that wraps; the order of a row's values.
-QUANTITIES = (
-    *((name, "rad", name != "gamma") for name in ANGLES),
-    *((f"d{name}/dt", "rad/s", False) for name in ANGLES),
-    *((f"N_{name}", "N", False) for name in CONTACTS),
-    *((f"slip_{name}", "m/s", False) for name in CONTACTS),
+QUANTITIES = tuple(
+    (name, unit, name in ANGLES and name != "gamma")
+    for output, fields in _READ.items()
+    for names, unit in zip(fields, OUTPUTS[output].unit.split(", "), strict=True)
+    for name in names
 )
 
 
@@ -236,20 +245,11 @@ def _latched(part, data, mode, transition):
 
 def _estimate(bag, one):
     t_ns = one.t_ns
-    state, state_stddev, contacts, contacts_stddev, told = (
-        one.messages[part][1] for part in _STAMPED
-    )
-    values = [*state.position, *state.velocity, *contacts.effort, *contacts.velocity]
-    stddev = [
-        *state_stddev.position,
-        *state_stddev.velocity,
-        *contacts_stddev.effort,
-        *contacts_stddev.velocity,
-    ]
+    told = one.messages["monitor"][1]
     return Estimate(
         t_ns,
-        _row(bag, t_ns, "state and contacts", values),
-        _row(bag, t_ns, "state_stddev and contacts_stddev", stddev),
+        _row(bag, one, ""),
+        _row(bag, one, "_stddev"),
         dict(zip(told.name, told.position)),
         one.mode,
         one.transition,
@@ -257,11 +257,17 @@ def _estimate(bag, one):
     )
 
 
-def _row(bag, t_ns, topics, values):
+def _row(bag, one, end):
     """Return one row; messages of the right types may still be another program's."""
+    outputs = [OUTPUTS[name + end] for name in _READ]
+    values = []
+    for output in outputs:
+        for field in output.field.split():
+            values += getattr(one.messages[output.topic][1], field)
     if len(values) != len(QUANTITIES):
+        topics = " and ".join(dict.fromkeys(output.topic for output in outputs))
         raise BagError(
             f"{bag.path} is no output of replay or node: {topics} of the stamp "
-            f"{t_ns * 1e-9:.9f} s have {len(values)} values, not {len(QUANTITIES)}"
+            f"{one.t_ns * 1e-9:.9f} s have {len(values)} values, not {len(QUANTITIES)}"
         )
     return np.array(values)

@@ -7,7 +7,6 @@ import numpy as np
 
 from peg_on_hole_ros.bags.truth import BOUND, THREE_POINT, TWO_POINT, Truth
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 NAMES = (*ANGLES, *CONTACTS)
@@ -94,32 +93,18 @@ class Score(Errors):
         super().__init__()
         self.truth = truth
         self.undetermined, self.unstated = Errors(), 0
-        self._mode = ""
         self._flag: bool | None = None
         self._flag_right = self._flag_count = 0
         self.rises_ns: list[int] = []
 
-    def add(self, t_ns: int, messages: list[Message]) -> None:
-        """Take the messages of one stamp [ns]."""
-        fields = {suffix: message for suffix, _, message in messages}
-        if "contact_mode" in fields:
-            self._mode = fields["contact_mode"]["data"]
-        flag = fields["transition"]["data"] if "transition" in fields else self._flag
-        state, contacts = fields["state"]["position"], fields["contacts"]["effort"]
-        spread = [*fields["state_stddev"]["position"], *fields["contacts_stddev"]["effort"]]
-        told = dict(zip(fields["monitor"]["name"], fields["monitor"]["position"]))
-        determined = told.get("reactions_determined") == 1.0
-        values = np.array([*state, *contacts])
-        self.row(t_ns, values, np.array(spread), self._mode, flag, determined)
-
     def take(self, columns: OutputColumns) -> None:
-        """Take many stamps, as `add` would each."""
-        values = np.hstack([columns.state[:, :3], columns.normal])
-        stddev = np.hstack([columns.state_stddev[:, :3], columns.normal_stddev])
-        flags = columns.flags.tolist()
+        """Take the outputs of stamps that rise."""
+        values = np.hstack([columns["state"][:, :3], columns.normal])
+        stddev = np.hstack([columns["state_stddev"][:, :3], columns["normal_stddev"]])
+        flags = columns["transition"].tolist()
         rows = zip(columns.t_ns.tolist(), values, stddev, columns.modes, flags, columns.determined)
-        for t_ns, value, spread, self._mode, flag, determined in rows:
-            self.row(t_ns, value, spread, self._mode, flag, bool(determined))
+        for t_ns, value, spread, mode, flag, determined in rows:
+            self.row(t_ns, value, spread, mode, flag, bool(determined))
 
     def row(
         self,

@@ -254,9 +254,6 @@ class _Page:
         self.failures = Failures(Counter())
         self._drawn = Fenced("report", lambda: made, self.failures)
 
-    def add(self, t_ns, messages):
-        self._drawn(lambda both: [each.add(t_ns, messages) for each in both], None)
-
     def take(self, columns):
         self._drawn(lambda both: [each.take(columns) for each in both], None)
 

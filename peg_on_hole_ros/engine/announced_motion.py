@@ -1,6 +1,6 @@
 """A motion that the robot's program has announced, and that therefore is no alarm."""
 
-from peg_on_hole_ros.records import Outputs
+from peg_on_hole_ros.monitor.outputs import Outputs
 
 # What can be announced, and the mode in which it has come about.
 MODES = {"lift_off": "open", "insertion": "two_point"}
@@ -42,7 +42,7 @@ class Expected:
         over = self._since_ns is not None and outputs.t_ns - self._since_ns >= _BEHIND_NS
         if over and not raised:
             self.announce(NOTHING)
-        return outputs._replace(alarms=alarms)
+        return Outputs(outputs.t_ns, outputs.row, alarms)
 
     def _without(self, alarm):
         if alarm.name != "contact_loss" or not alarm.level:

@@ -13,7 +13,7 @@ from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import TAKING, Given, Memory, Stop, catch_up, push, room_for
 from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.monitor.output_row import AT, DOUBTS, FLAG, MODE
+from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
@@ -49,8 +49,8 @@ class Engine:
     ----------
     processor : Processor
     findings : Findings
-    told : tuple of int and ndarray, or None
-        Stamp [ns] and row of the last wrench, where that gave one.
+    told : Outputs or None
+        Of the last wrench, where that gave some.
 
     """
 
@@ -67,7 +67,7 @@ class Engine:
         self._order = arrival_order.new_order(configuration)
         self._ring = ring.new_ring(self.processor.filter.held["state"])
         self._taking = np.zeros(1, TAKING)
-        self.told: tuple[int, np.ndarray] | None = None
+        self.told: Outputs | None = None
         self._flag = False
 
     @property
@@ -181,10 +181,10 @@ class Engine:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
         self.findings.count(len(rows.t_ns))
-        rests = rows.values[:, MODE, None] == Mode.THREE_POINT
-        rows.values[:, DOUBTS] = np.where(rests, self.findings.costs, np.nan)
-        self.told = int(rows.t_ns[-1]), rows.values[-1]
-        self._flag = bool(rows.values[-1, FLAG])
+        rests = rows.values["contact_mode"] == Mode.THREE_POINT
+        rows.values["doubt"] = np.where(rests[:, None], self.findings.costs, np.nan)
+        self.told = Outputs(int(rows.t_ns[-1]), rows.values[-1])
+        self._flag = self.told.transition
 
     def _do(self, stop: Stop, arrivals: Arrivals, given: Given) -> None:
         """Do what has to be done before messages are taken any further."""
@@ -220,14 +220,14 @@ class Engine:
         measured = self.measured
         if measured is None or self.processor.is_saturated:
             return False
-        row = None if self.told is None else self.told[1]
+        told = self.told
         still = self.processor.wrench_stands_still
-        if row is not None and row[MODE] == Mode.THREE_POINT:
-            known = row[AT.reactions_determined] == 1.0
+        if told is not None and told.row["contact_mode"] == Mode.THREE_POINT:
+            known = told.row["reactions_determined"] == 1.0
             self.findings.take_estimate(sample.t_ns, self.processor.filter, known)
         else:
             self.findings.lift()
-        in_air = None if row is None else bool(row[MODE] == Mode.OPEN)
+        in_air = None if told is None else bool(told.row["contact_mode"] == Mode.OPEN)
         if not self.findings.take(sample, measured, still, in_air):
             return False
         self._use_found()

@@ -8,8 +8,9 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.ring import LEAST_NS
+from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import MODES
-from peg_on_hole_ros.records import Outputs, WrenchSample
+from peg_on_hole_ros.records import WrenchSample
 
 *TOUCHING, FREE, UNKNOWN = MODES
 # Standard deviations by which a peg has to turn faster than at rest to count as turning.

@@ -15,18 +15,19 @@ from peg_on_hole_ros.estimator.held_peg import HeldPeg
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements.measurement import wrench_fault
 from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
-from peg_on_hole_ros.monitor.outputs import outputs_of
+from peg_on_hole_ros.monitor.output_row import ROW
+from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.records import (
     Answer,
     Arrivals,
     JointSample,
-    Outputs,
     Rows,
     WrenchSample,
 )
 
 _NOT, _SOUND = np.zeros(1, bool), np.ones(1, bool)
 _NO_WRENCH, _NO_ORIENTATION = np.empty((0, 6)), np.empty((0, ORIENTATION))
+_NO_ROWS = Rows(np.empty(0, np.int64), np.empty(0, ROW))
 
 
 class Pipeline:
@@ -192,28 +193,29 @@ class Pipeline:
 
     def on_wrench(self, sample: WrenchSample) -> Outputs | None:
         """Take a wrench; returns the outputs at its stamp, or None if it gives none (counted)."""
-        row = self.row_of(sample)
-        return None if row is None else self.outputs(sample.t_ns, row)
+        rows = self.take_wrench(sample)
+        if not len(rows.t_ns):
+            return None
+        return self.judged(Outputs(sample.t_ns, rows.values[0]))
 
-    def outputs(self, t_ns: int, row: np.ndarray) -> Outputs:
-        """Return the outputs of a row; where a motion is expected its alarms are none."""
-        return self._requests.judged(outputs_of(t_ns, row))
+    def judged(self, outputs: Outputs) -> Outputs:
+        """Return outputs in which an announced motion is no alarm."""
+        return self._requests.judged(outputs)
 
     @property
     def expecting(self) -> bool:
-        """Whether a motion was announced, so that `outputs` may differ from their row."""
+        """Whether a motion was announced, so that `judged` may return others."""
         return self._requests.expecting
 
-    def row_of(self, sample: WrenchSample) -> np.ndarray | None:
-        """Take a wrench as `on_wrench` does; return its outputs as a row, see `output_row`."""
+    def take_wrench(self, sample: WrenchSample) -> Rows:
+        """Take a wrench; return the row at its stamp, or none if it gives none (counted)."""
         fault = wrench_fault(sample)
         if fault:
             self._arrival_counts[f"wrench_dropped_{fault}"] += 1
-            return None
+            return _NO_ROWS
         wrench = np.array([[*sample.force, *sample.torque]], float)
         one = Arrivals(_SOUND, np.array([sample.t_ns], np.int64), _SOUND, wrench, _NO_ORIENTATION)
-        rows = self.push(one)[1]
-        return rows.values[0] if len(rows.t_ns) else None
+        return self.push(one)[1]
 
     def push(self, arrivals: Arrivals, begin: int = 0) -> tuple[int, Rows]:
         """

@@ -237,7 +237,7 @@ class Processor:
 
     # A filter that is written in Python is called step by step.
 
-    def take_wrench(self, unit: Unit, row: np.ndarray) -> bool:
+    def take_wrench(self, unit: Unit, row: Any) -> bool:
         """Take a wrench with its orientations, and fill in its row; return whether it has one."""
         e, rules = self.engine, self.rules
         silent = steps.begin_unit(e, rules, unit.t_ns)

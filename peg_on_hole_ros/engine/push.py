@@ -16,7 +16,7 @@ from peg_on_hole_ros.engine.arrival_order import FATE, FATES
 from peg_on_hole_ros.engine.ring import Ring
 from peg_on_hole_ros.estimator import held
 from peg_on_hole_ros.mechanics.compiling import compiled
-from peg_on_hole_ros.monitor.output_row import SIZE
+from peg_on_hole_ros.monitor.output_row import NOTHING, ROW
 
 
 class Stop(IntEnum):
@@ -91,8 +91,7 @@ class Given(NamedTuple):
     ----------
     t_ns : ndarray of int64, shape (n,)
         Stamps of the rows [ns].
-    rows : ndarray, shape (n, SIZE)
-        See `monitor.output_row`.
+    rows : ndarray of ROW, shape (n,)
     taken : ndarray of int64, shape (n,)
         Which of the wrenches came in order.
     taken_ns : ndarray of int64, shape (n,)
@@ -110,7 +109,7 @@ def room_for(wrenches: int) -> Given:
     """Return room for what so many wrenches give, and at least for one."""
     n = max(wrenches, 1)
     return Given(
-        np.empty(n, np.int64), np.empty((n, SIZE)), np.empty(n, np.int64), np.empty(n, np.int64)
+        np.empty(n, np.int64), np.empty(n, ROW), np.empty(n, np.int64), np.empty(n, np.int64)
     )
 
 
@@ -272,6 +271,7 @@ def _work(memory, p, given):
         elif memory.order[0].window_ns and _is_kept(kept, r, p, unit, newest):
             ring.keep_before(kept, r, unit, memory.words, e.held.state)
         r.done += 1
+        given.rows[p.rows] = NOTHING[0]
         if p.by_hand:
             p.unit = unit
             return Stop.WRENCH

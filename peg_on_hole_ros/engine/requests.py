@@ -9,8 +9,8 @@ from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, not_free
 from peg_on_hole_ros.engine.ring import FEWEST, LEAST_NS
 from peg_on_hole_ros.engine.still_poses import StillPoses
-from peg_on_hole_ros.monitor.outputs import outputs_of
-from peg_on_hole_ros.records import Answer, Outputs, WrenchSample
+from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.records import Answer, WrenchSample
 
 # A tare takes no wrench that is older: the peg may have touched before.
 TARE_NS = 500_000_000
@@ -42,7 +42,7 @@ class Requests:
     @property
     def watching(self) -> bool:
         """Whether what is told of each wrench is looked at."""
-        return self.expecting or self._free.asked
+        return self._free.asked
 
     @property
     def expecting(self) -> bool:
@@ -55,7 +55,7 @@ class Requests:
 
     def tare_if_free(self) -> None:
         """Tare a peg that has hung free for long, where that is asked for."""
-        free = self._free.asked and self._free.long(self._told)
+        free = self._free.asked and self._free.long(self._engine.told)
         if free and not self._engine.findings.unsure:
             self._counts["tare_automatic"] += self.tare().success
 
@@ -137,16 +137,18 @@ class Requests:
         """Return why nothing shows a free peg, or nothing."""
         engine = self._engine
         unsure = engine.findings.unsure
-        return not_free(self._told, samples, engine.processor, unsure, payload_unknown)
+        return not_free(self._engine.told, samples, engine.processor, unsure, payload_unknown)
 
     def _shown_by(self, held):
         """Return what there is to add to a tare where the contact mode did not show a free peg."""
         if held:
             return f"; taken all the same (wrench.tare_in_contact), though {held}"
-        if self._told.contact_mode == FREE:
+        told = self._engine.told
+        mode = told and told.contact_mode
+        if mode == FREE:
             return ""
         return (
-            f"; contact mode {self._told.contact_mode}, but all that the sensor reads is the "
+            f"; contact mode {mode}, but all that the sensor reads is the "
             "weight and a plausible zero"
         )
 
@@ -162,8 +164,3 @@ class Requests:
                     break
             last.append(sample)
         return last[::-1]
-
-    @property
-    def _told(self):
-        told = self._engine.told
-        return None if told is None else outputs_of(*told)

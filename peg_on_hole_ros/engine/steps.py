@@ -27,9 +27,9 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import assessment, pose_only
 from peg_on_hole_ros.monitor import memory as monitor
 from peg_on_hole_ros.monitor.assessment import contacts_of
-from peg_on_hole_ros.monitor.output_row import AT
 from peg_on_hole_ros.monitor.place_check import misfit
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
+from peg_on_hole_ros.outputs import Row
 from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
 
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
@@ -292,9 +292,7 @@ def _tells_nothing(e):
 
 
 @compiled
-def judge(
-    e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, row: np.ndarray
-) -> None:
+def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, row: Row) -> None:
     """Fill in what is published after a wrench that was weighed with some contacts."""
     d, memory = e.motion[0], e.memory
     e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
@@ -308,14 +306,14 @@ def judge(
         pose_only.look(estimate, memory, rules.monitor, t_ns, blind, row)
     # Of a peg at rest friction leans one way for long, which is no wrong setting. One that is
     # wrong makes the mode doubtful as well, and is not to hide behind that.
-    if contacts != ContactSet.THREE or row[AT.reactions_determined] > 0.0:
+    if contacts != ContactSet.THREE or row.reactions_determined > 0.0:
         d.slid_ns = t_ns
     doubtful = rules.judged and memory.declared.mode == Mode.UNKNOWN
     slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
     if e.innovations.told[0].large or jumped_lately(e.held.state, e.held.constants):
         # What the motion contradicts is not known, however small its spread.
-        row[AT.reactions_determined] = 0.0
+        row.reactions_determined = 0.0
     _tell_settings(e, rules, row)
 
 
@@ -323,19 +321,17 @@ def judge(
 def _tell_settings(e, rules, row):
     """Fill in what is told of innovations, tare, bias and tilt."""
     t, s = e.innovations.told[0], e.held.state
-    row[AT.nis_median] = t.median
-    row[AT.nis_drift] = t.drift if rules.white else nan
-    row[AT.joints_noise] = sqrt(s.noise[0])
+    row.nis_median = t.median
+    row.nis_drift = t.drift if rules.white else nan
+    row.joints_noise = sqrt(s.noise[0])
     for i in range(6):
-        row[AT.bias_force_x + i] = e.tared[i]
+        row.bias[i] = e.tared[i]
     bias, tilt, steps = e.held.at[BIAS], e.held.at[TILT], e.reduction
     if bias >= 0:
         for i in range(6):
-            row[AT.bias_force_x + i] = s.mean[bias + i] + steps.sign * steps.tare[i]
-            variance = s.covariance[bias + i, bias + i]
-            row[AT.bias_force_x_stddev + i] = sqrt(max(variance, 0.0))
+            row.bias[i] = s.mean[bias + i] + steps.sign * steps.tare[i]
+            row.bias_stddev[i] = sqrt(max(s.covariance[bias + i, bias + i], 0.0))
     if tilt >= 0:
         for i in range(2):
-            row[AT.hole_tilt_x + i] = s.mean[tilt + i]
-            variance = s.covariance[tilt + i, tilt + i]
-            row[AT.hole_tilt_x_stddev + i] = sqrt(max(variance, 0.0))
+            row.hole_tilt[i] = s.mean[tilt + i]
+            row.hole_tilt_stddev[i] = sqrt(max(s.covariance[tilt + i, tilt + i], 0.0))

@@ -2,8 +2,6 @@
 
 from math import cos, sin, sqrt
 
-import numpy as np
-
 from peg_on_hole_ros.estimator.free import in_peg_axes
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.estimator.two_points import (
@@ -17,6 +15,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     compiled,
     equations,
 )
+from peg_on_hole_ros.outputs import Row
 
 
 @compiled
@@ -30,10 +29,7 @@ def contact_forces(
     p: SceneScalars,
     estimate: Estimate,
     gamma: float,
-    out: np.ndarray,
-    normal: int,
-    force: int,
-    point: int,
+    row: Row,
 ) -> None:
     """
     Fill in force on the peg (normal and friction) and place of each contact, hole axes.
@@ -45,11 +41,9 @@ def contact_forces(
         Its azimuth and rates are used.
     gamma : float
         Tilt at which the contacts are taken [rad].
-    out : ndarray
-        Read and filled at three places.
-    normal, force, point : int
-        Places of N_K, N_B1, N_B2 (3) [N], which are given; of the forces (3, 3) [N] and of the
-        points (3, 3) [m], rows K, B1, B2.
+    row : Row
+        Its reactions are given; its contact wrenches are filled but for the torque, and its
+        contact points.
 
     """
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
@@ -58,29 +52,27 @@ def contact_forces(
     rates = (motion.gamma_rate, motion.psi_rate, motion.phi_rate)
     equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
     s, c = sin(motion.psi), cos(motion.psi)
+    force, point = row.contact_wrench, row.contact_point
     for i in range(3):
         # Places 9 to 17 hold normal plus friction direction, rows h, e, z.
         f_h, f_e, f_z = work[9 + i], work[12 + i], work[15 + i]
-        N, at = out[normal + i], force + 3 * i
+        N = row.normal[i]
         if N == 0.0:
             # No force has no direction, and is none also where friction's is no number.
-            out[at] = out[at + 1] = out[at + 2] = 0.0
+            force[i, 0] = force[i, 1] = force[i, 2] = 0.0
         else:
-            out[at], out[at + 1], out[at + 2] = (
+            force[i, 0], force[i, 1], force[i, 2] = (
                 N * (c * f_h - s * f_e),
                 N * (s * f_h + c * f_e),
                 N * f_z,
             )
         r_h = -0.5 * p.D if i == 0 else geo[4]
         r_e = 0.0 if i == 0 else (-geo[6] if i == 1 else geo[6])
-        at = point + 3 * i
-        out[at], out[at + 1], out[at + 2] = c * r_h - s * r_e, s * r_h + c * r_e, 0.0
+        point[i, 0], point[i, 1], point[i, 2] = c * r_h - s * r_e, s * r_h + c * r_e, 0.0
 
 
 @compiled
-def two_point_forces(
-    p: SceneScalars, estimate: Estimate, out: np.ndarray, normal: int, force: int, point: int
-) -> None:
+def two_point_forces(p: SceneScalars, estimate: Estimate, row: Row) -> None:
     """Fill in force and place of K and of B, half of it in each row of B1 and B2, hole axes."""
     motion = estimate.motion
     rates = (motion.gamma_rate, motion.psi_rate, motion.phi_rate)
@@ -88,6 +80,7 @@ def two_point_forces(
     s, c = sin(motion.psi), cos(motion.psi)
     sg, cg = sin(gamma), cos(gamma)
     K, B = two_point_arms(p, gamma)
+    force, point = row.contact_wrench, row.contact_point
     for i in range(3):
         rows = two_point_slip(p, gamma, min(i, 1))
         v = (0.0, 0.0, 0.0)
@@ -98,14 +91,14 @@ def two_point_forces(
         f = p.f / sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + scale * scale)
         n_h, n_z = (cg, sg) if i == 0 else (-1.0, 0.0)
         f_h, f_e, f_z = n_h - f * v[0], -f * v[1], n_z - f * v[2]
-        N, at = out[normal + i], force + 3 * i
-        out[at], out[at + 1], out[at + 2] = (
+        N = row.normal[i]
+        force[i, 0], force[i, 1], force[i, 2] = (
             N * (c * f_h - s * f_e),
             N * (s * f_h + c * f_e),
             N * f_z,
         )
-        side, at = (-0.5 if i == 0 else 0.5) * p.D, point + 3 * i
-        out[at], out[at + 1], out[at + 2] = c * side, s * side, 0.0 if i == 0 else B[1] - K[1]
+        side, depth = (-0.5 if i == 0 else 0.5) * p.D, 0.0 if i == 0 else B[1] - K[1]
+        point[i, 0], point[i, 1], point[i, 2] = c * side, s * side, depth
 
 
 @compiled

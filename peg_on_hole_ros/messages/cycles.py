@@ -2,17 +2,13 @@
 
 import json
 from collections.abc import Sequence
-from math import isfinite, nan
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.description import NORMAL
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.determined import determined_reactions
-from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.monitor.output_row import AT
 from peg_on_hole_ros.records import CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].
@@ -34,10 +30,11 @@ class _Came(NamedTuple):
     touch: Sequence[float]
 
 
-def _told(fields):
-    monitor = fields.get("monitor")
-    values = dict(zip(monitor["name"], monitor["position"])) if monitor else {}
-    return [values.get(f"contact_{name}", nan) for name in ("age", "latency")]
+def _came(columns, place, said):
+    determined = columns["reactions_determined"][place] == 1.0
+    loads = columns["normal"][place].tolist() if determined else None
+    touch = [columns[name][place].item() for name in ("contact_age", "contact_latency")]
+    return _Came(said, loads, touch)
 
 
 def _seconds(ns):
@@ -81,19 +78,6 @@ class Cycles:
         self._alarms: list[dict] = []
         self._alarm_count = 0
 
-    def add(self, t_ns: int, messages: list[Message]) -> list[dict]:
-        """Take the messages of one stamp [ns]; return the records of tries that end with them."""
-        fields = {topic: message for topic, _, message in messages}
-        return self._add(t_ns, _Came(fields, determined_reactions(fields), _told(fields)))
-
-    def add_row(self, t_ns: int, row: np.ndarray, said: list[Message]) -> list[dict]:
-        """Take an estimate as a row, and what is said beside it, as `add` would its messages."""
-        fields = {topic: message for topic, _, message in said}
-        determined = row[AT.reactions_determined] == 1.0
-        loads = row[NORMAL : NORMAL + 3].tolist() if determined else None
-        touch = float(row[AT.contact_age]), float(row[AT.contact_latency])
-        return self._add(t_ns, _Came(fields, loads, touch))
-
     def _add(self, t_ns, came):
         ended = []
         if self._held is not None:
@@ -111,21 +95,22 @@ class Cycles:
         return ended + self._take(t_ns, came)
 
     def take(self, columns: OutputColumns) -> list[tuple[int, list[dict]]]:
-        """Take many stamps, as `add` would each; return what ends with each, by its place."""
+        """Take stamps that rise; return the records of tries that end with each, by its place."""
         t_ns, ended, first = columns.t_ns, [], 0
-        said = dict(columns.said)
-        silent = np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1
-        alone = sorted({0, *said, *silent.tolist()})
+        said = {
+            place: {topic: message for topic, _, message in messages}
+            for place, messages in columns.said
+        }
+        alone = sorted({0, *said, *(np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1).tolist()})
         while first < len(t_ns):
-            quiet = 0
-            if first not in said and first and self._held is None:
+            if first and first not in said and self._held is None:
                 until = next((i for i in alone if i >= first), len(t_ns))
                 quiet = self._take_quiet(columns, first, until)
-            if quiet:
-                first += quiet
-                continue
-            beside = said.get(first, [])
-            records = self.add_row(int(t_ns[first]), columns.row(first), beside)
+                if quiet:
+                    first += quiet
+                    continue
+            came = _came(columns, first, said.get(first, {}))
+            records = self._add(int(t_ns[first]), came)
             if records:
                 ended.append((first, records))
             first += 1

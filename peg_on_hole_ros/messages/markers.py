@@ -7,7 +7,9 @@ import numpy as np
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.plain import header, quaternion, xyz
-from peg_on_hole_ros.records import CONTACTS, Outputs
+from peg_on_hole_ros.monitor.known_reactions import are_known
+from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.records import CONTACTS
 
 # visualization_msgs/Marker
 ARROW, CYLINDER, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 3, 4, 5, 11
@@ -26,7 +28,7 @@ _CONE_COLOR = {"r": 0.1, "g": 0.4, "b": 0.85, "a": 0.3}
 _NO_TURN = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
 
-def marker_array(outputs: Outputs, scene: Scene, reactions_known: bool = True) -> dict:
+def marker_array(outputs: Outputs, scene: Scene) -> dict:
     """
     Return visualization_msgs/MarkerArray; what is not there any more is deleted by name.
 
@@ -37,15 +39,13 @@ def marker_array(outputs: Outputs, scene: Scene, reactions_known: bool = True) -
     ----------
     outputs : Outputs
     scene : Scene
-    reactions_known : bool
-        Whether the reactions are numbers.
 
     """
     return {
         "markers": [
             _peg(outputs, scene),
             _rim(outputs.t_ns, scene),
-            *_forces(outputs, scene, reactions_known),
+            *_forces(outputs, scene),
             *_cones(outputs, scene),
         ]
     }
@@ -99,8 +99,9 @@ def _rim(t_ns, scene):
     return _marker(t_ns, "rim", 0, LINE_STRIP, (R / 25, 0, 0), _RIM_COLOR, points=points)
 
 
-def _forces(outputs, scene, known):
+def _forces(outputs, scene):
     D = scene.hole_diameter
+    known = are_known(outputs.row)
     metre_per_newton = D / (5 * scene.peg_mass * 9.80665)
     for i in range(len(CONTACTS)):
         force = outputs.contact_force[i]

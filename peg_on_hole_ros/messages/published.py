@@ -1,35 +1,110 @@
-"""The numbers of what is published with every estimate, out of its row by one compiled call."""
+"""Messages that come with every estimate, by the table of outputs: their numbers, and as dicts."""
 
-from math import nan, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import description as at
-from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.messages.output import POSE_FLOOR
-from peg_on_hole_ros.messages.plain import fill_quaternion
-from peg_on_hole_ros.monitor.output_row import AT, MODE, MONITOR, MONITOR_NAMES
-from peg_on_hole_ros.monitor.outputs import are_closed
-from peg_on_hole_ros.monitor.states import Mode
+from peg_on_hole_ros.messages.output import JOINT_STATE, POSE, TOPICS, WRENCH, joint_state
+from peg_on_hole_ros.messages.plain import header, xyz
+from peg_on_hole_ros.monitor.known_reactions import are_known
+from peg_on_hole_ros.monitor.output_row import OUTPUTS, ROW
+from peg_on_hole_ros.outputs import NOT_DETERMINED
 
-# How many numbers each topic has, in the order in which they are published.
-WIDTHS = {
-    "state": 6,
-    "state_stddev": 6,
-    "contacts": 9,
-    "contacts_stddev": 6,
-    "monitor": len(MONITOR_NAMES),
-    "contact/k": 6,
-    "contact/b1": 6,
-    "contact/b2": 6,
-    "pose": 43,
-}
-_STATE_STDDEV, _CONTACTS, _CONTACTS_STDDEV, _MONITOR, _WRENCHES, _, _, POSE, SIZE = np.cumsum(
-    list(WIDTHS.values())
-).tolist()
-_NAMES, _DETERMINED = len(MONITOR_NAMES), AT.reactions_determined
-_closed = compiled(are_closed)
-_FLOOR = np.ascontiguousarray(np.diagonal(POSE_FLOOR))
+_BYTES = np.dtype(np.float64).itemsize
+
+
+class Layout(NamedTuple):
+    """
+    The numbers of a topic among those that are published.
+
+    Attributes
+    ----------
+    name : str
+        Of the topic, under the node's name.
+    ros_type : str
+    at : slice
+    names : tuple of str
+        Of a JointState's entries.
+    fields : dict of str to slice
+        Where each of its fields has its numbers, within those of the topic.
+
+    """
+
+    name: str
+    ros_type: str
+    at: slice
+    names: tuple[str, ...]
+    fields: dict[str, slice]
+
+    def message(self, t_ns: int, numbers: np.ndarray) -> dict:
+        """Return the message of a stamp [ns] whose numbers are given."""
+        values = {name: numbers[at].tolist() for name, at in self.fields.items()}
+        return _MESSAGES[self.ros_type](t_ns, self.names, values)
+
+
+def _joint_state(t_ns, names, values):
+    return joint_state(t_ns, names, **values)
+
+
+def _wrench(t_ns, _, values):
+    force, torque = xyz(values["wrench.force"]), xyz(values["wrench.torque"])
+    return {"header": header(t_ns), "wrench": {"force": force, "torque": torque}}
+
+
+def _pose(t_ns, _, values):
+    turn = dict(zip("xyzw", values["pose.pose.orientation"]))
+    there = {"position": xyz(values["pose.pose.position"]), "orientation": turn}
+    return {
+        "header": header(t_ns),
+        "pose": {"pose": there, "covariance": values["pose.covariance"]},
+    }
+
+
+_MESSAGES: dict[str, Any] = {JOINT_STATE: _joint_state, WRENCH: _wrench, POSE: _pose}
+
+
+def _layouts() -> dict[str, Layout]:
+    """Return where the numbers of each topic stand in a row, by the name of the topic."""
+    found: dict[str, Layout] = {}
+    for name, output in OUTPUTS.items():
+        kind, offset = ROW.fields[name][:2]  # type: ignore[index]
+        topics, fields = output.topic.split(), output.field.split()
+        if kind.base != np.float64 or not topics:
+            continue
+        at, size = offset // _BYTES, kind.itemsize // _BYTES
+        share = size // len(topics)
+        part = share // len(fields)
+        for topic in topics:
+            before = found.get(topic, Layout(topic, TOPICS[topic], slice(at, at), (), {}))
+            begin = before.at.start
+            places = dict(before.fields)
+            for k, field in enumerate(fields):
+                first = at - begin + k * part
+                places[field] = slice(places.get(field, slice(first, 0)).start, first + part)
+            # The entries of every field of a JointState have the same names.
+            news = output.names or (name,)
+            names = before.names + news if fields[0] == next(iter(places)) else before.names
+            found[topic] = Layout(topic, before.ros_type, slice(begin, at + share), names, places)
+            at += share
+    return found
+
+
+LAYOUTS = _layouts()
+# How many numbers are published with every estimate; a row begins with them.
+SIZE = max(layout.at.stop for layout in LAYOUTS.values())
+
+
+def _withheld() -> np.ndarray:
+    found = np.zeros(SIZE, bool)
+    for name, output in OUTPUTS.items():
+        if output.missing == NOT_DETERMINED:
+            kind, offset = ROW.fields[name][:2]  # type: ignore[index]
+            found[offset // _BYTES :][: kind.itemsize // _BYTES] = True
+    return found
+
+
+# Numbers that a row has and the messages do not, where the reactions are not known.
+_WITHHELD = np.flatnonzero(_withheld())
 
 
 def published(rows: np.ndarray) -> np.ndarray:
@@ -38,51 +113,12 @@ def published(rows: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    rows : ndarray, shape (n, output_row.SIZE)
+    rows : ndarray of ROW, shape (n,)
 
     """
-    out = np.empty((len(rows), SIZE))
-    _fill_all(np.ascontiguousarray(rows), _FLOOR, out)
-    return out
-
-
-def publish_row(row: np.ndarray, out: np.ndarray) -> None:
-    """Fill in the same of one stamp, shape (SIZE,)."""
-    fill_published(row, _FLOOR, out)
-
-
-@compiled
-def fill_published(row: np.ndarray, floor: np.ndarray, out: np.ndarray) -> None:
-    """Fill in the numbers of one stamp; `floor` is added to the variances of the pose."""
-    known = row[_DETERMINED] == 1.0 or row[MODE] == Mode.OPEN.value
-    for i in range(6):
-        out[i] = row[at.STATE + i]
-        # Rounding may leave a variance of zero a hair below it.
-        out[_STATE_STDDEV + i] = sqrt(max(row[at.COVARIANCE + 7 * i], 0.0))
-    for i in range(3):
-        out[_CONTACTS + i] = 1.0 if _closed(row[MODE], row[at.NORMAL + i]) else 0.0
-        out[_CONTACTS + 3 + i] = row[at.SLIP + i]
-        out[_CONTACTS + 6 + i] = row[at.NORMAL + i] if known else nan
-        out[_CONTACTS_STDDEV + i] = row[at.SLIP_STDDEV + i]
-        out[_CONTACTS_STDDEV + 3 + i] = row[at.STDDEV + i]
-        X, Y, Z = row[at.FORCE + 3 * i], row[at.FORCE + 3 * i + 1], row[at.FORCE + 3 * i + 2]
-        if not known:
-            X = Y = Z = nan
-        x, y, z = row[at.POINT + 3 * i], row[at.POINT + 3 * i + 1], row[at.POINT + 3 * i + 2]
-        to = _WRENCHES + 6 * i
-        out[to], out[to + 1], out[to + 2] = X, Y, Z
-        out[to + 3], out[to + 4], out[to + 5] = y * Z - z * Y, z * X - x * Z, x * Y - y * X
-        out[POSE + i] = row[at.POSITION + i]
-    for i in range(_NAMES):
-        out[_MONITOR + i] = row[MONITOR + i]
-    fill_quaternion(row, at.ROTATION, out, POSE + 3)
-    for i in range(36):
-        out[POSE + 7 + i] = row[at.POSE + i]
-    for i in range(6):
-        out[POSE + 7 + 7 * i] += floor[i]
-
-
-@compiled
-def _fill_all(rows, floor, out):
-    for n in range(len(rows)):
-        fill_published(rows[n], floor, out[n])
+    words = np.ascontiguousarray(rows).view(np.float64).reshape(len(rows), -1)
+    numbers = words[:, :SIZE].copy()
+    unknown = np.flatnonzero(~are_known(rows))
+    if len(unknown):
+        numbers[unknown[:, None], _WITHHELD] = np.nan
+    return numbers

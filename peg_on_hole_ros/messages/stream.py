@@ -7,8 +7,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from peg_on_hole_ros.config.configuration import (
     BY_NAME,
     from_parameters,
@@ -30,11 +28,11 @@ from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import Cycles, json_line
 from peg_on_hole_ros.messages.decode import Malformed, joint_sample, wrench_sample
 from peg_on_hole_ros.messages.estimate_bytes import EstimateEncoder
-from peg_on_hole_ros.messages.output import STRING, Message, OutputStream, estimate_messages
+from peg_on_hole_ros.messages.output import STRING, Message, OutputStream
+from peg_on_hole_ros.messages.published import LAYOUTS
 from peg_on_hole_ros.messages.serialised import JointsReader, WrenchReader
-from peg_on_hole_ros.monitor.outputs import outputs_of
 from peg_on_hole_ros.monitor.still_possible import StillPossible
-from peg_on_hole_ros.records import Answer, Arrivals, JointSample, WrenchSample
+from peg_on_hole_ros.records import Answer, Arrivals, JointSample, Rows, WrenchSample
 from peg_on_hole_ros.robot.sensor_frame import mounting
 from peg_on_hole_ros.robot.urdf_source import awaited
 from peg_on_hole_ros.safe_text import shown
@@ -63,7 +61,7 @@ class Published(NamedTuple):
     estimate : list of (str, bytes)
         Topic under the node's name and serialised message of all that comes with every stamp.
     pose : callable
-        Returns header and pose, until the next wrench.
+        Returns its PoseWithCovarianceStamped.
     said : list of Message
         What is published beside it.
 
@@ -115,7 +113,7 @@ class MessageStream:
         joints = configuration.joints
         self._joints_needed = joints.names
         self._wrenches, self._joints = WrenchReader(), JointsReader(joints.names)
-        self._encoder: EstimateEncoder | None = None
+        self._encoder = EstimateEncoder()
         self._unusable: Counter[str] = Counter()
 
     @property
@@ -135,30 +133,28 @@ class MessageStream:
 
     def on_wrench(self, message: Any) -> list[Message]:
         """Take a geometry_msgs/WrenchStamped in any form; return what it makes known."""
-        return self.take_wrench(wrench_sample(message))
+        columns = self.take_wrench(wrench_sample(message))
+        return [] if columns is None else columns.messages(0)
 
-    def take_wrench(self, sample: WrenchSample | Malformed) -> list[Message]:
+    def take_wrench(self, sample: WrenchSample | Malformed) -> OutputColumns | None:
         """Take a wrench that was read, or what is wrong with it; return what it makes known."""
-        taken = self._row_of(sample)
-        if taken is None:
-            return []
-        t_ns, row = taken
-        messages = self._outputs.messages(self.pipeline.outputs(t_ns, row))
-        ended = self._cycles.add(t_ns, messages)
-        return messages + _told(ended) if ended else messages
-
-    def _row_of(self, sample: WrenchSample | Malformed) -> tuple[int, np.ndarray] | None:
         if isinstance(sample, Malformed):
             self._unusable[f"wrench_dropped_malformed_{sample.reason}"] += 1
-            return None
-        if self.refused:
+        elif self.refused:
             self._unusable["wrench_dropped_sensor_contradicted"] += 1
+        else:
+            return self._columns(self.pipeline.take_wrench(sample))
+        return None
+
+    def _columns(self, rows: Rows) -> OutputColumns | None:
+        """Return what rows make known, with all that is said beside; None where there are none."""
+        if not len(rows.t_ns):
             return None
-        row = self.pipeline.row_of(sample)
-        if row is None:
-            return None
-        self.t_ns = sample.t_ns
-        return sample.t_ns, row
+        self.t_ns = int(rows.t_ns[-1])
+        judged = self.pipeline.judged if self.pipeline.expecting else None
+        columns = OutputColumns(rows, self._outputs.said(rows, judged))
+        columns.add((place, _told(ended)) for place, ended in self._cycles.take(columns))
+        return columns
 
     def publish_wrench(self, payload: bytes, read: Callable[[bytes], Any]) -> Published | None:
         """
@@ -178,19 +174,12 @@ class MessageStream:
                 return None
             sample = wrench_sample(message)
             self._wrenches.learn(payload)
-        taken = self._row_of(sample)
-        if taken is None:
+        columns = self.take_wrench(sample)
+        if columns is None:
             return None
-        t_ns, row = taken
-        if self.pipeline.expecting:
-            said = self._outputs.said(self.pipeline.outputs(t_ns, row))
-        else:
-            said = self._outputs.said_of_row(t_ns, row)
-        if self._encoder is None:
-            self._encoder = EstimateEncoder(estimate_messages(outputs_of(t_ns, row)))
-        estimate = self._encoder(t_ns, row)
-        ended = self._cycles.add_row(t_ns, row, said)
-        return Published(t_ns, estimate, partial(self._encoder.pose, t_ns), said + _told(ended))
+        t_ns, numbers = int(columns.t_ns[0]), columns.numbers[0]
+        said = [message for _, messages in columns.said for message in messages]
+        return Published(t_ns, self._encoder(t_ns, numbers), partial(_pose, t_ns, numbers), said)
 
     def take(self, arrivals: Arrivals, begin: int) -> tuple[int, OutputColumns | None]:
         """
@@ -204,21 +193,8 @@ class MessageStream:
             What they make known.
 
         """
-        if self.pipeline.expecting:
-            # What is said of each wrench may differ from its row.
-            return begin, None
         end, rows = self.pipeline.push(arrivals, begin)
-        if not len(rows.t_ns):
-            return end, None
-        self.t_ns = int(rows.t_ns[-1])
-        columns = OutputColumns(rows, self._outputs.said_of(rows))
-        ended = dict(self._cycles.take(columns))
-        if ended:
-            said = dict(columns.said)
-            places = sorted({*said, *ended})
-            told = {i: _told(ended.get(i, [])) for i in places}
-            columns.said = [(i, [*said.get(i, ()), *told[i]]) for i in places]
-        return end, columns
+        return end, self._columns(rows)
 
     def take_frame(self, frame: str) -> Answer:
         """
@@ -348,6 +324,11 @@ class MessageStream:
         return Answer(
             True, "set " + ", ".join(f"{name} = {value}" for name, value in changed.items())
         )
+
+
+def _pose(t_ns, numbers):
+    layout = LAYOUTS["pose"]
+    return layout.message(t_ns, numbers[layout.at])
 
 
 def _told(records):

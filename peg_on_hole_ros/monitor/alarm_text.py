@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from peg_on_hole_ros.monitor.output_row import LEVEL, NOT_JUDGED, NUMBERS
+from peg_on_hole_ros.monitor.output_row import NOT_JUDGED
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
 # Places of the causes of jamming, and of a lost contact that is not told apart, or is all of them.
@@ -76,24 +76,24 @@ _NAMES = (((), _ABOVE_NAMES, _HOLE_NAMES), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
 ALARM_NAMES = ("jamming", "contact_loss", "overload")
 
 
-def alarms_of(said: np.ndarray) -> tuple[Alarm, ...]:
+def alarms_of(alarms: np.ndarray) -> tuple[Alarm, ...]:
     """
     Return the alarms in words.
 
     Parameters
     ----------
-    said : ndarray, shape (3, ALARM_WIDTH)
-        See `row`.
+    alarms : ndarray, shape (3,)
+        Of a row, see `outputs.AlarmRow`.
 
     """
-    if said[0, LEVEL] < 0.0:
+    if alarms["level"][0] < 0:
         return ()
-    return tuple(map(_alarm, range(len(ALARM_NAMES)), said.tolist()))
+    return tuple(map(_alarm, range(len(ALARM_NAMES)), alarms.tolist()))
 
 
-def _alarm(i: int, said: list[float]) -> Alarm:
-    level, which, held, kind = map(int, said[:NUMBERS])
+def _alarm(i: int, alarm: tuple[int, int, int, int, np.ndarray]) -> Alarm:
+    level, which, held, kind, numbers = alarm
     text = _DOUBT if held == NOT_JUDGED else _TEXTS[i][level][which]
     names = _NAMES[i][kind]
-    numbers = tuple(said[NUMBERS : NUMBERS + len(names)])
-    return Alarm(ALARM_NAMES[i], level, WAS + text if held == 1 else text, names, numbers)
+    values = tuple(numbers[: len(names)].tolist())
+    return Alarm(ALARM_NAMES[i], level, WAS + text if held == 1 else text, names, values)

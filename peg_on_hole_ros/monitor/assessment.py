@@ -1,13 +1,11 @@
 """What an estimate says of the contact: mode, transition, risk, alarms, as one row of numbers."""
 
-from math import nan
-
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import describe
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import follow_alarms
+from peg_on_hole_ros.monitor.closed_contacts import is_closed
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
 from peg_on_hole_ros.monitor.jamming import Risk, break_course
 from peg_on_hole_ros.monitor.judgement import follow_orientation, judge
@@ -16,14 +14,12 @@ from peg_on_hole_ros.monitor.memory import Memory, restart_mode
 from peg_on_hole_ros.monitor.mode import declare_mode
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
-from peg_on_hole_ros.monitor.output_row import ALARM_WIDTH, ALARMS, AT, FLAG, MODE, MONITOR
+from peg_on_hole_ros.monitor.output_row import HELD, KIND, LEVEL, NUMBERS, WHICH
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode, Touch
 from peg_on_hole_ros.monitor.transition import raise_flag
+from peg_on_hole_ros.outputs import Row
 from peg_on_hole_ros.typed_record import Floats
-
-# Where the reactions stand in a description.
-_NORMAL = slice(42, 45)
 
 
 @compiled
@@ -83,7 +79,7 @@ def assess(
     t_ns: int,
     nis: float,
     blind: bool,
-    row: Floats,
+    row: Row,
 ) -> None:
     """
     Fill in what is published at a stamp, with the memory that mode, flag and alarms need.
@@ -101,8 +97,8 @@ def assess(
     blind : bool
         Whether no orientation has come for long: where the peg is is a guess, so that no risk is
         told, and flag and alarms stay as they are.
-    row : ndarray, shape (SIZE,)
-        Filled, but for what is learnt of bias and tilt; see `row`.
+    row : Row
+        Filled, but for what is learnt of bias and tilt; given with no number in it.
 
     """
     if blind:
@@ -129,7 +125,6 @@ def assess(
     in_contact = declared.mode == Mode.THREE_POINT or declared.mode == Mode.TWO_POINT
     if estimate.contacts == ContactSet.TWO and in_contact:
         on_contacts = 2
-    row[MONITOR:MODE] = nan
     fill_known(row, shown.below, memory.known, on_contacts > 0)
     _fill_modes(row, memory, t)
     if declared.mode != Mode.OPEN and not blind:
@@ -141,70 +136,75 @@ def assess(
     wide = settings.force_stddev
     if three_point:
         if shown.time >= 0.0:
-            row[AT.time_to_transition] = shown.time
-            row[AT.time_to_transition_stddev] = shown.time_stddev
+            row.time_to_transition = shown.time
+            row.time_to_transition_stddev = shown.time_stddev
     elif declared.mode != Mode.OPEN:
         wide = shown.wedged
-    describe(estimate, settings.peg_height, on_contacts, wide, row[:DESCRIBED])
+    describe(estimate, settings.peg_height, on_contacts, wide, row)
     if not blind:
         risk = memory.jamming.risk
-        follow_alarms(memory.alarms, declared.mode, settings, t, risk, shown, row[_NORMAL])
+        follow_alarms(memory.alarms, declared.mode, settings, t, risk, shown, row.normal)
     fill_declared(row, memory)
 
 
 @compiled
-def fill_known(row: Floats, below: float, known: Known, on_contacts: bool) -> None:
+def fill_known(row: Row, below: float, known: Known, on_contacts: bool) -> None:
     """Fill in what is known of transition, scene and reactions."""
-    row[AT.transition_probability] = below
-    row[AT.friction], row[AT.friction_stddev] = known.friction, known.friction_stddev
-    row[AT.clearance], row[AT.clearance_stddev] = known.clearance, known.clearance_stddev
+    row.transition_probability = below
+    row.friction, row.friction_stddev = known.friction, known.friction_stddev
+    row.clearance, row.clearance_stddev = known.clearance, known.clearance_stddev
     determined = known.reactions_determined and on_contacts
-    row[AT.reactions_determined] = 1.0 if determined else 0.0
+    row.reactions_determined = 1.0 if determined else 0.0
 
 
 @compiled
-def fill_declared(row: Floats, memory: Memory) -> None:
-    """Fill in mode, flag and alarms as they stand."""
-    row[MODE], row[FLAG] = memory.declared.mode, memory.transition.flag
+def fill_declared(row: Row, memory: Memory) -> None:
+    """Fill in mode, with what it says of the contacts, flag and alarms as they stand."""
+    mode = memory.declared.mode
+    row.contact_mode, row.transition = mode, memory.transition.flag
     for i in range(3):
-        row[ALARMS + i * ALARM_WIDTH : ALARMS + (i + 1) * ALARM_WIDTH] = memory.alarms.said[i]
+        row.closed[i] = is_closed(mode, row.normal[i])
+        alarm, said = row.alarms[i], memory.alarms.said[i]
+        alarm.level, alarm.which = int(said[LEVEL]), int(said[WHICH])
+        alarm.held, alarm.kind = int(said[HELD]), int(said[KIND])
+        alarm.numbers[:] = said[NUMBERS:]
 
 
 @compiled
-def _fill_modes(row: Floats, memory: Memory, t: float) -> None:
+def _fill_modes(row: Row, memory: Memory, t: float) -> None:
     declared, place, shown = memory.declared, memory.place, memory.evidence.shown
-    row[AT.three_point_validity] = shown.three_point + shown.stuck
-    row[AT.mode_probability_three_point] = shown.three_point
-    row[AT.mode_probability_two_point] = shown.two_point
-    row[AT.mode_probability_opened] = shown.opened
-    row[AT.mode_probability_stuck] = shown.stuck
-    row[AT.mode_probability_free] = shown.free
-    row[AT.mode_probability_unknown] = shown.other
-    row[AT.position_offset], row[AT.position_misfit] = place.offset, place.deviations
+    row.three_point_validity = shown.three_point + shown.stuck
+    row.mode_probability_three_point = shown.three_point
+    row.mode_probability_two_point = shown.two_point
+    row.mode_probability_opened = shown.opened
+    row.mode_probability_stuck = shown.stuck
+    row.mode_probability_free = shown.free
+    row.mode_probability_unknown = shown.other
+    row.position_offset, row.position_misfit = place.offset, place.deviations
     age, latency = t - declared.touch_changed, declared.touch_latency
     if declared.touch_change == Touch.TOUCHING:
-        row[AT.contact_age], row[AT.contact_latency] = age, latency
+        row.contact_age, row.contact_latency = age, latency
     elif declared.touch_change == Touch.APART:
-        row[AT.free_age], row[AT.free_latency] = age, latency
+        row.free_age, row.free_latency = age, latency
 
 
 @compiled
-def _fill_insertion(row: Floats, estimate: Estimate, memory: Memory) -> None:
+def _fill_insertion(row: Row, estimate: Estimate, memory: Memory) -> None:
     points, two_point = memory.points, memory.evidence.shown.two_point
-    row[AT.mode_probability_K_alone] = two_point * points[K_ALONE]
-    row[AT.mode_probability_B_alone] = two_point * points[B_ALONE]
-    row[AT.insertion_depth], row[AT.insertion_depth_stddev] = insertion_depth(estimate)
-    if row[AT.insertion_depth] == row[AT.insertion_depth]:
-        row[AT.insertion_speed], row[AT.insertion_speed_stddev] = insertion_speed(estimate)
+    row.mode_probability_K_alone = two_point * points[K_ALONE]
+    row.mode_probability_B_alone = two_point * points[B_ALONE]
+    row.insertion_depth, row.insertion_depth_stddev = insertion_depth(estimate)
+    if row.insertion_depth == row.insertion_depth:
+        row.insertion_speed, row.insertion_speed_stddev = insertion_speed(estimate)
 
 
 @compiled
-def _fill_risk(row: Floats, risk: Risk) -> None:
-    row[AT.jamming_risk] = risk.risk
-    row[AT.jamming_wedging] = risk.wedging
-    row[AT.jamming_stall] = risk.stall
-    row[AT.jamming_load] = risk.load
+def _fill_risk(row: Row, risk: Risk) -> None:
+    row.jamming_risk = risk.risk
+    row.jamming_wedging = risk.wedging
+    row.jamming_stall = risk.stall
+    row.jamming_load = risk.load
     if risk.insertion != 0.0:
-        row[AT.insertion_ratio], row[AT.whitney_margin] = risk.insertion, risk.margin
+        row.insertion_ratio, row.whitney_margin = risk.insertion, risk.margin
     else:
-        row[AT.determinant] = risk.determinant
+        row.determinant = risk.determinant

@@ -1,8 +1,7 @@
 """What is published where modes, forecast and risk are left out: the pose alone is looked at."""
 
-from math import fabs, nan
+from math import fabs
 
-from peg_on_hole_ros.estimator.description import SIZE as DESCRIBED
 from peg_on_hole_ros.estimator.description import describe
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -16,11 +15,10 @@ from peg_on_hole_ros.monitor.evidence import (
 )
 from peg_on_hole_ros.monitor.known_quantities import fill_known as know
 from peg_on_hole_ros.monitor.memory import Memory
-from peg_on_hole_ros.monitor.output_row import MODE, MONITOR
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import Mode
 from peg_on_hole_ros.monitor.transition import lower_flag, raise_flag
-from peg_on_hole_ros.typed_record import Floats
+from peg_on_hole_ros.outputs import Row
 
 LINE = "modes, forecast, risk and alarms are off (monitor.modes)"
 
@@ -47,7 +45,7 @@ def look(
     settings: MonitorSettings,
     t_ns: int,
     blind: bool,
-    row: Floats,
+    row: Row,
 ) -> None:
     """
     Fill in what is published, as `assess`, for a peg that is on three contacts above gamma0.
@@ -64,7 +62,6 @@ def look(
     doubt = settings.transition_probability_on if known.clearance_stddev > 0.0 else 0.5
     memory.declared.three_point_tried = below < doubt
     three_point = usable and below < 0.5 and not blind
-    row[MONITOR:MODE] = nan
     fill_known(row, below, known, three_point)
-    describe(estimate, settings.peg_height, 3 if three_point else 0, wedged, row[:DESCRIBED])
+    describe(estimate, settings.peg_height, 3 if three_point else 0, wedged, row)
     fill_declared(row, memory)

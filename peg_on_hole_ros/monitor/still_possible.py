@@ -10,7 +10,8 @@ from peg_on_hole_ros.mechanics.planning.motion import NEAREST
 from peg_on_hole_ros.mechanics.planning.steady import holder_law, steady_loads
 from peg_on_hole_ros.mechanics.planning.words import advice
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.records import Alarm, Outputs
+from peg_on_hole_ros.monitor.outputs import Outputs
+from peg_on_hole_ros.records import Alarm
 from peg_on_hole_ros.typed_record import Floats
 
 # Alarms that a motion on three contacts can be chosen against.

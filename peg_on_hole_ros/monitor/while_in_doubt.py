@@ -2,35 +2,26 @@
 
 import numpy as np
 
-from peg_on_hole_ros.monitor.output_row import (
-    ALARM_WIDTH,
-    ALARMS,
-    AT,
-    FLAG,
-    HELD,
-    LEVEL,
-    MODE,
-    NOT_JUDGED,
-    SIZE,
-)
+from peg_on_hole_ros.monitor.closed_contacts import are_closed
+from peg_on_hole_ros.monitor.output_row import NOT_JUDGED
 from peg_on_hole_ros.monitor.states import Mode
 
 _RISKS = (
-    AT.jamming_risk,
-    AT.jamming_wedging,
-    AT.jamming_stall,
-    AT.jamming_load,
-    AT.insertion_ratio,
-    AT.whitney_margin,
-    AT.mode_probability_K_alone,
-    AT.mode_probability_B_alone,
-    AT.insertion_depth,
-    AT.insertion_depth_stddev,
-    AT.insertion_speed,
-    AT.insertion_speed_stddev,
-    AT.determinant,
-    AT.time_to_transition,
-    AT.time_to_transition_stddev,
+    "jamming_risk",
+    "jamming_wedging",
+    "jamming_stall",
+    "jamming_load",
+    "insertion_ratio",
+    "whitney_margin",
+    "mode_probability_K_alone",
+    "mode_probability_B_alone",
+    "insertion_depth",
+    "insertion_depth_stddev",
+    "insertion_speed",
+    "insertion_speed_stddev",
+    "determinant",
+    "time_to_transition",
+    "time_to_transition_stddev",
 )
 
 
@@ -40,18 +31,19 @@ def doubt(rows: np.ndarray, transition: bool) -> None:
 
     Parameters
     ----------
-    rows : ndarray, shape (n, SIZE)
-        See `monitoring.row`; changed.
+    rows : ndarray of ROW, shape (n,)
+        Changed.
     transition : bool
         The flag as it was told last: it stays.
 
     """
-    rows[:, _RISKS] = np.nan
-    rows[:, AT.reactions_determined] = 0.0
-    rows[:, MODE] = np.where(rows[:, MODE] == Mode.OPEN, Mode.OPEN, Mode.UNKNOWN)
-    rows[:, FLAG] = transition
-    alarms = rows[:, ALARMS:SIZE].reshape(len(rows), -1, ALARM_WIDTH)
-    looked_at = alarms[:, :, LEVEL] >= 0.0
-    alarms[:, :, LEVEL] = np.where(looked_at, 0.0, alarms[:, :, LEVEL])
-    alarms[:, :, HELD] = np.where(looked_at, NOT_JUDGED, alarms[:, :, HELD])
-    rows[:, ALARMS:SIZE] = alarms.reshape(len(rows), -1)
+    for name in _RISKS:
+        rows[name] = np.nan
+    rows["reactions_determined"] = 0.0
+    mode = rows["contact_mode"]
+    rows["contact_mode"] = np.where(mode == Mode.OPEN, Mode.OPEN, Mode.UNKNOWN)
+    rows["closed"] = are_closed(rows["contact_mode"][:, None], rows["normal"])
+    rows["transition"] = transition
+    level, held = rows["alarms"]["level"], rows["alarms"]["held"]
+    looked_at = level >= 0
+    held[looked_at], level[looked_at] = NOT_JUDGED, 0

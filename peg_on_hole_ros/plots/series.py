@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime, Run
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
@@ -50,19 +49,6 @@ class Series:
     def passed_ns(self) -> int:
         """Time that has passed up to the latest estimate [ns]."""
         return self._time.ns
-
-    def add(self, t_ns: int, messages: list[Message]) -> None:
-        """Take the messages of one stamp [ns]."""
-        fields: dict[str, Any] = {suffix: message for suffix, _, message in messages}
-        mode, flag = fields.get("contact_mode"), fields.get("transition")
-        self.declared(t_ns, mode and mode["data"], flag and flag["data"])
-        monitor = dict(zip(fields["monitor"]["name"], fields["monitor"]["position"]))
-        self.row(
-            t_ns,
-            (*fields["state"]["position"], *fields["contacts"]["effort"]),
-            (*fields["state_stddev"]["position"], *fields["contacts_stddev"]["effort"]),
-            monitor,
-        )
 
     def declared(self, t_ns: int, mode: str | None, flag: bool | None) -> None:
         """Take contact mode and transition flag; None or an empty text: as before."""

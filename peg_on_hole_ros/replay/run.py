@@ -45,7 +45,14 @@ class BadFile(PegOnHoleError):
 
 
 class Sink(Protocol):
-    """Takes what a replay gives; one with `take` is given `OutputColumns` where there are many."""
+    """Takes what a replay gives."""
+
+    def take(self, columns: OutputColumns) -> None:
+        """Take the outputs of stamps that rise."""
+
+
+class SmoothedSink(Protocol):
+    """Takes the smoothed state."""
 
     def add(self, t_ns: int, messages: list[Message]) -> None:
         """Take the messages of one stamp [ns]."""
@@ -196,7 +203,7 @@ def replay_bag(
     markers_rate: float,
     sinks: Iterable[Sink],
     progress: Callable[[float], None] | None = None,
-    smoothed: Sink | None = None,
+    smoothed: SmoothedSink | None = None,
     watch: Watch | None = None,
 ) -> Replayed:
     """
@@ -212,7 +219,7 @@ def replay_bag(
         Each is given all output, in order.
     progress : callable, optional
         Called with the share that is done.
-    smoothed : Sink, optional
+    smoothed : SmoothedSink, optional
         Is given the smoothed state of every stamp, after all other output.
     watch : Watch, optional
 
@@ -241,14 +248,9 @@ def replay_bag(
     for batch in bag.batches(needed):
         seen.add(batch, sources)
         arrivals = arrivals_of(batch, sources, configuration.joints, stream.pipeline.orientation)
-        for messages, columns in played(stream, batch, arrivals, configuration, sources, watch):
+        for columns in played(stream, batch, arrivals, configuration, sources, watch):
             for sink in sinks:
-                if columns is None:
-                    sink.add(stream.t_ns, messages)
-                elif hasattr(sink, "take"):
-                    sink.take(columns)
-                else:
-                    _add_each(sink, columns)
+                sink.take(columns)
         count += len(batch)
         if progress:
             progress(count / total)
@@ -294,9 +296,9 @@ def played(
     configuration: Configuration,
     sources: dict[str, str],
     watch: Watch | None = None,
-) -> Iterator[tuple[list[Message], OutputColumns | None]]:
+) -> Iterator[OutputColumns]:
     """
-    Hand a batch to a stream; yield messages of one stamp, or columns of many, as they come.
+    Hand a batch to a stream; yield outputs as they come.
 
     Parameters
     ----------
@@ -321,26 +323,20 @@ def played(
         if watch is not None:
             watch.take_inputs(arrivals, begin, behind)
         if columns is not None:
-            yield [], columns
+            yield columns
         if watch is not None:
             watch.take_inputs(arrivals, behind, place)
         if place < len(batch) and (place == begin or not arrivals.sound[place]):
             item = batch.item(place, names)
             if watch is not None and item.topic in sources:
                 watch.read(item.sample)
-            messages = hand_over(stream, item, sources)
+            columns = hand_over(stream, item, sources)
             place += 1
-            if messages:
-                yield messages, None
+            if columns is not None:
+                yield columns
 
 
-def _add_each(sink, columns):
-    said = dict(columns.said)
-    for i, t_ns in enumerate(columns.t_ns.tolist()):
-        sink.add(t_ns, columns.messages(i, said.get(i, ())))
-
-
-def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> list[Message]:
+def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> OutputColumns | None:
     """
     Hand a message of a bag to a stream as the node has it; return what it makes known.
 
@@ -354,7 +350,7 @@ def hand_over(stream: MessageStream, item: Item, sources: dict[str, str]) -> lis
     # A name that this version does not know changes nothing that it could repeat.
     elif is_event(item.sample.data):
         stream.on_event(item.sample.data)
-    return []
+    return None
 
 
 def fates(

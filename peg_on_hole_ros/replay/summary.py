@@ -1,10 +1,8 @@
 """The figures of a replay, taken from the messages that the node would have published."""
 
-from math import isfinite, nan
+import numpy as np
 
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.determined import determined_reactions
-from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime
 from peg_on_hole_ros.records import CONTACTS, UNTOLD
 
@@ -17,7 +15,7 @@ MOST_ALARMS = 1000
 
 class Summary:
     """
-    Collects from output messages what `--summary` tells.
+    Collects from outputs what `--summary` tells.
 
     Time is what has passed: where stamps fall (a simulator that was reset, a bag played again) it
     goes on from where it was.
@@ -40,27 +38,8 @@ class Summary:
         self._modes: dict[str, int] = {}
         self._mode = ""
 
-    def add(self, t_ns: int, messages: list[Message]) -> None:
-        """Take the messages of one stamp [ns]."""
-        self.outputs += 1
-        self._passed.take(t_ns)
-        fields = {topic: message for topic, _, message in messages}
-        normal = determined_reactions(fields)
-        if normal is not None:
-            self._max_normal = list(map(max, self._max_normal or normal, normal))
-        if "monitor" in fields:
-            told = dict(zip(fields["monitor"]["name"], fields["monitor"]["position"]))
-            self._add_untold([told.get(f"doubt_{name}", nan) for name in UNTOLD])
-        if fields.get("transition", {"data": False})["data"] and self._transition is None:
-            self._transition = self._passed.ns * 1e-9
-        if "contact_mode" in fields:
-            self._mode = fields["contact_mode"]["data"]
-        if "alarms" in fields:
-            self._add_alarms(self._passed.ns * 1e-9, fields["alarms"]["status"])
-        self._count_mode(1)
-
     def take(self, columns: OutputColumns) -> None:
-        """Take many stamps, as `add` would each."""
+        """Take the outputs of stamps that rise."""
         n, t_ns = len(columns), columns.t_ns
         self.outputs += n
         self._passed.take(int(t_ns[0]))
@@ -69,10 +48,10 @@ class Summary:
         if len(normal):
             most = normal.max(axis=0).tolist()
             self._max_normal = list(map(max, self._max_normal or most, most))
-        told = columns.doubts
-        known = told[~(told != told).all(axis=1)]
+        costs = columns["doubt"]
+        known = costs[np.isfinite(costs).any(axis=1)]
         if len(known):
-            self._add_untold(known[-1].tolist())
+            self._untold = known[-1].tolist()
         begun = 0
         for i, messages in columns.said:
             fields = {topic: message for topic, _, message in messages}
@@ -86,10 +65,6 @@ class Summary:
                 self._add_alarms(passed, fields["alarms"]["status"])
         self._count_mode(n - begun)
         self._passed.take_all(t_ns)
-
-    def _add_untold(self, costs):
-        if any(map(isfinite, costs)):
-            self._untold = costs
 
     def _count_mode(self, stamps):
         if stamps:

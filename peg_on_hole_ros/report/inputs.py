@@ -7,7 +7,6 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.stream import orientation_of
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, JointSample, WrenchSample
 from peg_on_hole_ros.report.thinning import Rows
@@ -131,17 +130,9 @@ class Inputs:
         self._waiting.append(waiting)
         del self._waiting[:-_MOST_WAITING]
 
-    def add(self, t_ns: int, messages: list[Message]) -> None:
-        """Take the outputs of one stamp [ns]."""
-        state = next(fields for topic, _, fields in messages if topic == "state")
-        state = np.array([[*state["position"], *state["velocity"]]])
-        self._take_outputs(np.array([t_ns]), state)
-
     def take(self, columns: OutputColumns) -> None:
-        """Take the outputs of many stamps."""
-        self._take_outputs(columns.t_ns, columns.state[:, :6])
-
-    def _take_outputs(self, t_ns, state):
+        """Take the outputs of stamps that rise."""
+        t_ns, state = columns.t_ns, columns["state"]
         # The first output that has taken it: of its stamp or after, and of a wrench behind it.
         after = np.searchsorted(t_ns, np.maximum(self._stamps, self._behind + 1))
         there = np.flatnonzero(after < len(t_ns))

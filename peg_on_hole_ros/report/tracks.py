@@ -9,9 +9,7 @@ import numpy as np
 from peg_on_hole_ros.bags.estimates import Estimate
 from peg_on_hole_ros.bags.truth import BOUND, Truth
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.output import Message
 from peg_on_hole_ros.messages.passed_time import PassedTime, Run
-from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 from peg_on_hole_ros.report.thinning import Rows, most_loaded, thinned
 
@@ -24,6 +22,7 @@ SCALARS = (
     *("transition_probability", "three_point_validity"),
     *("nis_median", "nis_drift"),
 )
+_MONITORED = (*LEARNT, *(f"{name}_stddev" for name in LEARNT), *SCALARS, "reactions_determined")
 _BANDS = (*QUANTITIES, *LEARNT)
 COLUMNS = (
     *(name + end for name in _BANDS for end in ("", "_low", "_high")),
@@ -94,39 +93,22 @@ class Tracks:
         """Time that has passed up to the latest estimate [ns]."""
         return self._time.ns
 
-    def add(self, t_ns: int, messages: list[Message]) -> None:
-        """Take the messages of one stamp [ns]."""
-        fields = {suffix: message for suffix, _, message in messages}
-        mode, flag = fields.get("contact_mode"), fields.get("transition")
-        pose = fields["pose"]["pose"]["pose"]["position"]
-        forces = [fields[f"contact/{name.lower()}"]["wrench"]["force"] for name in CONTACTS]
-        known = self._take(
-            t_ns,
-            (*fields["state"]["position"], *fields["contacts"]["effort"]),
-            (*fields["state_stddev"]["position"], *fields["contacts_stddev"]["effort"]),
-            dict(zip(fields["monitor"]["name"], fields["monitor"]["position"])),
-            (pose["x"], pose["y"], pose["z"]),
-            [force[axis] for force in forces for axis in "xyz"],
-            fields["contacts"]["position"],
-        )
-        self._declare(mode and mode["data"], flag and flag["data"])
-        self._count(known)
-
     def take(self, columns: OutputColumns) -> None:
-        """Take many stamps, as `add` would each."""
-        values = np.hstack([columns.state[:, :3], columns.normal]).tolist()
-        stddev = np.hstack([columns.state_stddev[:, :3], columns.normal_stddev]).tolist()
+        """Take the outputs of stamps that rise."""
+        values = np.hstack([columns["state"][:, :3], columns.normal]).tolist()
+        stddev = np.hstack([columns["state_stddev"][:, :3], columns["normal_stddev"]]).tolist()
         forces = columns.force.reshape(len(columns), -1).tolist()
+        monitor = np.column_stack([columns[name] for name in _MONITORED]).tolist()
         rows = zip(
             columns.t_ns.tolist(),
             values,
             stddev,
-            (dict(zip(MONITOR_NAMES, told)) for told in columns.monitor.tolist()),
-            columns.position.tolist(),
+            (dict(zip(_MONITORED, numbers)) for numbers in monitor),
+            columns["position"].tolist(),
             forces,
-            columns.closed.astype(float).tolist(),
+            columns["closed"].tolist(),
         )
-        for row, mode, flag in zip(rows, columns.modes, columns.flags.tolist()):
+        for row, mode, flag in zip(rows, columns.modes, columns["transition"].tolist()):
             known = self._take(*row)
             self._declare(mode, flag)
             self._count(known)

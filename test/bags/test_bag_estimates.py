@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from estimates import estimate
+from estimates import estimate, messages
 from peg_on_hole_ros.bags.estimates import Output, estimates
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.writer import BagWriter
@@ -22,7 +22,7 @@ def bag(path, **others):
     output = OutputStream(Scene())
     with BagWriter(path) as writer:
         for t_ns in (T_NS, T_NS + MS):
-            for topic, ros_type, message in output.messages(estimate(t_ns)):
+            for topic, ros_type, message in messages(output, estimate(t_ns)):
                 if t_ns > T_NS and topic in others:
                     message = others[topic]
                 writer.write(f"/peg_on_hole/{topic}", ros_type, message, t_ns)
@@ -61,7 +61,7 @@ def test_topics_that_a_recorder_mixed_come_in_the_order_of_publication(tmp_path)
     output, path, written = OutputStream(Scene(), 500.0), tmp_path / "mixed.mcap", []
     for i in range(20):
         t_ns = T_NS + i * MS
-        for number, (topic, ros_type, message) in enumerate(output.messages(estimate(t_ns))):
+        for number, (topic, ros_type, message) in enumerate(messages(output, estimate(t_ns))):
             # Every topic has its own way; markers, of every second stamp, come before all else.
             way = 0 if topic == "markers" else 3 + number % 4
             written.append((t_ns + way * MS, topic, ros_type, message))
@@ -82,7 +82,7 @@ def test_a_stamp_that_was_lost_in_part_holds_up_no_other(tmp_path, monkeypatch):
     with BagWriter(path) as writer:
         for i in range(20):
             t_ns = T_NS + i * MS
-            for topic, ros_type, message in output.messages(estimate(t_ns)):
+            for topic, ros_type, message in messages(output, estimate(t_ns)):
                 if topic != lost.get(i):
                     writer.write(f"/peg_on_hole/{topic}", ros_type, message, t_ns)
     found = Output(Bag(path))
@@ -95,7 +95,7 @@ def test_a_clock_that_goes_back_repeats_stamps(tmp_path):
     stamps = [T_NS + i * MS for i in (0, 1, 2, 1, 2, 3)]
     with BagWriter(path) as writer:
         for log_ns, t_ns in enumerate(stamps):
-            for topic, ros_type, message in output.messages(estimate(t_ns, phi=0.1 * log_ns)):
+            for topic, ros_type, message in messages(output, estimate(t_ns, phi=0.1 * log_ns)):
                 writer.write(f"/peg_on_hole/{topic}", ros_type, message, log_ns)
     found = Output(Bag(path), rest=True)
     assert [(row.t_ns, row.values[2]) for row in found] == [

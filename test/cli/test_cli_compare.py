@@ -7,7 +7,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from estimates import estimate
+from estimates import estimate, messages
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -37,7 +37,7 @@ def output(path, changed=(), without=(), lost=()):
     with BagWriter(path) as writer:
         for i in range(COUNT):
             t_ns = 10**9 + i * MS
-            for topic, ros_type, fields in stream.messages(estimate(t_ns)):
+            for topic, ros_type, fields in messages(stream, estimate(t_ns)):
                 fields = copy.deepcopy(fields)
                 if topic in changed:
                     (CHANGES | DECLARED)[topic](fields)

@@ -4,6 +4,7 @@ import json
 import pickle
 import re
 
+import numpy as np
 import pytest
 
 from cli_helpers import ROOT, SCHEMA
@@ -12,26 +13,20 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.simulated_bag import write_bag
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.config.options import NodeOptions
+from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.cycles import PAUSE_NS, SILENCE_NS, Cycles, json_line
-from peg_on_hole_ros.messages.output import (
-    BOOL,
-    DIAGNOSTICS,
-    JOINT_STATE,
-    STRING,
-    joint_state,
-)
+from peg_on_hole_ros.messages.output import BOOL, DIAGNOSTICS, STRING
+from peg_on_hole_ros.monitor.output_row import NOTHING
+from peg_on_hole_ros.records import Rows
 from simulated import truth
 
 MS = 1_000_000
 START = 7_000_000_000
 
 
-def said(mode=None, flag=None, normal=None, determined=1.0, contact=None, **levels):
-    monitor = {"reactions_determined": determined, **(contact or {})}
-    messages = [("monitor", JOINT_STATE, joint_state(0, monitor, list(monitor.values())))]
-    if normal is not None:
-        contacts = joint_state(0, ["K", "B1", "B2"], effort=normal)
-        messages.append(("contacts", JOINT_STATE, contacts))
+def said(mode=None, flag=None, normal=np.nan, determined=1.0, contact=None, **levels):
+    """Return what one stamp says: numbers of its row, and the messages beside."""
+    messages = []
     if flag is not None:
         messages.append(("transition", BOOL, {"data": flag}))
     if mode is not None:
@@ -39,7 +34,18 @@ def said(mode=None, flag=None, normal=None, determined=1.0, contact=None, **leve
     if levels:
         status = [{"name": n, "level": v, "message": f"{n} {v}"} for n, v in levels.items()]
         messages.append(("alarms", DIAGNOSTICS, {"status": status}))
-    return messages
+    known = 0.0 if normal is np.nan else determined
+    return {"reactions_determined": known, "normal": normal, **(contact or {})}, messages
+
+
+def take(cycles, t_ns, told):
+    """Hand over one stamp; return the records of tries that end with it."""
+    values, messages = told
+    rows = NOTHING.copy()
+    for name, value in values.items():
+        rows[name] = value
+    columns = OutputColumns(Rows(np.array([t_ns], np.int64), rows), [(0, messages)])
+    return [record for _, records in cycles.take(columns) for record in records]
 
 
 class Told:
@@ -48,7 +54,7 @@ class Told:
     def __init__(self, rows):
         self._cycles, self.records = Cycles(), []
         for t_ms, messages in rows:
-            self.records += self._cycles.add(START + t_ms * MS, messages)
+            self.records += take(self._cycles, START + t_ms * MS, messages)
 
     def finish(self):
         self.records += self._cycles.finish()
@@ -100,9 +106,9 @@ def test_numbers_have_no_more_digits_than_they_mean():
     """Microseconds and millinewtons, whatever sums and stamps come to."""
     tries = Cycles()
     came = {"contact_age": 1.0 / 3.0, "contact_latency": 1.0 / 3.0}
-    tries.add(START, said("three_point", False, [100.0 / 3.0, 1e-4 / 3.0, 2.0], contact=came))
-    tries.add(START + 333_333_333, said(normal=[1.0, 2.0, 2.0], overload=1))
-    tries.add(START + 666_666_667, said("two_point", True))
+    take(tries, START, said("three_point", False, [100.0 / 3.0, 1e-4 / 3.0, 2.0], contact=came))
+    take(tries, START + 333_333_333, said(normal=[1.0, 2.0, 2.0], overload=1))
+    take(tries, START + 666_666_667, said("two_point", True))
     (record,) = tries.finish()
     assert re.findall(r"\d+\.\d{7,}|e-\d+", json_line(record)) == []
     assert (record["start_time"], record["contact_latency"]) == (6.666667, 0.333333)
@@ -142,8 +148,8 @@ def test_a_clock_that_goes_back_ends_a_try():
     assert [record["peak_normal"]["K"] for record in cycles.records] == [1.0, 2.0, None]
     # The one that ends is handed out where the fall is seen.
     cycles = Cycles()
-    assert cycles.add(START, said("three_point")) == []
-    (record,) = cycles.add(START - MS, said())
+    assert take(cycles, START, said("three_point")) == []
+    (record,) = take(cycles, START - MS, said())
     assert record["outcome"] == "unfinished"
 
 
@@ -221,9 +227,9 @@ def test_the_node_keeps_nothing_of_a_try_that_has_ended():
     cycles, sizes, ended = Cycles(), [], 0
     for k in range(3):
         start = START + k * 4 * PAUSE_NS
-        cycles.add(start, said("three_point", flag=False, normal=[1.0, 2.0, 3.0], overload=2))
-        cycles.add(start + MS, said("open", overload=0))
-        ended += len(cycles.add(start + 2 * PAUSE_NS, said()))
+        take(cycles, start, said("three_point", flag=False, normal=[1.0, 2.0, 3.0], overload=2))
+        take(cycles, start + MS, said("open", overload=0))
+        ended += len(take(cycles, start + 2 * PAUSE_NS, said()))
         # Whatever it is kept in: a pickle holds all that the object does.
         sizes.append(len(pickle.dumps(cycles)))
     assert ended == 3

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from estimates import columns
 from late_samples import MS, ordered, pipeline, play, total, undoubted
 from peg_on_hole_ros.engine.ring import MOST_WAITING
 from peg_on_hole_ros.messages.cycles import Cycles
@@ -130,11 +131,11 @@ def test_a_try_and_its_duration_go_on_over_it():
     tries, durations = [], []
     for stream in (samples, [*samples[: i + 1], wrong, *samples[i + 1 :]]):
         line, cycles, summary, found = pipeline(), Cycles(), Summary(), []
-        messages = OutputStream(line.scene)
+        said = OutputStream(line.scene)
         for outputs in line.play(stream):
-            made = messages.messages(outputs)
-            found += cycles.add(outputs.t_ns, made)
-            summary.add(outputs.t_ns, made)
+            made = columns(said, outputs)
+            found += [record for _, records in cycles.take(made) for record in records]
+            summary.take(made)
         tries.append(found + cycles.finish())
         durations.append(summary.content()["duration"])
     assert len(tries[0]) == len(tries[1]) == 1

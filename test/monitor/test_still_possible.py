@@ -60,7 +60,8 @@ def alarms(truth, configuration):
         if not isinstance(sample, WrenchSample):
             stream.take_joints(sample)
             continue
-        for topic, _, fields in stream.take_wrench(sample):
+        columns = stream.take_wrench(sample)
+        for topic, _, fields in columns.messages(0) if columns else ():
             if topic == "alarms":
                 yield (sample.t_ns - START_NS) * 1e-9, fields["status"]
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cli_helpers import SCHEMA, config
+from estimates import columns, messages
 from json_schema import check
 from late_samples import ordered, shuffled
 from peg_on_hole_ros.cli.main import main
@@ -77,7 +78,7 @@ def test_topics_and_diagnostics_say_that_nothing_was_judged():
     for outputs in line.play(measure(truth(SCENE), 4)):
         assert set(outputs.monitor) - AT_TIMES == NUMBERS
         assert np.isfinite(list(outputs.monitor.values())).all()
-        for topic, _, fields in stream.messages(outputs):
+        for topic, _, fields in messages(stream, outputs):
             topics.add(topic)
             modes += [fields["data"]] if topic == "contact_mode" else []
     assert modes == ["unknown"]
@@ -108,7 +109,7 @@ def test_a_summary_has_the_reactions_of_a_peg_that_slides():
     summary, stream = Summary(), OutputStream(scene, markers_rate=0.0)
     found = list(pipeline().play(ordered(200)))
     for row in found:
-        summary.add(row.t_ns, stream.messages(row))
+        summary.take(columns(stream, row))
     known = [row.normal for row in found if row.monitor["reactions_determined"]]
     assert len(known) > 100
     assert list(summary.content()["max_normal"].values()) == np.max(known, axis=0).tolist()

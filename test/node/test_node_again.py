@@ -72,9 +72,9 @@ def test_what_was_lost_before_is_not_reported_again_and_what_no_report_told_is(c
         node.trigger_activate()
         feed(node, 1000)
         feed(node, 1000)
-        whole, node._stream.pipeline.row_of = node._stream.pipeline.row_of, fail
+        whole, node._stream.pipeline.take_wrench = node._stream.pipeline.take_wrench, fail
         feed(node, 1001)
-        node._stream.pipeline.row_of = whole
+        node._stream.pipeline.take_wrench = whole
         assert report(node)["filter"][0] == ERROR
         feed(node, 1002)
         node.arrivals.wrench(b"")

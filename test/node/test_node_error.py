@@ -26,7 +26,7 @@ PROGRAM = f"""
 from peg_on_hole_ros.ros.node import main
 from peg_on_hole_ros.engine.pipeline import Pipeline
 
-def row_of(self, sample, whole=Pipeline.row_of):
+def take_wrench(self, sample, whole=Pipeline.take_wrench):
     if {BAD_NS.start} <= sample.t_ns < {BAD_NS.stop}:
         raise RuntimeError("made up")
     return whole(self, sample)
@@ -34,7 +34,7 @@ def row_of(self, sample, whole=Pipeline.row_of):
 def tare(self):
     raise ZeroDivisionError("made up too")
 
-Pipeline.row_of, Pipeline.tare = row_of, tare
+Pipeline.take_wrench, Pipeline.tare = take_wrench, tare
 main()
 """
 
@@ -104,7 +104,7 @@ def test_an_error_costs_the_estimate_and_not_the_node(tmp_path):
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, *nightly(SystemExit)])
 def test_what_is_to_end_the_program_does(stop):
-    def row_of(sample):
+    def take_wrench(sample):
         raise stop
 
     init([])
@@ -112,7 +112,7 @@ def test_what_is_to_end_the_program_does(stop):
         node = PegOnHoleNode([])
         node.trigger_configure()
         node.trigger_activate()
-        node._stream.pipeline.row_of = row_of
+        node._stream.pipeline.take_wrench = take_wrench
         node.arrivals.joints(Encoder(JOINTS_TYPE)(joints(MS)))
         node.arrivals.wrench(Encoder(WRENCH_TYPE)(wrench(MS)))
         with pytest.raises(stop):

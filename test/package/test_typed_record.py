@@ -73,3 +73,14 @@ def test_what_no_record_can_have_is_refused():
         dtype_of(Text)
     with pytest.raises(TypeError, match="Hidden.mean: NumPy's records have a method"):
         dtype_of(Hidden)
+
+
+def test_a_field_may_be_annotated_with_more_than_its_shape():
+    class Noted(Record):
+        rate: Annotated[float, "a note"]
+        v: Annotated[Vector3, "another"]
+        loads: Annotated[Sequence[Inner], (2,), "a third"]
+
+    kinds = dtype_of(Noted)
+    assert kinds["rate"] == np.float64
+    assert (kinds["v"].shape, kinds["loads"].shape) == ((3,), (2,))

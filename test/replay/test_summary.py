@@ -1,17 +1,14 @@
-"""Summary and stamps: known messages in, known figures out."""
+"""Summary and stamps: known outputs in, known figures out."""
 
 import pickle
 
+import numpy as np
 import pytest
 
-from peg_on_hole_ros.messages.output import (
-    BOOL,
-    DIAGNOSTICS,
-    JOINT_STATE,
-    STRING,
-    joint_state,
-)
-from peg_on_hole_ros.records import UNTOLD
+from peg_on_hole_ros.messages.columns import OutputColumns
+from peg_on_hole_ros.messages.output import BOOL, DIAGNOSTICS, STRING
+from peg_on_hole_ros.monitor.output_row import NOTHING
+from peg_on_hole_ros.records import UNTOLD, Rows
 from peg_on_hole_ros.replay import summary as module
 from peg_on_hole_ros.replay.stamps import StampStatistics
 from peg_on_hole_ros.replay.summary import Summary
@@ -19,12 +16,11 @@ from peg_on_hole_ros.replay.summary import Summary
 MS = 1_000_000
 
 
-def contacts(t_ns, normal):
-    return "contacts", JOINT_STATE, joint_state(t_ns, ["K", "B1", "B2"], effort=normal)
-
-
-def determined(value):
-    return "monitor", JOINT_STATE, joint_state(0, ["reactions_determined"], [value])
+def columns(t_ns, messages, normal=0.0, determined=0.0):
+    """Return the outputs of one stamp, with messages beside."""
+    rows = NOTHING.copy()
+    rows["normal"], rows["reactions_determined"] = normal, determined
+    return OutputColumns(Rows(np.array([t_ns], np.int64), rows), [(0, messages)])
 
 
 def alarms(**levels):
@@ -34,29 +30,33 @@ def alarms(**levels):
     return "alarms", DIAGNOSTICS, {"status": status}
 
 
-def test_figures_are_those_of_the_messages():
+def test_figures_are_those_of_the_outputs():
     summary = Summary()
     start = 5_000_000_000
     rows = [
-        [
-            contacts(0, [1.0, 20.0, 3.0]),
-            determined(1.0),
-            ("transition", BOOL, {"data": False}),
-            ("contact_mode", STRING, {"data": "three_point"}),
-            alarms(jamming=0, overload=1),
-        ],
-        [contacts(0, [4.0, 2.0, -3.0]), determined(1.0), alarms(jamming=2, overload=1)],
-        [
-            contacts(0, [900.0, 0.0, 500.0]),
-            determined(0.0),
-            ("transition", BOOL, {"data": True}),
-            ("contact_mode", STRING, {"data": "two_point"}),
-        ],
-        [contacts(0, [0.0] * 3), ("transition", BOOL, {"data": False}), alarms(jamming=0)],
-        [contacts(0, [0.0] * 3), ("transition", BOOL, {"data": True})],
+        (
+            [
+                ("transition", BOOL, {"data": False}),
+                ("contact_mode", STRING, {"data": "three_point"}),
+                alarms(jamming=0, overload=1),
+            ],
+            [1.0, 20.0, 3.0],
+            1.0,
+        ),
+        ([alarms(jamming=2, overload=1)], [4.0, 2.0, -3.0], 1.0),
+        (
+            [
+                ("transition", BOOL, {"data": True}),
+                ("contact_mode", STRING, {"data": "two_point"}),
+            ],
+            [900.0, 0.0, 500.0],
+            0.0,
+        ),
+        ([("transition", BOOL, {"data": False}), alarms(jamming=0)],),
+        ([("transition", BOOL, {"data": True})],),
     ]
-    for i, messages in enumerate(rows):
-        summary.add(start + i * MS, messages)
+    for i, told in enumerate(rows):
+        summary.take(columns(start + i * MS, *told))
     content = summary.content()
     times = [alarm.pop("time") for alarm in content["alarms"]]
     assert times == pytest.approx([0.0, 0.001, 0.003], abs=1e-12)
@@ -83,7 +83,7 @@ def test_a_clock_that_goes_back_takes_no_time():
     rows += [(0, alarms(jamming=1)), (300, alarms(jamming=0))]
     rows += [(400, ("transition", BOOL, {"data": True})), (500, alarms(jamming=1))]
     for t_ms, message in rows:
-        summary.add(t_ms * MS, [message])
+        summary.take(columns(t_ms * MS, [message]))
     content = summary.content()
     # Half a second before the fall and half a second after it.
     assert content["start_time"] == 10.0
@@ -97,7 +97,7 @@ def test_alarms_that_flicker_are_counted_but_not_all_listed(monkeypatch):
     monkeypatch.setattr(module, "MOST_ALARMS", 4)
     summary = Summary()
     for i in range(10):
-        summary.add(i * MS, [alarms(jamming=(i + 1) % 2)])
+        summary.take(columns(i * MS, [alarms(jamming=(i + 1) % 2)]))
     content = summary.content()
     assert (len(content["alarms"]), content["alarm_changes"]) == (4, 10)
     assert content["transition_time"] is None

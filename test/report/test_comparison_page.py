@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cli_helpers import config, fails
-from estimates import SCENE, estimate
+from estimates import SCENE, changed, estimate, messages
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
@@ -24,10 +24,9 @@ def output(path, change=None, psi=0.4):
     with BagWriter(path, Configuration()) as writer:
         for k in range(50):
             made = estimate(t_ns=k * MS, psi=psi)
-            made.monitor["reactions_determined"] = 1.0
             if change and 20 <= k < 30:
                 made = change(made)
-            for topic, ros_type, fields in stream.messages(made):
+            for topic, ros_type, fields in messages(stream, made):
                 writer.write(f"/peg_on_hole/{topic}", ros_type, fields, k * MS)
     return path
 
@@ -42,7 +41,7 @@ def compared(tmp_path, a, b):
 
 def test_both_are_drawn_and_how_far_they_are_apart(tmp_path):
     def heavier(made):
-        return made._replace(normal=made.normal + [2.0, 0.0, 0.0])
+        return changed(made, normal=made.normal + [2.0, 0.0, 0.0])
 
     a, b = output(tmp_path / "a.mcap"), output(tmp_path / "b.mcap", heavier)
     text, model = compared(tmp_path, a, b)

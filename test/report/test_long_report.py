@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from test_report_page import replay_of
 
-from estimates import SCENE, estimate
+from estimates import SCENE, columns, estimate
+from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.output import OutputStream
-from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
+from peg_on_hole_ros.monitor.output_row import ROW
+from peg_on_hole_ros.records import ANGLES, JointSample, Rows, WrenchSample
 from peg_on_hole_ros.report.replay_page import replay_page
 from peg_on_hole_ros.report.tracks import Tracks
 from small_bags import MS
@@ -23,11 +25,10 @@ pytestmark = [pytest.mark.xdist_group("browser"), pytest.mark.timeout(900)]
 
 
 def outputs():
-    """Return the messages of an estimate that has everything that is drawn."""
-    made = estimate(t_ns=10**9)
-    made.monitor.update(dict.fromkeys(SCALARS, 0.5), reactions_determined=1.0)
-    made.monitor.update(friction_stddev=0.01, clearance_stddev=1e-6)
-    return OutputStream(SCENE).messages(made)
+    """Return an estimate that has everything that is drawn."""
+    told = dict.fromkeys(SCALARS, 0.5) | {"reactions_determined": 1.0}
+    told |= {"friction_stddev": 0.01, "clearance_stddev": 1e-6}
+    return estimate(t_ns=10**9, monitor=told)
 
 
 def noise(count):
@@ -39,24 +40,25 @@ def noise(count):
 
 @pytest.fixture(scope="module")
 def long_report(tmp_path_factory):
-    tracks, messages = Tracks(), outputs()
+    tracks, made = Tracks(), outputs()
+    said = columns(OutputStream(SCENE), made).said
     found = replay_of(tmp_path_factory.mktemp("long") / "long.mcap", tracks)
-    fields = {suffix: message for suffix, _, message in messages}
-    scalars = [fields["monitor"]["name"].index(name) for name in SCALARS]
     for k, row in enumerate(noise(COUNT)):
         t_ns = 10**9 + k * MS
         turned, loads, read, told = row[:3], row[3:6], row[6:12], row[12:]
-        fields["state"]["position"] = [0.15 + 1e-3 * turned[0], *turned[1:]]
-        fields["contacts"]["effort"] = [100.0 + n for n in loads]
-        for i, value in zip(scalars, told):
-            fields["monitor"]["position"][i] = value
+        values = np.array([made.row], ROW)
+        values["state"][0, :3] = [0.15 + 1e-3 * turned[0], *turned[1:]]
+        values["normal"] = [100.0 + n for n in loads]
+        for name, value in zip(SCALARS, told):
+            values[name] = value
         if k == PEAK:
-            fields["contacts"]["effort"][0] = 345.6
+            values["normal"][0, 0] = 345.6
         found.inputs.read(WrenchSample(t_ns, tuple(read[:3]), tuple(read[3:])))
         if k % 50 == 0:
             found.inputs.read(JointSample(t_ns, ANGLES, (0.15, *turned[1:])))
-        tracks.add(t_ns, messages)
-        found.inputs.add(t_ns, messages)
+        taken = OutputColumns(Rows(np.array([t_ns]), values), said)
+        tracks.take(taken)
+        found.inputs.take(taken)
     path = found.path.with_suffix(".html")
     path.write_text(replay_page(found), encoding="utf-8")
     return path

@@ -6,7 +6,7 @@ from test_comparison_page import output
 from test_report_page import replay_of
 
 from browsing import Opened
-from estimates import SCENE, estimate
+from estimates import SCENE, changed, columns, estimate
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
@@ -35,21 +35,26 @@ def moment(k):
     """A peg that touches, closes and turns; in the middle its reactions are not told."""
     s = k / COUNT
     made = estimate(10**9 + k * MS, 0.2 - 0.1 * s, 0.4 + s, -1.1 + 2.0 * s)
-    made.monitor.update(
-        jamming_risk=s**4, jamming_wedging=s**4, jamming_stall=0.1 * s, jamming_load=0.2 * s,
-        transition_probability=s**8, three_point_validity=1.0, nis_median=2.4, nis_drift=3.0,
-        friction=0.2 + 0.02 * np.sin(9 * s), friction_stddev=0.02 * (1.1 - s),
-        reactions_determined=float(k not in UNTOLD),
-    )  # fmt: skip
+    told = made.monitor | {
+        "jamming_risk": s**4,
+        "jamming_wedging": s**4,
+        "jamming_stall": 0.1 * s,
+        "jamming_load": 0.2 * s,
+        "transition_probability": s**8,
+        "three_point_validity": 1.0,
+        "nis_median": 2.4,
+        "nis_drift": 3.0,
+        "friction": 0.2 + 0.02 * np.sin(9 * s),
+        "friction_stddev": 0.02 * (1.1 - s),
+        "reactions_determined": float(k not in UNTOLD),
+    }
     normal = np.array([20.0 + 70.0 * s**2, 9.0 + 40.0 * s, 11.0 + 40.0 * s])
     if k < TOUCHES:
-        return made._replace(
-            contact_mode="open", normal=np.zeros(3), closed=np.zeros(3, bool),
-            contact_force=np.zeros((3, 3)),
-        )  # fmt: skip
-    warned = tuple(a._replace(level=int(k > 900)) if a.name == "jamming" else a
-                   for a in made.alarms)  # fmt: skip
-    return made._replace(normal=normal, normal_stddev=0.03 * normal, alarms=warned)
+        return changed(
+            made, contact_mode="open", normal=0.0, closed=0.0, contact_wrench=0.0, monitor=told
+        )
+    warned = {"jamming": int(k > 900)}
+    return changed(made, normal=normal, normal_stddev=0.03 * normal, alarms=warned, monitor=told)
 
 
 @pytest.fixture(scope="module")
@@ -58,14 +63,14 @@ def report(tmp_path_factory):
     found = replay_of(tmp_path_factory.mktemp("pictures") / "cell 4.mcap", tracks, **CONTENT)
     for k in range(COUNT):
         made = moment(k)
-        messages = stream.messages(made)
         load = 30.0 * (k > TOUCHES) * np.sin(5e-3 * k)
         found.inputs.read(WrenchSample(made.t_ns, (load, 5.0, -load), (0.1, 1e-3 * k, 0.0)))
         # A gap of 60 ms in what the joints say.
         if k % 2 == 0 and not 400 < k < 460:
             found.inputs.read(JointSample(made.t_ns, ANGLES, tuple(made.state[:3])))
-        tracks.add(made.t_ns, messages)
-        found.inputs.add(made.t_ns, messages)
+        told = columns(stream, made)
+        tracks.take(told)
+        found.inputs.take(told)
     path = found.path.with_suffix(".html")
     path.write_text(replay_page(found), encoding="utf-8")
     return path
@@ -103,7 +108,7 @@ def test_a_report_is_as_it_was_looked_at(opened, report, view):
 @pytest.mark.nightly
 def test_a_comparison_is_as_it_was_looked_at(opened, tmp_path):
     def heavier(made):
-        return made._replace(normal=made.normal + [2.0, 0.0, 0.0])
+        return changed(made, normal=made.normal + [2.0, 0.0, 0.0])
 
     a, b = output(tmp_path / "a.mcap"), output(tmp_path / "b.mcap", heavier)
     path = tmp_path / "c.html"
@@ -125,12 +130,12 @@ CHANGES = [
 
 def test_a_letter_is_no_change_and_a_lost_line_is(wide):
     page, before = wide
-    for style, changed in CHANGES:
+    for style, named in CHANGES:
         page.evaluate(STYLE, style)
         after = parts(page)
         page.evaluate(PLAIN)
-        if changed is None:
+        if named is None:
             assert before.keys() != after.keys()
             continue
         shares = {name: apart(before[name], after[name]) for name in before}
-        assert {name for name, share in shares.items() if share > allowed(name)} == changed, shares
+        assert {name for name, share in shares.items() if share > allowed(name)} == named, shares

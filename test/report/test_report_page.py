@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cli_helpers import config, fails
-from estimates import SCENE, estimate
+from estimates import SCENE, changed, columns, estimate
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
@@ -42,7 +42,7 @@ def replay_of(path, tracks=None, configuration=None, **more):
     configuration = configuration or Configuration()
     if tracks is None:
         tracks = Tracks()
-        tracks.add(10**9, OutputStream(SCENE).messages(estimate(t_ns=10**9)))
+        tracks.take(columns(OutputStream(SCENE), estimate(t_ns=10**9)))
     inputs = Inputs(configuration, tracks)
     content = CONTENT | more
     return Replay(
@@ -151,16 +151,15 @@ def test_reactions_that_are_not_determined_are_gaps_whether_nan_or_flagged():
     tracks, stream = Tracks(), OutputStream(SCENE)
     for k in range(30):
         flagged, unstated = 10 <= k < 15, 20 <= k < 25
-        made = estimate(t_ns=k * MS)
-        made.monitor["reactions_determined"] = float(not flagged)
+        made = estimate(t_ns=k * MS, monitor={"reactions_determined": float(not flagged)})
         if unstated:
-            made = made._replace(normal=np.full(3, np.nan), contact_force=np.full((3, 3), np.nan))
-        tracks.add(k * MS, stream.messages(made))
-    columns = tracks.columns()
-    gaps = [k for k in range(30) if np.isnan(columns["K"][k])]
+            made = changed(made, normal=np.nan, contact_wrench=np.nan)
+        tracks.take(columns(stream, made))
+    drawn = tracks.columns()
+    gaps = [k for k in range(30) if np.isnan(drawn["K"][k])]
     assert gaps == [*range(10, 15), *range(20, 25)]
-    assert np.isnan(columns["K_high"][gaps]).all()
-    assert columns["K_high"][0] == pytest.approx(20.0 + 1.96 * 0.5, abs=1e-3)
+    assert np.isnan(drawn["K_high"][gaps]).all()
+    assert drawn["K_high"][0] == pytest.approx(20.0 + 1.96 * 0.5, abs=1e-3)
     assert tracks.peaks["K"].normal == 20.0
     assert tracks.undetermined == pytest.approx(10 / 30)
     moments = tracks.moments()
@@ -172,10 +171,10 @@ def test_reactions_that_are_not_determined_are_gaps_whether_nan_or_flagged():
 
 def test_what_is_not_learnt_or_not_there_has_no_plot():
     def names(**monitor):
-        made = estimate()
-        made.monitor.update(monitor)
+        made = estimate(t_ns=10**9)
+        made = changed(made, monitor=made.monitor | monitor)
         tracks = Tracks()
-        tracks.add(10**9, OutputStream(SCENE).messages(made))
+        tracks.take(columns(OutputStream(SCENE), made))
         found = json.loads(unpacked(replay_page(replay_of(Path("a.mcap"), tracks))))
         return {one["name"] for one in found["panels"]}
 

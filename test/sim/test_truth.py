@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from estimates import SCENE, estimate
+from estimates import SCENE, columns, estimate
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_table
 from peg_on_hole_ros.bags.truth import Truth, read_truth
@@ -142,12 +142,11 @@ def test_a_flag_that_never_had_to_rise_and_never_did_is_not_called_right():
     assert flag_lines(score) == ["there is no transition in the truth"]
 
 
-def test_score_takes_the_messages_of_a_replay():
+def test_score_takes_the_outputs_of_a_replay():
     outputs = estimate(t_ns=S, psi=0.4)
-    outputs.monitor["reactions_determined"] = 1.0
     values = [*outputs.state[:3], *outputs.normal]
     score = Score(Truth([0, 2 * S], [values, values], [0], ["three_point"]))
-    score.add(S, OutputStream(SCENE).messages(outputs))
+    score.take(columns(OutputStream(SCENE), outputs))
     assert list(score.rmse().values()) == pytest.approx([0.0] * 6, abs=1e-12)
     assert score.stddev()["gamma"] == pytest.approx(1e-5, rel=1e-12)
     assert score.stddev()["B1"] == pytest.approx(0.3, rel=1e-12)
@@ -253,11 +252,12 @@ def test_series_is_thinned_evenly(monkeypatch):
 
 
 def test_picture_has_every_part():
-    series, stream = Series(), OutputStream(SCENE)
+    series, made = Series(), estimate()
+    values = [*made.state[:3], *made.normal]
     for k in range(20):
-        mode = "three_point" if k < 10 else "two_point"
-        outputs = estimate(t_ns=k * S // 10, contact_mode=mode, transition=k >= 10)
-        series.add(outputs.t_ns, stream.messages(outputs))
+        mode, t_ns = "three_point" if k < 10 else "two_point", k * S // 10
+        series.declared(t_ns, mode, k >= 10)
+        series.row(t_ns, values, 0.1 * ONES, made.monitor)
     assert series.modes == [(0, "three_point"), (S, "two_point")]
     assert series.flags == [(0, False), (S, True)]
     fig = figure(series, "a title", SCENE.gamma0, truth([(0, "three_point"), (S, "two_point")]))

@@ -1,0 +1,19 @@
+"""Whether the reactions of rows are numbers that may be published."""
+
+from typing import Any
+
+from peg_on_hole_ros.monitor.states import Mode
+
+
+def are_known(rows: Any) -> Any:
+    """
+    Return whether the reactions are known, shape (n,).
+
+    They are where they are determined, and none where nothing touches.
+
+    Parameters
+    ----------
+    rows : ndarray of ROW, shape (n,), or one row
+
+    """
+    return (rows["reactions_determined"] == 1.0) | (rows["contact_mode"] == Mode.OPEN.value)
