@@ -25,7 +25,7 @@ from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import table
 from peg_on_hole_ros.cli.simulation_file import read_plan
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.sim.measure import measure
@@ -41,22 +41,25 @@ LIMIT = 0.9
 
 # What is put in a field's place: without its rule where that is possible, else much of it.
 SWITCHED = {
-    "level": (("level", (10.0, 30.0, 500.0)), ("level", (1.0, 30.0, 500.0))),
-    "up": (("up", (0.0, 15.0, 3.0)), ("up", (0.0, 60.0, 12.0))),
-    "time": (("time", (0.02, 0.02, 0.02)), ("time", (0.05, 0.05, 0.05))),
+    "mode_stddev": (("mode_stddev", (10.0, 30.0, 500.0)), ("mode_stddev", (1.0, 30.0, 500.0))),
+    "mode_rate": (("mode_rate", (0.0, 15.0, 3.0)), ("mode_rate", (0.0, 60.0, 12.0))),
+    "mode_time": (("mode_time", (0.02, 0.02, 0.02)), ("mode_time", (0.05, 0.05, 0.05))),
     "around_axes": (("around_axes", 0.0), ("around_axes", 1.0)),
-    "frictions": (("frictions", 1), ("frictions", 5)),
+    "friction_hypotheses": (("friction_hypotheses", 1), ("friction_hypotheses", 5)),
     "reach": (("reach", 2.0), ("reach", 3.0)),
     "joined": (("joined", 0.0), ("joined", 0.03)),
-    "doubt": (("doubt", 0.0), ("doubt", 0.5)),
+    "direction_evidence_time": (
+        ("direction_evidence_time", 0.0),
+        ("direction_evidence_time", 0.5),
+    ),
     "direction_time": (("direction_time", 0.0), ("direction_time", 0.03)),
     "reaction_prior": (("reaction_prior", 1.0), ("reaction_prior", 30.0)),
     "settling": (("settling", 0.002), ("settling", 0.05)),
     "passes": (("passes", 1), ("passes", 2)),
     "free_walk": (("free_walk", 0.1), ("free_walk", 1.0)),
-    "zero_time": (("zero_time", 12.0), ("zero_time", inf)),
+    "bias_time": (("bias_time", 12.0), ("bias_time", inf)),
     "touch_time": (("touch_time", 0.0), ("touch_time", 0.3)),
-    "sure": (("sure", 1.0), ("sure", inf)),
+    "significance": (("significance", 1.0), ("significance", inf)),
     "outlier": (("outlier", inf), ("outlier", 5.0)),
     "noise_count": (("noise_count", 30.0), ("noise_count", 300.0)),
     "noise_most": (("noise_most", 1.0),),
@@ -182,7 +185,7 @@ def score(case: Case, truth: Truth, seed: int, changed: dict) -> Score:
     configuration = drawn(truth.plan.configuration, seed)
 
     def make(*given):
-        return HeldPeg(*given, constants=default_settings(**changed))
+        return ContactFilter(*given, settings=default_settings(**changed))
 
     pipeline = Pipeline(configuration, make=make)
     samples = case.on_the_way(measure(truth, seed), seed)

@@ -13,11 +13,6 @@ class Record:
         """Change a field."""
 
 
-StateRecord = NewType("StateRecord", Record)  # estimator.state.STATE
-ScratchRecord = NewType("ScratchRecord", Record)  # estimator.state.SCRATCH
-SettingsRecord = NewType("SettingsRecord", Record)  # estimator.held.SETTINGS
-GatesRecord = NewType("GatesRecord", Record)  # estimator.held.GATES
-HeldRecord = NewType("HeldRecord", Record)  # estimator.held.HELD
 FreshnessRecord = NewType("FreshnessRecord", Record)  # measurements.freshness.FRESHNESS
 InnovationsRecord = NewType("InnovationsRecord", Record)  # measurements.innovations.INNOVATIONS
 ReductionRecord = NewType("ReductionRecord", Record)  # measurements.measurement.REDUCTION

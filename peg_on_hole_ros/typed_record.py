@@ -101,5 +101,10 @@ def record_in(memory: NDArray[np.void], field: str, record: type[R]) -> R:
     part: Any = memory[field]
     if part.dtype != dtype_of(record):
         raise TypeError(f"{field} is no {record.__name__}: {part.dtype}")
-    found: R = part.view(np.recarray)[0]
+    return at(record, part)
+
+
+def at(record: type[R], memory: NDArray[np.void]) -> R:
+    """Return the record that an array of one holds, shape (1,): the same memory."""
+    found: R = memory.view(np.recarray)[0]
     return found

@@ -5,32 +5,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import free, mixture, step
-from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
-from peg_on_hole_ros.estimator.noise import follow_noise
+from peg_on_hole_ros.estimator import mixture
+from peg_on_hole_ros.estimator.bias_in_air import corrects_bias, update_bias_in_air
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.noise import track_orientation_noise
+from peg_on_hole_ros.estimator.orientation_update import (
+    pass_time,
+    predict_orientation,
+    update_from_orientation,
+)
 from peg_on_hole_ros.estimator.settings import default_settings
+from peg_on_hole_ros.estimator.start import forget_air, start_mixture
 from peg_on_hole_ros.estimator.state import (
-    BIAS,
     FRICTION,
     OPEN,
     QUANTITIES,
-    SCRATCH,
-    STATE,
-    WIDTHS,
     begin_state,
-    named,
-    places,
+    mixture_of,
+    places_of,
 )
+from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
+from peg_on_hole_ros.typed_record import new
 from reference_equations import Cell
 from reference_estimator import ReferenceEstimator
 
 RATE_STDDEV = 1.0
-ONE_LEVEL = {"level": (30.0,), "time": (0.05,), "up": (0.0,), "frictions": 1}
+ONE_LEVEL = {
+    "mode_stddev": (30.0,), "mode_time": (0.05,), "mode_rate": (0.0,), "friction_hypotheses": 1,
+}  # fmt: skip
 # What is stated of each quantity that may be open.
 STATED = {
     "clearance": [0.1],
@@ -70,12 +77,13 @@ def samples(truth, seed=None, count=None):
 
 def cell_of(scene, noise, open_quantities=(), considered=(), friction_learnt=True, **settings):
     """Return a cell whose open quantities are as STATED."""
-    _, n = places(open_quantities)
+    places = places_of(open_quantities)
+    n = int(places.reactions)
     walk, learnt = np.zeros(n), np.ones(n + 3)
     walk[FRICTION] = 5e-4**2 if scene.friction_stddev else 0.0
     learnt[FRICTION] = friction_learnt
-    at, _ = places(open_quantities)
-    for name, first, width in zip(QUANTITIES, at, WIDTHS):
+    for name, width in QUANTITIES.items():
+        first = getattr(places, name)
         if name in open_quantities:
             walk[first : first + width] = (0.1 * np.array(STATED[name])) ** 2
             learnt[first : first + width] = name not in considered
@@ -91,56 +99,52 @@ class Compiled:
     """The compiled step with its memory, on the interface of the reference."""
 
     def __init__(self, cell, frictions):
-        self.cell, self.scalars = cell, scene_scalars(cell.scene)
-        self.at, self.n = places(cell.open_quantities)
-        sizes = self.n, frictions, len(cell.settings.level)
-        self.memory, self.scratch = np.zeros(1, STATE), np.zeros(1, SCRATCH)[0]
-        self.record = self.memory[0]
-        begin_state(self.record, *sizes)
-        self.state, self.settings = named(self.record), np.zeros(1, SETTINGS)[0]
-        fill_settings(self.settings, cell.settings)
+        self.cell = cell
+        self.memory = kalman = new(FilterRecord)
+        kalman.settings, kalman.scene[:] = cell.settings, scene_scalars(cell.scene)
+        kalman.places = places_of(cell.open_quantities)
+        kalman.walk[: cell.n], kalman.estimated[: cell.n + 3] = cell.walk, cell.learnt
+        kalman.bias_map[:], kalman.noise[:] = cell.bias_map, cell.wrench_noise
+        self.state, self.scratch = kalman.state, kalman.scratch
+        begin_state(self.state, cell.n + 3, frictions, int(cell.settings.modes))
+        self.mixture = mixture_of(self.state)
 
-    def start(self, q, R, *stated):
-        step.start(self.record, self.scratch, self.settings, self.at, self.n, q, R, *stated)
+    def start(self, q, R, rate_stddev, friction, friction_stddev, open_mean, open_stddev):
+        kalman, count = self.memory, self.cell.n - OPEN
+        kalman.start_friction, kalman.start_friction_stddev = friction, friction_stddev
+        kalman.open_mean[:count], kalman.open_stddev[:count] = open_mean, open_stddev
+        start_mixture(kalman, q, R, rate_stddev)
 
     def predict(self, dt):
-        cell = self.cell
-        mixture.predict(self.record, self.scratch, self.settings, cell.walk, self.n, dt)
-        step.pass_time(self.record, dt)
-        mixture.combine(self.record, self.n)
+        mixture.predict(self.memory, dt)
+        pass_time(self.state, dt)
+        mixture.combine(self.state)
 
     def correct(self, q, R):
-        cell = self.cell
-        step.expect(self.record, self.scratch, self.at, q, R)
-        follow_noise(self.record, self.settings, q, R)
-        step.orient(self.record, self.scratch, self.settings, self.at, self.n, cell.learnt, q, R)
-        mixture.combine(self.record, self.n)
+        predict_orientation(self.memory, q, R)
+        track_orientation_noise(self.memory, q, R)
+        update_from_orientation(self.memory, q, R)
+        mixture.combine(self.state)
 
     def weigh(self, u, contacts=3):
-        cell, first = self.cell, self.at[BIAS]
-        if contacts == 0 and first >= 0:
-            free.hang(
-                self.record, self.scratch, self.settings, self.scalars, self.at, self.n,
-                cell.learnt, u, cell.wrench_noise, cell.bias_map, cell.walk[first : first + 6],
-            )  # fmt: skip
+        self.memory.wrench[:] = u
+        if corrects_bias(self.memory, contacts):
+            update_bias_in_air(self.memory)
         else:
-            self.state.air[:] = 0.0
-        step.weigh(
-            self.record, self.scratch, self.settings, self.scalars, self.at, self.n, cell.learnt,
-            u, cell.wrench_noise, cell.bias_map, contacts,
-        )  # fmt: skip
+            forget_air(self.state)
+        update_from_wrench(self.memory, contacts)
 
     @property
     def mean(self):
-        return self.state.mean
+        return self.mixture.mean
 
     @property
     def covariance(self):
-        return self.state.covariance
+        return self.mixture.covariance
 
     @property
     def weight(self):
-        return self.state.weight.reshape(len(self.state.alive), -1)
+        return self.mixture.weight.reshape(len(self.mixture.alive), -1)
 
 
 def stated(cell):

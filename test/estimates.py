@@ -3,7 +3,6 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from peg_on_hole_ros.estimator.state import BIAS, TILT
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.messages.columns import OutputColumns
@@ -95,10 +94,10 @@ def messages(stream, outputs: Outputs):
 def learnt(kalman):
     """Return bias and tilt that a filter has learnt, with standard deviations, by name."""
     bias = [f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz"]
-    found, s, at = {}, kalman.state, kalman.held["at"]
-    for quantity, names in ((BIAS, bias), (TILT, ["hole_tilt_x", "hole_tilt_y"])):
-        for i, name in enumerate(names if at[quantity] >= 0 else []):
-            k = at[quantity] + i
-            found[name] = float(s.mean[k])
-            found[f"{name}_stddev"] = float(np.sqrt(max(s.covariance[k, k], 0.0)))
+    found, mixture, places = {}, kalman.mixture, kalman.places
+    tilt = ["hole_tilt_x", "hole_tilt_y"]
+    for first, names in ((places.bias, bias), (places.tilt, tilt)):
+        for k, name in enumerate(names if first >= 0 else [], first):
+            found[name] = float(mixture.mean[k])
+            found[f"{name}_stddev"] = float(np.sqrt(max(mixture.covariance[k, k], 0.0)))
     return found

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.estimator import state
-from peg_on_hole_ros.estimator.contact import LEAST_CLEARANCE, MOST_LOG, NEAREST, STEEPEST
 from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
+from peg_on_hole_ros.estimator.open_scene import LEAST_CLEARANCE, MOST_LOG, NEAREST, STEEPEST
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
@@ -33,11 +33,11 @@ class Cell(NamedTuple):
     open_quantities : tuple of str
         Of `state.QUANTITIES`.
     wrench_noise, bias_map : ndarray, shape (6, 6)
-        See `contact.straighten`.
+        See `FilterRecord`.
     walk : ndarray, shape (n,)
-        See `motion.move_on`.
+        See `FilterRecord`.
     learnt : ndarray, shape (n + 3,)
-        See `update.update`.
+        See `FilterRecord.estimated`.
 
     """
 
@@ -54,15 +54,15 @@ class Cell(NamedTuple):
         """How many values stand before the reactions."""
         return len(self.walk)
 
-    def value(self, x: np.ndarray, quantity: int) -> np.ndarray:
+    def value(self, x: np.ndarray, quantity: str) -> np.ndarray:
         """Return an open quantity out of the mean, zero where it is known."""
-        at, _ = state.places(self.open_quantities)
-        width = state.WIDTHS[quantity]
-        return x[at[quantity] : at[quantity] + width] if at[quantity] >= 0 else np.zeros(width)
+        first = getattr(state.places_of(self.open_quantities), quantity)
+        width = state.QUANTITIES[quantity]
+        return x[first : first + width] if first >= 0 else np.zeros(width)
 
-    def is_open(self, quantity: int) -> bool:
+    def is_open(self, quantity: str) -> bool:
         """Whether a quantity has a place in the mean."""
-        return state.QUANTITIES[quantity] in self.open_quantities
+        return quantity in self.open_quantities
 
 
 class OpenScene(NamedTuple):
@@ -103,11 +103,11 @@ def open_scene(cell: Cell, x: np.ndarray, load: float) -> OpenScene:
     """Return the scene at a mean: diameter, frictions and gravity as they are taken to be."""
     scene = cell.scene
     clearance = scene.hole_diameter - scene.peg_diameter
-    clearance *= np.exp(_within(cell.value(x, state.CLEARANCE)[0], -MOST_LOG, MOST_LOG))
-    taken = cell.value(x, state.COMPLIANCE)[0] * load
+    clearance *= np.exp(_within(cell.value(x, "clearance")[0], -MOST_LOG, MOST_LOG))
+    taken = cell.value(x, "compliance")[0] * load
     clearance = _within(clearance - taken, LEAST_CLEARANCE, np.inf)
     gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
-    frictions = x[FRICTION] + np.array([[1.0], [0.0], [0.0]]) * cell.value(x, state.FRICTION_K)
+    frictions = x[FRICTION] + np.array([[1.0], [0.0], [0.0]]) * cell.value(x, "friction_k")
     return OpenScene(
         scene.hole_diameter - clearance,
         scene.hole_diameter,
@@ -124,7 +124,7 @@ def open_scene(cell: Cell, x: np.ndarray, load: float) -> OpenScene:
 def _gravity(cell, x):
     """Return gravity in a hole that is turned by its tilt."""
     g = np.array(cell.scene.gravity)
-    return g - np.cross(np.append(cell.value(x, state.TILT), 0.0), g)
+    return g - np.cross(np.append(cell.value(x, "tilt"), 0.0), g)
 
 
 def _balance(cell, x, u, load, scales):
@@ -132,7 +132,7 @@ def _balance(cell, x, u, load, scales):
     scene, n = open_scene(cell, x, load), cell.n
     gamma = _within(x[0], np.real(scene.gamma0) + NEAREST, STEEPEST)
     q = np.array([gamma, x[1], x[2]])
-    wrench = u - cell.bias_map @ cell.value(x, state.BIAS)
+    wrench = u - cell.bias_map @ cell.value(x, "bias")
     A, r = six_equations(scene, q, x[RATE : RATE + 3], wrench, scales)
     acceleration = cell.settings.inertia * x[ACCELERATION : ACCELERATION + 3]
     return A @ np.concatenate([acceleration, x[n:]]) - r
@@ -236,7 +236,7 @@ def two_points(
     def balance(x, u=u):
         scene, gamma, arms, faces, _ = geometry(x)
         to_hez = wrench_axes(gamma, x[2])
-        wrench = u - cell.bias_map @ cell.value(x, state.BIAS)
+        wrench = u - cell.bias_map @ cell.value(x, "bias")
         weight = scene.peg_mass * precession_axes(x[1]).T @ scene.gravity
         left = o.inertia * inertia @ x[ACCELERATION : ACCELERATION + 3]
         left = left - np.concatenate([to_hez @ wrench[:3] + weight, to_hez @ wrench[3:]])
@@ -298,11 +298,11 @@ def hanging(cell: Cell, x: np.ndarray, at: np.ndarray, u: np.ndarray, dt: float)
 
     def balance(x):
         weight = np.mean(to_peg, axis=0) * scene.peg_mass @ _gravity(cell, x)
-        bias = cell.bias_map @ cell.value(x, state.BIAS)
+        bias = cell.bias_map @ cell.value(x, "bias")
         return u.mean(axis=0) + np.append(weight, np.zeros(3)) - bias
 
-    turned = max(o.time[-1] / max(dt, 1e-4), 1.0)
-    turned *= (scene.transverse_inertia * o.level[len(o.level) // 2]) ** 2
+    turned = max(o.mode_time[o.modes - 1] / max(dt, 1e-4), 1.0)
+    turned *= (scene.transverse_inertia * o.mode_stddev[o.modes // 2]) ** 2
     R = cell.wrench_noise + np.diag([_walked(cell, dt)] * 3 + [turned] * 3)
     return Linear(-balance(x), slopes(balance, x), R / len(u))
 
@@ -324,15 +324,15 @@ def orientation(cell: Cell, x: np.ndarray, q: np.ndarray, R: np.ndarray) -> Line
         Covariance [rad^2].
 
     """
-    delay, tilt = cell.value(x, state.DELAY), cell.value(x, state.TILT)
+    delay, tilt = cell.value(x, "delay"), cell.value(x, "tilt")
     back = Rotation.from_rotvec([*-tilt, 0.0]).as_matrix()
     residual = _angles(back @ peg_axes(q)).real - x[:3] + x[RATE : RATE + 3] * delay
     residual[1:] -= 2 * np.pi * np.round(residual[1:] / (2 * np.pi))
 
     def expected(value):
-        a, b = cell.value(value, state.TILT) - tilt
+        a, b = cell.value(value, "tilt") - tilt
         turned = np.array([[1, 0, b], [0, 1, -a], [-b, a, 1]]) @ peg_axes(x[:3])
-        moved = value[:3] - value[RATE : RATE + 3] * cell.value(value, state.DELAY)
+        moved = value[:3] - value[RATE : RATE + 3] * cell.value(value, "delay")
         return moved + _angles(turned)
 
     return Linear(residual, slopes(expected, x.astype(complex)), R)

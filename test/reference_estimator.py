@@ -10,13 +10,10 @@ from numpy.typing import ArrayLike
 import reference_equations as model
 from peg_on_hole_ros.estimator.state import (
     ACCELERATION,
-    BIAS,
-    DELAY,
     FRICTION,
-    FRICTION_K,
     OPEN,
     RATE,
-    places,
+    places_of,
 )
 from reference_equations import Cell, Linear
 
@@ -40,7 +37,7 @@ class Component(KalmanFilter):
     def __init__(self, cell: Cell, level: float, time: float) -> None:
         super().__init__(dim_x=cell.n + 3, dim_z=6)
         self.cell, self.level, self.time, self.dt = cell, level, time, 0.0
-        self.along = max(level, cell.settings.level[len(cell.settings.level) // 2])
+        self.along = max(level, cell.settings.mode_stddev[cell.settings.modes // 2])
         self.x = np.zeros(cell.n + 3)
 
     def predict(self, u: np.ndarray | None = None) -> None:
@@ -106,11 +103,11 @@ class Component(KalmanFilter):
         self.reactions = self.P[n:, n:].copy()
 
     def _frictions(self):
-        at, n = places(self.cell.open_quantities)
+        at, n = places_of(self.cell.open_quantities).friction_k, self.cell.n
         friction = np.zeros((3, n + 3))
         friction[:, FRICTION] = 1.0
-        if at[FRICTION_K] >= 0:
-            friction[0, at[FRICTION_K]] = 1.0
+        if at >= 0:
+            friction[0, at] = 1.0
         return friction
 
     def products(self) -> np.ndarray:
@@ -184,11 +181,10 @@ class ReferenceEstimator:
 
     def __init__(self, cell: Cell, frictions: int) -> None:
         self.cell, self.told = cell, 1.0
-        self.levels = len(cell.settings.level)
-        self.frictions = [
-            [Component(cell, *of) for of in zip(cell.settings.level, cell.settings.time)]
-            for _ in range(frictions)
-        ]
+        self.levels = int(cell.settings.modes)
+        settings = cell.settings
+        modes = [of[: self.levels] for of in (settings.mode_stddev, settings.mode_time)]
+        self.frictions = [[Component(cell, *of) for of in zip(*modes)] for _ in range(frictions)]
         self.weight = np.zeros((frictions, self.levels))
         self.alive = np.ones(frictions, bool)
         self.load, self.friction_force2, self.spiked = None, np.zeros(3), 0
@@ -207,7 +203,7 @@ class ReferenceEstimator:
         open_mean: ArrayLike,
         open_stddev: ArrayLike,
     ) -> None:
-        """Start from an orientation; parameters as for `step.start`."""
+        """Start from an orientation; parameters as for `start.start_mixture`."""
         o, several = self.cell.settings, len(self.frictions) > 1
         at = np.linspace(-o.reach, o.reach, len(self.frictions)) if several else np.zeros(1)
         width = 0.5 * (at[1] - at[0]) if several else 1.0
@@ -237,7 +233,7 @@ class ReferenceEstimator:
     def _untold(self):
         """Return the deviation of accelerations that no wrench has told of."""
         o = self.cell.settings
-        return min(o.level[max(self.levels - 2, 0)], 1.0 / o.settling)
+        return min(o.mode_stddev[max(self.levels - 2, 0)], 1.0 / o.settling)
 
     def _share_offsets(self, component, q, R):
         """Let the angles be as uncertain as tilt and delay leave them."""
@@ -247,9 +243,9 @@ class ReferenceEstimator:
         P[_ANGLES, _ANGLES] += E @ spread @ E.T
         P[_ANGLES, OPEN:n] = -E @ spread
         P[OPEN:n, _ANGLES] = P[_ANGLES, OPEN:n].T
-        at, _ = places(self.cell.open_quantities)
-        if at[DELAY] >= 0:
-            delay = P[at[DELAY], at[DELAY]]
+        at = places_of(self.cell.open_quantities).delay
+        if at >= 0:
+            delay = P[at, at]
             P[_ANGLES, _ANGLES] += delay * np.diag(np.diagonal(P)[_RATES])
         component.x[_ANGLES] += measured.residual
 
@@ -275,7 +271,8 @@ class ReferenceEstimator:
         """Return the probabilities of changes from a level (row) to another, shape (m, m)."""
         o, m = self.cell.settings, self.levels
         M = time * (
-            np.triu(np.tile(o.up, (m, 1)), 1) + (o.up[1] if m > 1 else 0.0) * np.tri(m, k=-1)
+            np.triu(np.tile(o.mode_rate[:m], (m, 1)), 1)
+            + (o.mode_rate[1] if m > 1 else 0.0) * np.tri(m, k=-1)
         )
         if o.top_waits and self.alive.sum() > 1:
             M[:, -1] = 0.0
@@ -319,16 +316,16 @@ class ReferenceEstimator:
         return min(self.noises)
 
     def weigh(self, u: np.ndarray, contacts: int = 3) -> None:
-        """Take a wrench; parameters as for `step.weigh`."""
+        """Take a wrench; parameters as for `update_from_wrench`."""
         o, dt, n = self.cell.settings, self.since_wrench, self.cell.n
         self.since_wrench = 0.0
         self.load = self._load_of(u)
-        if contacts == 0 and self.cell.is_open(BIAS) and np.isfinite(o.time[0]):
+        if contacts == 0 and self.cell.is_open("bias") and np.isfinite(o.mode_time[0]):
             self._hang(u, dt)
         else:
             self.air = [[]]
         begins, self.in_contact = not self.in_contact, True
-        drifts = np.isfinite(o.time[0]) and self.covariance[RATE, RATE] > self.start_rates2
+        drifts = np.isfinite(o.mode_time[0]) and self.covariance[RATE, RATE] > self.start_rates2
         if contacts not in (2, 3) or self.since_start < o.settling or drifts:
             self._in_air()
             return
@@ -352,7 +349,12 @@ class ReferenceEstimator:
             found, doubt, _ = self._by_equations(*given, 1, nis / 6)
         if self.alive.sum() > 1:
             doubt = (self.weight * doubt).sum(axis=1)[self.alive]
-            again = o.doubt / max(dt, 1e-4) * doubt / self.weight.sum(axis=1)[self.alive]
+            again = (
+                o.direction_evidence_time
+                / max(dt, 1e-4)
+                * doubt
+                / self.weight.sum(axis=1)[self.alive]
+            )
             self.told = np.max(1 / (1 + again))
         self._reweigh(found)
         self._merge()
@@ -408,8 +410,8 @@ class ReferenceEstimator:
         if len(self.air) < 3:
             return
         steps, means, u = (np.array(values) for values in zip(*self.air.pop(0)))
-        at, _ = places(self.cell.open_quantities)
-        bias = range(at[BIAS], at[BIAS] + 6)
+        first = places_of(self.cell.open_quantities).bias
+        bias = range(first, first + 6)
         learnt = self.cell.learnt.copy()
         learnt[self.cell.n :] = 0.0
         # A walk since the mean of the stretch.

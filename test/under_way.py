@@ -3,7 +3,8 @@
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.mechanics.scene import Scene
 
 LONG_SINCE = 1.0
@@ -12,7 +13,7 @@ LONG_SINCE = 1.0
 def placed(q, rates=(0.0, 0.0, 0.0), scene=None, noise=1e-4, variance=1e-8, rate_variance=1e-6):
     """Return an estimate at angles [rad] and rates [rad/s], each known to a variance."""
     noise = noise * np.eye(6) if np.isscalar(noise) else noise
-    kalman = HeldPeg(scene or Scene(), FilterOptions(), noise)
+    kalman = ContactFilter(scene or Scene(), FilterOptions(), noise)
     kalman.start(np.array(q, float), variance * np.eye(3))
     move(kalman, rates, rate_variance)
     return kalman
@@ -20,8 +21,8 @@ def placed(q, rates=(0.0, 0.0, 0.0), scene=None, noise=1e-4, variance=1e-8, rate
 
 def move(kalman, rates, variance=0.0, q=None):
     """Let all components of an estimate have these rates [rad/s], and angles if given."""
-    s = kalman.state
-    for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
+    whole = kalman.mixture
+    for x, P in (*zip(whole.x, whole.P), (whole.mean, whole.covariance)):
         x[3:6] = rates
         if q is not None:
             x[:3] = q
@@ -29,7 +30,7 @@ def move(kalman, rates, variance=0.0, q=None):
         P[range(3, 6), range(3, 6)] = variance
         # Accelerations that are as good as none.
         P[range(6, 9), range(6, 9)] = 1e-12
-    s.since[0] = LONG_SINCE
+    kalman.state.time_since_start = LONG_SINCE
 
 
 def press(kalman, wrench, contacts=ContactSet.UNKNOWN):

@@ -20,8 +20,7 @@ import numpy as np
 from benchmarks.bag_steps import bag_steps
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import read_parameters
-from peg_on_hole_ros.estimator.held import REFUSED
-from peg_on_hole_ros.estimator.held_peg import ContactSet
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
@@ -72,7 +71,7 @@ def long_run(configuration, bag: Path, steps: int) -> Found:
     kalman = make_filter(configuration.scene, configuration.filter, reduction.covariance, offsets)
     begin, rest = taken[first], taken[first + 1 :]
     kalman.start(begin.q, begin.R)
-    s = kalman.state
+    s = kalman.mixture
     means = s.x[:, :FRICTION].copy()
     pivot, asymmetry, not_finite, begun = np.inf, 0.0, 0, perf_counter()
     for count in range(steps):
@@ -82,7 +81,7 @@ def long_run(configuration, bag: Path, steps: int) -> Found:
         kalman.predict(each.dt)
         if each.q is not None:
             # A refused orientation would begin the filter anew.
-            kalman.held["begin"][REFUSED] = 0.0
+            kalman.fields.refused = 0
             kalman.correct(each.q, each.R)
         kalman.weigh(each.u, ContactSet.THREE)
         if count % CHECK_EVERY == 0:

@@ -25,9 +25,9 @@ from benchmarks.bag_steps import bag_steps
 from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import read_parameters
-from peg_on_hole_ros.estimator import held
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator import filter_steps
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.methods import SETTINGS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -41,12 +41,12 @@ OFF, SPREAD = 0.05, 0.05
 
 
 @compiled
-def run(h, gates, dt, wrenches, angles, covariances):
+def run(memory, gates, dt, wrenches, angles, covariances):
     """Take all steps."""
     for k in range(len(wrenches)):
-        held.move_on(h, dt)
-        held.correct(h, gates, angles[k], covariances[k])
-        held.weigh(h, wrenches[k], 3)
+        filter_steps.predict(memory, dt)
+        filter_steps.correct(memory, gates, angles[k], covariances[k])
+        filter_steps.weigh(memory, wrenches[k], 3)
 
 
 class Bench:
@@ -60,10 +60,10 @@ class Bench:
         scene = replace(configuration.scene, friction_stddev=0.0)
         if not one_level:
             scene = replace(scene, friction=scene.friction + OFF, friction_stddev=SPREAD)
-        constants = default_settings(**CONSTANTS["one_level" if one_level else "mixture"])
+        settings = default_settings(**SETTINGS["one_level" if one_level else "mixture"])
         reduction = WrenchReduction(configuration.wrench, scene)
-        self.kalman = HeldPeg(
-            scene, configuration.filter, reduction.covariance, constants=constants
+        self.kalman = ContactFilter(
+            scene, configuration.filter, reduction.covariance, settings=settings
         )
         self.arrays = (
             np.array([step.u for step in steps]),
@@ -72,11 +72,11 @@ class Bench:
         )
         self.kalman.start(steps[0].q, steps[0].R)
         self._take(0, STARTED)
-        self.frictions = self.kalman.frictions
+        self.hypotheses = self.kalman.hypotheses
         self._started = self.kalman.snapshot()
 
     def _take(self, first, last):
-        run(self.kalman.held, self.kalman.gates, self.dt, *(a[first:last] for a in self.arrays))
+        run(self.kalman.memory, self.kalman.gates, self.dt, *(a[first:last] for a in self.arrays))
 
     def begin(self) -> None:
         """Go back to where the first steps are taken."""
@@ -124,7 +124,7 @@ def main(arguments=None):
         median, least = (1e6 * t(name) / bench.steps for t in (turns.median, turns.least))
         ratio = f"{median / other:.1f}" if other else ""
         print(
-            f"| {name} | {bench.frictions} | {median:.1f} | {least:.1f} "
+            f"| {name} | {bench.hypotheses} | {median:.1f} | {least:.1f} "
             f"| {LIMITS[name]:g} | {ratio} |"
         )
     if other:

@@ -24,7 +24,7 @@ from benchmarks.harness.family import Family, Member, Report
 from benchmarks.harness.player import record_of
 from benchmarks.harness.tables import percent, table
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.state import BIAS, FRICTION, TILT
+from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.measurements.measurement import tilt_axes
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
 
@@ -97,13 +97,12 @@ def pipeline_of(configuration, tilt=(0.0, 0.0)):
 
 def _normalised(kalman, bias, tilt, friction):
     """Return the normalised error squared of friction and offsets, of what is not known."""
-    s, rows, true = kalman.state, [FRICTION], [friction]
-    for quantity, values in ((BIAS, bias), (TILT, tilt)):
-        first = kalman._at[quantity]
+    mixture, rows, true = kalman.mixture, [FRICTION], [friction]
+    for first, values in ((kalman.places.bias, bias), (kalman.places.tilt, tilt)):
         if first >= 0:
             rows += range(first, first + len(values))
             true += list(values)
-    off, P = s.mean[rows] - true, s.covariance[np.ix_(rows, rows)]
+    off, P = mixture.mean[rows] - true, mixture.covariance[np.ix_(rows, rows)]
     unknown = np.diagonal(P) > 0.0
     return float(off[unknown] @ np.linalg.solve(P[np.ix_(unknown, unknown)], off[unknown]))
 

@@ -171,7 +171,7 @@ def _sample(fields):
 def _last_nis(kalman):
     """Return what tells the normalised innovation of the last orientation."""
     if hasattr(kalman, "state"):
-        return lambda: float(kalman.state.nis[0])
+        return lambda: float(kalman.state.nis_orientation)
     # Older filters return it, and keep none.
     values, correct = [float("nan")], kalman.correct
 

@@ -5,6 +5,7 @@ from math import cos, fabs, hypot, log, pi, sin, sqrt
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
+from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation, peg_rotation, peg_turns
 
 # Columns of forces that a model leaves open: of the holder's acceleration in the air, of K, B1, B2
 # on the rim. Models: free, and three contacts at frictions about the stated one.
@@ -21,14 +22,10 @@ LOG_TWO_PI = log(2.0 * pi)
 @compiled
 def peg_in_hole(q: np.ndarray, R: np.ndarray) -> None:
     """Fill R_HP, peg axes in hole axes, shape (3, 3)."""
-    s, c, sps, cps, sp, cp = sin(q[0]), cos(q[0]), sin(q[1]), cos(q[1]), sin(q[2]), cos(q[2])
-    # Rz(psi) Ry(-gamma) Rz(phi).
-    for i in range(2):
-        a, b = (cps, -sps) if i == 0 else (sps, cps)
-        R[i, 0] = a * c * cp + b * sp
-        R[i, 1] = -a * c * sp + b * cp
-        R[i, 2] = -a * s
-    R[2, 0], R[2, 1], R[2, 2] = s * cp, -s * sp, c
+    rotation = peg_rotation(peg_turns(q[0], q[1], q[2]))
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = rotation[3 * i + j]
 
 
 @compiled
@@ -120,9 +117,10 @@ def contact_columns(
 @compiled
 def _to_peg(h, e, z, s, c, sp, cp, out):
     """Turn a vector from (h, e, z) to peg axes."""
-    out[0] = c * cp * h + sp * e + s * cp * z
-    out[1] = -c * sp * h + cp * e - s * sp * z
-    out[2] = -s * h + c * z
+    r00, r01, r02, r10, r11, r20, r21, r22 = hez_rotation(s, c, sp, cp)
+    out[0] = r00 * h + r10 * e + r20 * z
+    out[1] = r01 * h + r11 * e + r21 * z
+    out[2] = r02 * h + r22 * z
 
 
 @compiled

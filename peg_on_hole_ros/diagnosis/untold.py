@@ -7,27 +7,23 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.estimator.contact import straighten
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_sets import three_on_rim
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.record import scene_of
-from peg_on_hole_ros.estimator.state import (
-    CLEARANCE,
-    FRICTION,
-    OPEN,
-    SCRATCH,
-    TILT,
-    places,
-)
-from peg_on_hole_ros.estimator.update import orientation_slopes
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
 from peg_on_hole_ros.measurements.measurement import skew
 from peg_on_hole_ros.records import UNTOLD
+from peg_on_hole_ros.typed_record import new
 
 # Between two looks [ns]: wrenches between tell one another's news.
 PERIOD_NS = 50_000_000
 # Nats by which the stated friction has to be refuted, and looks in a row.
 REFUTED, LOOKS = 8.0, 3
-_AT, _N = places(("clearance",))
-_TILT_AT, _TILT_N = places(("tilt",))
+_PLACES, _TILT_PLACES = places_of(("clearance",)), places_of(("tilt",))
+_N, _TILT_N = int(_PLACES.reactions), int(_TILT_PLACES.reactions)
+_CLEARANCE_AT, _TILT_AT = int(_PLACES.clearance), int(_TILT_PLACES.tilt)
 _MOTION = slice(0, FRICTION)
 
 
@@ -106,7 +102,9 @@ class Untold:
         ]
         self._lever = np.array(wrench.sensor_xyz) - [0.0, 0.0, scene.mass_center_height]
         self._scene = scene
-        self._scratch = np.zeros(1, SCRATCH)[0]
+        # The filter as it would be with the clearance open, to linearise with.
+        self._kalman = new(FilterRecord)
+        self._kalman.places = _PLACES
         self.finding: Finding | None = None
         self.restart()
 
@@ -121,14 +119,14 @@ class Untold:
         """Take note of so many wrenches that were told."""
         self._wrenches += wrenches
 
-    def take(self, t_ns: int, peg: HeldPeg, determined: bool) -> None:
+    def take(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
         """
         Take the estimate at a stamp [ns], of a peg that was told to be on three contacts.
 
         Parameters
         ----------
         t_ns : int
-        peg : HeldPeg
+        peg : ContactFilter
         determined : bool
             Whether its reactions were told to be known.
 
@@ -171,31 +169,31 @@ class Untold:
     def _slopes(self, peg, wrenches):
         """Return slopes of the six equations by settings, by reactions, and what is not known."""
         # By the record of the last wrench: an orientation of its stamp may have come since.
-        s, n, scratch, estimate = peg.state, _N, self._scratch, peg.record
-        p, motion = scene_of(estimate), estimate.motion
+        n, estimate, kalman = _N, peg.record, self._kalman
+        p, motion, settings = scene_of(estimate), estimate.motion, peg.settings
         x, P = np.zeros(n + 3), np.zeros((OPEN, OPEN))
         x[:3] = motion.gamma, motion.psi, motion.phi
         x[3:6] = motion.gamma_rate, motion.psi_rate, motion.phi_rate
         x[6:9], x[FRICTION], x[n:] = estimate.accelerations, p.f, estimate.reactions.normal
         P[:6, :6] = motion.covariance
-        u, held = estimate.wrench.copy(), peg.held
-        constants = peg.constants
-        straighten(
-            p, x, P, n, _AT, u, held["noise"], held["bias_map"], float(s.load[0]),
-            constants.direction_share, constants.inertia, s.friction_force2, scratch,
-        )  # fmt: skip
-        E, columns = scratch["E"][:, : n + 3].copy(), scratch["columns"]
+        u = estimate.wrench.copy()
+        kalman.settings, kalman.wrench[:], kalman.noise[:] = settings, u, peg.wrench_noise
+        kalman.state.load = peg.state.load
+        kalman.state.friction_force2[:] = peg.state.friction_force2
+        three_on_rim.linearise(kalman, p, x, P, 0.0)
+        scratch = kalman.scratch
+        E, columns = scratch.jacobian[:, : n + 3].copy(), scratch.applied_jacobian
         by_wrench = -columns[:, 3:9]
         slopes = np.zeros((6, len(_KIND_OF)))
-        slopes[:, _FRICTION], slopes[:, _CLEARANCE] = E[:, FRICTION], E[:, _AT[CLEARANCE]]
+        slopes[:, _FRICTION], slopes[:, _CLEARANCE] = E[:, FRICTION], E[:, _CLEARANCE_AT]
         # What the sensor reads too much is taken for a wrench on the peg.
         sensed = np.eye(6)
         sensed[3:, :3] = skew(self._lever)
         # Along comes before across.
         slopes[:, _ZERO] = (by_wrench @ sensed)[:, [2, 0, 1, 3, 4, 5]]
         turned = np.zeros((6, _TILT_N))
-        orientation_slopes(x, _TILT_AT, _TILT_N, turned)
-        by_turn = turned[:3, _TILT_AT[TILT] :]
+        fill_orientation_jacobian(x, _TILT_PLACES, _TILT_N, turned)
+        by_turn = turned[:3, _TILT_AT:]
         slopes[:, _TILT] = -columns[:, 9:11] - E[:, :3] @ by_turn
         slopes[:, _GAMMA] = E[:, 0]
         slopes[:, _LEVER] = by_wrench[:, 3:] @ [-u[1], u[0], 0.0]
@@ -204,7 +202,8 @@ class Untold:
         P[6:9, 6:9] = 2.0 / period**2 * P[3:6, 3:6]
         E_motion = E[:, _MOTION]
         # Noise of the wrench is that of each; a force of unknown direction lasts, and the motion.
-        noise = scratch["R"] / wrenches + constants.direction_time / period * scratch["unknown"]
+        noise = scratch.noise / wrenches
+        noise += settings.direction_time / period * scratch.direction_noise
         noise += E_motion @ P[_MOTION, _MOTION] @ E_motion.T
         return slopes, E[:, n:], noise
 

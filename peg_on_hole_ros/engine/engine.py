@@ -12,7 +12,7 @@ from peg_on_hole_ros.engine.arrival_order import COUNTED, FATE
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import TAKING, Given, Memory, Stop, catch_up, push, room_for
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
@@ -57,7 +57,7 @@ class Engine:
     def __init__(
         self,
         configuration: Configuration,
-        make: Callable[..., HeldPeg],
+        make: Callable[..., ContactFilter],
         counts: Counter[str],
         offline: bool = False,
     ) -> None:
@@ -65,7 +65,7 @@ class Engine:
         self.processor = Processor(configuration, make)
         self.findings = Findings(configuration, self.processor.reduction, counts, offline)
         self._order = arrival_order.new_order(configuration)
-        self._ring = ring.new_ring(self.processor.filter.held["state"])
+        self._ring = ring.new_ring(self.processor.filter.state)
         self._taking = np.zeros(1, TAKING)
         self.told: Outputs | None = None
         self._flag = False
@@ -238,7 +238,7 @@ class Engine:
         self.configuration = self.findings.as_found(self.configuration)
         self._counts.update(self.processor.counts)
         self.processor = Processor(self.configuration, self._make)
-        self._ring = ring.with_room(self._ring, self.processor.filter.held["state"])
+        self._ring = ring.with_room(self._ring, self.processor.filter.state)
         measured = self.measured
         if measured is not None:
             self.processor.start(measured)

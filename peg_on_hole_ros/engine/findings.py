@@ -17,7 +17,7 @@ from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
 from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
@@ -160,7 +160,7 @@ class Findings:
         """Take note of so many wrenches whose estimate was given."""
         self._untold(lambda look: look.count(wrenches), None)
 
-    def take_estimate(self, t_ns: int, peg: HeldPeg, determined: bool) -> None:
+    def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
         """Take the estimate at a stamp [ns] on three contacts, see `Untold.take`."""
         self._untold(lambda look: look.take(t_ns, peg, determined), None)
 

@@ -11,7 +11,7 @@ from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.requests import Requests
 from peg_on_hole_ros.engine.state import ORIENTATION
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements.measurement import wrench_fault
 from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
@@ -58,7 +58,7 @@ class Pipeline:
         self,
         configuration: Configuration,
         orientation: JointOrientation | None = None,
-        make: Callable[..., HeldPeg] = make_filter,
+        make: Callable[..., ContactFilter] = make_filter,
         offline: bool = False,
     ) -> None:
         self.scene = configuration.scene
@@ -114,7 +114,7 @@ class Pipeline:
         return self._engine.findings.void_reactions
 
     @property
-    def filter(self) -> HeldPeg:
+    def filter(self) -> ContactFilter:
         """The filter, for those who made it."""
         return self.processor.filter
 

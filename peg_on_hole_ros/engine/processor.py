@@ -11,7 +11,8 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.ring import Unit
 from peg_on_hole_ros.engine.state import COUNTS, ENGINE, RULES
-from peg_on_hole_ros.estimator.held_peg import CORRECTIONS, HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import CORRECTIONS, ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
 from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
@@ -36,11 +37,12 @@ class Processor:
     configuration : Configuration
     make : callable
         From scene, filter options, the wrench's covariance and what is not known of bias and tilt
-        to the filter, as `make_filter`. One that is derived from `HeldPeg` is called step by step.
+        to the filter, as `make_filter`. One that is derived from `ContactFilter` is called step by
+        step.
 
     Attributes
     ----------
-    filter : HeldPeg
+    filter : ContactFilter
     reduction : WrenchReduction
     memory : ndarray of ENGINE, shape (1,)
         All that the next wrench depends on.
@@ -55,7 +57,7 @@ class Processor:
     """
 
     def __init__(
-        self, configuration: Configuration, make: Callable[..., HeldPeg] = make_filter
+        self, configuration: Configuration, make: Callable[..., ContactFilter] = make_filter
     ) -> None:
         self.configuration = configuration
         scene, kalman, joints = configuration.scene, configuration.filter, configuration.joints
@@ -63,7 +65,7 @@ class Processor:
         self._offsets = self.reduction.offsets(configuration)
         self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
         # A filter that has steps of its own is called step by step.
-        self.in_one_piece = type(self.filter) is HeldPeg
+        self.in_one_piece = type(self.filter) is ContactFilter
         self.memory = np.zeros(1, ENGINE)
         self.engine, self.words = self.memory[0], self.memory.view(np.int64)
         self.engine["reduction"] = self.reduction.steps
@@ -71,7 +73,7 @@ class Processor:
         self._state_noise()
         self._monitor = record_in(self.memory, "memory", Memory)
         begin_memory(self._monitor)
-        self.filter.move_to(self.memory["held"])
+        self.filter.move_to(self.engine["filter"])
         self.rules_memory = np.zeros(1, RULES)
         self._rule()
         self.restart()
@@ -119,7 +121,7 @@ class Processor:
 
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
-        self.filter.let_go()
+        self.filter.end_motion()
         steps.restart(self.engine, self.rules)
 
     def forget(self) -> None:
@@ -193,7 +195,7 @@ class Processor:
             found["nis_drift"] = told["drift"].item()
         return {
             "nis_mean": told["mean"].item() if told["count"] else 0.0,
-            "frictions": float(self.filter.frictions),
+            "frictions": float(self.filter.hypotheses),
             "joints_noise": sqrt(self.filter.orientation_noise),
             "wrench_noise": sqrt(wrench_noise.factor(self.engine["wrench_noise"])),
             "misfit": float(told["too_large"]),
@@ -248,7 +250,7 @@ class Processor:
         told = steps.told(e, rules)
         if told:
             contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
-            self.filter.weigh(e["u"].copy(), contacts)
+            self.filter.weigh(e["u"].copy(), ContactSet(contacts))
             self.filter.mark(unit.t_ns)
             steps.judge(e, rules, unit.t_ns, contacts, row)
         for stamp, orientation in unit.after:
@@ -262,7 +264,7 @@ class Processor:
             self.filter.predict(dt)
             steps.check_upright(e, rules)
         if self._lost and not was_lost:
-            self.filter.let_go()
+            self.filter.end_motion()
 
     def correct(self, stamp: int, orientation: np.ndarray, lateness: float) -> None:
         """Correct by an orientation; parameters as for `steps.correct`."""

@@ -14,7 +14,7 @@ import numpy as np
 from peg_on_hole_ros.engine import arrival_order, ring, steps
 from peg_on_hole_ros.engine.arrival_order import FATE, FATES
 from peg_on_hole_ros.engine.ring import Ring
-from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.output_row import NOTHING, ROW
 
@@ -166,7 +166,9 @@ def _falls_back(order, arrivals, place):
 @compiled
 def catch_up(memory: Memory, taking: np.ndarray, given: Given) -> int:
     """Process again what late messages have reached, without a row; return a Stop."""
-    ring.begin_again(memory.ring, memory.ring.places[0], memory.words, memory.engine[0].held.state)
+    ring.begin_again(
+        memory.ring, memory.ring.places[0], memory.words, memory.engine[0].filter[0].state
+    )
     return _work(memory, taking[0], given)
 
 
@@ -174,7 +176,7 @@ def catch_up(memory: Memory, taking: np.ndarray, given: Given) -> int:
 def _push_wrench(memory, p, arrivals, given):
     """Take the wrench at `place`, from the phase on that it is in."""
     order, kept = memory.order[0], memory.ring
-    r, s = kept.places[0], memory.engine[0].held.state
+    r, s = kept.places[0], memory.engine[0].filter[0].state
     t_ns, wrench = arrivals.t_ns[p.place], arrivals.wrenches[p.wrench]
     if p.phase == _ARRIVES:
         p.from_ns = order.now_ns
@@ -269,7 +271,7 @@ def _work(memory, p, given):
         if r.restored:
             r.restored = 0
         elif memory.order[0].window_ns and _is_kept(kept, r, p, unit, newest):
-            ring.keep_before(kept, r, unit, memory.words, e.held.state)
+            ring.keep_before(kept, r, unit, memory.words, e.filter[0].state)
         r.done += 1
         given.rows[p.rows] = NOTHING[0]
         if p.by_hand:
@@ -299,7 +301,7 @@ def _take_wrench(e, rules, kept, r, unit, row):
     told = steps.told(e, rules)
     if told:
         contacts = steps.reduce(e, t_ns, kept.wrenches[unit], silent)
-        held.weigh(e.held, e.u, contacts.value)
+        filter_steps.weigh(e.filter, e.u, contacts.value)
         steps.judge(e, rules, t_ns, contacts, row)
     for k in range(kept.before[unit], kept.after[unit]):
         steps.correct(e, rules, kept.joint_ns[k], kept.orientations[k], 0.0)

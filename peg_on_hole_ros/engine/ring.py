@@ -10,16 +10,17 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.engine.state import BESIDE, ENGINE, ORIENTATION
-from peg_on_hole_ros.estimator.kept import (
+from peg_on_hole_ros.estimator.snapshot import (
     WORD,
-    KeptEstimates,
-    keep_estimate,
-    put_estimate_back,
+    EstimateSnapshots,
+    restore_estimate,
     room_for_estimates,
+    save_estimate,
 )
+from peg_on_hole_ros.estimator.state import State
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.states import NO_STAMP
-from peg_on_hole_ros.record_types import PlacesRecord, StateRecord
+from peg_on_hole_ros.record_types import PlacesRecord
 
 # Wrenches that a late message can reach back over at most: 1.5 s, the longest
 # `filter.late_window` and the longest `joints.delay` together, at 8 kHz.
@@ -44,7 +45,7 @@ _ORIENTATIONS = 32_768
 _STATES = DENSE + MOST_WRENCHES // STRIDE + 64
 _NONE = -1
 
-_HELD = ENGINE.fields["held"][1] // WORD  # type: ignore[index]
+_FILTER = ENGINE.fields["filter"][1] // WORD  # type: ignore[index]
 _BEGIN, _END = BESIDE.start // WORD, BESIDE.stop // WORD
 
 # Where things stand in the arrays of a Ring.
@@ -85,12 +86,12 @@ class Kept(NamedTuple):
     ----------
     beside : ndarray of int64, shape (states, words)
         What the engine remembers beside the estimate.
-    estimates : KeptEstimates
+    estimates : EstimateSnapshots
 
     """
 
     beside: np.ndarray
-    estimates: KeptEstimates
+    estimates: EstimateSnapshots
 
 
 class Ring(NamedTuple):
@@ -151,8 +152,8 @@ class Unit(NamedTuple):
     after: list[tuple[int, np.ndarray]]
 
 
-def new_ring(state: np.void) -> Ring:
-    """Return an empty ring for an estimate, which is a record of STATE."""
+def new_ring(state: State) -> Ring:
+    """Return an empty ring for an estimate, by its state."""
     # What is never written to takes no memory.
     places = np.zeros(1, PLACES)
     places["changed"], places["free"] = _NONE, _STATES
@@ -171,28 +172,28 @@ def new_ring(state: np.void) -> Ring:
     )
 
 
-def room(states: int, state: np.void) -> Kept:
-    """Return room for so many states of an estimate, which is a record of STATE."""
+def room(states: int, state: State) -> Kept:
+    """Return room for so many states of an estimate, by its state."""
     beside = np.empty((states, _END - _BEGIN), np.int64)
     return Kept(beside, room_for_estimates(states, state))
 
 
 @compiled
-def keep(kept: Kept, place: int, words: np.ndarray, s: StateRecord) -> None:
+def keep(kept: Kept, place: int, words: np.ndarray, s: State) -> None:
     """Keep what the engine's memory, as words, and its estimate say."""
     kept.beside[place] = words[_BEGIN:_END]
-    keep_estimate(kept.estimates, place, words[_HELD:], s)
+    save_estimate(kept.estimates, place, words[_FILTER:], s)
 
 
 @compiled
-def go_back(kept: Kept, place: int, words: np.ndarray, s: StateRecord) -> None:
+def go_back(kept: Kept, place: int, words: np.ndarray, s: State) -> None:
     """Put what was kept into the engine's memory; what follows is bit for bit what followed it."""
     words[_BEGIN:_END] = kept.beside[place]
-    put_estimate_back(kept.estimates, place, words[_HELD:], s)
+    restore_estimate(kept.estimates, place, words[_FILTER:], s)
 
 
-def with_room(ring: Ring, state: np.void) -> Ring:
-    """Return a ring for another estimate, a record of STATE; `empty` it."""
+def with_room(ring: Ring, state: State) -> Ring:
+    """Return a ring for another estimate, by its state; `empty` it."""
     return ring._replace(kept=room(_STATES, state))
 
 
@@ -368,7 +369,7 @@ def wants_state(r: PlacesRecord) -> bool:
 
 
 @compiled
-def keep_before(ring: Ring, r: PlacesRecord, unit: int, words: np.ndarray, s: StateRecord) -> None:
+def keep_before(ring: Ring, r: PlacesRecord, unit: int, words: np.ndarray, s: State) -> None:
     """Keep the state before a wrench; where there is no room, none is."""
     if ring.state[unit] == _NONE:
         if not r.free:
@@ -403,7 +404,7 @@ def settle(ring: Ring, r: PlacesRecord, window_ns: int) -> None:
 
 
 @compiled
-def begin_again(ring: Ring, r: PlacesRecord, words: np.ndarray, s: StateRecord) -> None:
+def begin_again(ring: Ring, r: PlacesRecord, words: np.ndarray, s: State) -> None:
     """Go back to the last state before the first wrench that a late message has reached."""
     if r.changed < 0:
         return
@@ -418,7 +419,7 @@ def begin_again(ring: Ring, r: PlacesRecord, words: np.ndarray, s: StateRecord) 
 
 
 @compiled
-def take_back(ring: Ring, r: PlacesRecord, words: np.ndarray, s: StateRecord) -> None:
+def take_back(ring: Ring, r: PlacesRecord, words: np.ndarray, s: State) -> None:
     """Undo the newest wrench, before which the state was kept; its orientations wait again."""
     unit = r.last - 1
     go_back(ring.kept, ring.state[unit], words, s)

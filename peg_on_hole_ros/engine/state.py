@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.held import GATES, HELD
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.settings import Gates
 from peg_on_hole_ros.measurements.freshness import FRESHNESS
 from peg_on_hole_ros.measurements.innovations import INNOVATIONS
 from peg_on_hole_ros.measurements.measurement import REDUCTION
@@ -55,7 +56,7 @@ ORIENTATION = 24
 # Options as numbers; those that a node takes while it is active change all of it at once.
 RULES = np.dtype(
     [
-        ("gates", GATES),
+        ("gates", dtype_of(Gates)),
         ("monitor", dtype_of(MonitorSettings)),
         ("judged", np.int64),  # whether modes, forecast, risk and alarms are looked at
         ("white", np.int64),  # innovations are white: not where bias or tilt are learnt
@@ -84,10 +85,10 @@ ENGINE = np.dtype(
         ("fresh", FRESHNESS),
         ("wrench_noise", float, (WRENCH_NOISE,)),
         ("saturation", float, (SATURATION,)),
-        ("held", HELD),  # the estimate
+        ("filter", dtype_of(FilterRecord), (1,)),  # the estimate
     ]
 )
 
 
 # What the engine remembers beside the estimate, in bytes.
-BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["held"][1])  # type: ignore[index]
+BESIDE = slice(ENGINE.fields["memory"][1], ENGINE.fields["filter"][1])  # type: ignore[index]

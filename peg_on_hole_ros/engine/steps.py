@@ -6,11 +6,11 @@ import numpy as np
 
 from peg_on_hole_ros.engine.state import AT as COUNT
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
-from peg_on_hole_ros.estimator import held
+from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.held import GATED, RESET, USED
-from peg_on_hole_ros.estimator.state import BIAS, TILT
-from peg_on_hole_ros.estimator.step import jumped_lately
+from peg_on_hole_ros.estimator.filter_steps import GATED, RESET, USED
+from peg_on_hole_ros.estimator.noise import forget_noise_ratio
+from peg_on_hole_ros.estimator.orientation_update import jumped_lately
 from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
@@ -49,9 +49,9 @@ def restart(e: EngineRecord, rules: RulesRecord) -> None:
     d.slid_ns = 0
     forget_noise(e.wrench_noise)
     d.in_contact = d.touching = d.blind = d.lost = 0
-    held.let_go(e.held)
-    e.held.state.noise[:] = 1.0
-    e.held.state.jumped[:] = inf
+    filter_steps.end_motion(e.filter)
+    forget_noise_ratio(e.filter[0].state)
+    e.filter[0].state.time_since_jump = inf
     forget_innovations(e.innovations)
     if rules.judged:
         monitor.restart(e.memory)
@@ -67,7 +67,7 @@ def start(e: EngineRecord, rules: RulesRecord, t_ns: int, orientation: np.ndarra
         e.q[i] = orientation[i]
         for j in range(3):
             e.R[i, j] = orientation[3 + 3 * i + j]
-    held.start(e.held, rules.gates, e.q, e.R)
+    filter_steps.start(e.filter, rules.gates, e.q, e.R)
     begin(e)
 
 
@@ -93,7 +93,7 @@ def advance(e: EngineRecord, rules: RulesRecord, t_ns: int) -> None:
     """Predict up to a stamp [ns]."""
     dt = approach(e, rules, t_ns)
     if dt > 0.0:
-        held.move_on(e.held, dt)
+        filter_steps.predict(e.filter, dt)
         check_upright(e, rules)
 
 
@@ -111,7 +111,7 @@ def approach(e: EngineRecord, rules: RulesRecord, t_ns: int) -> float:
 @compiled
 def check_upright(e: EngineRecord, rules: RulesRecord) -> None:
     """Lose a motion beyond a quarter turn: there is no tilt, and what is told would not be so."""
-    if not -0.5 * pi < e.held.state.mean[0] < 0.5 * pi:
+    if not -0.5 * pi < e.filter[0].state.mixture_mean[0] < 0.5 * pi:
         _lose(e, rules)
 
 
@@ -144,15 +144,16 @@ def correct(
     """
     kind = measure(e, rules, stamp, orientation, lateness)
     if kind == BEGINS:
-        held.start(e.held, rules.gates, e.q, e.R)
+        filter_steps.start(e.filter, rules.gates, e.q, e.R)
         begin(e)
     elif kind == NEWS:
         since = (e.motion[0].t_ns - e.motion[0].oriented_ns) * 1e-9
-        result, nis = held.correct(e.held, rules.gates, e.q, e.R)
+        result, nis = filter_steps.correct(e.filter, rules.gates, e.q, e.R)
         note(e, rules, orientation, result, nis)
         placed = orientation[PLACE.start] == orientation[PLACE.start]
         if result == USED and placed and lateness == 0.0:
-            held.sink(e.held, -orientation[PLACE.start + 2], orientation[PLACE_R.stop - 1], since)
+            depth, variance = -orientation[PLACE.start + 2], orientation[PLACE_R.stop - 1]
+            filter_steps.update_from_depth(e.filter, depth, variance, since)
 
 
 @compiled
@@ -160,7 +161,7 @@ def measure(
     e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
 ) -> int:
     """Put an orientation into `q` and `R`, as of now; return NEWS, BEGINS or OLD."""
-    s, kind = e.held.state, NEWS
+    s, kind = e.filter[0].state, NEWS
     for i in range(3):
         e.q[i] = orientation[i]
         for j in range(3):
@@ -170,11 +171,11 @@ def measure(
         turned = lateness * rules.gates.initial_rate_stddev
         for i in range(3):
             e.R[i, i] += turned * turned
-    elif is_news(e.fresh, stamp, e.q, e.R[0, 0], s.mean, s.covariance[0, 0]):
+    elif is_news(e.fresh, stamp, e.q, e.R[0, 0], s.mixture_mean, s.mixture_covariance[0, 0]):
         for i in range(3):
-            e.q[i] += lateness * s.mean[3 + i]
+            e.q[i] += lateness * s.mixture_mean[3 + i]
             for j in range(3):
-                e.R[i, j] += lateness * lateness * s.covariance[3 + i, 3 + j]
+                e.R[i, j] += lateness * lateness * s.mixture_covariance[3 + i, 3 + j]
     else:
         kind = OLD
         e.counts[COUNT.joints_dropped_repeated_value] += 1
@@ -185,11 +186,11 @@ def measure(
 def note(
     e: EngineRecord, rules: RulesRecord, orientation: np.ndarray, result: int, nis: float
 ) -> None:
-    """Take note of what became of an orientation, see `held.hold_against`."""
-    d, s, memory = e.motion[0], e.held.state, e.memory
-    if s.noise[0] > NOISY:
+    """Take note of what became of an orientation, see `filter_steps.gate_orientation`."""
+    d, s, memory = e.motion[0], e.filter[0].state, e.memory
+    if s.noise_ratio > NOISY:
         e.counts[COUNT.joints_noisy] += 1
-        d.noise = sqrt(s.noise[0])
+        d.noise = sqrt(s.noise_ratio)
     if isfinite(nis):
         known = result == USED and rules.white
         e.counts[COUNT.innovations_too_large] += add_innovation(
@@ -203,7 +204,7 @@ def note(
     if rules.judged:
         for i in range(3):
             for j in range(3):
-                e.R[i, j] *= s.noise[0]
+                e.R[i, j] *= s.noise_ratio
         foreseen = result == USED
         assessment.take_orientation(memory, rules.monitor, d.t_ns, e.q, e.R, foreseen)
         if orientation[PLACE.start] == orientation[PLACE.start]:
@@ -225,7 +226,7 @@ def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
 
 @compiled
 def _note_place(e, orientation):
-    estimate, place = e.held.record, e.memory.place
+    estimate, place = e.filter[0].record, e.memory.place
     scene = estimate.scene
     R = orientation[3:12].reshape(3, 3)
     S = orientation[PLACE_R].reshape(3, 3)
@@ -255,9 +256,9 @@ def told(e: EngineRecord, rules: RulesRecord) -> bool:
 @compiled
 def _on_either_side(e):
     """Return whether the tilt, for want of orientations, may be above gamma0 or below."""
-    s, gamma0 = e.held.state, e.held.record.scene.gamma0
-    variance = s.covariance[0, 0]
-    off = s.mean[0] - gamma0
+    s, gamma0 = e.filter[0].state, e.filter[0].record.scene.gamma0
+    variance = s.mixture_covariance[0, 0]
+    off = s.mixture_mean[0] - gamma0
     return variance > (VAGUE * gamma0) ** 2 and off * off < SURELY * SURELY * variance
 
 
@@ -266,7 +267,7 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> Cont
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
         in_air = e.memory.declared.mode == Mode.OPEN
-        follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.held.constants)
+        follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.filter[0].settings)
         notice_ends(e.saturation, wrench, e.variance)
     e.counts[COUNT.wrench_saturated] += is_saturated(e.saturation)
     noisier = factor(e.wrench_noise)
@@ -276,8 +277,10 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> Cont
         e.wrench[i] = wrench[i]
         for j in range(6):
             # A value that comes n times tells as much as if it came once.
-            e.held.noise[i, j] = times * e.covariance[i, j]
-    reduce_wrench(e.reduction, e.wrench, e.held.state.mean, held.gravity(e.held), e.u)
+            e.filter[0].noise[i, j] = times * e.covariance[i, j]
+    reduce_wrench(
+        e.reduction, e.wrench, e.filter[0].state.mixture_mean, filter_steps.gravity(e.filter), e.u
+    )
     # What has touched before a silence need not touch after it.
     if silent or e.motion[0].blind or _tells_nothing(e):
         return ContactSet.UNKNOWN
@@ -295,9 +298,9 @@ def _tells_nothing(e):
 def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, row: Row) -> None:
     """Fill in what is published after a wrench that was weighed with some contacts."""
     d, memory = e.motion[0], e.memory
-    e.counts[COUNT.wrench_spike] += e.held.state.spiked[0] == 1.0
+    e.counts[COUNT.wrench_spike] += e.filter[0].state.misfits == 1
     d.in_contact = 1 if contacts == ContactSet.THREE else 0
-    estimate = e.held.record
+    estimate = e.filter[0].record
     blind = d.blind == 1 or _tells_nothing(e)
     if rules.judged:
         misfits = e.innovations.told[0].misfit
@@ -311,7 +314,7 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, 
     doubtful = rules.judged and memory.declared.mode == Mode.UNKNOWN
     slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < RESTS_NS
     d.touching = 1 if slides or doubtful else 0
-    if e.innovations.told[0].large or jumped_lately(e.held.state, e.held.constants):
+    if e.innovations.told[0].large or jumped_lately(e.filter[0].state, e.filter[0].settings):
         # What the motion contradicts is not known, however small its spread.
         row.reactions_determined = 0.0
     _tell_settings(e, rules, row)
@@ -320,18 +323,20 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, 
 @compiled
 def _tell_settings(e, rules, row):
     """Fill in what is told of innovations, tare, bias and tilt."""
-    t, s = e.innovations.told[0], e.held.state
+    t, s = e.innovations.told[0], e.filter[0].state
     row.nis_median = t.median
     row.nis_drift = t.drift if rules.white else nan
-    row.joints_noise = sqrt(s.noise[0])
+    row.joints_noise = sqrt(s.noise_ratio)
     for i in range(6):
         row.bias[i] = e.tared[i]
-    bias, tilt, steps = e.held.at[BIAS], e.held.at[TILT], e.reduction
+    bias, tilt, steps = e.filter[0].places.bias, e.filter[0].places.tilt, e.reduction
     if bias >= 0:
         for i in range(6):
-            row.bias[i] = s.mean[bias + i] + steps.sign * steps.tare[i]
-            row.bias_stddev[i] = sqrt(max(s.covariance[bias + i, bias + i], 0.0))
+            row.bias[i] = s.mixture_mean[bias + i] + steps.sign * steps.tare[i]
+            variance = s.mixture_covariance[bias + i, bias + i]
+            row.bias_stddev[i] = sqrt(max(variance, 0.0))
     if tilt >= 0:
         for i in range(2):
-            row.hole_tilt[i] = s.mean[tilt + i]
-            row.hole_tilt_stddev[i] = sqrt(max(s.covariance[tilt + i, tilt + i], 0.0))
+            row.hole_tilt[i] = s.mixture_mean[tilt + i]
+            variance = s.mixture_covariance[tilt + i, tilt + i]
+            row.hole_tilt_stddev[i] = sqrt(max(variance, 0.0))

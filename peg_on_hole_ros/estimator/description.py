@@ -4,6 +4,7 @@ from math import ceil, cos, pi, sin, sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.estimator.contact_sets import registry
 from peg_on_hole_ros.estimator.forces import (
     contact_forces,
     tilt_on_contacts,
@@ -11,6 +12,7 @@ from peg_on_hole_ros.estimator.forces import (
 )
 from peg_on_hole_ros.estimator.record import Estimate, Motion, Reactions, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
+from peg_on_hole_ros.mechanics.linear_algebra import peg_rotation, peg_turns
 from peg_on_hole_ros.mechanics.quaternion import fill_quaternion
 from peg_on_hole_ros.outputs import Row
 
@@ -59,23 +61,23 @@ def describe(
             row.state_covariance[i, j] = motion.covariance[i, j]
     for i in range(1, 3):
         state[i] -= 2.0 * pi * ceil((state[i] - pi) / (2.0 * pi))
-    tilt = tilt_on_contacts(p, motion.gamma)
+    tilt, unknown = tilt_on_contacts(p, motion.gamma), registry.unknown_reactions(on_contacts)
     for i in range(3):
         # Rounding can leave a variance a little below zero where the equations are near singular.
         stddev = sqrt(max(estimate.reactions.covariance[i, i], 0.0))
         row.normal[i] = 0.0
-        row.normal_stddev[i] = stddev if on_contacts > 0 else wide
+        row.normal_stddev[i] = stddev if unknown > 0 else wide
         row.slip_speed[i] = slips[i].speed
         row.slip_speed_stddev[i] = sqrt(max(slips[i].variance, 0.0))
-    if on_contacts > 0:
+    if unknown > 0:
         fill_pushing(estimate.reactions, estimate.work, row.normal)
-    if on_contacts == 2:
+    if registry.is_in_hole(on_contacts):
         two_point_forces(p, estimate, row)
     else:
         contact_forces(p, estimate, tilt, row)
     fill_torques(row.contact_point, row.contact_wrench)
     # Two contacts that give leave the depth open.
-    fill_pose(p, motion, peg_height, on_contacts != 3, row)
+    fill_pose(p, motion, peg_height, unknown < 3, row)
     fill_quaternion(row.rotation, row.orientation)
 
 
@@ -173,22 +175,15 @@ def fill_pose(
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, max(motion.gamma, p.gamma0 * (1.0 + 1e-9)))
     s, c, a1, a2 = geo[0], geo[1], geo[2], geo[3]
     spsi, cpsi = sin(motion.psi), cos(motion.psi)
-    sphi, cphi = sin(motion.phi), cos(motion.phi)
     along_h, along_z = a2 * s, a1 - a2 * c
     row.position[0] = cpsi * along_h
     row.position[1] = spsi * along_h
     row.position[2] = along_z
     sg, cg = sin(motion.gamma), cos(motion.gamma)
-    R = row.rotation
-    R[0, 0] = cpsi * cg * cphi - spsi * sphi
-    R[0, 1] = -cpsi * cg * sphi - spsi * cphi
-    R[0, 2] = -cpsi * sg
-    R[1, 0] = spsi * cg * cphi + cpsi * sphi
-    R[1, 1] = -spsi * cg * sphi + cpsi * cphi
-    R[1, 2] = -spsi * sg
-    R[2, 0] = sg * cphi
-    R[2, 1] = -sg * sphi
-    R[2, 2] = cg
+    turned = peg_rotation(peg_turns(motion.gamma, motion.psi, motion.phi))
+    for i in range(3):
+        for j in range(3):
+            row.rotation[i, j] = turned[3 * i + j]
     # Columns: by gamma about eps = (spsi, -cpsi, 0), by psi about z, by phi about zeta.
     by_h, by_z = a1 + a2 * c, (a2 - a1 * c) / s + a2 * s
     J = (

@@ -2,63 +2,37 @@
 
 from math import sqrt
 
-import numpy as np
-
-from peg_on_hole_ros.estimator.state import FRICTION, RATE
+from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_normal, rim_slip
+from peg_on_hole_ros.estimator.scratch import Scratch
+from peg_on_hole_ros.estimator.state import FRICTION, RATE, Places
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
+from peg_on_hole_ros.typed_record import Floats
 
-# Below these nothing is told apart [m/s, squared].
+# Below these nothing is distinguished [m/s, squared].
 _LEAST_VARIANCE = 1e-24
 _LEAST_SCALE2 = 1e-16
 
 
 @compiled
-def slip_jacobian(
-    p: SceneScalars, geo: tuple[float, ...], contact: int
-) -> tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]:
-    """
-    Return the slip's components by the rates at a contact, three rows of three.
-
-    Parameters
-    ----------
-    p : SceneScalars
-    geo : tuple
-        From `closed_forms`.
-    contact : int
-        0, 1, 2 for K, B1, B2.
-
-    """
-    s, c, a1, S1, S2, b = geo[0], geo[1], geo[2], geo[4], geo[5], geo[6]
-    if contact == 0:
-        return (
-            (2.0 * a1, 0.0, 0.0),
-            (0.0, -0.5 * p.D, -0.5 * p.d),
-            (-2.0 * a1 * c / s, 0.0, 0.0),
-        )
-    e = b if contact == 1 else -b
-    return (2.0 * a1, e, e * c), (0.0, S1, S2), (2.0 * S1, 0.0, e * s)
-
-
-@compiled
 def direction_moments(
-    p: SceneScalars,
+    scene: SceneScalars,
     geo: tuple[float, ...],
-    x: np.ndarray,
-    P: np.ndarray,
+    x: Floats,
+    P: Floats,
     share: float,
-    scales: np.ndarray,
-    left: np.ndarray,
+    scales: Floats,
+    left: Floats,
 ) -> float:
     """
     Fill in how well the direction of friction is known at each contact.
 
     For a slip v that is normal with variances along and across it, v / sqrt(v^2 + s^2) is the
-    mean direction where s is the scale that is filled in; its derivative is the slope of the mean
+    mean direction where s is the scale that is filled in; its derivative is that of the mean
     (Stein's lemma).
 
     Parameters
     ----------
-    p : SceneScalars
+    scene : SceneScalars
     geo : tuple
         From `closed_forms`.
     x : ndarray
@@ -70,7 +44,7 @@ def direction_moments(
     scales : ndarray, shape (3,)
         Filled with the scales of K, B1, B2 [m/s].
     left : ndarray, shape (3,)
-        Filled with the share of the friction that no slope explains, 0 to 1.
+        Filled with the share of the friction that no Jacobian explains, 0 to 1.
 
     Returns
     -------
@@ -80,16 +54,14 @@ def direction_moments(
     """
     turned = 0.0
     for i in range(3):
-        other, left[i], s2 = slip_moments(slip_jacobian(p, geo, i), x, P, share)
+        other, left[i], s2 = slip_moments(rim_slip(scene, geo, i), x, P, share)
         scales[i] = sqrt(s2 + _LEAST_SCALE2)
         turned += other / 3.0
     return turned
 
 
 @compiled
-def slip_moments(
-    rows: tuple[tuple[float, float, float], ...], x: np.ndarray, P: np.ndarray, share: float
-) -> tuple[float, float, float]:
+def slip_moments(rows: Rows, x: Floats, P: Floats, share: float) -> tuple[float, float, float]:
     """
     Return the moments of the direction of one slip, see `direction_moments`.
 
@@ -103,8 +75,8 @@ def slip_moments(
     Returns
     -------
     turned, left, scale2 : float
-        Square of the sine by which it may point elsewhere; share of friction that no slope
-        explains; square of the scale [m^2/s^2].
+        Square of the sine by which it may point elsewhere; share of friction that no
+        Jacobian explains; square of the scale [m^2/s^2].
 
     """
     w0, w1, w2 = x[RATE], x[RATE + 1], x[RATE + 2]
@@ -135,38 +107,37 @@ def slip_moments(
 
 
 @compiled
-def add_unknown_direction(
-    p: SceneScalars, geo: tuple[float, ...], x: np.ndarray, scales: np.ndarray, left: np.ndarray,
-    friction_force2: np.ndarray, unknown: np.ndarray, by_friction: np.ndarray,
-) -> None:  # fmt: skip
+def fill_direction_noise(
+    scene: SceneScalars,
+    geo: tuple[float, ...],
+    x: Floats,
+    friction_force2: Floats,
+    scratch: Scratch,
+) -> None:
     """
-    Fill in the six equations' covariance by friction whose direction no slope tells.
+    Fill in the six equations' covariance by friction whose direction no Jacobian explains.
 
     Parameters
     ----------
-    p : SceneScalars
+    scene : SceneScalars
     geo : tuple
         From `closed_forms`.
     x : ndarray
         Mean of the component.
-    scales, left, friction_force2 : ndarray, shape (3,)
-        From `direction_moments`, and the mean square of the friction there [N^2].
-    unknown : ndarray, shape (6, 6)
-        Filled.
-    by_friction : ndarray, shape (6, 3)
-        Filled with how the equations move with friction, for one newton of each reaction.
+    friction_force2 : ndarray, shape (3,)
+        Mean square of the friction at each contact [N^2].
+    scratch : Scratch
+        With what `direction_moments` fills in: `velocity_scale` and `unexplained`;
+        `direction_noise` and `by_friction` are filled.
 
     """
-    a1, S1, b = geo[2], geo[4], geo[6]
-    over = 1.0 / sqrt(S1 * S1 + b * b + a1 * a1)
+    noise, by_friction = scratch.direction_noise, scratch.by_friction
     for j in range(6):
         for k in range(6):
-            unknown[j, k] = 0.0
+            noise[j, k] = 0.0
     for i in range(3):
-        J = slip_jacobian(p, geo, i)
-        n0, n1, n2 = geo[1], 0.0, geo[0]
-        if i > 0:
-            n0, n1, n2 = -S1 * over, (b if i == 1 else -b) * over, a1 * over
+        J = rim_slip(scene, geo, i)
+        n0, n1, n2 = rim_normal(geo, i)
         # A force does work along the slip, and stands in the balance of forces.
         rows = (
             (J[0][0], J[1][0], J[2][0]),
@@ -177,8 +148,9 @@ def add_unknown_direction(
             (0.0, 0.0, 1.0),
         )
         v0, v1, v2 = along_slip(J[0], x), along_slip(J[1], x), along_slip(J[2], x)
-        unit = 1.0 / sqrt(v0 * v0 + v1 * v1 + v2 * v2 + scales[i] * scales[i])
-        amount = 0.5 * left[i] * friction_force2[i]
+        scale = scratch.velocity_scale[i]
+        unit = 1.0 / sqrt(v0 * v0 + v1 * v1 + v2 * v2 + scale * scale)
+        amount = 0.5 * scratch.unexplained[i] * friction_force2[i]
         for j in range(6):
             r0, r1, r2 = rows[j]
             by_friction[j, i] = unit * (r0 * v0 + r1 * v1 + r2 * v2)
@@ -187,38 +159,37 @@ def add_unknown_direction(
                 t0, t1, t2 = rows[k]
                 other = t0 * n0 + t1 * n1 + t2 * n2
                 value = amount * (r0 * t0 + r1 * t1 + r2 * t2 - along * other)
-                unknown[j, k] += value
+                noise[j, k] += value
                 if k != j:
-                    unknown[k, j] += value
+                    noise[k, j] += value
 
 
 @compiled
-def along_slip(row: tuple[float, float, float], x: np.ndarray) -> float:
+def along_slip(row: tuple[float, float, float], x: Floats) -> float:
     """Return one component of a slip by its row of the Jacobian [m/s]."""
-    return row[0] * x[RATE] + row[1] * x[RATE + 1] + row[2] * x[RATE + 2]
+    speed: float = row[0] * x[RATE] + row[1] * x[RATE + 1] + row[2] * x[RATE + 2]
+    return speed
 
 
 @compiled
-def product_covariance(P: np.ndarray, n: int, place_K: int, product: np.ndarray) -> None:
+def fill_product_covariance(P: Floats, places: Places, product: Floats) -> None:
     """
     Fill in the covariance of the products of the errors of friction and each reaction [N^2].
 
-    They are normal, so it is that of Isserlis. No slope explains these products: of a friction
-    that is wide the equations are no plane, and one that is made linear anew with every wrench
-    would tell friction and a bias apart by its own noise.
+    They are normal, so it is that of Isserlis. No Jacobian explains these products: of a friction
+    that is wide the equations are no plane, and one that is linearised anew with every wrench
+    would distinguish friction from a bias by its own noise.
 
     Parameters
     ----------
     P : ndarray
         Covariance of a component after a wrench.
-    n : int
-        How many values stand before the reactions.
-    place_K : int
-        Of the friction that K has apart, -1 for none.
+    places : Places
     product : ndarray, shape (3, 3)
         Filled.
 
     """
+    n, place_K = places.reactions, places.friction_k
     for i in range(3):
         for j in range(3):
             own = P[FRICTION, FRICTION]
@@ -236,7 +207,7 @@ def product_covariance(P: np.ndarray, n: int, place_K: int, product: np.ndarray)
 
 
 @compiled
-def add_product(by_friction: np.ndarray, product: np.ndarray, unknown: np.ndarray) -> None:
+def add_product_noise(by_friction: Floats, product: Floats, noise: Floats) -> None:
     """Add what the products of the errors of friction and reactions are in the equations."""
     for i in range(3):
         for j in range(3):
@@ -244,4 +215,4 @@ def add_product(by_friction: np.ndarray, product: np.ndarray, unknown: np.ndarra
                 for a in range(6):
                     t = product[i, j] * by_friction[a, i]
                     for b in range(6):
-                        unknown[a, b] += t * by_friction[b, j]
+                        noise[a, b] += t * by_friction[b, j]

@@ -2,19 +2,19 @@
 
 from math import cos, sin, sqrt
 
-from peg_on_hole_ros.estimator.free import in_peg_axes
-from peg_on_hole_ros.estimator.record import Estimate, scene_of
-from peg_on_hole_ros.estimator.two_points import (
+from peg_on_hole_ros.estimator.hole_geometry import (
     two_point_arms,
     two_point_slip,
     two_point_tilt,
 )
+from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import (
     SceneScalars,
     closed_forms,
     compiled,
     equations,
 )
+from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
 from peg_on_hole_ros.outputs import Row
 
 
@@ -105,10 +105,8 @@ def two_point_forces(p: SceneScalars, estimate: Estimate, row: Row) -> None:
 def rim_load(estimate: Estimate) -> tuple[float, float]:
     """Return the sizes of the force [N] and of the couple [N m] that a rim has to carry."""
     p, motion, u = scene_of(estimate), estimate.motion, estimate.wrench
-    s, c = sin(motion.gamma), cos(motion.gamma)
-    spsi, cpsi = sin(motion.psi), cos(motion.psi)
-    sphi, cphi = sin(motion.phi), cos(motion.phi)
-    weight = in_peg_axes(s, c, sphi, cphi, spsi, cpsi, p.m * p.g_x, p.m * p.g_y, p.m * p.g_z)
+    turns = peg_turns(motion.gamma, motion.psi, motion.phi)
+    weight = in_peg_axes(turns, (p.m * p.g_x, p.m * p.g_y, p.m * p.g_z))
     F_x, F_y, F_z = u[0] + weight[0], u[1] + weight[1], u[2] + weight[2]
     couple = u[3] * u[3] + u[4] * u[4] + u[5] * u[5]
     return sqrt(F_x * F_x + F_y * F_y + F_z * F_z), sqrt(couple)

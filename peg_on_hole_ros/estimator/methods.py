@@ -2,29 +2,34 @@
 
 from math import inf
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.typed_record import Floats
 
 # Accelerations so wide that the wrench alone gives them, held until the next: the process is that
 # of the dynamic equations. All noise is white, also that of friction.
-_DRIVEN = {"level": (1e6,), "time": (inf,), "direction_time": 0.0}
-_ONE_LEVEL = {"level": (30.0,), "time": (0.05,), "up": (0.0,), "frictions": 1}
-CONSTANTS = {
+_DRIVEN: dict[str, ArrayLike] = {
+    "mode_stddev": (1e6,), "mode_time": (inf,), "direction_time": 0.0,
+}  # fmt: skip
+_ONE_MODE: dict[str, ArrayLike] = {
+    "mode_stddev": (30.0,), "mode_time": (0.05,), "mode_rate": (0.0,), "friction_hypotheses": 1,
+}  # fmt: skip
+SETTINGS: dict[str, dict[str, ArrayLike]] = {
     "mixture": {},
-    "one_level": _ONE_LEVEL,
-    "dde_driven": _ONE_LEVEL | _DRIVEN,
-    "quasi_static": _ONE_LEVEL | {"inertia": 0.0},
+    "one_level": _ONE_MODE,
+    "dde_driven": _ONE_MODE | _DRIVEN,
+    "quasi_static": _ONE_MODE | {"inertia": 0.0},
 }
 
 
 def make_filter(
-    scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
-) -> HeldPeg:
-    """Return the estimator that the options name; parameters as for `HeldPeg`."""
-    constants = default_settings(**CONSTANTS[options.method])
-    return HeldPeg(scene, options, wrench_noise, offsets, constants)
+    scene: Scene, options: FilterOptions, wrench_noise: Floats, offsets: Offsets | None = None
+) -> ContactFilter:
+    """Return the estimator that the options name; parameters as for `ContactFilter`."""
+    settings = default_settings(**SETTINGS[options.method])
+    return ContactFilter(scene, options, wrench_noise, offsets, settings)

@@ -1,201 +1,194 @@
-"""A mixture of frictions and of levels of acceleration: mixing, weights, and their mean."""
+"""A mixture of friction hypotheses and of process-noise modes: IMM mixing, weights, their mean."""
 
 from math import exp, log
 
-import numpy as np
-
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.motion import move_on
-from peg_on_hole_ros.estimator.state import FRICTION
+from peg_on_hole_ros.estimator.settings import Settings
+from peg_on_hole_ros.estimator.state import FRICTION, State
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
 
-# A level never goes below this weight among those of its friction; a friction that does is none.
+# A mode never goes below this weight among those of its friction hypothesis; a hypothesis that
+# does is dropped.
 _LEAST = 1e-9
-# Changes of level are taken in slices no longer than this [s]: beyond, more than all would change.
+# Mode transitions are taken in slices no longer than this [s]: beyond, more than all would change.
 _SLICE = 0.002
 _MOST_RATIO = -50.0
 
 
 @compiled
-def predict(
-    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, walk: np.ndarray, n: int, dt: float
-) -> None:
-    """
-    Mix the levels of each friction, then move every component on.
-
-    Parameters
-    ----------
-    s : record of STATE
-        Changed.
-    scratch : record of SCRATCH
-    o : record of SETTINGS
-    walk : ndarray, shape (n,)
-        See `move_on`.
-    n : int
-    dt : float
-        [s].
-
-    """
-    levels, frictions = o.levels, s.frictions
-    if levels > 1:
-        shut = o.top_waits > 0.0 and s.alive.sum() > 1.5
+def predict(kalman: FilterRecord, dt: float) -> None:
+    """Mix the modes of each friction hypothesis, then predict every component by dt [s]."""
+    state, settings = kalman.state, kalman.settings
+    modes, hypotheses = settings.modes, state.hypotheses
+    if modes > 1:
+        shut = settings.top_waits > 0.0 and state.alive.sum() > 1.5
         time = min(dt, _SLICE)
-        for g in range(frictions):
-            if s.alive[g] > 0.0:
-                _mix(s, scratch, o, n, g * levels, shut, time)
-    for j in range(frictions * levels):
-        if s.alive[j // levels] > 0.0:
-            l = j % levels
-            move_on(s.x[j], s.P[j], n, dt, o.level[l], o.time[l], o.around_axes, walk)
+        for g in range(hypotheses):
+            if state.alive[g] > 0.0:
+                _mix(kalman, g * modes, shut, time)
+    for j in range(hypotheses * modes):
+        if state.alive[j // modes] > 0.0:
+            move_on(kalman, j, dt)
 
 
 @compiled
-def _mix(s, scratch, o, n, first, shut, time):
-    """Let the levels of one friction change into one another (interacting multiple models)."""
-    levels, share, w = o.levels, scratch.share, n + 3
-    top = levels - 1
-    for i in range(levels):
+def _mix(kalman: FilterRecord, first: int, shut: bool, time: float) -> None:
+    """Mix the modes of one friction hypothesis (interacting multiple model, IMM)."""
+    state, scratch, settings = kalman.state, kalman.scratch, kalman.settings
+    n = kalman.places.reactions
+    modes, share, w = settings.modes, scratch.transition, n + 3
+    top = modes - 1
+    for i in range(modes):
         stays = 1.0
-        for j in range(levels):
+        for j in range(modes):
             if i == j:
                 continue
-            change = (o.up[j] if j > i else o.up[1]) * time
+            change = (settings.mode_rate[j] if j > i else settings.mode_rate[1]) * time
             if shut and j == top:
                 change = 0.0
-            share[i, j] = change * s.weight[first + i]
+            share[i, j] = change * state.weight[first + i]
             stays -= change
-        share[i, i] = stays * s.weight[first + i]
-    for j in range(levels):
+        share[i, i] = stays * state.weight[first + i]
+    for j in range(modes):
         total = 0.0
-        for i in range(levels):
+        for i in range(modes):
             total += share[i, j]
-        for i in range(levels):
+        for i in range(modes):
             share[i, j] /= total
         scratch.log_likelihood[first + j] = total
         x, P = scratch.x[first + j], scratch.P[first + j]
         for a in range(w):
             t = 0.0
-            for i in range(levels):
-                t += share[i, j] * s.x[first + i, a]
+            for i in range(modes):
+                t += share[i, j] * state.x[first + i, a]
             x[a] = t
         for a in range(n):
             row = P[a]
             for b in range(n):
                 row[b] = 0.0
-            for i in range(levels):
-                part, y, before = share[i, j], s.x[first + i], s.P[first + i, a]
+            for i in range(modes):
+                part, y, before = share[i, j], state.x[first + i], state.P[first + i, a]
                 off = y[a] - x[a]
                 for b in range(n):
                     row[b] += part * (before[b] + off * (y[b] - x[b]))
-    for j in range(first, first + levels):
-        s.weight[j] = scratch.log_likelihood[j]
+    for j in range(first, first + modes):
+        state.weight[j] = scratch.log_likelihood[j]
         for a in range(w):
-            s.x[j, a] = scratch.x[j, a]
+            state.x[j, a] = scratch.x[j, a]
         for a in range(n):
             for b in range(n):
-                s.P[j, a, b] = scratch.P[j, a, b]
+                state.P[j, a, b] = scratch.P[j, a, b]
 
 
 @compiled
-def reweigh(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord) -> None:
+def reweigh(kalman: FilterRecord) -> None:
     """
     Weigh the components by how likely the last measurement was with each.
 
-    Levels count in full. For frictions a measurement counts by the share that is told: where the
-    direction of friction is unknown, noise is not white, and the same sample would count again
-    and again. The friction that knows the direction best says which share that is.
+    Modes count in full. For friction hypotheses a measurement counts by its evidence share: where
+    the direction of friction is unknown, noise is not white, and the same sample would count again
+    and again. The hypothesis that knows the direction best determines that share.
 
     Parameters
     ----------
-    s : record of STATE
-        Changed.
-    scratch : record of SCRATCH
-        With log likelihoods, and doubts of the last wrench.
-    o : record of SETTINGS
+    kalman : FilterRecord
+        With log likelihoods in its scratch memory.
 
     """
-    levels, frictions = o.levels, s.frictions
-    several = s.alive.sum() > 1.5
+    state, scratch, modes = kalman.state, kalman.scratch, kalman.settings.modes
+    several = state.alive.sum() > 1.5
     best = -1e300
-    for g in range(frictions):
-        if s.alive[g] == 0.0:
+    for g in range(state.hypotheses):
+        if state.alive[g] == 0.0:
             continue
-        first, top, held = g * levels, -1e300, 0.0
-        for j in range(first, first + levels):
+        first, top, before = g * modes, -1e300, 0.0
+        for j in range(first, first + modes):
             top = max(top, scratch.log_likelihood[j])
-            held += s.weight[j]
+            before += state.weight[j]
         total = 0.0
-        for j in range(first, first + levels):
-            s.weight[j] *= exp(max(scratch.log_likelihood[j] - top, _MOST_RATIO)) / held
-            total += s.weight[j]
+        for j in range(first, first + modes):
+            ratio = exp(max(scratch.log_likelihood[j] - top, _MOST_RATIO))
+            state.weight[j] *= ratio / before
+            total += state.weight[j]
         kept = 0.0
-        for j in range(first, first + levels):
-            s.weight[j] = max(s.weight[j] / total, _LEAST)
-            kept += s.weight[j]
-        for j in range(first, first + levels):
-            s.weight[j] /= kept
-        evidence = log(held) + (s.told[0] if several else 1.0) * (top + log(total))
+        for j in range(first, first + modes):
+            state.weight[j] = max(state.weight[j] / total, _LEAST)
+            kept += state.weight[j]
+        for j in range(first, first + modes):
+            state.weight[j] /= kept
+        share = state.evidence_share if several else 1.0
+        evidence = log(before) + share * (top + log(total))
         scratch.evidence[g] = evidence
         best = max(best, evidence)
+    _weigh_hypotheses(kalman, best)
+
+
+@compiled
+def _weigh_hypotheses(kalman: FilterRecord, best: float) -> None:
+    """Weigh the friction hypotheses by their evidence, of which the best is given."""
+    state, scratch, modes = kalman.state, kalman.scratch, kalman.settings.modes
     total = 0.0
-    for g in range(frictions):
-        if s.alive[g] > 0.0:
+    for g in range(state.hypotheses):
+        if state.alive[g] > 0.0:
             total += exp(scratch.evidence[g] - best)
     left = 0.0
-    for g in range(frictions):
-        if s.alive[g] == 0.0:
+    for g in range(state.hypotheses):
+        if state.alive[g] == 0.0:
             continue
         weight = exp(scratch.evidence[g] - best) / total
         if weight < _LEAST:
-            s.alive[g], weight = 0.0, 0.0
+            state.alive[g], weight = 0.0, 0.0
         left += weight
-        for j in range(g * levels, g * levels + levels):
-            s.weight[j] *= weight
-    for j in range(frictions * levels):
-        s.weight[j] /= left
+        for j in range(g * modes, g * modes + modes):
+            state.weight[j] *= weight
+    for j in range(state.hypotheses * modes):
+        state.weight[j] /= left
 
 
 @compiled
-def friction_told(s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, dt: float) -> None:
-    """Fill in which share of a wrench, dt [s] after the last, counts for choosing a friction."""
-    levels, told, again = o.levels, 0.0, o.doubt / dt
-    for g in range(s.frictions):
-        if s.alive[g] == 0.0:
+def fill_evidence_share(kalman: FilterRecord, dt: float) -> None:
+    """Fill in which share of a wrench, dt [s] after the last, counts for friction hypotheses."""
+    state, scratch, settings = kalman.state, kalman.scratch, kalman.settings
+    modes, most, again = settings.modes, 0.0, settings.direction_evidence_time / dt
+    for g in range(state.hypotheses):
+        if state.alive[g] == 0.0:
             continue
-        held, doubt = 0.0, 0.0
-        for j in range(g * levels, g * levels + levels):
-            held += s.weight[j]
-            doubt += s.weight[j] * scratch.doubt[j]
-        told = max(told, 1.0 / (1.0 + again * doubt / held))
-    s.told[0] = told
+        weight, noise_share = 0.0, 0.0
+        for j in range(g * modes, g * modes + modes):
+            weight += state.weight[j]
+            noise_share += state.weight[j] * scratch.direction_noise_share[j]
+        most = max(most, 1.0 / (1.0 + again * noise_share / weight))
+    state.evidence_share = most
 
 
 @compiled
-def merge(s: StateRecord, o: SettingsRecord) -> None:
+def merge(state: State, settings: Settings) -> None:
     """
-    Let frictions join where that loses little, with mean and covariance of both.
+    Merge friction hypotheses where that loses little, to mean and covariance of both.
 
     The loss is Runnalls' bound (2007) on the Kullback-Leibler divergence, of what is known of
-    friction: a light friction joins another from afar, and heavy ones join once they meet.
+    friction: a light hypothesis merges with another from afar, and heavy ones once they meet.
     """
-    levels, frictions = o.levels, s.frictions
+    modes = settings.modes
     while True:
-        least, first, second = o.joined, -1, -1
-        for g in range(frictions):
+        least, first, second = settings.joined, -1, -1
+        for g in range(state.hypotheses):
             for h in range(g):
-                if s.alive[g] > 0.0 and s.alive[h] > 0.0:
-                    loss = _lost(_friction_of(s, levels, g), _friction_of(s, levels, h))
+                if state.alive[g] > 0.0 and state.alive[h] > 0.0:
+                    one, other = _friction_of(state, modes, g), _friction_of(state, modes, h)
+                    loss = _merging_loss(one, other)
                     if loss < least:
                         least, first, second = loss, h, g
         if first < 0:
             return
-        for l in range(levels):
-            _join(s, first * levels + l, second * levels + l)
-        s.alive[second] = 0.0
+        for l in range(modes):
+            _merge_components(state, first * modes + l, second * modes + l)
+        state.alive[second] = 0.0
 
 
 @compiled
-def _lost(one, other):
+def _merging_loss(one: tuple[float, float, float], other: tuple[float, float, float]) -> float:
     """Return what is lost of two normal distributions that become one [nats]."""
     w, f, v = one
     w_o, f_o, v_o = other
@@ -205,54 +198,55 @@ def _lost(one, other):
 
 
 @compiled
-def _join(s, i, j):
-    """Let one component be two, by mean and covariance; the other is none."""
-    total = s.weight[i] + s.weight[j]
-    share = s.weight[j] / total
-    x, y, P, Q = s.x[i], s.x[j], s.P[i], s.P[j]
-    for a in range(s.width):
-        for b in range(s.width):
+def _merge_components(state: State, i: int, j: int) -> None:
+    """Merge a component into another, by mean and covariance."""
+    total = state.weight[i] + state.weight[j]
+    share = state.weight[j] / total
+    x, y, P, Q = state.x[i], state.x[j], state.P[i], state.P[j]
+    for a in range(state.width):
+        for b in range(state.width):
             apart = (x[a] - y[a]) * (x[b] - y[b])
             P[a, b] = (1.0 - share) * P[a, b] + share * (Q[a, b] + (1.0 - share) * apart)
-    for a in range(s.width):
+    for a in range(state.width):
         x[a] += share * (y[a] - x[a])
-    s.weight[i], s.weight[j] = total, 0.0
+    state.weight[i], state.weight[j] = total, 0.0
 
 
 @compiled
-def _friction_of(s, levels, g):
-    """Return weight, mean and variance of a friction."""
+def _friction_of(state: State, modes: int, g: int) -> tuple[float, float, float]:
+    """Return weight, mean and variance of a friction hypothesis."""
     w, f, v = 0.0, 0.0, 0.0
-    for j in range(g * levels, g * levels + levels):
-        w += s.weight[j]
-        f += s.weight[j] * s.x[j, FRICTION]
-        v += s.weight[j] * s.P[j, FRICTION, FRICTION]
+    for j in range(g * modes, g * modes + modes):
+        w += state.weight[j]
+        f += state.weight[j] * state.x[j, FRICTION]
+        v += state.weight[j] * state.P[j, FRICTION, FRICTION]
     return w, f / w, v / w
 
 
 @compiled
-def combine(s: StateRecord, n: int) -> None:
+def combine(state: State) -> None:
     """Fill in mean and covariance of the whole mixture."""
-    w, mean, C = n + 3, s.mean, s.covariance
+    w, mean, C = state.width, state.mixture_mean, state.mixture_covariance
     for a in range(w):
         mean[a] = 0.0
         for b in range(w):
             C[a, b] = 0.0
-    for j in range(s.components):
-        for a in range(w if s.weight[j] > 0.0 else 0):
-            mean[a] += s.weight[j] * s.x[j, a]
-    for j in range(s.components):
-        weight, x = s.weight[j], s.x[j]
+    for j in range(state.components):
+        for a in range(w if state.weight[j] > 0.0 else 0):
+            mean[a] += state.weight[j] * state.x[j, a]
+    for j in range(state.components):
+        weight, x = state.weight[j], state.x[j]
         for a in range(w if weight > 0.0 else 0):
-            row, P, off = C[a], s.P[j, a], x[a] - mean[a]
+            row, P, off = C[a], state.P[j, a], x[a] - mean[a]
             for b in range(w):
                 row[b] += weight * (P[b] + off * (x[b] - mean[b]))
 
 
 @compiled
-def keep_friction_force(s: StateRecord, n: int) -> None:
+def keep_friction_force(state: State) -> None:
     """Keep the mean square of friction at each contact, which the next wrench is weighed with."""
-    f2 = s.mean[FRICTION] ** 2
+    n = state.width - 3
+    f2 = state.mixture_mean[FRICTION] ** 2
     for i in range(3):
-        N = s.mean[n + i]
-        s.friction_force2[i] = f2 * (N * N + s.covariance[n + i, n + i])
+        N = state.mixture_mean[n + i]
+        state.friction_force2[i] = f2 * (N * N + state.mixture_covariance[n + i, n + i])

@@ -1,40 +1,34 @@
-"""How a held peg moves on: its accelerations fade, and are driven to a level."""
+"""How a held peg moves on: its accelerations fade, and white noise of a process-noise mode."""
 
 from math import cos, exp, sin
 
-import numpy as np
-
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, RATE
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.typed_record import Floats
 
 _LEAST_SINE2 = 1e-8
 
 
 @compiled
-def move_on(
-    x: np.ndarray, P: np.ndarray, n: int, dt: float, level: float, time: float, around_axes: float,
-    walk: np.ndarray,
-) -> None:  # fmt: skip
+def move_on(kalman: FilterRecord, component: int, dt: float) -> None:
     """
     Predict one component over a time.
 
     Parameters
     ----------
-    x : ndarray, shape (n + 3,)
-        Changed.
-    P : ndarray, shape (n + 3, n + 3)
-        Changed; the rows of the reactions stay.
-    n : int
-        How many values are carried on.
+    kalman : FilterRecord
+        Of the component, the rows of the reactions in its covariance stay.
+    component : int
+        Number of the component.
     dt : float
         [s].
-    level, time, around_axes : float
-        See `Settings`.
-    walk : ndarray, shape (n,)
-        Variance that each value gains in a second, beside that of the motion.
 
     """
-    k = exp(-dt / time)
+    settings, x, P = kalman.settings, kalman.state.x[component], kalman.state.P[component]
+    n, mode = kalman.places.reactions, component % settings.modes
+    k = exp(-dt / settings.mode_time[mode])
     half = 0.5 * dt
     for i in range(3):
         x[i] += dt * (x[RATE + i] + half * x[ACCELERATION + i])
@@ -50,19 +44,18 @@ def move_on(
             P[j, i] += dt * (P[j, RATE + i] + half * P[j, ACCELERATION + i])
             P[j, RATE + i] += dt * P[j, ACCELERATION + i]
             P[j, ACCELERATION + i] *= k
-    drive(x, P, dt, level, time, around_axes)
+    add_process_noise(x, P, settings, mode, dt)
     for j in range(FRICTION, n):
-        P[j, j] += walk[j] * dt
+        P[j, j] += kalman.walk[j] * dt
 
 
 @compiled
-def drive(
-    x: np.ndarray, P: np.ndarray, dt: float, level: float, time: float, around_axes: float
-) -> None:
-    """Add what a level's white noise, in each angle and about any axis, makes of the motion."""
+def add_process_noise(x: Floats, P: Floats, settings: Settings, mode: int, dt: float) -> None:
+    """Add what a mode's white noise, in each angle and about any axis, makes of the motion."""
+    stddev, time = settings.mode_stddev[mode], settings.mode_time[mode]
     s, c = sin(x[ANGLE]), cos(x[ANGLE])
-    density = 2.0 / time * level * level
-    turning = around_axes * around_axes * density / max(s * s, _LEAST_SINE2)
+    density = 2.0 / time * stddev * stddev
+    turning = settings.around_axes * settings.around_axes * density / max(s * s, _LEAST_SINE2)
     d2, d3 = dt * dt / 2.0, dt * dt * dt / 3.0
     d4, d5, d6 = dt**4 / 8.0, dt**5 / 20.0, dt**3 / 6.0
     for i in range(3):

@@ -4,66 +4,89 @@ from math import exp, log, pi
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.update import lower_root, over_root
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.settings import Settings
+from peg_on_hole_ros.estimator.state import State
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.record_types import SettingsRecord, StateRecord
+from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
+from peg_on_hole_ros.typed_record import Floats
 
 # What white noise makes of a change between two innovations, squared, and of a third difference.
 _CHANGE, _THIRD = 6.0, 60.0
 
 
 @compiled
-def follow_noise(s: StateRecord, o: SettingsRecord, q: np.ndarray, R: np.ndarray) -> None:
+def track_orientation_noise(kalman: FilterRecord, q: Floats, R: Floats) -> None:
     """
-    Follow by how much the variance of orientations is more than stated.
+    Track by how much the variance of orientations is more than stated.
 
-    Two things have to say so. Innovations change from one to the next, whether the filter believes
+    Two things have to show so. Innovations change from one to the next, whether the filter uses
     them or not: what pushes them one way is no noise. And orientations themselves are rough, by
     their third differences: a wrench that drives a smooth motion astray is no noise either.
 
     Parameters
     ----------
-    s : record of STATE
-        With the innovation of the last orientation.
-    o : record of SETTINGS
+    kalman : FilterRecord
+        With the innovation of the last orientation in its state.
     q : ndarray, shape (3,)
         The last orientation [rad].
     R : ndarray, shape (3, 3)
         Its covariance as stated [rad^2].
 
     """
-    change = 0.0
+    state, settings = kalman.state, kalman.settings
+    most, change = settings.noise_most, 0.0
     for i in range(3):
-        change += (s.innovation[i] - s.innovation_before[i]) ** 2
-        s.innovation_before[i] = s.innovation[i]
-    grow(s.noise, 1, change / _CHANGE, o)
-    grow(s.noise, 2, _roughness(s.orientations, q, R) / (_THIRD * s.noise[2]), o)
-    s.noise[0] = min(s.noise[1], s.noise[2])
+        change += (state.innovation[i] - state.innovation_before[i]) ** 2
+        state.innovation_before[i] = state.innovation[i]
+    state.innovation_noise_ratio = track_noise_ratio(
+        state.innovation_noise_ratio, change / _CHANGE, most, settings
+    )
+    seen = _roughness(state.orientations, q, R) / (_THIRD * state.roughness_noise_ratio)
+    state.roughness_noise_ratio = track_noise_ratio(
+        state.roughness_noise_ratio, seen, most, settings
+    )
+    state.noise_ratio = min(state.innovation_noise_ratio, state.roughness_noise_ratio)
     for i in range(3):
-        s.orientations[0, i], s.orientations[1, i] = s.orientations[1, i], s.orientations[2, i]
-        s.orientations[2, i] = q[i]
+        state.orientations[0, i] = state.orientations[1, i]
+        state.orientations[1, i] = state.orientations[2, i]
+        state.orientations[2, i] = q[i]
 
 
 @compiled
-def grow(noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
-    """Follow one variance by what was seen over what was expected; NaN: none came before."""
-    grow_to(o.noise_most, noise, i, seen, o)
+def forget_noise_ratio(state: State) -> None:
+    """Take the variance of orientations as stated, until they show more."""
+    state.noise_ratio = 1.0
+    state.innovation_noise_ratio = state.roughness_noise_ratio = 1.0
 
 
 @compiled
-def grow_to(most: float, noise: np.ndarray, i: int, seen: float, o: SettingsRecord) -> None:
-    """Follow one variance as `grow`, up to so many times the stated one."""
+def track_noise_ratio(ratio: float, seen: float, most: float, settings: Settings) -> float:
+    """
+    Return the ratio of a variance to the stated one after another sample.
+
+    Parameters
+    ----------
+    ratio : float
+        Before the sample.
+    seen : float
+        Square of the sample over what the ratio expects; NaN: none came before.
+    most : float
+        Bound of the ratio.
+    settings : Settings
+
+    """
     if not seen >= 0.0:
-        return
-    surplus = min(seen, o.outlier) - 1.0
-    more = log(noise[i]) + surplus / o.noise_count
-    noise[i] = exp(min(max(more, 0.0), log(most)))
+        return ratio
+    surplus = min(seen, settings.outlier) - 1.0
+    more = log(ratio) + surplus / settings.noise_count
+    return exp(min(max(more, 0.0), log(most)))
 
 
 @compiled
-def _roughness(before, q, R):
+def _roughness(before: Floats, q: Floats, R: Floats) -> float:
     """Return the square of the third difference of orientations, over their covariance."""
-    third, root = np.empty(3), R.copy()
+    third, factor = np.empty(3), R.copy()
     for i in range(3):
         last = before[2, i] - q[i]
         middle = before[1, i] - before[2, i]
@@ -73,5 +96,5 @@ def _roughness(before, q, R):
             middle -= 2.0 * pi * np.round(middle / (2.0 * pi))
             first -= 2.0 * pi * np.round(first / (2.0 * pi))
         third[i] = first - 2.0 * middle + last
-    lower_root(root, 3)
-    return over_root(root, 3, third, third)
+    factor_cholesky(factor, 3)
+    return whiten(factor, 3, third, third)

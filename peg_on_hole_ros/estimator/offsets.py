@@ -1,13 +1,15 @@
-"""What is not known of the sensor's zero, of the hole's direction and of the clocks."""
+"""What is not known of the sensor's bias, of the hole's direction and of the clocks."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from peg_on_hole_ros.typed_record import Floats
+
 
 class Offsets(NamedTuple):
     """
-    What is not known of the sensor's zero, of the hole's direction and of the clocks.
+    What is not known of the sensor's bias, of the hole's direction and of the clocks.
 
     Attributes
     ----------
@@ -25,9 +27,9 @@ class Offsets(NamedTuple):
 
     """
 
-    variance: np.ndarray
-    load: np.ndarray
-    bias_drift: np.ndarray
+    variance: Floats
+    load: Floats
+    bias_drift: Floats
     bias_learnt: bool = True
     tilt_learnt: bool = True
     delay_stddev: float = 0.0

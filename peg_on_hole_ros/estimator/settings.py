@@ -1,11 +1,23 @@
 """Every tuned constant of the estimator, each with its reason; compiled code takes them as one."""
 
-from typing import Any, NamedTuple
+from typing import Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from peg_on_hole_ros.typed_record import Floats, Record, new
+
+# Process-noise modes that there is room for.
+MOST_MODES = 3
+# Constants with a value for each process-noise mode, as they are shipped.
+_OF_MODES: dict[str, ArrayLike] = {
+    "mode_stddev": (3.0, 30.0, 500.0),
+    "mode_time": (0.05, 0.05, 0.02),
+    "mode_rate": (0.0, 30.0, 6.0),
+}
 
 
-class Settings(NamedTuple):
+class Settings(Record):
     """
     Constants of the estimator; an ablation switches one of them.
 
@@ -13,86 +25,92 @@ class Settings(NamedTuple):
 
     Attributes
     ----------
-    level, time : ndarray, shape (levels,)
-        Stationary deviation of a held peg's accelerations [rad/s^2], and the time in which they
-        fade [s]. A robot at rest or in steady motion, one that turns round, a peg that jumps.
-        The last but one is that of a start.
-        An infinite time: accelerations are held until the next wrench, which finds them anew
-        within the level; with a wide level the wrench drives the motion.
-    up : ndarray, shape (levels,)
-        How often a second the motion changes to a level from one below it [1/s]; it goes back to
-        each level below as often as it comes to the second.
+    modes : int
+        How many process-noise modes there are; the arrays have room for more.
+    mode_stddev, mode_time : ndarray, shape (MOST_MODES,)
+        Stationary standard deviation of a held peg's accelerations [rad/s^2], and the time in
+        which they fade [s], for each process-noise mode. A robot at rest or in steady motion, one
+        that turns round, a peg that jumps. The last but one is that of a start.
+        An infinite time: accelerations are constant until the next wrench, which finds them anew
+        within the standard deviation; with a wide one the wrench drives the motion.
+    mode_rate : ndarray, shape (MOST_MODES,)
+        How often a second the motion changes to a mode from one below it [1/s]; it goes back to
+        each mode below as often as it comes to the second.
     around_axes : float
-        Acceleration about any axis in space, as a share of the level: a small tilt turns easily.
-    frictions : int
-        Frictions that are followed at the start, evenly spread; each is half as wide as it is
-        far from the next: neighbours meet.
+        Acceleration about any axis in space, as a share of the mode's standard deviation: a small
+        tilt turns easily.
+    friction_hypotheses : int
+        Friction hypotheses at the start, evenly spread; the standard deviation of each is half
+        its distance to the next: neighbours meet.
     reach : float
-        How far they reach [stated deviations].
+        How far they reach [stated standard deviations].
     joined : float
-        Two frictions become one where that loses less [nats]: less takes time, and brings
-        reactions in windows 4 % nearer; from 0.02 on wrong frictions are surely wrong.
-    doubt : float
-        What a friction of unknown direction tells, it tells once in so long [s]; see `mixture`.
+        Two friction hypotheses become one where that loses less [nats]: less takes time, and
+        brings reactions in windows 4 % nearer; from 0.02 on wrong hypotheses end up certain.
+    direction_evidence_time : float
+        The evidence of a wrench for a friction hypothesis counts once in this time [s] where the
+        direction of friction is unknown; see `mixture`.
     direction_time : float
         Friction of unknown direction is one force for so long, no white noise [s].
     reaction_prior : float
-        What a reaction may be, over the load, before the wrench is looked at.
+        Prior standard deviation of a reaction, over the load, at each wrench.
     settling : float
         After a start only orientations are used for so long [s]: rates of any size leave the
         direction of friction open. No acceleration is taken to change a rate by more than
         1 rad/s within it.
     passes : int
-        How often the equations are straightened anew with the first wrench, far from which the
-        state may be.
+        How often the equations are linearised with the first wrench, far from which the state may
+        be.
     free_walk : float
-        In the air a holder's speed walks by so much [m/s per root second].
-    zero_time : float
-        In the air a zero wanders by its stated deviation in this time [s].
+        In the air the speed of the robot walks by so much [m/s per root second].
+    bias_time : float
+        In the air the bias walks by its stated standard deviation in this time [s].
     touch_time : float
-        Nothing may have touched the peg for so long after a wrench that tells of the zero [s]: a
-        soft touch is seen that late.
-    sure : float
-        What is off by so many deviations is surely no chance: a tilt that moves by more of what
-        was learnt, see `held`; tilt and reactions of a peg that two points surely carry.
+        A wrench corrects the bias only if nothing has touched the peg for so long after it [s]: a
+        soft touch is detected that late.
+    significance : float
+        What is off by so many standard deviations is no chance: a tilt whose mean moves by more
+        than its variance accounts for, see `contact_filter`; tilt and reactions of a peg that two
+        points carry.
     place_time : float
         A measured depth counts once in this time, longer than a peg slides in: the hole's own
         place is off by the same for a whole run [s].
     outlier : float
         So many times the variance that is expected: a wrench beyond it is a spike and counts
-        little, two in a row are none; what tells of more noise counts as so much at most; a
+        little, two in a row are none; a sample of the noise ratio counts as so much at most; a
         depth beyond it is none of two points.
     noise_count, noise_most : float
-        The variance of orientations, and of the wrench, is followed over so many, and is so many
-        times the stated one at most, for more is another unit.
+        The variance of orientations, and of the wrench, is an average over so many, and is so
+        many times the stated one at most, for more is another unit.
     inertia : float
         0: accelerations are left out of the equations, as in a quasi-static balance.
     direction_share : float
         0: friction points against the mean slip, however uncertain that is.
     products : float
-        0: products of the errors of friction and reactions are no noise, as where all slopes are
-        taken at one place.
+        0: products of the errors of friction and reactions are no noise, as where all Jacobians
+        are evaluated at one state.
     top_waits : float
-        0: the top level is open while frictions are being chosen, and explains anything.
+        0: the top mode is open while friction hypotheses are being chosen, and explains anything.
 
     """
 
-    level: np.ndarray
-    time: np.ndarray
-    up: np.ndarray
+    modes: int
+    mode_stddev: Annotated[Floats, (MOST_MODES,)]
+    mode_time: Annotated[Floats, (MOST_MODES,)]
+    mode_rate: Annotated[Floats, (MOST_MODES,)]
     around_axes: float = 0.3
-    frictions: int = 7
+    friction_hypotheses: int = 7
     reach: float = 2.5
     joined: float = 0.01
-    doubt: float = 0.1
+    direction_evidence_time: float = 0.1
     direction_time: float = 0.01
     reaction_prior: float = 3.0
     settling: float = 0.020
     passes: int = 4
     free_walk: float = 0.283
-    zero_time: float = 120.0
+    bias_time: float = 120.0
     touch_time: float = 0.05
-    sure: float = 3.0
+    significance: float = 3.0
     place_time: float = 5.0
     outlier: float = 10.0
     noise_count: float = 100.0
@@ -103,13 +121,46 @@ class Settings(NamedTuple):
     top_waits: float = 1.0
 
 
-def default_settings(**changed: Any) -> Settings:
-    """Return the constants as they are shipped, some of them changed by name."""
-    given = {
-        "level": (3.0, 30.0, 500.0),
-        "time": (0.05, 0.05, 0.02),
-        "up": (0.0, 30.0, 6.0),
-    } | changed
-    for name in ("level", "time", "up"):
-        given[name] = np.array(given[name], float)
-    return Settings(**given)
+def default_settings(**changed: ArrayLike) -> Settings:
+    """
+    Return the constants as they are shipped, some of them changed by name.
+
+    Raises
+    ------
+    ValueError
+        A name is no constant, or there is no room for so many process-noise modes.
+
+    """
+    settings, given = new(Settings), dict(changed)
+    of_modes = {name: np.array(given.pop(name, _OF_MODES[name]), float) for name in _OF_MODES}
+    settings.modes = len(of_modes["mode_stddev"])
+    if settings.modes > MOST_MODES:
+        raise ValueError(f"{settings.modes} process-noise modes: at most {MOST_MODES}")
+    for name, values in of_modes.items():
+        getattr(settings, name)[: settings.modes] = values[: settings.modes]
+    for name in Settings.__annotations__:
+        if hasattr(Settings, name):
+            setattr(settings, name, given.pop(name, getattr(Settings, name)))
+    if given:
+        raise ValueError(f"no constants of the estimator: {', '.join(given)}")
+    return settings
+
+
+class Gates(Record):
+    """
+    When an orientation is refused, and how a start begins; see `FilterOptions`.
+
+    Attributes
+    ----------
+    gate_threshold : float
+        Normalised innovation squared above which an orientation is refused.
+    gate_reset_count : float
+        Refused orientations in a row after which the filter restarts.
+    initial_rate_stddev : float
+        Standard deviation of each rate at a start [rad/s].
+
+    """
+
+    gate_threshold: float
+    gate_reset_count: float
+    initial_rate_stddev: float

@@ -1,222 +1,237 @@
-"""The estimator's state and its scratch memory: typed records with named fields."""
+"""The estimator's state: typed records with named fields."""
 
-from typing import NamedTuple
+from collections.abc import Collection, MutableSequence
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.mechanics.kernel import workspace
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.settings import MOST_MODES
+from peg_on_hole_ros.typed_record import Floats, Matrix3, Record, Vector3, Vector6, new
 
 # Places in the mean and covariance of a component. What a scene leaves open follows FRICTION, and
 # the reactions end it: they are new with every wrench, so that nothing of them is carried over.
 ANGLE, RATE, ACCELERATION, FRICTION, OPEN = 0, 3, 6, 9, 10
-# What a scene may leave open, in this order; each has a place only where it is stated.
-QUANTITIES = (
-    "clearance",
-    "friction_k",
-    "bias",
-    "tilt",
-    "delay",
-    "compliance",
-)
-CLEARANCE, FRICTION_K, BIAS, TILT, DELAY, COMPLIANCE = range(len(QUANTITIES))
-WIDTHS = (1, 1, 6, 2, 1, 1)
+# What a scene may leave open, in the order of its values, with how many values each has.
+QUANTITIES = {
+    "clearance": 1, "friction_k": 1, "bias": 6, "tilt": 2, "delay": 1, "compliance": 1,
+}  # fmt: skip
+# Values that there is room for, and as many components as friction hypotheses and process-noise
+# modes can make. What is not used costs memory, and no time.
+MOST_OPEN = sum(QUANTITIES.values())
+MOST_WIDTH = OPEN + MOST_OPEN + 3
+MOST_HYPOTHESES = 7
+_M, _W = MOST_HYPOTHESES * MOST_MODES, MOST_WIDTH
+Values = Annotated[Floats, (_W,)]
+Covariance = Annotated[Floats, (_W, _W)]
+OfComponents = Annotated[Floats, (_M,)]
 
 
-class State(NamedTuple):
+class Places(Record):
     """
-    All that the next step depends on, as views of a record of STATE.
-
-    n values are estimated, in m components.
-
-    A component is one friction with one level of acceleration: number friction * levels + level.
+    Where the open quantities stand in the mean, each below zero where it is known.
 
     Attributes
     ----------
+    clearance : int
+        Logarithm of the clearance over the stated one.
+    friction_k : int
+        Friction coefficient at K, beyond that of the others.
+    bias : int
+        Of the sensor (6) [N], [N m].
+    tilt : int
+        Of the hole (2) [rad].
+    delay : int
+        Of orientations [s].
+    compliance : int
+        Of the contacts: by how much a load takes of the clearance [m/N].
+    reactions : int
+        The first of N_K, N_B1, N_B2 [N]: so many values stand before them.
+
+    """
+
+    clearance: int
+    friction_k: int
+    bias: int
+    tilt: int
+    delay: int
+    compliance: int
+    reactions: int
+
+
+def places_of(open_quantities: Collection[str]) -> Places:
+    """Return where each of QUANTITIES stands in the mean, of which some are open."""
+    places, n = new(Places), OPEN
+    for name, width in QUANTITIES.items():
+        setattr(places, name, n if name in open_quantities else -1)
+        n += width if name in open_quantities else 0
+    places.reactions = n
+    return places
+
+
+class AirBatch(Record):
+    """
+    Wrenches of a peg that hangs free, see `bias_in_air`.
+
+    Attributes
+    ----------
+    time : float
+        From the wrench before the first to the last [s].
+    wrenches : int
+        How many.
+    load : ndarray, shape (6,)
+        Sum of the wrenches less the weight, peg axes [N], [N m].
+    load_by_tilt : ndarray, shape (2, 3)
+        Sum of the derivatives of its force by the tilt of the hole about x and y [N/rad].
+
+    """
+
+    time: float
+    wrenches: int
+    load: Vector6
+    load_by_tilt: Annotated[Floats, (2, 3)]
+
+
+class State(Record):
+    """
+    All that the next step depends on.
+
+    n values are estimated, in m components. A component is one friction hypothesis with one
+    process-noise mode: number hypothesis * modes + mode. The components come last, for most of
+    the room is empty.
+
+    Attributes
+    ----------
+    hypotheses, components, width : int
+        How many friction hypotheses there are at a start, how many components m, and n + 3.
+    weight : ndarray, shape (m,)
+        Probability of each component.
+    alive : ndarray, shape (hypotheses,)
+        1 while a friction hypothesis is followed.
+    evidence_share : float
+        Share of a sample's evidence that counts for the choice of a friction hypothesis.
+    load : float
+        Size of what the rim carries, at the last wrench [N].
+    time_since_start : float
+        [s]
+    time_in_contact : float
+        Since the first wrench in contact; below zero before [s].
+    time_since_wrench : float
+        Since the last wrench that was taken [s].
+    time_since_orientation : float
+        Since an orientation was used [s].
+    time_since_jump : float
+        Since the motion jumped, see `orientation_update.jump_to` [s].
+    refused_innovation : ndarray, shape (3,)
+        Innovation of the last orientation that was refused, whitened by its own noise.
+    start_rate_variance : float
+        Variance of each rate at the start [rad^2/s^2].
+    misfits : int
+        Wrenches in a row that were far from what the contacts carry; the first is a spike.
+    friction_force2 : ndarray, shape (3,)
+        Mean square of the friction at each contact [N^2].
+    contact_set : ContactSet
+        Which contacts the last wrench was weighed with; UNKNOWN: it corrected nothing.
+    air : sequence of 3 AirBatch
+        Wrenches of a peg that hangs free: the batch that is filled, one that waits until no touch
+        follows it, and the one that corrects the bias.
+    mixture_mean : ndarray, shape (n + 3,)
+        Mean over all components.
+    mixture_covariance : ndarray, shape (n + 3, n + 3)
+        About that mean, with what components differ by.
+    nis_orientation, nis_wrench : float
+        Normalised innovation squared of the last orientation (3 degrees of freedom) and of the
+        last wrench (6).
+    innovation : ndarray, shape (3,)
+        Of the last orientation, whitened by the Cholesky factor of its covariance.
+    innovation_before : ndarray, shape (3,)
+        Of the one before.
+    orientations : ndarray, shape (3, 3)
+        The last three, rows gamma, psi, phi; NaN: none.
+    noise_ratio : float
+        Variance of orientations as it is found, over the stated one: the lesser of both below.
+    innovation_noise_ratio, roughness_noise_ratio : float
+        As innovations show it, and as orientations themselves do.
     x : ndarray, shape (m, n + 3)
         gamma, psi, phi [rad], rates [rad/s], accelerations [rad/s^2], friction, what else is
         open, N_K, N_B1, N_B2 [N].
     P : ndarray, shape (m, n + 3, n + 3)
         Covariances of x.
-    weight : ndarray, shape (m,)
-        Probability of each component.
-    alive : ndarray, shape (frictions,)
-        1 while a friction is followed.
-    told : ndarray, shape (1,)
-        Share of a sample's evidence that counts for the choice of a friction.
-    load : ndarray, shape (1,)
-        Size of what the rim carries, followed [N].
-    since : ndarray, shape (2,)
-        Time since the start, and since the first wrench in contact, below zero before [s].
-    step : ndarray, shape (1,)
-        Time since the last wrench that was taken [s].
-    oriented : ndarray, shape (1,)
-        Time since an orientation was used [s].
-    departed : ndarray, shape (3,)
-        How far off the last orientation was that was refused, over its own noise.
-    jumped : ndarray, shape (1,)
-        Time since the motion jumped, see `step.jump_to` [s].
-    start_rates2 : ndarray, shape (1,)
-        Variance of each rate at the start [rad^2/s^2].
-    spiked : ndarray, shape (1,)
-        Wrenches in a row that were far from what the contacts carry; the first is a spike.
-    friction_force2 : ndarray, shape (3,)
-        Mean square of the friction at each contact [N^2].
-    contacts : ndarray, shape (1,)
-        How many contacts the last wrench was weighed with: 3, 2 (K and B in the hole), or 0.
-    air : ndarray, shape (3, 14)
-        Wrenches of a peg that hangs free, see `free`.
-    mean : ndarray, shape (n + 3,)
-        Mean over all components.
-    covariance : ndarray, shape (n + 3, n + 3)
-        Of the mean, with what components differ by.
-    nis : ndarray, shape (2,)
-        Normalised innovation squared of the last orientation (3) and of the last wrench (6).
-    innovation : ndarray, shape (3,)
-        Of the last orientation, over the lower root of its covariance.
-    innovation_before : ndarray, shape (3,)
-        Of the one before.
-    orientations : ndarray, shape (3, 3)
-        The last three, rows gamma, psi, phi; NaN: none.
-    noise : ndarray, shape (3,)
-        Variance of orientations as it is found, over the stated one: the lesser of what
-        innovations and what orientations say, and both.
 
     """
 
-    x: np.ndarray
-    P: np.ndarray
-    weight: np.ndarray
-    alive: np.ndarray
-    told: np.ndarray
-    load: np.ndarray
-    since: np.ndarray
-    step: np.ndarray
-    oriented: np.ndarray
-    departed: np.ndarray
-    jumped: np.ndarray
-    start_rates2: np.ndarray
-    spiked: np.ndarray
-    friction_force2: np.ndarray
-    contacts: np.ndarray
-    air: np.ndarray
-    mean: np.ndarray
-    covariance: np.ndarray
-    nis: np.ndarray
-    innovation: np.ndarray
-    innovation_before: np.ndarray
-    orientations: np.ndarray
-    noise: np.ndarray
+    hypotheses: int
+    components: int
+    width: int
+    weight: OfComponents
+    alive: Annotated[Floats, (MOST_HYPOTHESES,)]
+    evidence_share: float
+    load: float
+    time_since_start: float
+    time_in_contact: float
+    time_since_wrench: float
+    time_since_orientation: float
+    time_since_jump: float
+    refused_innovation: Vector3
+    start_rate_variance: float
+    misfits: int
+    friction_force2: Vector3
+    contact_set: ContactSet
+    air: Annotated[MutableSequence[AirBatch], (3,)]
+    mixture_mean: Values
+    mixture_covariance: Covariance
+    nis_orientation: float
+    nis_wrench: float
+    innovation: Vector3
+    innovation_before: Vector3
+    orientations: Matrix3
+    noise_ratio: float
+    innovation_noise_ratio: float
+    roughness_noise_ratio: float
+    x: Annotated[Floats, (_M, _W)]
+    P: Annotated[Floats, (_M, _W, _W)]
 
 
-def places(open_quantities: tuple[str, ...]) -> tuple[np.ndarray, int]:
+def begin_state(state: State, width: int, hypotheses: int, modes: int) -> None:
     """
-    Return where each of QUANTITIES stands in the mean, -1 for one that is known, and n.
-
-    Parameters
-    ----------
-    open_quantities : tuple of str
-        Of QUANTITIES.
-
-    """
-    at, n = np.full(len(QUANTITIES), -1, np.int64), OPEN
-    for k, (name, width) in enumerate(zip(QUANTITIES, WIDTHS)):
-        if name in open_quantities:
-            at[k] = n
-            n += width
-    return at, n
-
-
-# Places that there are room for: all that a scene can leave open with the reactions, and as many
-# components as frictions and levels can make. What is not used costs memory, and no time.
-MOST_WIDTH = OPEN + sum(WIDTHS) + 3
-MOST_FRICTIONS, MOST_LEVELS = 7, 3
-_M, _W = MOST_FRICTIONS * MOST_LEVELS, MOST_WIDTH
-
-# The state as compiled code has it; see `State`. Components come last, for most are empty.
-STATE = np.dtype(
-    [
-        ("frictions", np.int64),
-        ("components", np.int64),
-        ("width", np.int64),
-        ("weight", float, (_M,)),
-        ("alive", float, (MOST_FRICTIONS,)),
-        ("told", float, (1,)),
-        ("load", float, (1,)),
-        ("since", float, (2,)),
-        ("step", float, (1,)),
-        ("oriented", float, (1,)),
-        ("departed", float, (3,)),
-        ("jumped", float, (1,)),
-        ("start_rates2", float, (1,)),
-        ("spiked", float, (1,)),
-        ("friction_force2", float, (3,)),
-        ("contacts", float, (1,)),
-        ("air", float, (3, 14)),
-        ("mean", float, (_W,)),
-        ("covariance", float, (_W, _W)),
-        ("nis", float, (2,)),
-        ("innovation", float, (3,)),
-        ("innovation_before", float, (3,)),
-        ("orientations", float, (3, 3)),
-        ("noise", float, (3,)),
-        ("x", float, (_M, _W)),
-        ("P", float, (_M, _W, _W)),
-    ]
-)
-SCRATCH = np.dtype(
-    [
-        ("x", float, (_M, _W)),
-        ("P", float, (_M, _W, _W)),
-        ("log_likelihood", float, (_M,)),
-        ("doubt", float, (_M,)),
-        ("residual", float, (6,)),
-        ("E", float, (6, _W)),
-        ("R", float, (6, 6)),
-        ("unknown", float, (6, 6)),
-        ("by_friction", float, (6, 3)),
-        ("product", float, (_M, 3, 3)),
-        ("root", float, (6, 6)),
-        ("gain", float, (6, _W)),
-        ("white", float, (6,)),
-        ("scales", float, (3,)),
-        ("left", float, (3,)),
-        ("columns", float, (6, 11)),
-        ("share", float, (MOST_LEVELS, MOST_LEVELS)),
-        ("work", float, workspace().shape),
-        ("step", float, (_W,)),
-        ("evidence", float, (MOST_FRICTIONS,)),
-        ("evidence_of_wrench", float, (1,)),
-        ("known", float, (6, 6)),
-        ("before", float, (_W,)),
-        ("P_before", float, (_W, _W)),
-    ]
-)
-
-
-def begin_state(state: np.void, n: int, frictions: int, levels: int) -> None:
-    """
-    Give a record of STATE its sizes.
+    Give a state its sizes.
 
     Raises
     ------
     ValueError
-        There is no room for so many frictions or levels.
+        There is no room for so many friction hypotheses or process-noise modes.
 
     """
-    if frictions > MOST_FRICTIONS or levels > MOST_LEVELS:
+    if hypotheses > MOST_HYPOTHESES or modes > MOST_MODES:
         raise ValueError(
-            f"{frictions} frictions with {levels} levels: at most {MOST_FRICTIONS} with "
-            f"{MOST_LEVELS}"
+            f"{hypotheses} friction hypotheses with {modes} process-noise modes: at most "
+            f"{MOST_HYPOTHESES} with {MOST_MODES}"
         )
-    m, w = frictions * levels, n + 3
-    state["frictions"], state["components"], state["width"] = frictions, m, w
-    state["noise"], state["jumped"] = 1.0, np.inf
-    state["orientations"] = np.nan
+    state.hypotheses, state.components, state.width = hypotheses, hypotheses * modes, width
+    state.noise_ratio = state.innovation_noise_ratio = state.roughness_noise_ratio = 1.0
+    state.time_since_jump = np.inf
+    state.orientations[:] = np.nan
 
 
-def named(state: np.void) -> State:
-    """Return a record of STATE by name, as far as its sizes reach."""
-    m, w, frictions = state["components"], state["width"], state["frictions"]
-    reach = {"x": (m, w), "P": (m, w, w), "weight": (m,), "alive": (frictions,)}
-    reach |= {"mean": (w,), "covariance": (w, w)}
-    return State(*(state[name][tuple(map(slice, reach.get(name, ())))] for name in State._fields))
+class Mixture(NamedTuple):
+    """Views of a state's mixture as far as its sizes reach; see `State`."""
+
+    x: Floats
+    P: Floats
+    weight: Floats
+    alive: Floats
+    mean: Floats
+    covariance: Floats
+
+
+def mixture_of(state: State) -> Mixture:
+    """Return the mixture of a state."""
+    m, w = int(state.components), int(state.width)
+    return Mixture(
+        state.x[:m, :w],
+        state.P[:m, :w, :w],
+        state.weight[:m],
+        state.alive[: int(state.hypotheses)],
+        state.mixture_mean[:w],
+        state.mixture_covariance[:w, :w],
+    )

@@ -5,13 +5,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.estimator import step
-from peg_on_hole_ros.estimator.contact import straighten
-from peg_on_hole_ros.estimator.mixture import predict
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.contact_sets import three_on_rim
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.mixture import combine, predict
+from peg_on_hole_ros.estimator.orientation_update import (
+    pass_time,
+    predict_orientation,
+    update_from_orientation,
+)
+from peg_on_hole_ros.estimator.scratch import Scratch
+from peg_on_hole_ros.estimator.start import start_mixture
 from peg_on_hole_ros.estimator.state import OPEN
-from peg_on_hole_ros.estimator.update import lower_root
-from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
-from peg_on_hole_ros.record_types import ScratchRecord, SettingsRecord, StateRecord
+from peg_on_hole_ros.estimator.update import reset_three
+from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
+from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
+from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
 
 # What an event is. Orientations that do not count are used nevertheless.
 BEGIN, UNCOUNTED, ORIENTATION, WRENCH = range(4)
@@ -44,129 +53,137 @@ class Events(NamedTuple):
     volume: np.ndarray
 
 
+class Found(NamedTuple):
+    """
+    What `accumulate` fills in, of each of n events.
+
+    Attributes
+    ----------
+    log_likelihood : ndarray, shape (n,)
+        Over the mixture, the logarithm of the mean of its components' likelihoods by their
+        weights.
+    nis : ndarray, shape (n,)
+        Where an event counts.
+    chosen : ndarray of int, shape (n,)
+        Component whose innovation is given; below zero: the heaviest, which is filled in.
+    residual, covariance : ndarray, shape (n, 6) and (n, 6, 6)
+        Innovations; without rows: they are not filled in.
+
+    """
+
+    log_likelihood: np.ndarray
+    nis: np.ndarray
+    chosen: np.ndarray
+    residual: np.ndarray
+    covariance: np.ndarray
+
+
 @compiled
-def accumulate(
-    s: StateRecord, scratch: ScratchRecord, o: SettingsRecord, p: SceneScalars, at: np.ndarray,
-    learnt: np.ndarray, walk: np.ndarray, rate_stddev: float, noise: np.ndarray, events: Events,
-    found: np.ndarray, nis: np.ndarray, chosen: np.ndarray, residual: np.ndarray,
-    covariance: np.ndarray,
-) -> None:  # fmt: skip
+def accumulate(kalman: FilterRecord, rate_stddev: float, events: Events, into: Found) -> None:
     """
     Run the estimator over all events, with everything known that is not its state.
 
     Parameters
     ----------
-    s : record of STATE
-        Filled; of one friction, with nothing else open.
-    scratch : record of SCRATCH
-    o : record of SETTINGS
-    p : SceneScalars
-    at, learnt, walk : ndarray
-        See `weigh` and `move_on`.
+    kalman : FilterRecord
+        Of one friction hypothesis, with nothing else open; with the noise of a wrench.
     rate_stddev : float
         At the begin of a part [rad/s].
-    noise : ndarray, shape (6, 6)
-        Of a wrench on the peg.
     events : Events
-    found : ndarray, shape (n,)
-        Filled with log likelihoods: over the mixture, the logarithm of the mean of its
-        components' likelihoods by their weights.
-    nis : ndarray, shape (n,)
-        Filled where an event counts.
-    chosen : ndarray of int, shape (n,)
-        Component whose innovation is given; below zero: the heaviest, which is filled in.
-    residual, covariance : ndarray, shape (n, 6) and (n, 6, 6)
-        Filled with innovations; without rows: not.
+    into : Found
+        Filled.
 
     """
-    n, levels = OPEN, o.levels
-    none, no_map = np.zeros(0), np.zeros((6, 6))
-    weight = np.zeros(levels)
-    now = events.t[0]
-    detailed = len(residual) > 0
+    state, scratch, modes = kalman.state, kalman.scratch, kalman.settings.modes
+    weight, now = np.zeros(modes), events.t[0]
     for k in range(len(events.t)):
         kind, R, q = events.kind[k], events.covariance[k], events.value[k, :3]
         volume = events.volume[k]
         if kind == BEGIN:
-            step.start(s, scratch, o, at, n, q, R, rate_stddev, p.f, 0.0, none, none)
+            start_mixture(kalman, q, R, rate_stddev)
             now = events.t[k]
             continue
         dt = events.t[k] - now
         if dt > 0.0:
             now = events.t[k]
-            predict(s, scratch, o, walk, n, dt)
-            step.pass_time(s, dt)
-        for j in range(levels):
-            weight[j] = s.weight[j]
-        if chosen[k] < 0:
-            chosen[k] = np.argmax(weight)
-        x, P = s.x[chosen[k]], s.P[chosen[k]]
+            predict(kalman, dt)
+            pass_time(state, dt)
+        for j in range(modes):
+            weight[j] = state.weight[j]
+        if into.chosen[k] < 0:
+            into.chosen[k] = np.argmax(weight)
         if kind != WRENCH:
-            if detailed:
-                for i in range(3):
-                    residual[k, i] = q[i] - x[i]
-                    for j in range(3):
-                        covariance[k, i, j] = P[i, j] + R[i, j]
-            if kind == ORIENTATION:
-                step.combine(s, n)
-                nis[k] = step.expect(s, scratch, at, q, R)
-            step.orient(s, scratch, o, at, n, learnt, q, R)
+            _take_orientation(kalman, events, k, into)
         else:
-            u = events.value[k]
-            begins = s.since[1] < 0.0
-            if begins:
-                step.weigh(s, scratch, o, p, at, n, learnt, u, noise, no_map, 3)
+            kalman.wrench[:] = events.value[k]
+            if state.time_in_contact < 0.0:
+                update_from_wrench(kalman, ContactSet.THREE.value)
                 continue
-            prior = o.reaction_prior * s.load[0]
-            _straighten(s, scratch, o, p, at, x, P, u, noise, no_map, prior)
-            if detailed:
-                _innovation(s, scratch, o, P, residual[k], covariance[k])
-            volume = _volume(scratch, n)
-            step.weigh(s, scratch, o, p, at, n, learnt, u, noise, no_map, 3)
-            volume -= 3.0 * log(o.reaction_prior * s.load[0])
-            nis[k] = s.nis[1]
+            volume = _linearised_volume(kalman, k, into)
+            update_from_wrench(kalman, ContactSet.THREE.value)
+            volume -= 3.0 * log(kalman.settings.reaction_prior * state.load)
+            into.nis[k] = state.nis_wrench
         if kind == UNCOUNTED:
             continue
         top = -1e300
-        for j in range(levels):
+        for j in range(modes):
             top = max(top, scratch.log_likelihood[j])
         total = 0.0
-        for j in range(levels):
+        for j in range(modes):
             total += weight[j] * exp(scratch.log_likelihood[j] - top)
-        found[k] = top + log(total) - volume
+        into.log_likelihood[k] = top + log(total) - volume
 
 
 @compiled
-def _straighten(s, scratch, o, p, at, x, P, u, noise, no_map, prior):
-    """Fill in the six equations at one component, whose reactions are forgotten."""
-    n = OPEN
-    for i in range(n, n + 3):
-        for j in range(n + 3):
-            P[i, j] = P[j, i] = 0.0
-        P[i, i] = prior * prior
-    straighten(
-        p, x, P, n, at, u, noise, no_map, s.load[0], o.direction_share, o.inertia,
-        s.friction_force2, scratch,
-    )  # fmt: skip
+def _take_orientation(kalman, events, k, into):
+    """Correct by the orientation of an event, and fill in its innovation and its NIS."""
+    q, R = events.value[k, :3], events.covariance[k]
+    x, P = kalman.state.x[into.chosen[k]], kalman.state.P[into.chosen[k]]
+    if len(into.residual) > 0:
+        for i in range(3):
+            into.residual[k, i] = q[i] - x[i]
+            for j in range(3):
+                into.covariance[k, i, j] = P[i, j] + R[i, j]
+    if events.kind[k] == ORIENTATION:
+        combine(kalman.state)
+        into.nis[k] = predict_orientation(kalman, q, R)
+    update_from_orientation(kalman, q, R)
 
 
 @compiled
-def _innovation(s, scratch, o, P, residual, covariance):
+def _linearised_volume(kalman, k, into):
+    """
+    Linearise the six equations at a component, whose reactions are forgotten; return `_volume`.
+
+    The innovation of the event is filled in.
+    """
+    x, P = kalman.state.x[into.chosen[k]], kalman.state.P[into.chosen[k]]
+    prior = kalman.settings.reaction_prior * kalman.state.load
+    reset_three(P, OPEN, OPEN + 3, prior * prior)
+    three_on_rim.linearise(kalman, scene_of(kalman.scene), x, P, 0.0)
+    if len(into.residual) > 0:
+        _innovation(kalman, P, into.residual[k], into.covariance[k])
+    return _volume(kalman.scratch, OPEN)
+
+
+@compiled
+def _innovation(kalman, P, residual, covariance):
     """Fill in residual and covariance of the six equations."""
-    w = OPEN + 3
-    late = max(o.direction_time / max(s.step[0], 1e-4), 1.0)
+    w, scratch = OPEN + 3, kalman.scratch
+    direction_time = kalman.settings.direction_time
+    late = max(direction_time / max(kalman.state.time_since_wrench, 1e-4), 1.0)
     for i in range(6):
         residual[i] = -scratch.residual[i]
         for j in range(6):
-            t = scratch.R[i, j] + late * scratch.unknown[i, j]
+            t = scratch.noise[i, j] + late * scratch.direction_noise[i, j]
             for a in range(w):
                 for b in range(w):
-                    t += scratch.E[i, a] * P[a, b] * scratch.E[j, b]
+                    t += scratch.jacobian[i, a] * P[a, b] * scratch.jacobian[j, b]
             covariance[i, j] = t
 
 
 @compiled
-def _volume(scratch, n):
+def _volume(scratch: Scratch, n: int) -> float:
     """
     Return what the density of six equations is of that of a wrench free of its reactions.
 
@@ -175,17 +192,16 @@ def _volume(scratch, n):
     is the density of the three combinations of the wrench, in units of its noise, that no
     reaction changes (restricted likelihood; Patterson and Thompson, Biometrika 58, 1971).
     """
-    root, E, G = scratch.root, scratch.E, scratch.gain
+    factor, column, G = scratch.cholesky, scratch.step, scratch.whitened
     size = 0.0
-    root[:, :] = scratch.R
-    lower_root(root, 6)
+    factor[:, :] = scratch.noise
+    factor_cholesky(factor, 6)
     for i in range(6):
-        size += log(root[i, i])
-        for k in range(3):
-            t = E[i, n + k]
-            for q in range(i):
-                t -= root[i, q] * G[k, q]
-            G[k, i] = t / root[i, i]
+        size += log(factor[i, i])
+    for k in range(3):
+        for i in range(6):
+            column[i] = scratch.jacobian[i, n + k]
+        whiten(factor, 6, column, G[k])
     a, b, c, d, e, f = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(6):
         a += G[0, i] * G[0, i]

@@ -6,7 +6,8 @@ from math import inf, log
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.identification.accumulate import BEGIN, WRENCH
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
@@ -45,7 +46,7 @@ def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: flo
         events, now = likelihood.events(x, configuration), 0.0
         for t, kind, value, R, _ in zip(*events):
             if kind == BEGIN:
-                peg.let_go()
+                peg.end_motion()
                 peg.start(value[:3], R)
                 now = t
                 continue
@@ -62,7 +63,7 @@ def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: flo
     return x
 
 
-def _open(configuration: Configuration, bias: float) -> HeldPeg:
+def _open(configuration: Configuration, bias: float) -> ContactFilter:
     scene, wrench = configuration.scene, configuration.wrench
     clearance = scene.hole_diameter - scene.peg_diameter
     scene = replace(
@@ -81,4 +82,4 @@ def _open(configuration: Configuration, bias: float) -> HeldPeg:
     configuration = replace(configuration, scene=scene, wrench=wrench, joints=joints)
     configuration = replace(configuration, filter=options)
     reduction = WrenchReduction(wrench, scene)
-    return HeldPeg(scene, options, reduction.covariance, reduction.offsets(configuration))
+    return ContactFilter(scene, options, reduction.covariance, reduction.offsets(configuration))

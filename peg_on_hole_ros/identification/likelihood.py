@@ -7,15 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.estimator.held import SETTINGS, fill_settings
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, SCRATCH, STATE, begin_state, places
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN, begin_state, places_of
 from peg_on_hole_ros.identification.accumulate import (
     BEGIN,
     ORIENTATION,
     UNCOUNTED,
     WRENCH,
     Events,
+    Found,
     accumulate,
 )
 from peg_on_hole_ros.identification.quantities import DELAY, TILT, configured
@@ -23,6 +24,7 @@ from peg_on_hole_ros.identification.recording import Recording, turned
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, tilt_axes
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.reference import peg_axes
+from peg_on_hole_ros.typed_record import new
 
 # Orientations at the begin of a part that tell where it starts, and nothing else.
 START = 8
@@ -175,23 +177,22 @@ class Likelihood:
         """
         configuration = configured(self._start, x)
         scene, options = configuration.scene, configuration.filter
-        constants = default_settings(frictions=1, reaction_prior=FREE_REACTION)
         events = self.events(x, configuration)
         n = len(events.t)
         chosen = np.full(n, -1, np.int64) if chosen is None else chosen.copy()
         size = n if detailed else 0
         residual, covariance = np.zeros((size, 6)), np.zeros((size, 6, 6))
         found, nis = np.zeros(n), np.full(n, np.nan)
-        learnt, walk = np.ones(OPEN + 3), np.zeros(OPEN)
-        learnt[FRICTION] = 0.0
-        state, scratch, settings = (np.zeros(1, kind)[0] for kind in (STATE, SCRATCH, SETTINGS))
-        begin_state(state, OPEN, 1, len(constants.level))
-        fill_settings(settings, constants)
-        noise = WrenchReduction(configuration.wrench, scene).covariance
-        accumulate(
-            state, scratch, settings, scene_scalars(scene), places(())[0], learnt, walk,
-            options.initial_rate_stddev, noise, events, found, nis, chosen, residual, covariance,
-        )  # fmt: skip
+        kalman = new(FilterRecord)
+        kalman.settings = default_settings(friction_hypotheses=1, reaction_prior=FREE_REACTION)
+        kalman.scene[:], kalman.places = scene_scalars(scene), places_of(())
+        kalman.estimated[: OPEN + 3] = 1.0
+        kalman.estimated[FRICTION] = 0.0
+        kalman.start_friction = scene.friction
+        kalman.noise[:] = WrenchReduction(configuration.wrench, scene).covariance
+        begin_state(kalman.state, OPEN + 3, 1, int(kalman.settings.modes))
+        into = Found(found, nis, chosen, residual, covariance)
+        accumulate(kalman, options.initial_rate_stddev, events, into)
         if not np.isfinite(found).all():
             return None
         details = Innovations(chosen, residual, covariance) if detailed else None

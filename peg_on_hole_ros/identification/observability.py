@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.estimator.orientation import fill_orientation_jacobian
 from peg_on_hole_ros.estimator.settings import default_settings
-from peg_on_hole_ros.estimator.state import FRICTION, OPEN, TILT, places
-from peg_on_hole_ros.estimator.update import orientation_slopes
+from peg_on_hole_ros.estimator.state import FRICTION, OPEN, places_of
 from peg_on_hole_ros.identification.quantities import (
     QUANTITIES,
     TYPICAL_DIAMETER,
@@ -88,13 +89,14 @@ class Observability(NamedTuple):
         return self.together <= self.useful
 
 
-class ObservingFilter(HeldPeg):
+class ObservingFilter(ContactFilter):
     """
     The estimator, gathering what a motion tells of all parameters.
 
     Beside the estimate runs the covariance of an estimator that has all of them open, from the
-    range of each on, with its slopes taken at the estimate. What its spread has lost over a
-    motion is information; that of several motions adds up. The estimate is that of `HeldPeg`.
+    range of each on, with its Jacobian evaluated at the estimate. What its spread has lost over a
+    motion is information; that of several motions adds up. The estimate is that of
+    `ContactFilter`.
     """
 
     def __init__(
@@ -119,8 +121,8 @@ class ObservingFilter(HeldPeg):
             gate_threshold=inf,
         )  # fmt: skip
         unknown = Offsets(self._prior[2:], offsets.load, np.zeros(6))
-        alone = default_settings(frictions=1, products=0.0)
-        self._open = HeldPeg(opened, everything, wrench_noise, unknown, alone)
+        alone = default_settings(friction_hypotheses=1, products=0.0)
+        self._open = ContactFilter(opened, everything, wrench_noise, unknown, alone)
         self._told, self._runs = np.zeros((len(NAMES), len(NAMES))), False
         self.seconds = self._pressed = self.free = self._dt = 0.0
         self._least, self._most = np.full(2, inf), np.full(2, -inf)
@@ -135,11 +137,12 @@ class ObservingFilter(HeldPeg):
         self._runs = True
         self._pin()
         # The estimate begins where the tilt puts it.
-        at, n = places(("clearance", "bias", "tilt"))
+        places = places_of(("clearance", "bias", "tilt"))
+        n, first = int(places.reactions), int(places.tilt)
         E = np.zeros((6, n))
-        orientation_slopes(self.state.mean, at, n, E)
-        tilt = slice(at[TILT], at[TILT] + 2)
-        for P in (*opened.state.P, opened.state.covariance):
+        fill_orientation_jacobian(self.mixture.mean, places, n, E)
+        tilt = slice(first, first + 2)
+        for P in (*opened.mixture.P, opened.mixture.covariance):
             P[:3, tilt] = -E[:3, tilt] * self._prior[8:]
             P[tilt, :3] = P[:3, tilt].T
             P[:3, :3] -= P[:3, tilt] @ E[:3, tilt].T
@@ -153,24 +156,24 @@ class ObservingFilter(HeldPeg):
         if not self._runs:
             return self._told
         scale = np.sqrt(self._prior)
-        scaled = self._open.state.covariance[_ASKED, _ASKED] / np.outer(scale, scale)
+        scaled = self._open.mixture.covariance[_ASKED, _ASKED] / np.outer(scale, scale)
         told = np.linalg.inv(scaled) - np.eye(len(NAMES))
         return self._told + 0.5 * (told + told.T) / np.outer(scale, scale)
 
     def _pin(self):
-        """Take the slopes of all that is open at the estimate."""
-        state, opened = self.state, self._open.state
+        """Evaluate the Jacobian of all that is open at the estimate."""
+        own, opened = self.mixture, self._open.mixture
         n = len(opened.mean) - 3
         for x in (*opened.x, opened.mean):
-            x[: FRICTION + 1] = state.mean[: FRICTION + 1]
+            x[: FRICTION + 1] = own.mean[: FRICTION + 1]
             x[OPEN:n] = 0.0
-            x[n:] = state.mean[-3:]
-        levels = len(self.constants.level)
-        opened.weight[:] = state.weight.reshape(-1, levels).sum(axis=0)
+            x[n:] = own.mean[-3:]
+        modes = int(self.settings.modes)
+        opened.weight[:] = own.weight.reshape(-1, modes).sum(axis=0)
 
-    def let_go(self) -> None:
-        """Let go of the motion; what was gathered stays."""
-        super().let_go()
+    def end_motion(self) -> None:
+        """End the motion; what was gathered stays."""
+        super().end_motion()
         self._gather()
 
     def predict(self, dt: float) -> None:
@@ -181,7 +184,7 @@ class ObservingFilter(HeldPeg):
         self._pin()
 
     def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
-        """Correct with an orientation, as `HeldPeg`."""
+        """Correct with an orientation, as `ContactFilter`."""
         result, nis = super().correct(q, R)
         if result is Correction.USED:
             self._open.correct(q, R)
@@ -189,7 +192,7 @@ class ObservingFilter(HeldPeg):
         return result, nis
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Take a wrench, as `HeldPeg`."""
+        """Take a wrench, as `ContactFilter`."""
         before = self._dt
         super().weigh(u, contacts)
         self._dt = 0.0

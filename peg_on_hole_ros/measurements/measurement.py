@@ -8,6 +8,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.record_types import ReductionRecord
@@ -303,12 +304,7 @@ def add_weight_below(
 @compiled
 def turned_to_peg(q: np.ndarray, v: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return a vector in hole axes as it is in peg axes, by gamma, psi, phi [rad]."""
-    c, s = cos(q[1]), sin(q[1])
-    x, y, z = c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
-    c, s = cos(q[0]), sin(q[0])
-    x, z = c * x + s * z, c * z - s * x
-    c, s = cos(q[2]), sin(q[2])
-    return c * x + s * y, c * y - s * x, z
+    return in_peg_axes(peg_turns(q[0], q[1], q[2]), v)
 
 
 @compiled

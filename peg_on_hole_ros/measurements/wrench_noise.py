@@ -4,9 +4,9 @@ from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.estimator.noise import grow, grow_to
+from peg_on_hole_ros.estimator.noise import track_noise_ratio
+from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.record_types import SettingsRecord
 
 # What white noise makes of a third difference, squared; a motion leaves next to nothing.
 _THIRD = 20.0
@@ -49,7 +49,7 @@ def follow_wrench(
     values: np.ndarray | tuple[float, float, float],
     variance: np.ndarray,
     in_air: bool,
-    o: SettingsRecord,
+    settings: Settings,
 ) -> None:
     """
     Take a wrench with values that have not come before; the law is that of orientations.
@@ -66,7 +66,7 @@ def follow_wrench(
         As stated [N^2], [N^2 m^2].
     in_air : bool
         Whether the peg is told to touch nothing.
-    o : record of SETTINGS
+    settings : Settings
 
     """
     m = memory
@@ -80,10 +80,10 @@ def follow_wrench(
             square += third * third / (3.0 * _THIRD * variance[i])
             m[VALUES + i], m[VALUES + 6 + i], m[VALUES + 12 + i] = b, c, values[i]
         if m[SEEN] >= 3.0:
-            grow(m, FORCE + part, square / m[FORCE + part], o)
-            grow_to(2.0 * BEYOND, m, WIDE_FORCE + part, square / m[WIDE_FORCE + part], o)
+            _track(m, FORCE + part, square, settings.noise_most, settings)
+            _track(m, WIDE_FORCE + part, square, 2.0 * BEYOND, settings)
             if in_air and m[AIR_SEEN] >= 3.0:
-                grow(m, AIR_FORCE + part, square / m[AIR_FORCE + part], o)
+                _track(m, AIR_FORCE + part, square, settings.noise_most, settings)
     m[SEEN] += 1.0
     m[AIR_SEEN] += 1.0
     # Contacts chatter before they are told.
@@ -99,8 +99,15 @@ def follow_wrench(
         found = m[FORCE + part]
         if m[CALM] > 0.0:
             found = m[AIR_FORCE + part] if m[AIR_ROUGH] >= TOLD else 1.0
-        if found < BROKEN * o.noise_most:
+        if found < BROKEN * settings.noise_most:
             m[MOST_FORCE + part] = max(m[MOST_FORCE + part], found)
+
+
+@compiled
+def _track(memory, place, square, most, settings):
+    """Track one ratio of variances, up to a bound, by a square over the stated variance."""
+    ratio = memory[place]
+    memory[place] = track_noise_ratio(ratio, square / ratio, most, settings)
 
 
 @compiled

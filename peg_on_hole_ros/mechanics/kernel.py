@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics import generated, geometry
 from peg_on_hole_ros.mechanics.compiling import compiled, inlined
+from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation
 from peg_on_hole_ros.mechanics.scene import Scene
 
 closed_forms = compiled(geometry.closed_forms)
@@ -162,9 +163,10 @@ def _wrench_in_hez(p, geo, x, u, work):
     sp, cp = sin(x[2]), cos(x[2])
     spsi, cpsi = sin(x[1]), cos(x[1])
     r = _ROTATION
-    work[r], work[r + 1], work[r + 2] = c * cp, -c * sp, -s
-    work[r + 3], work[r + 4], work[r + 5] = sp, cp, 0.0
-    work[r + 6], work[r + 7], work[r + 8] = s * cp, -s * sp, c
+    r00, r01, r02, r10, r11, r20, r21, r22 = hez_rotation(s, c, sp, cp)
+    work[r], work[r + 1], work[r + 2] = r00, r01, r02
+    work[r + 3], work[r + 4], work[r + 5] = r10, r11, 0.0
+    work[r + 6], work[r + 7], work[r + 8] = r20, r21, r22
     F_h = work[r] * u[0] + work[r + 1] * u[1] + work[r + 2] * u[2]
     F_e = work[r + 3] * u[0] + work[r + 4] * u[1]
     F_z = work[r + 6] * u[0] + work[r + 7] * u[1] + work[r + 8] * u[2]

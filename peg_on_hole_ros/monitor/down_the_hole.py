@@ -2,7 +2,7 @@
 
 from math import exp, fabs, sqrt
 
-from peg_on_hole_ros.estimator.insertion_depth import depth_at
+from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.motion import TURN_SHARE

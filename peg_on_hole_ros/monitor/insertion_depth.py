@@ -2,7 +2,7 @@
 
 from math import cos, nan, sin, sqrt
 
-from peg_on_hole_ros.estimator.insertion_depth import depth_at
+from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 

@@ -3,12 +3,13 @@
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
-from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.methods import SETTINGS
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN
-from peg_on_hole_ros.estimator.step import load_of
+from peg_on_hole_ros.estimator.wrench_update import load_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
@@ -17,14 +18,14 @@ from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
 def make_balance(
     scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Balance":
-    """Return the balance with the lengths as they are; parameters as for `HeldPeg`."""
+    """Return the balance with the lengths as they are; parameters as for `ContactFilter`."""
     return Balance(False, scene, options, noise, offsets)
 
 
 def make_small_angle(
     scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Balance":
-    """Return the balance with the lengths of a small tilt; parameters as for `HeldPeg`."""
+    """Return the balance with the lengths of a small tilt; parameters as for `ContactFilter`."""
     return Balance(True, scene, options, noise, offsets)
 
 
@@ -68,7 +69,7 @@ def balanced(
     return reactions, told + moved @ moved.T
 
 
-class Balance(HeldPeg):
+class Balance(ContactFilter):
     """
     A Kalman filter on orientations alone; at each wrench least squares for the three reactions.
 
@@ -84,33 +85,39 @@ class Balance(HeldPeg):
         noise: np.ndarray,
         offsets: Offsets | None,
     ) -> None:
-        constants = default_settings(**CONSTANTS["one_level"])
-        super().__init__(scene, options, noise, offsets, constants)
+        settings = default_settings(**SETTINGS["one_level"])
+        super().__init__(scene, options, noise, offsets, settings)
         if self._n != OPEN:
             raise ValueError("a balance learns nothing")
         self._small, self._work = small, workspace()
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Balance a wrench on the peg, and fill in the record; see `HeldPeg`."""
-        s, o, n = self.state, self.constants, self._n
-        if contacts is not ContactSet.THREE or s.since[0] < o.settling:
+        """Balance a wrench on the peg, and fill in the record; see `ContactFilter`."""
+        state, mixture, n = self.state, self.mixture, self._n
+        if contacts is not ContactSet.THREE or state.time_since_start < self.settings.settling:
             super().weigh(u, contacts)
             return
-        self._u[:] = u
-        s.load[0] = load_of(self.scalars, self._u)
-        s.since[1] = max(s.since[1], 0.0) + s.step[0]
-        s.step[0] = 0.0
-        x, P = s.x[0], s.P[0]
+        self.fields.wrench[:] = u
+        state.load = load_of(self.scalars, self.fields.wrench)
+        state.time_in_contact = max(state.time_in_contact, 0.0) + state.time_since_wrench
+        state.time_since_wrench = 0.0
+        x, P = mixture.x[0], mixture.P[0]
         still = x[:n].copy()
         still[ACCELERATION:FRICTION] = 0.0
         spread = np.sqrt(np.maximum(np.diagonal(P)[:n], 0.0))
         spread[ACCELERATION:FRICTION] = 0.0
         P[n:, :] = P[:, n:] = 0.0
         x[n:], P[n:, n:] = balanced(
-            self.scalars, still, spread, self._u, self.wrench_noise, self._small, self._work
+            self.scalars,
+            still,
+            spread,
+            self.fields.wrench,
+            self.wrench_noise,
+            self._small,
+            self._work,
         )
-        s.mean[:], s.covariance[:] = x, P
-        s.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
+        mixture.mean[:], mixture.covariance[:] = x, P
+        state.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
         # Rates are what joint states make of them.
-        s.nis[1] = np.nan
+        state.nis_wrench = np.nan
         self._fill()

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
-from peg_on_hole_ros.estimator.methods import CONSTANTS, make_filter
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.methods import SETTINGS, make_filter
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -66,21 +66,21 @@ def by_method(
     options: FilterOptions,
     wrench_noise: np.ndarray,
     offsets: Offsets | None = None,
-) -> HeldPeg:
+) -> ContactFilter:
     """Return the estimator of a method, whatever the options name."""
     return make_filter(scene, replace(options, method=method), wrench_noise, offsets)
 
 
 def make_dde_driven(
     scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
-) -> HeldPeg:
+) -> ContactFilter:
     """
     Return the estimator in which the wrench alone drives the motion.
 
     With the level of the method `dde_driven`, 1e6, rates are lost before the first wrench is used.
     """
-    constants = default_settings(**CONSTANTS["dde_driven"] | {"level": (DDE_LEVEL,)})
-    return HeldPeg(scene, options, wrench_noise, offsets, constants)
+    settings = default_settings(**SETTINGS["dde_driven"] | {"mode_stddev": (DDE_LEVEL,)})
+    return ContactFilter(scene, options, wrench_noise, offsets, settings)
 
 
 RATES = (1000, 500, 100)

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
-from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.methods import SETTINGS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, RATE
 
@@ -17,24 +18,24 @@ _SLIDE, _SLIP = 1, 2
 
 
 def _make(still, scene, options, noise, offsets=None):
-    constants = default_settings(**CONSTANTS["one_level"])
-    return Fewer(still, scene, options, noise, offsets, constants)
+    settings = default_settings(**SETTINGS["one_level"])
+    return Fewer(still, scene, options, noise, offsets, settings)
 
 
 # The tilt alone; the tilt and the turn about the peg's own axis.
 make_one, make_two = partial(_make, (_SLIDE, _SLIP)), partial(_make, (_SLIDE,))
 
 
-class Fewer(HeldPeg):
+class Fewer(ContactFilter):
     """
-    The estimator with one level of acceleration, and with some turns taken for still.
+    The estimator with one process-noise mode, and with some turns taken for still.
 
     Parameters
     ----------
     still : tuple of int
         Their places among gamma, psi, phi: each is where joint states have it, at no rate.
     arguments
-        As for `HeldPeg`.
+        As for `ContactFilter`.
 
     """
 
@@ -44,7 +45,7 @@ class Fewer(HeldPeg):
         self._motion = [first + i for first in (RATE, ACCELERATION) for i in still]
 
     def start(self, q: ArrayLike, R: ArrayLike) -> None:
-        """Start from an orientation; see `HeldPeg`."""
+        """Start from an orientation; see `ContactFilter`."""
         super().start(q, R)
         self._hold()
 
@@ -54,9 +55,9 @@ class Fewer(HeldPeg):
         self._hold()
 
     def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
-        """Correct with an orientation, which says where the still turns are; see `HeldPeg`."""
-        s, angles = self.state, self._angles
-        for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
+        """Correct with an orientation, which has the still turns; see `ContactFilter`."""
+        mixture, angles = self.mixture, self._angles
+        for x, P in (*zip(mixture.x, mixture.P), (mixture.mean, mixture.covariance)):
             x[angles] = np.asarray(q)[angles]
             P[angles, :] = P[:, angles] = 0.0
             P[np.ix_(angles, angles)] = np.asarray(R)[np.ix_(angles, angles)]
@@ -65,13 +66,13 @@ class Fewer(HeldPeg):
         return found
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
+        """Take a wrench on the peg, and fill in the record; see `ContactFilter`."""
         super().weigh(u, contacts)
         self._hold()
 
     def _hold(self):
         """Let the still turns be still."""
-        s = self.state
-        for x, P in (*zip(s.x, s.P), (s.mean, s.covariance)):
+        mixture = self.mixture
+        for x, P in (*zip(mixture.x, mixture.P), (mixture.mean, mixture.covariance)):
             x[self._motion] = 0.0
             P[self._motion, :] = P[:, self._motion] = 0.0

@@ -6,20 +6,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.config.options import Configuration, FilterOptions
-from peg_on_hole_ros.estimator import held
-from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
+from peg_on_hole_ros.estimator import filter_steps
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.runs import run
 
-_START, _LET_GO, _PREDICT, _CORRECT, _WEIGH = range(5)
+_START, _END_MOTION, _PREDICT, _CORRECT, _WEIGH = range(5)
 # What a step is called with, side by side: q and R, or a time, or a wrench and its contacts.
 _WIDTH = 12
 
 
-class Noted(HeldPeg):
+class Noted(ContactFilter):
     """
     The default estimator, noting what it is called with.
 
@@ -45,14 +46,14 @@ class Noted(HeldPeg):
         super().__init__(*self.arguments)
 
     def start(self, q: ArrayLike, R: ArrayLike) -> None:
-        """Start from an orientation; see `HeldPeg`."""
+        """Start from an orientation; see `ContactFilter`."""
         self._note(_START, *np.ravel(q), *np.ravel(R))
         super().start(q, R)
 
-    def let_go(self) -> None:
-        """Let go of the motion; see `HeldPeg`."""
-        self._note(_LET_GO)
-        super().let_go()
+    def end_motion(self) -> None:
+        """End the motion; see `ContactFilter`."""
+        self._note(_END_MOTION)
+        super().end_motion()
 
     def predict(self, dt: float) -> None:
         """Move the estimate on by dt [s]."""
@@ -60,7 +61,7 @@ class Noted(HeldPeg):
         super().predict(dt)
 
     def correct(self, q: np.ndarray, R: np.ndarray) -> tuple[Correction, float]:
-        """Correct with an orientation; see `HeldPeg`."""
+        """Correct with an orientation; see `ContactFilter`."""
         self._note(_CORRECT, *np.ravel(q), *np.ravel(R))
         # What it starts or lets go of is part of it.
         self._within = True
@@ -69,8 +70,8 @@ class Noted(HeldPeg):
         return found
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Take a wrench on the peg; see `HeldPeg`."""
-        self._note(_WEIGH, *u, contacts)
+        """Take a wrench on the peg; see `ContactFilter`."""
+        self._note(_WEIGH, *u, int(contacts))
         super().weigh(u, contacts)
 
     def _note(self, what, *given):
@@ -78,30 +79,30 @@ class Noted(HeldPeg):
             self.calls.append([float(what), *given] + [0.0] * (_WIDTH - len(given)))
 
 
-def taken_anew(noted: Noted, clock: Callable[[], float]) -> tuple[HeldPeg, float]:
+def taken_anew(noted: Noted, clock: Callable[[], float]) -> tuple[ContactFilter, float]:
     """Take all its steps in one compiled loop; return where it came to, and the time [s]."""
-    peg, calls = HeldPeg(*noted.arguments), np.array(noted.calls)
+    peg, calls = ContactFilter(*noted.arguments), np.array(noted.calls)
     gates = peg.gates
     begun = clock()
-    _all_steps(peg.held, gates, calls)
+    _all_steps(peg.memory, gates, calls)
     return peg, clock() - begun
 
 
 @compiled
-def _all_steps(h, gates, calls):
+def _all_steps(memory, gates, calls):
     for k in range(len(calls)):
         what, given = calls[k, 0], calls[k, 1:]
         q, R = given[:3], given[3:12].reshape(3, 3)
         if what == _START:
-            held.start(h, gates, q, R)
-        elif what == _LET_GO:
-            held.let_go(h)
+            filter_steps.start(memory, gates, q, R)
+        elif what == _END_MOTION:
+            filter_steps.end_motion(memory)
         elif what == _PREDICT:
-            held.move_on(h, given[0])
+            filter_steps.predict(memory, given[0])
         elif what == _CORRECT:
-            held.correct(h, gates, q, R)
+            filter_steps.correct(memory, gates, q, R)
         else:
-            held.weigh(h, given[:6], int(given[6]))
+            filter_steps.weigh(memory, given[:6], int(given[6]))
 
 
 def arithmetic(

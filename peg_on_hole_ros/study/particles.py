@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
-from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.methods import SETTINGS
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
@@ -25,12 +26,12 @@ _SEED = 1
 def make_particles(
     scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Particles":
-    """Return the filter; parameters as for `HeldPeg`."""
-    constants = default_settings(**CONSTANTS["one_level"])
-    return Particles(scene, options, noise, offsets, constants)
+    """Return the filter; parameters as for `ContactFilter`."""
+    settings = default_settings(**SETTINGS["one_level"])
+    return Particles(scene, options, noise, offsets, settings)
 
 
-class Particles(HeldPeg):
+class Particles(ContactFilter):
     """
     A Gaussian particle filter (Kotecha, Djuric 2003) for the wrench, with one level.
 
@@ -46,15 +47,15 @@ class Particles(HeldPeg):
         self._drawn, self._work = np.random.default_rng(_SEED), workspace()
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
-        s, n = self.state, self._n
-        begins = s.since[1] < 0.0
-        before, spread = s.x[0, :n].copy(), s.P[0, :n, :n].copy()
+        """Take a wrench on the peg, and fill in the record; see `ContactFilter`."""
+        state, mixture, n = self.state, self.mixture, self._n
+        begins = state.time_in_contact < 0.0
+        before, spread = mixture.x[0, :n].copy(), mixture.P[0, :n, :n].copy()
         super().weigh(u, contacts)
         # The first wrench finds the reactions, by tangents that are taken anew.
-        if contacts is not ContactSet.THREE or begins or s.since[1] < 0.0:
+        if contacts is not ContactSet.THREE or begins or state.time_in_contact < 0.0:
             return
-        x, P = s.x[0], s.P[0]
+        x, P = mixture.x[0], mixture.P[0]
         middle, wide = x[:n].copy(), _WIDER * P[:n, :n]
         points = np.zeros((COUNT, n + 3))
         normal = self._drawn.standard_normal((COUNT, n))
@@ -70,15 +71,17 @@ class Particles(HeldPeg):
         off = points - x
         P[:, :] = (off * weight[:, None]).T @ off
         P[n:, n:] += np.einsum("k,kij->ij", weight, each)
-        s.mean[:], s.covariance[:] = x, P
-        s.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
+        mixture.mean[:], mixture.covariance[:] = x, P
+        state.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
         self._fill()
 
     def _reactions(self, points, x):
         """Return log likelihood of each particle, its reactions and their covariance."""
-        prior = (self.constants.reaction_prior * self.state.load[0]) ** 2
-        left, carried = unbalanced(self.scalars, points, self._u, False, self._work)
-        noise = wrench_noise(self.scalars, x, self._u, self.wrench_noise, False, self._work)
+        prior = (self.settings.reaction_prior * self.state.load) ** 2
+        left, carried = unbalanced(self.scalars, points, self.fields.wrench, False, self._work)
+        noise = wrench_noise(
+            self.scalars, x, self.fields.wrench, self.wrench_noise, False, self._work
+        )
         weighted = np.linalg.solve(noise, carried)
         told = np.linalg.inv(np.swapaxes(carried, 1, 2) @ weighted + np.eye(3) / prior)
         reactions = np.einsum("kij,klj,kl->ki", told, weighted, left)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
@@ -18,7 +18,7 @@ from peg_on_hole_ros.study.balance import balanced
 def make_smoothed(
     scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Smoothed":
-    """Return the default estimator as one that smooths in the end; parameters as for `HeldPeg`."""
+    """Return the default estimator with smoothing; parameters as for `ContactFilter`."""
     return Smoothed(scene, options, noise, offsets, default_settings())
 
 
@@ -32,7 +32,7 @@ class Smoothed(Smoother):
         self._wrenches: list[np.ndarray] = []
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Take a wrench on the peg; see `HeldPeg`."""
+        """Take a wrench on the peg; see `ContactFilter`."""
         self._wrenches.append(np.array(u, float))
         super().weigh(u, contacts)
 

@@ -6,12 +6,13 @@ import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
-from peg_on_hole_ros.estimator.methods import CONSTANTS
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.methods import SETTINGS
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
-from peg_on_hole_ros.estimator.step import load_of
+from peg_on_hole_ros.estimator.wrench_update import load_of
 from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalance, wrench_noise
@@ -23,12 +24,12 @@ _SPREAD, _NORMAL, _KAPPA = 1.0, 2.0, 0.0
 def make_unscented(
     scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Unscented":
-    """Return the filter; parameters as for `HeldPeg`."""
-    constants = default_settings(**CONSTANTS["one_level"])
-    return Unscented(scene, options, wrench_noise, offsets, constants)
+    """Return the filter; parameters as for `ContactFilter`."""
+    settings = default_settings(**SETTINGS["one_level"])
+    return Unscented(scene, options, wrench_noise, offsets, settings)
 
 
-class Unscented(HeldPeg):
+class Unscented(ContactFilter):
     """
     filterpy's unscented filter for the wrench, with one level of acceleration.
 
@@ -46,33 +47,35 @@ class Unscented(HeldPeg):
         self._points, self._work = points, workspace()
 
     def weigh(self, u: np.ndarray, contacts: ContactSet) -> None:
-        """Take a wrench on the peg, and fill in the record; see `HeldPeg`."""
-        s, o, n = self.state, self.constants, self._n
+        """Take a wrench on the peg, and fill in the record; see `ContactFilter`."""
+        state, mixture, n = self.state, self.mixture, self._n
         # The first wrench finds the reactions, by tangents that are taken anew.
-        if contacts is not ContactSet.THREE or s.since[1] < 0.0:
+        if contacts is not ContactSet.THREE or state.time_in_contact < 0.0:
             super().weigh(u, contacts)
             return
-        self._u[:] = u
-        s.load[0] = load_of(self.scalars, self._u)
-        s.since[1] += s.step[0]
-        s.step[0] = 0.0
-        x, P = s.x[0], s.P[0]
+        self.fields.wrench[:] = u
+        state.load = load_of(self.scalars, self.fields.wrench)
+        state.time_in_contact += state.time_since_wrench
+        state.time_since_wrench = 0.0
+        x, P = mixture.x[0], mixture.P[0]
         P[n:, :] = P[:, n:] = 0.0
-        P[range(n, n + 3), range(n, n + 3)] = (o.reaction_prior * s.load[0]) ** 2
+        P[range(n, n + 3), range(n, n + 3)] = (self.settings.reaction_prior * state.load) ** 2
         kalman = self._unscented
         kalman.x, kalman.P = x.copy(), P.copy()
         kalman.sigmas_f = self._points.sigma_points(kalman.x, kalman.P)
-        noise = wrench_noise(self.scalars, x, self._u, self.wrench_noise, False, self._work)
+        noise = wrench_noise(
+            self.scalars, x, self.fields.wrench, self.wrench_noise, False, self._work
+        )
         kalman.update(np.zeros(6), noise)
         x[:], P[:] = kalman.x, 0.5 * (kalman.P + kalman.P.T)
         x[FRICTION] = max(x[FRICTION], 0.0)
-        s.nis[1] = float(kalman.y @ kalman.SI @ kalman.y)
-        s.mean[:], s.covariance[:] = x, P
-        s.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
+        state.nis_wrench = float(kalman.y @ kalman.SI @ kalman.y)
+        mixture.mean[:], mixture.covariance[:] = x, P
+        state.friction_force2[:] = x[FRICTION] ** 2 * (x[n:] ** 2 + np.diagonal(P)[n:])
         self._fill()
 
     def _left(self, x):
         """Return by how much the six equations do not hold at a state with its reactions."""
         out = np.empty(6)
-        unbalance(self.scalars, x, self._u, False, self._work, out)
+        unbalance(self.scalars, x, self.fields.wrench, False, self._work, out)
         return out

@@ -118,8 +118,8 @@ def test_the_limit_takes_the_estimator_s_own_steps(motion):
     runs.run(configuration, list(measure(motion, 1)), clock, make)
     for _ in range(2):
         peg, _ = limit.taken_anew(made[0], clock)
-        assert np.array_equal(peg.state.mean, made[0].state.mean)
-        assert np.array_equal(peg.state.covariance, made[0].state.covariance)
+        assert np.array_equal(peg.mixture.mean, made[0].mixture.mean)
+        assert np.array_equal(peg.mixture.covariance, made[0].mixture.covariance)
     assert limit.arithmetic(configuration, list(measure(motion, 1)), clock) == 1.0
 
 

@@ -7,7 +7,7 @@ import pytest
 from peg_on_hole_ros.cli import stability as command
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.study import stability as study
 from peg_on_hole_ros.study.stability import Place, Verdict, examine, truth_at
@@ -16,12 +16,12 @@ pytest.importorskip("matplotlib.figure")
 SEED = 3
 
 
-class Surer(HeldPeg):
+class Surer(ContactFilter):
     """States a twentieth of the deviations that it has."""
 
     def weigh(self, u, contacts):
         super().weigh(u, contacts)
-        self.state.covariance[:] /= 400.0
+        self.mixture.covariance[:] /= 400.0
         self._fill()
 
 
@@ -29,13 +29,13 @@ def surer(scene, options, noise, offsets=None):
     return Surer(scene, options, noise, offsets)
 
 
-class Unwound(HeldPeg):
+class Unwound(ContactFilter):
     """Loses its angles after a while."""
 
     def weigh(self, u, contacts):
         super().weigh(u, contacts)
-        if self.state.since[0] > 0.3:
-            self.state.mean[0] += 0.01
+        if self.state.time_since_start > 0.3:
+            self.mixture.mean[0] += 0.01
             self._fill()
 
 

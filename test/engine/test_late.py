@@ -107,8 +107,8 @@ def test_memory_of_the_fastest_wrench_is_bounded():
     """Without an estimate: 24 000 wrenches at 10 kHz, a window of 1.5 s, and late orientations."""
     line = pipeline()
     processor = line.processor
-    kept, words = ring.new_ring(processor.filter.held["state"]), processor.words
-    state, orientation = processor.filter.held["state"], np.zeros(ORIENTATION)
+    kept, words = ring.new_ring(processor.filter.state), processor.words
+    state, orientation = processor.filter.state, np.zeros(ORIENTATION)
     r, late = kept.places[0], 0
     for k in range(2 * ring.MOST_WRENCHES):
         now = 100_000 * k

@@ -7,7 +7,8 @@ import pytest
 
 from compiled_beside import ONE_LEVEL, STATED, Compiled, cell_of, run, samples, stated, with_scene
 from peg_on_hole_ros.config.options import FilterOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet, HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from simulated import truth
 from tiers import nightly
 
@@ -83,7 +84,7 @@ def test_a_state_that_is_put_back_goes_on_bit_for_bit():
 @pytest.mark.nightly
 def test_a_snapshot_of_a_held_peg_is_gone_back_to_bit_for_bit():
     scene, rows, noise = recorded(200)
-    peg = HeldPeg(replace(scene, clearance_stddev=1e-5), FilterOptions(), noise)
+    peg = ContactFilter(replace(scene, clearance_stddev=1e-5), FilterOptions(), noise)
 
     def go_on(rows, last):
         for row in rows:

@@ -9,25 +9,20 @@ from scipy.spatial.transform import Rotation
 
 import reference_equations
 from compiled_beside import STATED, Compiled, cell_of
-from peg_on_hole_ros.estimator.contact import straighten
-from peg_on_hole_ros.estimator.state import (
-    ACCELERATION,
-    BIAS,
-    CLEARANCE,
-    COMPLIANCE,
-    FRICTION,
-    FRICTION_K,
-    OPEN,
-    TILT,
-    places,
+from peg_on_hole_ros.estimator.contact_sets import three_on_rim
+from peg_on_hole_ros.estimator.orientation import (
+    fill_orientation_jacobian,
+    fill_orientation_residual,
 )
-from peg_on_hole_ros.estimator.update import orientation_residual, orientation_slopes
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN, places_of
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.reference import peg_axes, six_equations
 from peg_on_hole_ros.mechanics.scene import Scene
 
 LOAD = 60.0
 NOISE = np.diag([0.04] * 3 + [2.5e-5] * 3)
-AT, N = places(tuple(STATED))
+AT = places_of(tuple(STATED))
+N = int(AT.reactions)
 
 
 def drawn(seed):
@@ -47,36 +42,42 @@ def drawn(seed):
 def equations_by_hand(cell, x, u, scales):
     """Return the six equations' left less right side, with scenes that are really other ones."""
     scene = cell.scene
-    clearance = (scene.hole_diameter - scene.peg_diameter) * np.exp(x[AT[CLEARANCE]])
-    clearance -= x[AT[COMPLIANCE]] * LOAD
-    t_x, t_y = x[AT[TILT] : AT[TILT] + 2]
+    clearance = (scene.hole_diameter - scene.peg_diameter) * np.exp(x[AT.clearance])
+    clearance -= x[AT.compliance] * LOAD
+    t_x, t_y = x[AT.tilt : AT.tilt + 2]
     lean = np.array([[1.0, 0.0, -t_y], [0.0, 1.0, t_x], [t_y, -t_x, 1.0]])
     scene = replace(
         scene,
         peg_diameter=scene.hole_diameter - clearance,
         gravity=tuple((lean @ scene.gravity).tolist()),
     )
-    wrench = u - cell.bias_map @ x[AT[BIAS] : AT[BIAS] + 6]
+    wrench = u - cell.bias_map @ x[AT.bias : AT.bias + 6]
     A, r = six_equations(replace(scene, friction=x[FRICTION]), x[:3], x[3:6], wrench, scales)
-    at_K = replace(scene, friction=x[FRICTION] + x[AT[FRICTION_K]])
+    at_K = replace(scene, friction=x[FRICTION] + x[AT.friction_k])
     A[:, 3] = six_equations(at_K, x[:3], x[3:6], wrench, scales)[0][:, 3]
     return A @ [*x[ACCELERATION : ACCELERATION + 3], *x[N:]] - r
 
 
-def straightened(cell, x, P, u):
+def linearised(cell, x, P, u):
     both = Compiled(cell, 1)
     scratch, force2 = both.scratch, np.array([30.0, 90.0, 100.0])
-    straighten(
-        both.scalars, x, P, N, both.at, u, NOISE, cell.bias_map, LOAD,
-        cell.settings.direction_share, 1.0, force2, scratch,
-    )  # fmt: skip
-    return SimpleNamespace(**{name: scratch[name] for name in scratch.dtype.names}), force2
+    both.memory.wrench[:], both.state.load, both.state.friction_force2[:] = u, LOAD, force2
+    three_on_rim.linearise(both.memory, scene_scalars(cell.scene), x, P, 0.0)
+    w = N + 3
+    return SimpleNamespace(
+        residual=scratch.residual,
+        E=scratch.jacobian[:, :w],
+        R=scratch.noise,
+        unknown=scratch.direction_noise,
+        by_friction=scratch.by_friction,
+        scales=scratch.velocity_scale,
+    ), force2
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_of_the_six_equations_by_every_value(seed):
     cell, x, P, u = drawn(seed)
-    scratch, _ = straightened(cell, x, P, u)
+    scratch, _ = linearised(cell, x, P, u)
     scales = scratch.scales.copy()
     value = equations_by_hand(cell, x, u, scales)
     by_wrench = np.stack([equations_by_hand(cell, x, unit, scales) for unit in np.eye(6)], axis=1)
@@ -87,7 +88,7 @@ def test_of_the_six_equations_by_every_value(seed):
     assert np.all(np.abs(scratch.residual - value) < 1e-12 * size)
     for k in range(N + 3):
         # Four points: what is left of the step's fifth power meets rounding at a thousandth.
-        h = 1e-3 * max(abs(x[k]), {AT[COMPLIANCE]: 1e-7}.get(k, 1e-2))
+        h = 1e-3 * max(abs(x[k]), {AT.compliance: 1e-7}.get(k, 1e-2))
         moved = [
             equations_by_hand(cell, x + j * h * np.eye(N + 3)[k], expected, scales) for j in _STEPS
         ]
@@ -102,7 +103,7 @@ _STEPS, _WEIGHTS = (-2, -1, 1, 2), (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 @pytest.mark.parametrize("seed", range(6))
 def test_of_the_six_equations_against_complex_steps(seed):
     cell, x, P, u = drawn(seed)
-    scratch, force2 = straightened(cell, x, P, u)
+    scratch, force2 = linearised(cell, x, P, u)
     found, unknown, _, by_friction = reference_equations.contact(cell, x, P, u, LOAD, force2)
     for mine, other in (
         (scratch.E, found.E),
@@ -119,8 +120,8 @@ def test_of_the_six_equations_against_complex_steps(seed):
 def test_where_the_tilt_ends_and_a_clearance_is_out_of_range():
     """At the bounds both take the value at the bound, with the slopes inside it."""
     cell, x, P, u = drawn(1)
-    x[0], x[AT[CLEARANCE]], x[AT[COMPLIANCE]] = 0.03, 3.5, 0.0
-    scratch, force2 = straightened(cell, x, P, u)
+    x[0], x[AT.clearance], x[AT.compliance] = 0.03, 3.5, 0.0
+    scratch, force2 = linearised(cell, x, P, u)
     found, *_ = reference_equations.contact(cell, x, P, u, LOAD, force2)
     assert np.allclose(scratch.residual, -found.residual, rtol=1e-9)
     # 1e-5 rad above gamma0 the slopes by the tilt lose half their digits to its rounding.
@@ -130,13 +131,14 @@ def test_where_the_tilt_ends_and_a_clearance_is_out_of_range():
 @pytest.mark.parametrize("tilt", [0.0, 1e-3, 0.03])
 def test_an_orientation_in_a_tilted_hole(tilt):
     """What is measured in a tilted hole is a peg that is turned: by the rotations themselves."""
-    at, n = places(("tilt", "delay"))
+    places = places_of(("tilt", "delay"))
+    at, n = int(places.tilt), int(places.reactions)
     x, E, residual = np.zeros(n + 3), np.zeros((6, n + 3)), np.zeros(6)
     x[:6] = 0.15, 2.9, -3.0, 0.2, -0.5, 1.0
-    x[at[TILT] : at[TILT] + 2] = tilt * np.array([0.6, -0.8])
+    x[at : at + 2] = tilt * np.array([0.6, -0.8])
 
     def measured(values):
-        turned = Rotation.from_rotvec([*values[at[TILT] : at[TILT] + 2], 0.0]).as_matrix()
+        turned = Rotation.from_rotvec([*values[at : at + 2], 0.0]).as_matrix()
         R = turned @ peg_axes(values[:3])
         lean = np.hypot(R[2, 0], R[2, 1])
         return np.array(
@@ -147,11 +149,11 @@ def test_an_orientation_in_a_tilted_hole(tilt):
             ]
         )
 
-    orientation_slopes(x, at, n, E)
-    orientation_residual(x, at, measured(x), E, residual)
+    fill_orientation_jacobian(x, places, n, E)
+    fill_orientation_residual(x, places, measured(x), E, residual)
     assert np.abs(residual[:3]).max() < 1e-12
     # A truth that is a little off moves the residual by E: to the second order of what it is off.
-    for k in [0, 1, 2, at[TILT], at[TILT] + 1]:
+    for k in [0, 1, 2, at, at + 1]:
         h = 1e-6
-        orientation_residual(x, at, measured(x + h * np.eye(n + 3)[k]), E, residual)
+        fill_orientation_residual(x, places, measured(x + h * np.eye(n + 3)[k]), E, residual)
         assert np.abs(residual[:3] - h * E[:3, k]).max() < max(200 * h * h, 0.5 * tilt * h)

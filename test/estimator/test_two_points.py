@@ -11,9 +11,10 @@ from insertions import inserted
 from paper.two_point import solve_two_point, two_point_pose
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, FRICTION_K, RATE
-from peg_on_hole_ros.estimator.two_points import straighten_two_points
+from peg_on_hole_ros.estimator.contact_sets import two_in_hole
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.measurements.orientation import PegJoints
+from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate
@@ -41,17 +42,16 @@ def test_the_balance_is_that_of_the_differential_equations(share, rates):
     x[:3], x[RATE : RATE + 3], x[ACCELERATION : ACCELERATION + 3] = q, slow, truth.acceleration[:3]
     x[FRICTION] = scene.friction
     x[n:] = truth.normal[0], 0.3 * truth.normal[1], 0.7 * truth.normal[1]
-    straighten_two_points(
-        compiled.scalars, x, np.zeros((n + 3, n + 3)), n, compiled.at, u, cell.wrench_noise,
-        cell.bias_map, 50.0, 1.0, 1.0, 1.0, np.zeros(3), compiled.scratch,
-    )  # fmt: skip
+    compiled.memory.wrench[:], compiled.state.load = u, 50.0
+    P, scalars = np.zeros((n + 3, n + 3)), scene_scalars(scene)
+    two_in_hole.linearise(compiled.memory, scalars, x, P, 1.0)
     # Along e acts what holds B in the plane of the tilt, where the axes cross.
     pose = two_point_pose(scene, q[0])
     centre = np.array([value.v for value in pose.center])
     crossing = [0.0, 0.0, centre[2] + centre[0] / np.tan(q[0])]
     along_e = np.array([0.0, truth.lateral_force, 0.0])
     expected = np.append(along_e, np.cross(crossing - centre, along_e))
-    found = compiled.scratch["residual"]
+    found = compiled.scratch.residual
     rows = [0, 1, 3, 4, 5]
     np.testing.assert_allclose(found[rows], expected[rows], atol=1e-6)
 
@@ -152,10 +152,10 @@ def frictions_apart(turning, apart, seed):
         out = line.on_sample(sample)
         if out is None:
             continue
-        state, at = line.filter.state, int(line.filter.held["at"][FRICTION_K])
-        apart_stddev = np.sqrt(state.covariance[at, at])
+        mixture, at = line.filter.mixture, int(line.filter.places.friction_k)
+        apart_stddev = np.sqrt(mixture.covariance[at, at])
         error, bound = out.normal[0] - 20.0, out.normal_stddev[0]
-        row = state.mean[at], apart_stddev, error, bound, out.monitor["reactions_determined"]
+        row = mixture.mean[at], apart_stddev, error, bound, out.monitor["reactions_determined"]
         found.append(row)
     return np.array(found)
 

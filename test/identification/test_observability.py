@@ -16,7 +16,7 @@ from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.identification.observability import (
     NAMES,
     ObservingFilter,
@@ -41,7 +41,7 @@ def configuration():
     return replace(found, scene=scene, filter=replace(found.filter, friction_noise=0.0))
 
 
-def run(configuration, make=HeldPeg, count=10_000, bag=BAG):
+def run(configuration, make=ContactFilter, count=10_000, bag=BAG):
     pipeline = Pipeline(configuration, make=make)
     for sample, _ in zip(bag_samples(bag, configuration), range(count)):
         pipeline.on_sample(sample)
@@ -95,7 +95,7 @@ def test_a_bias_is_told_as_the_estimator_that_learns_it_has_it(
 
 
 def test_the_estimate_is_that_of_the_estimator(configuration):
-    observing, plain = (run(configuration, make, 300) for make in (ObservingFilter, HeldPeg))
+    observing, plain = (run(configuration, make, 300) for make in (ObservingFilter, ContactFilter))
     np.testing.assert_array_equal(observing.x, plain.x)
     np.testing.assert_array_equal(observing.P, plain.P)
 
@@ -141,7 +141,7 @@ def test_two_motions_tell_what_each_tells(configuration):
     twice = run(configuration, ObservingFilter, 600)
     pipeline = Pipeline(configuration, make=lambda *_: twice)
     first = twice.information
-    twice.let_go()
+    twice.end_motion()
     np.testing.assert_array_equal(twice.information, first)
     for sample, _ in zip(bag_samples(BAG, configuration), range(600)):
         pipeline.on_sample(sample)

@@ -11,7 +11,7 @@ from benchmarks.grid.cells import SMALLEST, truth_of
 from benchmarks.grid.misstated import tilted
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.held_peg import HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.innovations import (
     DRIFTS,
     ENOUGH,
@@ -109,7 +109,7 @@ def test_an_innovation_is_whitened_by_its_covariance():
         1e-4 * np.array([[2.0, 0.3, 0.1], [0.3, 3.0, 0.2], [0.1, 0.2, 1.0]]),
     )
     P[0, 1] = P[1, 0] = 1e-4
-    kalman, q = HeldPeg(Scene(), FilterOptions(), np.eye(6)), np.array([0.1, 0.2, 0.3])
+    kalman, q = ContactFilter(Scene(), FilterOptions(), np.eye(6)), np.array([0.1, 0.2, 0.3])
     kalman.start(q, P)
     moved = np.array([0.01, -0.02, 0.03])
     kalman.correct(q + moved, R)

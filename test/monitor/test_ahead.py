@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from peg_on_hole_ros.config.options import MonitorOptions
-from peg_on_hole_ros.estimator.held_peg import ContactSet
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.jamming import assess_risk
 from peg_on_hole_ros.monitor.judgement import follow_orientation

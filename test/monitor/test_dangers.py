@@ -13,7 +13,8 @@ import pytest
 from benchmarks.grid.consistency import residuals
 from peg_on_hole_ros.config.options import Configuration, FilterOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.held_peg import ContactSet, Correction, HeldPeg
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
+from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.measurements.angles import angle_covariance
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry_above
@@ -75,7 +76,7 @@ def test_at_the_singular_set_the_six_equations_say_nothing_of_the_reactions():
     for known in (1e6, 1e-12):
         kalman = placed([0.0655, 0.0, 0.0], (-0.16, 0.0, 0.0), scene, noise, 1e-10, 1e-8)
         # Any acceleration, or none: the equations alone, or with what a held peg can do.
-        kalman.state.P[:, range(6, 9), range(6, 9)] = known
+        kalman.mixture.P[:, range(6, 9), range(6, 9)] = known
         press(kalman, np.zeros(6), ContactSet.THREE)
         stddev.append(kalman.reactions()[1][0])
     assert stddev[0] > 5 * stddev[1]
@@ -103,7 +104,7 @@ def test_three_angles_are_not_independent_at_small_tilt():
 
 def test_angles_wrap():
     scene = Scene()
-    kalman = HeldPeg(scene, FilterOptions(), np.eye(6) * 1e-4)
+    kalman = ContactFilter(scene, FilterOptions(), np.eye(6) * 1e-4)
     R = angle_covariance(0.1, 1e-4)
     kalman.start(np.array([0.1, np.pi - 1e-4, 0.0]), R)
     measured = np.array([0.1, -np.pi + 1e-4, 0.0])

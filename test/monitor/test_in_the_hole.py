@@ -12,7 +12,7 @@ from benchmarks.insertion.scenes import Case, plan_of
 from insertions import inserted
 from peg_on_hole_ros.config.options import Configuration, JointInput, MonitorOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.insertion_depth import depth_at
+from peg_on_hole_ros.estimator.hole_geometry import depth_at
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, follow_depth, rests
 from peg_on_hole_ros.monitor.settings import monitor_settings

@@ -33,7 +33,7 @@ def test_one_call_does_what_its_parts_do():
     for sample in measure(motion, 6):
         if not isinstance(sample, WrenchSample):
             # The first starts the filter.
-            waiting += [orientation(sample)] if line.filter.state.since[0] else []
+            waiting += [orientation(sample)] if line.filter.state.time_since_start else []
             line.on_joints(sample)
             continue
         row = line.on_wrench(sample)

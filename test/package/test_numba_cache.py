@@ -73,7 +73,7 @@ def test_a_temporary_folder_that_is_a_link_is_not_trusted(tmp_path):
     assert found.parent == tmp and list(elsewhere.iterdir()) == []
 
 
-@pytest.mark.parametrize("edited", ["mechanics/generated.py", "estimator/step.py"])
+@pytest.mark.parametrize("edited", ["mechanics/generated.py", "estimator/wrench_update.py"])
 def test_an_edit_of_any_source_moves_the_cache(tmp_path, edited):
     copy = tmp_path / "copy"
     shutil.copytree(

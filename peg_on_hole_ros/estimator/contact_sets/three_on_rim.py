@@ -1,0 +1,208 @@
+"""Three contacts on the rim, K, B1 and B2: the six equations as a measurement of the wrench."""
+
+from peg_on_hole_ros.estimator.applied_wrench import (
+    Wrench,
+    add_turn,
+    applied_wrench,
+    fill_wrench_noise,
+    put_column,
+    subtract_applied_jacobian,
+)
+from peg_on_hole_ros.estimator.direction import direction_moments, fill_direction_noise
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.open_scene import (
+    NEAREST,
+    STEEPEST,
+    fill_clearance_jacobian,
+    scene_at,
+)
+from peg_on_hole_ros.estimator.scratch import Scratch
+from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
+from peg_on_hole_ros.estimator.update import reset_three
+from peg_on_hole_ros.mechanics.kernel import (
+    SceneScalars,
+    closed_forms,
+    compiled,
+    derivatives,
+    equations,
+)
+from peg_on_hole_ros.typed_record import Floats
+
+UNKNOWN_REACTIONS = 3  # N_K, N_B1, N_B2
+DRIVEN_MOTION = True
+IN_HOLE = False
+
+
+@compiled
+def begin_reactions(x: Floats, P: Floats, first: int, variance: float) -> None:
+    """Give each reaction its prior variance [N^2], about what it was."""
+    reset_three(P, first, first + 3, variance)
+
+
+@compiled
+def linearise(
+    kalman: FilterRecord, scene: SceneScalars, x: Floats, P: Floats, mode_stddev: float
+) -> float:
+    """
+    Linearise the six equations at the mean of a component.
+
+    Parameters
+    ----------
+    kalman : FilterRecord
+        With the wrench and its noise; of `scratch` are filled: residual, jacobian, noise,
+        direction_noise and by_friction.
+    scene : SceneScalars
+        The scene as stated.
+    x, P : ndarray
+        Mean and covariance of the component.
+    mode_stddev : float
+        Not used: accelerations are values that are estimated.
+
+    Returns
+    -------
+    turned : float
+        See `direction.direction_moments`.
+
+    """
+    state, settings, places, scratch = (
+        kalman.state, kalman.settings, kalman.places, kalman.scratch,
+    )  # fmt: skip
+    n, load, inertia = places.reactions, state.load, settings.inertia
+    scene = scene_at(scene, x, places, load)
+    work, E, residual = scratch.work, scratch.jacobian, scratch.residual
+    gamma = min(max(x[0], scene.gamma0 + NEAREST), STEEPEST)
+    geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, gamma)
+    turned = direction_moments(
+        scene, geo, x, P, settings.direction_share, scratch.velocity_scale, scratch.unexplained
+    )
+    wrench = applied_wrench(kalman, scene, x, geo[0], geo[1])
+    rates = (x[RATE], x[RATE + 1], x[RATE + 2])
+    scale = scratch.velocity_scale
+    scales = (scale[0], scale[1], scale[2])
+    for i in range(6):
+        for j in range(n):
+            E[i, j] = 0.0
+    _fill_inertia(scene, geo, inertia, E)
+    f, f_K = x[FRICTION], x[FRICTION]
+    if places.friction_k >= 0:
+        f_K += x[places.friction_k]
+        # They are linear in each reaction.
+        equations(
+            scene.m, scene.Ie, scene.Iz, f_K, scene.d, scene.D, scales, geo, rates, wrench, work
+        )
+        for i in range(6):
+            scratch.column_K[i] = work[3 * i]
+    equations(scene.m, scene.Ie, scene.Iz, f, scene.d, scene.D, scales, geo, rates, wrench, work)
+    for i in range(6):
+        if places.friction_k >= 0:
+            work[3 * i] = scratch.column_K[i]
+        residual[i] = -work[18 + i]
+        for j in range(3):
+            E[i, n + j] = -work[3 * i + j]
+            residual[i] += E[i, ACCELERATION + j] * x[ACCELERATION + j]
+            residual[i] += E[i, n + j] * x[n + j]
+    wrench = _expected_wrench(geo, wrench, scratch)
+    a = ACCELERATION
+    y = (inertia * x[a], inertia * x[a + 1], inertia * x[a + 2], x[n], x[n + 1], x[n + 2])
+    if places.friction_k >= 0:
+        _differentiate_apart(kalman, scene, geo, rates, wrench, y, (f, f_K))
+    else:
+        derivatives(
+            scene.m, scene.Ie, scene.Iz, f, scene.d, scene.D, scales, geo, rates, wrench, y,
+            work[24:60],
+        )  # fmt: skip
+    for i in range(6):
+        E[i, FRICTION] = work[24 + 6 * i + 4]
+        for j in range(3):
+            E[i, RATE + j] = work[24 + 6 * i + 1 + j]
+        E[i, 0], E[i, 1], E[i, 2] = work[24 + 6 * i], 0.0, 0.0
+        fill_clearance_jacobian(scene, x, places, load, work[24 + 6 * i + 5], E[i])
+    _reduce(geo, scratch.applied_jacobian)
+    subtract_applied_jacobian(scratch, places, kalman.bias_map)
+    fill_wrench_noise(scratch, kalman.noise)
+    fill_direction_noise(scene, geo, x, state.friction_force2, scratch)
+    return turned
+
+
+@compiled
+def _fill_inertia(scene: SceneScalars, geo: tuple[float, ...], inertia: float, E: Floats) -> None:
+    """Fill in the derivatives by the accelerations."""
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    E[0, 6] = inertia * (scene.m * (dh_c * dh_c + dz_c * dz_c) + scene.Ie)
+    E[1, 7] = inertia * (scene.m * h_c * h_c + scene.Ie * s * s + scene.Iz * c * c)
+    E[1, 8] = E[2, 7] = inertia * scene.Iz * c
+    E[2, 8] = inertia * scene.Iz
+    E[3, 6] = inertia * scene.m * dh_c
+    E[4, 7] = inertia * scene.m * h_c
+    E[5, 6] = inertia * scene.m * dz_c
+
+
+@compiled
+def _reduce(geo: tuple[float, ...], columns: Floats) -> None:
+    """Turn wrenches into the right side of the six equations, column by column."""
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    for j in range(columns.shape[1]):
+        F_h, F_e, F_z = columns[0, j], columns[1, j], columns[2, j]
+        M_h, M_e, M_z = columns[3, j], columns[4, j], columns[5, j]
+        along_gamma = F_h * dh_c + F_z * dz_c - M_e
+        put_column(columns, j, (along_gamma, F_e * h_c + M_z, c * M_z - s * M_h, F_h, F_e, F_z))
+
+
+@compiled
+def _expected_wrench(geo: tuple[float, ...], wrench: Wrench, scratch: Scratch) -> Wrench:
+    """
+    Return the wrench with which the equations hold, at which the Jacobian is evaluated.
+
+    At the measured wrench, sensor noise would enter the Jacobian and act like information.
+    """
+    s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
+    residual = scratch.residual
+    F_h, F_e, F_z = residual[3], residual[4], residual[5]
+    M_e = F_h * dh_c + F_z * dz_c - residual[0]
+    M_z = residual[1] - F_e * h_c
+    M_h = (c * M_z - residual[2]) / s
+    add_turn(scratch.applied_jacobian, s, c, (F_h, F_e, F_z, M_h, M_e, M_z))
+    w = wrench
+    return w[0] + F_h, w[1] + F_e, w[2] + F_z, w[3] + M_h, w[4] + M_e, w[5] + M_z
+
+
+@compiled
+def _differentiate_apart(
+    kalman: FilterRecord, scene: SceneScalars, geo: tuple[float, ...],
+    rates: tuple[float, float, float], wrench: Wrench, y: Wrench, frictions: tuple[float, float],
+) -> None:  # fmt: skip
+    """
+    Fill in the derivatives where friction at K differs: they are linear in each reaction.
+
+    Parameters
+    ----------
+    kalman : FilterRecord
+        `scratch.work` is filled as by `derivatives`, and the column of friction at K.
+    scene : SceneScalars
+    geo : tuple
+        From `closed_forms`.
+    rates, wrench, y : tuple
+        As `derivatives` takes them.
+    frictions : tuple
+        At B1 and B2, and at K.
+
+    """
+    scratch, (f, f_K) = kalman.scratch, frictions
+    scale = scratch.velocity_scale
+    scales = (scale[0], scale[1], scale[2])
+    found, total = scratch.work[24:60], scratch.gain.reshape(scratch.gain.size)
+    total[:36] = 0.0
+    # K alone with its friction, less what does not depend on K, and both others.
+    parts = ((f_K, y[3], 0.0, 0.0, 1.0), (f_K, 0.0, 0.0, 0.0, -1.0), (f, 0.0, y[4], y[5], 1.0))
+    for friction, N_K, N_B1, N_B2, sign in parts:
+        derivatives(
+            scene.m, scene.Ie, scene.Iz, friction, scene.d, scene.D, scales, geo, rates, wrench,
+            (y[0], y[1], y[2], N_K, N_B1, N_B2), found,
+        )  # fmt: skip
+        for i in range(36):
+            total[i] += sign * found[i]
+        if N_K != 0.0:
+            for i in range(6):
+                scratch.jacobian[i, kalman.places.friction_k] = found[6 * i + 4]
+    for i in range(36):
+        found[i] = total[i]
