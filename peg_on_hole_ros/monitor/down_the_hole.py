@@ -7,7 +7,7 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
 from peg_on_hole_ros.monitor.motion import TURN_SHARE
 from peg_on_hole_ros.monitor.settings import MonitorSettings
-from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, is_number
+from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, is_number
 from peg_on_hole_ros.typed_record import Record
 
 # On two points the tilt tells the depth (`insertion_depth.depth_at`). docs/jamming.md, "In the
@@ -54,7 +54,7 @@ def _depth_slope(d: float, D: float, gamma: float, variance: float) -> float:
 @compiled
 def forget_depth(depth: DepthTrend) -> None:
     """Forget the motion: what comes next has nothing to do with it."""
-    begin(depth.tilt, 0.0, 0.0, 0.0, 0.0)
+    forget_trend(depth.tilt)
     depth.rests = 0.0
 
 

@@ -87,7 +87,11 @@ class Jamming(Record):
 
 @compiled
 def forget_jamming(jamming: Jamming) -> None:
-    """Begin anew with the next wrench; the risk at the last one stays to be read."""
+    """Begin anew with the next wrench."""
+    risk = jamming.risk
+    risk.wedging = risk.stall = risk.load = risk.risk = 0.0
+    risk.determinant = risk.insertion = risk.margin = 0.0
+    risk.loaded = 0
     jamming.total = 0.0
     forget_push(jamming.push)
     forget_stuck(jamming.beyond)

@@ -4,7 +4,15 @@ from math import erf, exp, fabs, floor, pi, sqrt
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.settings import MonitorSettings
-from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, rate_stddev, value_after
+from peg_on_hole_ros.monitor.trend import (
+    Trend,
+    begin,
+    carry,
+    correct,
+    forget_trend,
+    rate_stddev,
+    value_after,
+)
 from peg_on_hole_ros.typed_record import Floats, Record
 
 # A held peg moves as smoothly as its holder. The estimator must not assume that: its components
@@ -77,7 +85,7 @@ class MotionTrend(Record):
 def forget_motion(motion: MotionTrend) -> None:
     """Forget the motion: what comes next has nothing to do with it."""
     for trend in (motion.tilt, motion.quick_tilt, motion.turn):
-        begin(trend, 0.0, 0.0, 0.0, 0.0)
+        forget_trend(trend)
     motion.psi = motion.phi = motion.turned = motion.acceleration2 = motion.calm = 0.0
     motion.measured.tilt = motion.measured.variance = motion.measured.since = 0.0
 

@@ -74,6 +74,8 @@ class PushedOn(NamedTuple):
 def forget_push(push: Push) -> None:
     """Begin anew with the next push."""
     push.moved = 0.0
+    push.force.quick = push.force.slow = push.force.usual = 0.0
+    push.against.quick = push.against.slow = push.against.usual = 0.0
     forget_stall(push.stall)
 
 

@@ -60,7 +60,7 @@ def forget_stall(stall: Stall) -> None:
     """Begin anew with the next push and orientation."""
     forget_trend(stall.push)
     forget_trend(stall.tilt)
-    stall.calm = 0.0
+    stall.last_push = stall.calm = 0.0
 
 
 @compiled

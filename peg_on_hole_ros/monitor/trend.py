@@ -60,7 +60,7 @@ def begin(
 @compiled
 def forget_trend(trend: Trend) -> None:
     """Let a trend begin anew with the next value."""
-    trend.p00 = 0.0
+    begin(trend, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
