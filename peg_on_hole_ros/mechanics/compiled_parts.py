@@ -11,7 +11,6 @@ one that Python calls.
 
 import fcntl
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from numba.core import types
@@ -86,9 +85,8 @@ class _LockedCache(FunctionCache):
     """
 
     def save_overload(self, sig, data):
-        folder = Path(self.cache_path)
-        folder.mkdir(parents=True, exist_ok=True)
-        with open(folder / "lock", "w") as file:
+        self._impl.locator.ensure_cache_path()
+        with open(f"{self.cache_path}/lock", "w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             super().save_overload(sig, data)
 
