@@ -44,10 +44,9 @@ def row(rows, every, force, torque, folder):
     score = Score(truth)
 
     class Modes:
-        def add(self, t_ns, messages):
-            for suffix, _, fields in messages:
-                if suffix == "contact_mode" and fields["data"] in ("three_point", "two_point"):
-                    contact.append(t_ns)
+        def take(self, columns):
+            modes = zip(columns.t_ns.tolist(), columns.modes)
+            contact.extend(t_ns for t_ns, mode in modes if mode in ("three_point", "two_point"))
 
     replay_bag(bag, configuration, 0.0, [score, Modes()])
     touched = next(t for t, m in zip(truth.mode_ns, truth.modes) if m != "open")

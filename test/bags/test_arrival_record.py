@@ -215,8 +215,9 @@ class Markers:
     def __init__(self, found):
         self.found = found
 
-    def add(self, t_ns, messages):
-        self.found += [fields for suffix, _, fields in messages if suffix == "markers"]
+    def take(self, columns):
+        for _, messages in columns.said:
+            self.found += [fields for suffix, _, fields in messages if suffix == "markers"]
 
 
 def test_existing_record_is_kept(tmp_path):

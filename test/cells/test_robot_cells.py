@@ -94,15 +94,13 @@ def test_a_tilt_that_bending_gears_feign_is_told_as_not_known(name):
     configuration, told = replace(configuration, joints=joints, filter=learnt), []
 
     class Monitor:
-        def add(self, t_ns, messages):
-            for suffix, _, fields in messages:
-                if suffix == "monitor":
-                    told.append(dict(zip(fields["name"], fields["position"], strict=True)))
+        def take(self, columns):
+            told.extend(zip(columns["hole_tilt"].copy(), columns["hole_tilt_stddev"].copy()))
 
     bag = Bag(ROOT / "bags" / f"cell_{name}.mcap")
     replay_bag(bag, configuration, 0.0, [Monitor()])
-    for axis in ("hole_tilt_x", "hole_tilt_y"):
-        found = [[row[axis], row[f"{axis}_stddev"]] for row in told if row[axis] == row[axis]]
+    for axis in range(2):
+        found = [[tilt[axis], stddev[axis]] for tilt, stddev in told if tilt[axis] == tilt[axis]]
         off, stddev = np.abs(np.array(found)).T
         assert len(off) > 1000
         # Of what the gears make of it.

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from estimates import changed
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.options import Configuration, MonitorOptions, WrenchInput
 from peg_on_hole_ros.engine.pipeline import Pipeline
@@ -164,10 +165,10 @@ def test_nothing_is_advised_to_a_peg_that_is_not_on_three_contacts(mode):
     samples = [each for each in measure(truth, 1) if each.t_ns - START_NS < t * 1e9]
     outputs = list(Pipeline(at).play(samples))[-1]
     assert outputs.contact_mode == "three_point" and possible(outputs, at)
-    assert possible(outputs._replace(contact_mode=mode), at) == ""
+    assert possible(changed(outputs, contact_mode=mode), at) == ""
     below = outputs.state.copy()
     below[0] = at.scene.gamma0
-    assert possible(outputs._replace(state=below), at) == ""
+    assert possible(changed(outputs, state=below), at) == ""
 
 
 def test_a_node_says_what_a_replay_says():
@@ -196,5 +197,6 @@ class Heard:
     def __init__(self):
         self.alarms = []
 
-    def add(self, _, messages):
-        self.alarms += [fields for topic, _, fields in messages if topic == "alarms"]
+    def take(self, columns):
+        for _, messages in columns.said:
+            self.alarms += [fields for topic, _, fields in messages if topic == "alarms"]

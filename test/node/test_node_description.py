@@ -120,8 +120,10 @@ def test_the_node_waits_for_the_description_and_then_goes_on(peer, tmp_path):
     stamps = []
 
     class Sink:
-        def add(self, t_ns, messages):
-            stamps.extend(fields for suffix, _, fields in messages if suffix == "state")
+        def take(self, columns):
+            for i in range(len(columns)):
+                found = columns.messages(i)
+                stamps.extend(fields for suffix, _, fields in found if suffix == "state")
 
     replayed = replay_bag(bag, stored_configuration(bag), 10.0, [Sink()])
     assert "joints_dropped_without_description" not in replayed.dropped

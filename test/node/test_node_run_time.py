@@ -191,8 +191,9 @@ def test_what_is_set_holds_from_then_on_and_a_replay_takes_it_there(peer, tmp_pa
     class Alarms:
         found = []
 
-        def add(self, t_ns, messages):
-            self.found += [fields for suffix, _, fields in messages if suffix == "alarms"]
+        def take(self, columns):
+            for _, messages in columns.said:
+                self.found += [fields for suffix, _, fields in messages if suffix == "alarms"]
 
     sink = Alarms()
     assert CONFIGURATION_METADATA in bag.metadata
