@@ -101,7 +101,8 @@ class Cycles:
             place: {topic: message for topic, _, message in messages}
             for place, messages in columns.said
         }
-        alone = sorted({0, *said, *(np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1).tolist()})
+        silent = np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1 if len(t_ns) > 1 else t_ns[1:]
+        alone = sorted({0, *said, *silent.tolist()})
         while first < len(t_ns):
             if first and first not in said and self._held is None:
                 until = next((i for i in alone if i >= first), len(t_ns))

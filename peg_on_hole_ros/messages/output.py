@@ -128,7 +128,9 @@ class OutputStream:
             if messages:
                 found.append((place, messages))
             place = self._next(place, t_ns, changes)
-        self._watched = None if judged else _watched(values[-1])
+        if len(t_ns) > 1:
+            watched = _watched(values[-1])
+        self._watched = None if judged else watched
         return found
 
     def _next(self, place, t_ns, changes):
