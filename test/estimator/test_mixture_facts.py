@@ -42,13 +42,13 @@ def test_weights_and_covariances_over_a_long_random_run(seed, count):
         u = row.u + (wild if rng.random() < 0.01 else 0.0)
         contacts = {"three_point": 3, "open": 0}.get(recording.mode[k], -1)
         estimator.weigh(u, contacts if rng.random() < 0.99 else -1)
-        state = estimator.state
-        assert abs(state.weight.sum() - 1.0) < 1e-12 and state.weight.min() >= 0.0
-        assert np.array_equal(state.weight.reshape(7, 3).sum(axis=1) > 0.0, state.alive > 0.0)
+        whole = estimator.mixture
+        assert abs(whole.weight.sum() - 1.0) < 1e-12 and whole.weight.min() >= 0.0
+        assert np.array_equal(whole.weight.reshape(7, 3).sum(axis=1) > 0.0, whole.alive > 0.0)
         if k % 10:
             continue
-        living = [P for P, w in zip(state.P, state.weight) if w > 0.0]
-        for P in (*living, state.covariance):
+        living = [P for P, w in zip(whole.P, whole.weight) if w > 0.0]
+        for P in (*living, whole.covariance):
             assert np.isfinite(P).all()
             # To rounding: what is added to both sides of the diagonal is added in other orders.
             own = np.sqrt(np.diagonal(P))
@@ -65,9 +65,8 @@ def test_a_state_that_is_put_back_goes_on_bit_for_bit():
     going = run(first, rows)
     for _ in range(120):
         next(going)
-    kept = first.memory.copy()
     # All that is to come depends on: the other has none of the first's past, nor of its scratch.
-    second.memory[:] = kept
+    second.memory.state = first.state
     for name in second.scratch.dtype.names:
         second.scratch[name] = np.nan
     last = rows[119].t
@@ -78,7 +77,7 @@ def test_a_state_that_is_put_back_goes_on_bit_for_bit():
         if row.q is not None:
             second.correct(row.q, row.R)
         second.weigh(row.u)
-        assert first.memory.tobytes() == second.memory.tobytes()
+        assert first.state.tobytes() == second.state.tobytes()
 
 
 @pytest.mark.nightly
