@@ -17,19 +17,10 @@ from peg_on_hole_ros.monitor.alarm_text import (
 )
 from peg_on_hole_ros.monitor.evidence import Shown
 from peg_on_hole_ros.monitor.jamming import Risk
-from peg_on_hole_ros.monitor.output_row import (
-    ALARM_WIDTH,
-    CONTACT_LOSS,
-    HELD,
-    JAMMING,
-    KIND,
-    LEVEL,
-    NUMBERS,
-    OVERLOAD,
-    WHICH,
-)
+from peg_on_hole_ros.monitor.output_row import CONTACT_LOSS, JAMMING, OVERLOAD
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import AlarmLevel, Mode, since_when
+from peg_on_hole_ros.outputs import AlarmRow
 from peg_on_hole_ros.typed_record import Floats, Record
 
 _LOSS_WARN, _LOSS_ERROR = 0.5, 0.95
@@ -70,8 +61,8 @@ class Alarms(Record):
     ----------
     levels : sequence of Level
         Of JAMMING, CONTACT_LOSS, OVERLOAD.
-    said, kept : ndarray, shape (3, ALARM_WIDTH)
-        The alarms as they were published last, and of what caused them last; see `output_row`.
+    said, kept : sequence of AlarmRow
+        The alarms as they were published last, and of what caused them last.
     three_contacts_there : bool
         Whether there are three contacts to lose.
     three_point_since : float
@@ -84,8 +75,8 @@ class Alarms(Record):
     """
 
     levels: Annotated[Sequence[Level], (3,)]
-    said: Annotated[Floats, (3, ALARM_WIDTH)]
-    kept: Annotated[Floats, (3, ALARM_WIDTH)]
+    said: Annotated[Sequence[AlarmRow], (3,)]
+    kept: Annotated[Sequence[AlarmRow], (3,)]
     three_contacts_there: bool
     three_point_since: float
     sliding_since: float
@@ -101,13 +92,19 @@ def clear_alarms(alarms: Alarms) -> None:
         level = alarms.levels[i]
         level.level = AlarmLevel.OK
         level.warn_since = level.error_since = level.without_cause_since = nan
-    said, kept = alarms.said, alarms.kept
-    said[:, :] = 0.0
-    # None has been looked at.
-    said[:, LEVEL] = -1.0
-    kept[:, :] = 0.0
-    kept[JAMMING, WHICH], kept[JAMMING, KIND] = BY_STALL, PLAIN
-    kept[CONTACT_LOSS, WHICH], kept[CONTACT_LOSS, KIND] = ALL, PLAIN
+        _clear(alarms.said[i])
+        _clear(alarms.kept[i])
+        # None has been looked at.
+        alarms.said[i].level = -1
+    jamming, contact_loss = alarms.kept[JAMMING], alarms.kept[CONTACT_LOSS]
+    jamming.which, jamming.kind = BY_STALL, PLAIN
+    contact_loss.which, contact_loss.kind = ALL, PLAIN
+
+
+@compiled
+def _clear(alarm: AlarmRow) -> None:
+    alarm.level = alarm.which = alarm.held = alarm.kind = 0
+    alarm.numbers[:] = 0.0
 
 
 @compiled
@@ -224,23 +221,24 @@ def _follow_jamming(alarms: Alarms, settings: MonitorSettings, t: float, risk: R
     cause = has_cause(followed)
     if cause:
         # It is kept while the alarm is held.
-        kept[WHICH] = jamming_cause(risk)
+        kept.which = jamming_cause(risk)
     if cause or level == AlarmLevel.OK:
         numbers = (risk.wedging, risk.stall, risk.load, risk.risk)
         for i in range(4):
-            kept[NUMBERS + i] = numbers[i]
+            kept.numbers[i] = numbers[i]
         in_hole = risk.insertion != 0.0
-        kept[KIND] = HOLE if in_hole else PLAIN
-        kept[NUMBERS + 4] = risk.insertion if in_hole else risk.determinant
-        kept[NUMBERS + 5] = risk.margin
+        kept.kind = HOLE if in_hole else PLAIN
+        kept.numbers[4] = risk.insertion if in_hole else risk.determinant
+        kept.numbers[5] = risk.margin
     _say(said, kept, level, cause)
 
 
 @compiled
-def _say(said: Floats, kept: Floats, level: AlarmLevel, cause: bool) -> None:
-    said[:] = kept
-    said[LEVEL] = level
-    said[HELD] = 1.0 if level != AlarmLevel.OK and not cause else 0.0
+def _say(said: AlarmRow, kept: AlarmRow, level: AlarmLevel, cause: bool) -> None:
+    said.which, said.kind = kept.which, kept.kind
+    said.numbers[:] = kept.numbers
+    said.level = level
+    said.held = 1 if level != AlarmLevel.OK and not cause else 0
 
 
 @compiled
@@ -253,7 +251,7 @@ def _follow_contact_loss(
     entering = 0.0 <= shown.time < _ENTERING
     # The reactions of a peg that jams are not determined, and say nothing of its contacts.
     jams = alarms.levels[JAMMING].level != AlarmLevel.OK
-    jams = jams and alarms.kept[JAMMING, WHICH] != BY_LOAD
+    jams = jams and alarms.kept[JAMMING].which != BY_LOAD
     opened = 0.0 if entering or jams else shown.opened
     value = opened + shown.free if alarms.three_contacts_there else 0.0
     level = follow_level(followed, _LOSS_WARN, _LOSS_ERROR, settings, t, value)
@@ -268,10 +266,10 @@ def _follow_contact_loss(
             for i in range(2, -1, -1):
                 if most > _CLEARLY * opened and lost[i] == most:
                     which = i
-        kept[WHICH] = which
+        kept.which = which
         for i in range(3):
-            kept[NUMBERS + i] = lost[i]
-        kept[NUMBERS + 3], kept[NUMBERS + 4] = shown.opened, shown.free
+            kept.numbers[i] = lost[i]
+        kept.numbers[3], kept.numbers[4] = shown.opened, shown.free
     _say(said, kept, level, cause)
 
 
@@ -304,10 +302,10 @@ def _follow_overload(
     cause = has_cause(followed)
     said, kept = alarms.said[OVERLOAD], alarms.kept[OVERLOAD]
     if cause or level == AlarmLevel.OK:
-        kept[WHICH] = risk.loaded if cause else 0
-        kept[KIND] = PLAIN if there else 0.0
-        kept[NUMBERS] = risk.load
+        kept.which = int(risk.loaded) if cause else 0
+        kept.kind = PLAIN if there else 0
+        kept.numbers[0] = risk.load
         for i in range(3):
-            kept[NUMBERS + 1 + i] = normal[i]
-            kept[NUMBERS + 4 + i] = settings.max_normal[i]
+            kept.numbers[1 + i] = normal[i]
+            kept.numbers[4 + i] = settings.max_normal[i]
     _say(said, kept, level, cause)

@@ -14,7 +14,6 @@ from peg_on_hole_ros.monitor.memory import Memory, restart_mode
 from peg_on_hole_ros.monitor.mode import declare_mode
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.one_point import B_ALONE, K_ALONE
-from peg_on_hole_ros.monitor.output_row import HELD, KIND, LEVEL, NUMBERS, WHICH
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode, Touch
 from peg_on_hole_ros.monitor.transition import raise_flag
@@ -165,9 +164,9 @@ def fill_declared(row: Row, memory: Memory) -> None:
     for i in range(3):
         row.closed[i] = is_closed(mode, row.normal[i])
         alarm, said = row.alarms[i], memory.alarms.said[i]
-        alarm.level, alarm.which = int(said[LEVEL]), int(said[WHICH])
-        alarm.held, alarm.kind = int(said[HELD]), int(said[KIND])
-        alarm.numbers[:] = said[NUMBERS:]
+        alarm.level, alarm.which = said.level, said.which
+        alarm.held, alarm.kind = said.held, said.kind
+        alarm.numbers[:] = said.numbers
 
 
 @compiled

@@ -4,7 +4,7 @@ from typing import get_type_hints
 
 import numpy as np
 
-from peg_on_hole_ros.outputs import AlarmRow, Output, Row
+from peg_on_hole_ros.outputs import Output, Row
 from peg_on_hole_ros.typed_record import Record, dtype_of
 
 ROW = dtype_of(Row)
@@ -39,10 +39,6 @@ def _nothing() -> np.ndarray:
 # A row, shape (1,), in which no number exists.
 NOTHING = _nothing()
 
-# What is said of an alarm: its level, below zero where nobody has looked at it; which of its
-# texts; whether it is held without a cause or NOT_JUDGED; which names its numbers have (0: none);
-# and its numbers.
-LEVEL, WHICH, HELD, KIND, NUMBERS = range(len(AlarmRow.__annotations__))
+# An alarm that is `held` so is not judged.
 NOT_JUDGED = 2
-ALARM_WIDTH = NUMBERS + 7
 JAMMING, CONTACT_LOSS, OVERLOAD = range(3)

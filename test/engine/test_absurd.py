@@ -12,12 +12,19 @@ from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from tiers import nightly
 
+# Fields of a row that are finite whatever is known.
+ARRAYS = (
+    "state", "state_stddev", "state_covariance", "normal", "normal_stddev", "slip_speed",
+    "slip_speed_stddev", "contact_wrench", "contact_point", "position", "rotation",
+    "pose_covariance",
+)  # fmt: skip
+
 
 def not_finite(outputs):
     """Return the names of what is not finite, at any stamp."""
     found = set()
     for each in outputs:
-        arrays = ((n, v) for n, v in zip(each._fields, each) if isinstance(v, np.ndarray))
+        arrays = ((n, each.row[n]) for n in ARRAYS)
         alarms = ((alarm.name, alarm.numbers) for alarm in each.alarms)
         for name, value in (*each.monitor.items(), *arrays, *alarms):
             if not np.isfinite(np.array(value, float)).all():
