@@ -144,11 +144,14 @@ class Engine:
         """
         taking = self._taking[0]
         end = begin + MOST
-        here = arrivals.of_wrench[begin:end]
-        given = room_for(int(np.count_nonzero(here)))
-        arrivals = arrivals._replace(of_wrench=arrivals.of_wrench[:end], t_ns=arrivals.t_ns[:end])
+        if end < len(arrivals.t_ns):
+            arrivals = arrivals._replace(
+                of_wrench=arrivals.of_wrench[:end], t_ns=arrivals.t_ns[:end]
+            )
+        before = np.count_nonzero(arrivals.of_wrench[:begin]) if begin else 0
+        given = room_for(int(np.count_nonzero(arrivals.of_wrench)) - int(before))
         taking["begin"] = begin
-        taking["place"], taking["wrench"] = begin, np.count_nonzero(arrivals.of_wrench[:begin])
+        taking["place"], taking["wrench"] = begin, before
         taking["rows"] = taking["taken"] = 0
         taking["most"] = most
         seen, stop = (0, 0), Stop.LOOK
@@ -181,8 +184,10 @@ class Engine:
             self._counts["contact_doubted"] += len(rows.t_ns)
             doubt(rows.values, self._flag)
         self.findings.count(len(rows.t_ns))
-        rests = rows.values["contact_mode"] == Mode.THREE_POINT
-        rows.values["doubt"] = np.where(rests[:, None], self.findings.costs, np.nan)
+        costs = self.findings.costs
+        if not np.isnan(costs).all():
+            rests = rows.values["contact_mode"] == Mode.THREE_POINT
+            rows.values["doubt"] = np.where(rests[:, None], costs, np.nan)
         self.told = Outputs(int(rows.t_ns[-1]), rows.values[-1])
         self._flag = self.told.transition
 

@@ -119,8 +119,10 @@ class JointOrientation(ABC):
         if self._index is None:
             return Orientations(np.full(len(positions), Outcome.missing_joint), rows)
         read = positions[:, self._index]
-        finite = np.isfinite(read).all(axis=1)
-        outcome = np.where(finite, Outcome.orientation, Outcome.not_finite)
+        outcome = np.zeros(len(positions), np.int64)
+        finite = np.isfinite(read)
+        if not finite.all():
+            outcome[~finite.all(axis=1)] = Outcome.not_finite
         self._fill(read, outcome, rows)
         return Orientations(outcome, rows)
 

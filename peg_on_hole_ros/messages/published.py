@@ -118,7 +118,7 @@ def published(rows: np.ndarray) -> np.ndarray:
     """
     words = np.ascontiguousarray(rows).view(np.float64).reshape(len(rows), -1)
     numbers = words[:, :SIZE].copy()
-    known = are_known(rows)
-    if not known.all():
-        numbers[np.ix_(~known, _WITHHELD)] = np.nan
+    unknown = np.flatnonzero(~are_known(rows))
+    if len(unknown):
+        numbers[unknown[:, None], _WITHHELD] = np.nan
     return numbers
