@@ -73,6 +73,17 @@ def test_a_message_older_than_the_window_is_counted_and_changes_nothing():
     assert line.counts["went_back"] == 0
 
 
+def test_without_a_window_a_joint_state_is_late_by_the_delay_and_the_tolerance_at_most():
+    """The delay is 10 ms, the tolerance 4 ms: of its own stamp it is 3 ms late, then 20 ms."""
+    samples = ordered(150)
+    joint = next(s for s in samples[::-1] if type(s) is JointSample)
+    line = pipeline(0.0, delay=0.01)
+    play(line, samples)
+    for late_ms, dropped in ((3, 0), (20, 1)):
+        line.on_joints(joint._replace(t_ns=samples[-1].t_ns - late_ms * MS + 100_000))
+        assert line.counts["joints_dropped_late"] == dropped
+
+
 def test_a_late_wrench_of_a_known_stamp_is_a_repetition():
     samples = ordered(100)
     again = [s for s in samples if type(s) is WrenchSample][-10]

@@ -127,6 +127,12 @@ def test_what_was_learnt_stays():
     assert spread == pytest.approx(known_to, rel=0.2)
 
 
+def test_a_tilt_of_the_hole_is_known_as_stated_at_first():
+    line = Pipeline(from_parameters(OPEN))
+    first = next(iter(line.play(pause(LOST_MS))))
+    assert first.hole_tilt_stddev == pytest.approx([0.01, 0.01], rel=1e-2)
+
+
 @pytest.mark.xfail(
     strict=True,
     reason="without orientations the wrench alone drives the rates until the motion is lost",

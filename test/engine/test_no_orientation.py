@@ -55,6 +55,24 @@ def test_mode_is_unknown_while_orientations_are_silent_and_told_again_after(trut
     assert {modes[k] for k in range(400, 440)} == {"three_point"}
 
 
+def test_a_vague_tilt_far_above_gamma0_shows_three_points_still():
+    """A tilt without orientations is vague after some 90 ms, at 0.09 rad above gamma0."""
+    configuration = pipeline().configuration
+    options = replace(configuration.filter, max_joint_gap=0.5)
+    line, gamma0 = Pipeline(replace(configuration, filter=options)), configuration.scene.gamma0
+    samples = ordered()
+    silent_ns = samples[0].t_ns + 120 * MS
+    modes = []
+    for told in line.play(
+        s for s in samples if isinstance(s, WrenchSample) or s.t_ns <= silent_ns
+    ):
+        spread = np.sqrt(told.state_covariance[0, 0])
+        above = told.state[0] - gamma0 > 3.0 * spread
+        if told.t_ns > silent_ns and spread > 0.1 * gamma0 and above:
+            modes.append(told.contact_mode)
+    assert set(modes) == {"three_point"} and len(modes) > 5
+
+
 @pytest.mark.parametrize("modes", [True, False])
 def test_reactions_are_not_told_as_known(truth, modes):
     """Also where nobody looks for the mode."""
