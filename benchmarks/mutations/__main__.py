@@ -35,7 +35,10 @@ from benchmarks.mutations.judged import JUDGED
 # The room's tests, and those of its neighbours.
 TESTS = {
     "monitor": (["test/monitor"], ["test/engine", "test/replay", "test/messages"]),
-    "engine": (["test/engine"], ["test/replay", "test/monitor", "test/messages", "test/bags"]),
+    "engine": (
+        ["test/engine"],
+        ["test/diagnosis", "test/replay", "test/monitor", "test/messages", "test/bags"],
+    ),
     "estimator": (["test/estimator"], ["test/monitor", "test/measurements", "test/engine"]),
     "mechanics": (["test/mechanics"], ["test/estimator", "test/sim"]),
 }

@@ -9,6 +9,9 @@ from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total, un
 from peg_on_hole_ros.engine import ring
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.engine.state import ORIENTATION
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from simulated import truth
@@ -71,6 +74,25 @@ def test_a_message_older_than_the_window_is_counted_and_changes_nothing():
     np.testing.assert_array_equal(*ends)
     assert line.counts["joints_dropped_late"] == line.counts["wrench_dropped_late"] == 1
     assert line.counts["went_back"] == 0
+
+
+class StepByStep(ContactFilter):
+    """The compiled estimator, which a derived class has called step by step from Python."""
+
+
+def step_by_step(scene, options, noise, offsets=None):
+    settings = default_settings(**SETTINGS[options.method])
+    return StepByStep(scene, options, noise, offsets, settings)
+
+
+def test_a_filter_that_is_called_step_by_step_goes_back_for_late_messages_as_well():
+    samples = shuffled(ordered(100), 10 * MS)
+    first = pipeline()
+    second = Pipeline(first.configuration, make=step_by_step)
+    expected, found = play(first, samples), play(second, samples)
+    assert first.counts["went_back"] > 5 and second.counts == first.counts
+    assert [told.t_ns for told in found] == [told.t_ns for told in expected]
+    np.testing.assert_allclose(second.filter.x, first.filter.x, rtol=1e-9, atol=1e-12)
 
 
 def test_without_a_window_a_joint_state_is_late_by_the_delay_and_the_tolerance_at_most():
