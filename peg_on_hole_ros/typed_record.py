@@ -22,7 +22,8 @@ class Record:
     Base of all records: a subclass annotates its fields.
 
     A field is a `float`, an `int`, a `bool`, an `IntEnum` (kept as an int), another `Record`
-    (nested), or `Annotated[type, shape]`: an array of a type, of a shape that is a tuple of int.
+    (nested), or `Annotated[type, shape]`: an array of a type, of a shape that is a tuple of int;
+    `Annotated[NDArray[np.void], record, shape]` is one of records that is passed on as an array.
     Whatever else a field is annotated with is left to others.
     Compiled code and Python read and write the fields of what `new` returns as attributes, and
     mypy knows their types. A record is passed by reference; to assign one record to another
@@ -61,7 +62,11 @@ def _field(record: type[Record], name: str, of: Any) -> tuple[Any, ...]:
             return _field(record, name, inner)
         if get_origin(inner) is np.ndarray:
             (scalar,) = get_args(get_args(inner)[1])
-            return scalar, shape
+            nested = [each for each in more if isinstance(each, type) and issubclass(each, Record)]
+            # Numba knows no arrays of bool in a record.
+            if scalar is not np.bool_:
+                return dtype_of(nested[0]) if nested else scalar, shape
+            raise _unknown(record, name, of)
         (item,) = get_args(inner) or (inner,)
         return (*_field(record, name, item), shape)
     if isinstance(of, type) and not isinstance(of, UnionType):
@@ -70,38 +75,17 @@ def _field(record: type[Record], name: str, of: Any) -> tuple[Any, ...]:
         for kind, scalar in _SCALARS.items():
             if of is kind or (kind is int and issubclass(of, int) and of is not bool):
                 return (scalar,)
-    raise TypeError(f"{record.__name__}.{name} is {of}: a record has no such field")
+    raise _unknown(record, name, of)
+
+
+def _unknown(record, name, of):
+    return TypeError(f"{record.__name__}.{name} is {of}: a record has no such field")
 
 
 def new(record: type[R]) -> R:
     """Return a record of zeros, as compiled code takes it (a `numpy.record`, one element)."""
     made: Any = np.zeros(1, dtype_of(record)).view(np.recarray)[0]
     return made
-
-
-def record_in(memory: NDArray[np.void], field: str, record: type[R]) -> R:
-    """
-    Return a record that is a field of another one, in the same memory.
-
-    Parameters
-    ----------
-    memory : ndarray, shape (1,)
-        Of a structured type.
-    field : str
-        Its name there.
-    record : type
-        Of which it is.
-
-    Raises
-    ------
-    TypeError
-        It is of another type.
-
-    """
-    part: Any = memory[field]
-    if part.dtype != dtype_of(record):
-        raise TypeError(f"{field} is no {record.__name__}: {part.dtype}")
-    return at(record, part)
 
 
 def at(record: type[R], memory: NDArray[np.void]) -> R:

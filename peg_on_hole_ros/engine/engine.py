@@ -8,15 +8,16 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.engine import arrival_order, ring
-from peg_on_hole_ros.engine.arrival_order import COUNTED, FATE
+from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
-from peg_on_hole_ros.engine.push import TAKING, Given, Memory, Stop, catch_up, push, room_for
+from peg_on_hole_ros.engine.push import Given, Memory, Stop, Taking, catch_up, push, room_for
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
+from peg_on_hole_ros.typed_record import dtype_of
 
 # Messages that are taken in one go: what comes of them is held in memory.
 MOST = 4096
@@ -66,7 +67,7 @@ class Engine:
         self.findings = Findings(configuration, self.processor.reduction, counts, offline)
         self._order = arrival_order.new_order(configuration)
         self._ring = ring.new_ring(self.processor.filter.state)
-        self._taking = np.zeros(1, TAKING)
+        self._taking = np.zeros(1, dtype_of(Taking))
         self.told: Outputs | None = None
         self._flag = False
 
@@ -79,12 +80,12 @@ class Engine:
     def counts(self) -> Counter[str]:
         """What became of messages by their order, and how often the estimate went back."""
         found: Counter[str] = Counter()
-        for name, times in zip(COUNTED, self._taking[0]["fates"].tolist()):
-            if name and times:
-                found[name] += times
+        fates = self._taking[0]["fates"].tolist()
+        for fate, name in COUNTED.items():
+            found[name] += fates[fate]
         r = self._ring.places[0]
         # A clock that jumped takes a message with it, where the wrench was the one to tell.
-        found["wrench_dropped_late"] += int(self._taking[0]["fates"][FATE.wrench_restarts])
+        found["wrench_dropped_late"] += fates[Fate.WRENCH_RESTARTS]
         found["went_back"], found["wrench_reprocessed"] = (
             int(r["went_back"]),
             int(r["reprocessed"]),
@@ -107,7 +108,7 @@ class Engine:
     def kept(self) -> tuple[int, int]:
         """How many wrenches, and how many states before them, are kept for late messages."""
         r = self._ring.places[0]
-        return int(r["last"] - r["first"]), len(self._ring.free) - int(r["free"])
+        return int(r["last"] - r["first"]), len(self._ring.unused) - int(r["unused"])
 
     @property
     def measured(self) -> AngleMeasurement | None:
@@ -200,7 +201,7 @@ class Engine:
             if self._look(sample):
                 # What came before cannot be processed again by another setting.
                 ring.empty(self._ring, int(taking["from_ns"]))
-                self._order[0]["leap_ns"], taking["fate"] = NO_STAMP, FATE.taken
+                self._order[0]["leap_ns"], taking["fate"] = NO_STAMP, Fate.TAKEN
         elif stop == Stop.RESTART:
             self.restart()
             # A wrench that tells of a jump is dropped; an orientation is one to start from.

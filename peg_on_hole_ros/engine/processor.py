@@ -10,19 +10,19 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.ring import Unit
-from peg_on_hole_ros.engine.state import COUNTS, ENGINE, RULES
+from peg_on_hole_ros.engine.state import COUNTS, EngineState, Rules
 from peg_on_hole_ros.estimator.contact_filter import CORRECTIONS, ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
-from peg_on_hole_ros.measurements.freshness import WRENCH_STILL, causes
+from peg_on_hole_ros.measurements.freshness import causes
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
-from peg_on_hole_ros.monitor.memory import Memory, begin_memory
+from peg_on_hole_ros.monitor.memory import begin_memory
 from peg_on_hole_ros.monitor.pose_only import LINE
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
-from peg_on_hole_ros.typed_record import record_in
+from peg_on_hole_ros.typed_record import at, dtype_of
 
 # Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
 LOST = 5.0
@@ -44,13 +44,13 @@ class Processor:
     ----------
     filter : ContactFilter
     reduction : WrenchReduction
-    memory : ndarray of ENGINE, shape (1,)
+    memory : ndarray of EngineState, shape (1,)
         All that the next wrench depends on.
     words : ndarray of int64
         The same memory.
-    engine : record of ENGINE
+    engine : EngineState
         The same memory.
-    rules_memory : ndarray of RULES, shape (1,)
+    rules_memory : ndarray of Rules, shape (1,)
     in_one_piece : bool
         Whether compiled code takes wrenches; otherwise `take_wrench` and `correct` do.
 
@@ -66,58 +66,53 @@ class Processor:
         self.filter = make(scene, kalman, self.reduction.covariance, self._offsets)
         # A filter that has steps of its own is called step by step.
         self.in_one_piece = type(self.filter) is ContactFilter
-        self.memory = np.zeros(1, ENGINE)
-        self.engine, self.words = self.memory[0], self.memory.view(np.int64)
-        self.engine["reduction"] = self.reduction.steps
-        self.engine["tared"] = np.nan
+        self.memory = np.zeros(1, dtype_of(EngineState))
+        self.engine, self.words = at(EngineState, self.memory), self.memory.view(np.int64)
+        self.engine.reduction = self.reduction.steps
+        self.engine.tared[:] = np.nan
         self._state_noise()
-        self._monitor = record_in(self.memory, "memory", Memory)
-        begin_memory(self._monitor)
-        self.filter.move_to(self.engine["filter"])
-        self.rules_memory = np.zeros(1, RULES)
+        begin_memory(self.engine.memory)
+        self.filter.move_to(self.memory[0]["filter"])
+        self.rules_memory = np.zeros(1, dtype_of(Rules))
+        self.rules = at(Rules, self.rules_memory)
         self._rule()
         self.restart()
 
     def _state_noise(self):
         reduction = self.reduction
         self._force_stddev = force_noise(self.configuration.scene, reduction.covariance)
-        self.engine["variance"] = reduction.noise
-        self.engine["covariance"] = reduction.covariance
-
-    @property
-    def rules(self) -> Any:
-        """What the engine goes by, a record of RULES."""
-        return self.rules_memory[0]
+        self.engine.variance[:] = reduction.noise
+        self.engine.covariance[:] = reduction.covariance
 
     def _rule(self):
         configuration, kalman = self.configuration, self.configuration.filter
         delay_ns = max(round(configuration.joints.delay * 1e9), 0)
         rules = self.rules
-        rules["gates"] = self.filter.gates
-        rules["monitor"] = monitor_settings(
+        rules.gates = self.filter.gates
+        rules.monitor = monitor_settings(
             configuration.monitor, configuration.scene, self._force_stddev
         )
-        rules["judged"] = configuration.monitor.modes
+        rules.judged = configuration.monitor.modes
         # Bias and tilt: most cells know them.
-        rules["white"] = not self._offsets.variance.any()
-        rules["max_gap"], rules["max_joint_gap"] = kalman.max_gap, kalman.max_joint_gap
-        rules["delay_ns"] = delay_ns
-        rules["lost_ns"] = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
+        rules.white = not self._offsets.variance.any()
+        rules.max_gap, rules.max_joint_gap = kalman.max_gap, kalman.max_joint_gap
+        rules.delay_ns = delay_ns
+        rules.lost_ns = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
 
     @property
     def t_ns(self) -> int | None:
         """Stamp that the estimate has come to [ns]; None: not started."""
-        t_ns = self.engine["motion"]["t_ns"].item()
+        t_ns = self.engine.progress.t_ns
         return None if t_ns == NO_STAMP else t_ns
 
     @property
     def _lost(self):
-        return self.engine["motion"]["lost"].item() == 1
+        return bool(self.engine.progress.lost)
 
     @property
     def counts(self) -> Counter[str]:
         """What happened, by name; `restore` takes it back."""
-        return Counter(dict(zip(COUNTS, self.engine["counts"].tolist())))
+        return Counter({name: getattr(self.engine.counts, name).item() for name in COUNTS})
 
     def restart(self) -> None:
         """Let go of the motion; what was learnt stays, and what was counted."""
@@ -127,7 +122,7 @@ class Processor:
     def forget(self) -> None:
         """Forget what was learnt, after `restart`; the tare stays."""
         self.filter.forget()
-        begin_memory(self._monitor)
+        begin_memory(self.engine.memory)
 
     def retune(self, configuration: Configuration) -> None:
         """Take other gates, noise and thresholds; estimate, mode, flag and alarms stay."""
@@ -136,12 +131,12 @@ class Processor:
         if noise_of(configuration.wrench) != noise_of(before.wrench):
             self.reduction.take_noise(configuration.wrench)
             self._state_noise()
-            wrench_noise.begin(self.engine["wrench_noise"])
+            wrench_noise.begin(self.engine.wrench_noise)
         self._rule()
 
     def start(self, measurement: AngleMeasurement) -> None:
         """Start from an orientation."""
-        self.engine["motion"]["t_ns"] = measurement.t_ns
+        self.engine.progress.t_ns = measurement.t_ns
         self.filter.start(measurement.q, measurement.covariance)
         steps.begin(self.engine)
 
@@ -157,7 +152,7 @@ class Processor:
         self.reduction.take_tare(force, torque, self.filter.x[:3], self.filter.gravity)
         self.filter.tared(self.reduction.noise / len(samples))
         taken = self.reduction.taken_off
-        self.engine["tared"], self.engine["reduction"] = taken, self.reduction.steps
+        self.engine.tared[:], self.engine.reduction = taken, self.reduction.steps
         return taken
 
     @property
@@ -174,12 +169,12 @@ class Processor:
     @property
     def open_since(self) -> float:
         """Since when the contact mode has been `open` [s]; NaN: it is another."""
-        return float(self._monitor.alarms.open_since)
+        return float(self.engine.memory.alarms.open_since)
 
     @property
     def is_blind(self) -> bool:
         """Whether no orientation has come for long, or none that tells anything."""
-        return self.engine["motion"]["blind"].item() == 1
+        return bool(self.engine.progress.blind)
 
     @property
     def bias(self) -> np.ndarray:
@@ -189,16 +184,16 @@ class Processor:
     @property
     def health(self) -> dict[str, float]:
         """State of the filter after the last wrench, for diagnostics."""
-        told = self.engine["innovations"]["told"][0]
-        found = {"nis_median": told["median"].item()}
-        if self.rules["white"]:
-            found["nis_drift"] = told["drift"].item()
+        told = self.engine.innovations
+        found = {"nis_median": float(told.median)}
+        if self.rules.white:
+            found["nis_drift"] = float(told.drift)
         return {
-            "nis_mean": told["mean"].item() if told["count"] else 0.0,
+            "nis_mean": float(told.average) if told.corrections else 0.0,
             "frictions": float(self.filter.hypotheses),
             "joints_noise": sqrt(self.filter.orientation_noise),
-            "wrench_noise": sqrt(wrench_noise.factor(self.engine["wrench_noise"])),
-            "misfit": float(told["too_large"]),
+            "wrench_noise": sqrt(wrench_noise.factor(self.engine.wrench_noise)),
+            "misfit": float(told.too_large),
             **{name: value for name, value in found.items() if value == value},
         }
 
@@ -208,7 +203,7 @@ class Processor:
         stated = self.configuration.joints.position_stddev
         if not self.counts["joints_noisy"]:
             return ""
-        noise = self.engine["motion"]["noise"].item()
+        noise = self.engine.progress.noise
         return (
             f"joints.position_stddev: the noise of joint states is {noise:.1f} times the "
             f"stated one, {noise * stated:.2g} rad for {stated:g} rad: used as found"
@@ -218,24 +213,24 @@ class Processor:
     def causes(self) -> list[str]:
         """What is wrong with the values that come, a line each."""
         e = self.engine
-        noise = wrench_noise.causes(e["wrench_noise"], e["variance"])
-        ends = saturation.causes(e["saturation"])
-        return [*causes(e["fresh"]), *ends, *noise, *filter(None, [self.noisier])]
+        noise = wrench_noise.causes(e.wrench_noise, e.variance)
+        ends = saturation.causes(e.saturation)
+        return [*causes(e.fresh), *ends, *noise, *filter(None, [self.noisier])]
 
     @property
     def is_saturated(self) -> bool:
         """Whether a component of the last wrench was at the end of its range."""
-        return bool(saturation.is_saturated(self.engine["saturation"]))
+        return bool(saturation.is_saturated(self.engine.saturation))
 
     @property
     def wrench_stands_still(self) -> bool:
         """Whether the wrench repeats one value while the peg turns."""
-        return self.engine["fresh"]["turning"].item(WRENCH_STILL) == 1.0
+        return bool(self.engine.fresh.wrench_still)
 
     @property
     def model(self) -> str:
         """What is left out of the model, as one line; empty: nothing."""
-        return "" if self.rules["judged"] else LINE
+        return "" if self.rules.judged else LINE
 
     # A filter that is written in Python is called step by step.
 
@@ -250,7 +245,7 @@ class Processor:
         told = steps.told(e, rules)
         if told:
             contacts = steps.reduce(e, unit.t_ns, unit.wrench, silent)
-            self.filter.weigh(e["u"].copy(), ContactSet(contacts))
+            self.filter.weigh(e.u.copy(), ContactSet(contacts))
             self.filter.mark(unit.t_ns)
             steps.judge(e, rules, unit.t_ns, contacts, row)
         for stamp, orientation in unit.after:
@@ -271,8 +266,8 @@ class Processor:
         e, rules = self.engine, self.rules
         kind = steps.measure(e, rules, stamp, orientation, lateness)
         if kind == steps.BEGINS:
-            self.filter.start(e["q"].copy(), e["R"].copy())
+            self.filter.start(e.q.copy(), e.R.copy())
             steps.begin(e)
         elif kind == steps.NEWS:
-            result, nis = self.filter.correct(e["q"].copy(), e["R"].copy())
+            result, nis = self.filter.correct(e.q.copy(), e.R.copy())
             steps.note(e, rules, orientation, CORRECTIONS.index(result), nis)

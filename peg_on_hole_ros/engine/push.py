@@ -7,16 +7,18 @@ What to do then is said by a Stop, and the next call goes on where the last one 
 """
 
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from peg_on_hole_ros.engine import arrival_order, ring, steps
-from peg_on_hole_ros.engine.arrival_order import FATE, FATES
+from peg_on_hole_ros.engine.arrival_order import Fate
 from peg_on_hole_ros.engine.ring import Ring
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.output_row import NOTHING, ROW
+from peg_on_hole_ros.typed_record import Record
 
 
 class Stop(IntEnum):
@@ -32,32 +34,71 @@ class Stop(IntEnum):
     WRENCH = 7  # it takes the wrench `unit` of the ring
 
 
-# Where the taking of a message goes on.
-_ARRIVES, _CATCHES_UP, _LOOKED, _WORKS = range(4)
+class Phase(IntEnum):
+    """Where the taking of a message goes on."""
 
-# How far messages are taken.
-TAKING = np.dtype(
-    [
-        ("place", "i8"),  # of the message that is taken
-        ("begin", "i8"),  # of the first that is taken
-        ("apart", "i8"),  # whether the message is taken by itself
-        ("wrench", "i8"),  # wrenches before it
-        ("rows", "i8"),  # rows that are given
-        ("taken", "i8"),  # wrenches that came in order
-        ("most", "i8"),  # of these that are asked for
-        ("phase", "i8"),
-        ("fate", "i8"),  # of the message
-        ("from_ns", "i8"),  # stamp that the estimate had come to before the wrench [ns]
-        ("due_ns", "i8"),  # stamps from which on a wrench is due to be looked at [ns]
-        ("due_until_ns", "i8"),  # and before which one is, too [ns]
-        ("by_hand", "i8"),  # whether the filter is written in Python
-        ("unit", "i8"),  # wrench of the ring that it is to take
-        ("told", "i8"),  # whether a wrench that was processed gave a row
-        ("newest_told", "i8"),  # whether the newest did
-        ("lateness", "f8"),  # [s]
-        ("fates", "i8", (len(FATES),)),  # how many messages there were of each fate
-    ]
-)
+    ARRIVES = 0
+    CATCHES_UP = 1
+    LOOKED = 2
+    WORKS = 3
+
+
+class Taking(Record):
+    """
+    How far messages are taken.
+
+    Attributes
+    ----------
+    place
+        Of the message that is taken.
+    begin
+        Of the first that is taken.
+    apart : bool
+        Whether the message is taken by itself.
+    wrench
+        Wrenches before it.
+    rows
+        Rows that are given.
+    taken, most
+        Wrenches that came in order, and how many of these are asked for.
+    phase : Phase
+    fate : Fate
+        Of the message.
+    from_ns
+        Stamp that the estimate had come to before the wrench [ns].
+    due_ns, due_until_ns
+        Stamps from which on a wrench is due to be looked at, and before which one is, too [ns].
+    by_hand : bool
+        Whether the filter is written in Python.
+    unit
+        Wrench of the ring that it is to take.
+    told, newest_told : bool
+        Whether a wrench that was processed gave a row, and whether the newest did.
+    lateness
+        Of the orientation [s].
+    fates : shape (fates,)
+        How many messages there were of each fate.
+
+    """
+
+    place: int
+    begin: int
+    apart: bool
+    wrench: int
+    rows: int
+    taken: int
+    most: int
+    phase: Phase
+    fate: Fate
+    from_ns: int
+    due_ns: int
+    due_until_ns: int
+    by_hand: bool
+    unit: int
+    told: bool
+    newest_told: bool
+    lateness: float
+    fates: Annotated[NDArray[np.int64], (len(Fate),)]
 
 
 class Memory(NamedTuple):
@@ -66,12 +107,12 @@ class Memory(NamedTuple):
 
     Attributes
     ----------
-    engine : ndarray of ENGINE, shape (1,)
+    engine : ndarray of EngineState, shape (1,)
         An array, as Python hands over a record in sixteen microseconds.
     words : ndarray of int64
         The same memory.
-    rules : ndarray of RULES, shape (1,)
-    order : ndarray of ORDER, shape (1,)
+    rules : ndarray of Rules, shape (1,)
+    order : ndarray of Order, shape (1,)
     ring : Ring
 
     """
@@ -122,7 +163,7 @@ def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int
     ----------
     memory : Memory
         Changed.
-    taking : ndarray of TAKING, shape (1,)
+    taking : ndarray of Taking, shape (1,)
         Where to begin; changed.
     arrivals : Arrivals
     given : Given
@@ -136,7 +177,7 @@ def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int
     """
     p = taking[0]
     while p.place < len(arrivals.t_ns):
-        if p.phase == _ARRIVES:
+        if p.phase == Phase.ARRIVES:
             if not arrivals.sound[p.place]:
                 return Stop.UNSOUND
             p.apart = _falls_back(memory.order[0], arrivals, p.place)
@@ -150,7 +191,7 @@ def push(memory: Memory, taking: np.ndarray, arrivals: Any, given: Given) -> int
             return stop
         p.wrench += arrivals.of_wrench[p.place]
         p.place += 1
-        p.phase = _ARRIVES
+        p.phase = Phase.ARRIVES
         if p.taken >= p.most or p.apart:
             return Stop.ENOUGH
     return Stop.END
@@ -178,40 +219,40 @@ def _push_wrench(memory, p, arrivals, given):
     order, kept = memory.order[0], memory.ring
     r, s = kept.places[0], memory.engine[0].filter[0].state
     t_ns, wrench = arrivals.t_ns[p.place], arrivals.wrenches[p.wrench]
-    if p.phase == _ARRIVES:
+    if p.phase == Phase.ARRIVES:
         p.from_ns = order.now_ns
         p.fate = arrival_order.fate_of_wrench(order, kept, t_ns)
-        if p.fate == FATE.takes_back:
+        if p.fate == Fate.TAKES_BACK:
             p.fates[p.fate] += 1
             ring.take_back(kept, r, memory.words, s)
             arrival_order.take_back(order)
             p.from_ns = order.now_ns
             p.fate = arrival_order.fate_of_wrench(order, kept, t_ns)
         p.fates[p.fate] += 1
-        if p.fate == FATE.wrench_restarts:
+        if p.fate == Fate.WRENCH_RESTARTS:
             return Stop.RESTART
-        if p.fate == FATE.wrench_late:
+        if p.fate == Fate.WRENCH_LATE:
             ring.put_late_wrench(kept, r, t_ns, wrench)
-        if p.fate != FATE.taken and p.fate != FATE.leaps:
+        if p.fate != Fate.TAKEN and p.fate != Fate.LEAPS:
             return Stop.END
         given.taken[p.taken], given.taken_ns[p.taken] = p.wrench, t_ns
         p.taken += 1
         ring.note_recent(r, t_ns, wrench)
         ring.begin_again(kept, r, memory.words, s)
-        p.phase = _CATCHES_UP
-    if p.phase == _CATCHES_UP:
+        p.phase = Phase.CATCHES_UP
+    if p.phase == Phase.CATCHES_UP:
         stop = _work(memory, p, given)
         if stop != Stop.END:
             return stop
         end = ring.due_until(kept, r, t_ns)
         if end > ring.waiting_from(kept, r):
             ring.note_measured(r, kept.joint_ns[end - 1], kept.orientations[end - 1])
-        p.phase = _LOOKED
+        p.phase = Phase.LOOKED
         if t_ns >= p.due_ns or t_ns < p.due_until_ns:
             return Stop.LOOK
-    if p.phase == _LOOKED:
+    if p.phase == Phase.LOOKED:
         ring.append_wrench(kept, r, t_ns, wrench)
-        p.phase = _WORKS
+        p.phase = Phase.WORKS
     stop = _work(memory, p, given)
     if stop == Stop.END:
         p.newest_told = p.told
@@ -228,32 +269,32 @@ def _push_orientation(memory, p, arrivals):
     e, rules, order = memory.engine[0], memory.rules[0], memory.order[0]
     kept = memory.ring
     r = kept.places[0]
-    if p.phase != _ARRIVES:
+    if p.phase != Phase.ARRIVES:
         return Stop.END
     t_ns, row = arrivals.t_ns[p.place], arrivals.orientations[p.place - p.wrench]
     now_ns = order.now_ns
     fate = arrival_order.fate_of_joints(order, kept, t_ns)
     p.fates[fate] += 1
-    p.fate, p.phase = fate, _WORKS
-    if fate == FATE.joints_restart:
-        p.phase = _ARRIVES
+    p.fate, p.phase = fate, Phase.WORKS
+    if fate == Fate.JOINTS_RESTART:
+        p.phase = Phase.ARRIVES
         return Stop.RESTART
-    if fate == FATE.starts:
+    if fate == Fate.STARTS:
         ring.note_measured(r, t_ns, row)
         if p.by_hand:
             return Stop.START
         steps.start(e, rules, t_ns, row)
-    elif fate == FATE.waits or fate == FATE.waits_before:
+    elif fate == Fate.WAITS or fate == Fate.WAITS_BEFORE:
         ring.put_waiting(kept, r, t_ns, row)
-    elif fate == FATE.joints_late:
+    elif fate == Fate.JOINTS_LATE:
         ring.note_measured(r, t_ns, row)
         ring.put_late_orientation(kept, r, t_ns, row)
-    elif fate == FATE.same or fate == FATE.joints_moved:
+    elif fate == Fate.SAME or fate == Fate.JOINTS_MOVED:
         ring.note_measured(r, t_ns, row)
         p.lateness = (now_ns - t_ns) * 1e-9
-        if fate == FATE.same:
+        if fate == Fate.SAME:
             ring.put_behind(kept, r, t_ns, row)
-        if r.changed < 0 or fate == FATE.joints_moved:
+        if r.changed < 0 or fate == Fate.JOINTS_MOVED:
             if p.by_hand:
                 return Stop.CORRECT
             steps.correct(e, rules, t_ns, row, p.lateness)
@@ -267,9 +308,9 @@ def _work(memory, p, given):
     r = kept.places[0]
     while r.done < r.last:
         unit = r.done
-        newest = p.phase == _WORKS and unit == r.last - 1
+        newest = p.phase == Phase.WORKS and unit == r.last - 1
         if r.restored:
-            r.restored = 0
+            r.restored = False
         elif memory.order[0].window_ns and _is_kept(kept, r, p, unit, newest):
             ring.keep_before(kept, r, unit, memory.words, e.filter[0].state)
         r.done += 1
@@ -285,7 +326,7 @@ def _work(memory, p, given):
 def _is_kept(kept, r, p, unit, newest):
     """Return whether the state before a wrench is kept."""
     if newest:
-        return p.fate == FATE.leaps or ring.wants_state(r)
+        return p.fate == Fate.LEAPS or ring.wants_state(r)
     return ring.has_state(kept, unit) or r.last - unit <= ring.DENSE
 
 

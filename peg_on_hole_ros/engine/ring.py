@@ -5,11 +5,12 @@ A late message is put where its stamp belongs, and everything since is processed
 last state that was kept before it. Compiled: the whole of it is arrays.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from peg_on_hole_ros.engine.state import BESIDE, ENGINE, ORIENTATION
+from peg_on_hole_ros.engine.state import BESIDE, ORIENTATION
 from peg_on_hole_ros.estimator.snapshot import (
     WORD,
     EstimateSnapshots,
@@ -20,7 +21,7 @@ from peg_on_hole_ros.estimator.snapshot import (
 from peg_on_hole_ros.estimator.state import State
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.states import NO_STAMP
-from peg_on_hole_ros.record_types import PlacesRecord
+from peg_on_hole_ros.typed_record import Floats, Record, dtype_of
 
 # Wrenches that a late message can reach back over at most: 1.5 s, the longest
 # `filter.late_window` and the longest `joints.delay` together, at 8 kHz.
@@ -45,37 +46,75 @@ _ORIENTATIONS = 32_768
 _STATES = DENSE + MOST_WRENCHES // STRIDE + 64
 _NONE = -1
 
-_FILTER = ENGINE.fields["filter"][1] // WORD  # type: ignore[index]
-_BEGIN, _END = BESIDE.start // WORD, BESIDE.stop // WORD
+_BEGIN, _FILTER = BESIDE.start // WORD, BESIDE.stop // WORD
 
-# Where things stand in the arrays of a Ring.
-PLACES = np.dtype(
-    [
-        ("first", "i8"),  # oldest wrench
-        ("last", "i8"),  # one behind the newest
-        ("done", "i8"),  # wrenches before it have been processed
-        ("restored", "i8"),  # whether the estimate is at the state kept before `done`
-        ("changed", "i8"),  # first wrench that a late message reached; -1: none
-        ("late_wrenches", "i8"),  # put in their place and not yet processed
-        ("late_joints", "i8"),
-        ("kept_from_ns", "i8"),  # what is not after it has no place here [ns]
-        ("joints_first", "i8"),  # oldest orientation
-        ("joints_last", "i8"),  # one behind the newest, those that wait among them
-        ("appended", "i8"),  # wrenches since the ring was emptied
-        ("alert", "i8"),  # wrenches before which a state is kept, each
-        ("bare", "i8"),  # wrenches without a state, since one with it, behind the latest DENSE
-        ("free", "i8"),  # states that are in no use, `Ring.free[:free]`
-        ("measured_ns", "i8"),  # of the newest orientation whose time has come [ns]
-        ("measured", "f8", (ORIENTATION,)),
-        ("recent", "i8"),  # wrenches in a row, the latest RECENT of which are at hand
-        ("recent_ns", "i8", (RECENT,)),
-        ("recent_wrenches", "f8", (RECENT, 6)),
-        ("went_back", "i8"),  # how often
-        ("reprocessed", "i8"),  # how many wrenches
-        ("without_wrench", "i8"),  # orientations that waited in vain
-        ("ahead", "i8"),  # wrenches that were taken back
-    ]
-)
+
+class RingPlaces(Record):
+    """
+    Where things stand in the arrays of a Ring.
+
+    Attributes
+    ----------
+    first, last
+        The oldest wrench, and one behind the newest.
+    done
+        Wrenches before it have been processed.
+    restored : bool
+        Whether the estimate is at the state kept before `done`.
+    changed
+        First wrench that a late message reached; -1: none.
+    late_wrenches, late_joints
+        Put in their place and not yet processed.
+    kept_from_ns
+        What is not after it has no place here [ns].
+    joints_first, joints_last
+        The oldest orientation, and one behind the newest, those that wait among them.
+    appended
+        Wrenches since the ring was emptied.
+    alert
+        Wrenches before which a state is kept, each.
+    bare
+        Wrenches without a state, since one with it, behind the latest DENSE.
+    unused
+        States that are in no use, `Ring.unused[:unused]`.
+    measured_ns, measured : int, shape (ORIENTATION,)
+        The newest orientation whose time has come [ns].
+    recent, recent_ns, recent_wrenches
+        Wrenches in a row, the latest RECENT of which are at hand: how many, stamps [ns], values.
+    went_back
+        How often the estimate went back.
+    reprocessed
+        Wrenches that were processed again.
+    without_wrench
+        Orientations that waited in vain.
+    ahead
+        Wrenches that were taken back.
+
+    """
+
+    first: int
+    last: int
+    done: int
+    restored: bool
+    changed: int
+    late_wrenches: int
+    late_joints: int
+    kept_from_ns: int
+    joints_first: int
+    joints_last: int
+    appended: int
+    alert: int
+    bare: int
+    unused: int
+    measured_ns: int
+    measured: Annotated[Floats, (ORIENTATION,)]
+    recent: int
+    recent_ns: Annotated[NDArray[np.int64], (RECENT,)]
+    recent_wrenches: Annotated[Floats, (RECENT, 6)]
+    went_back: int
+    reprocessed: int
+    without_wrench: int
+    ahead: int
 
 
 class Kept(NamedTuple):
@@ -100,7 +139,7 @@ class Ring(NamedTuple):
 
     Attributes
     ----------
-    places : ndarray of PLACES, shape (1,)
+    places : ndarray of RingPlaces, shape (1,)
     t_ns : ndarray of int64, shape (wrenches,)
         Stamps [ns].
     wrenches : ndarray, shape (wrenches, 6)
@@ -115,7 +154,7 @@ class Ring(NamedTuple):
     joint_ns : ndarray of int64, shape (orientations,)
         Stamps; those behind the newest wrench wait for the next one [ns].
     orientations : ndarray, shape (orientations, ORIENTATION)
-    free : ndarray of int64, shape (states,)
+    unused : ndarray of int64, shape (states,)
     kept : Kept
 
     """
@@ -128,7 +167,7 @@ class Ring(NamedTuple):
     state: np.ndarray
     joint_ns: np.ndarray
     orientations: np.ndarray
-    free: np.ndarray
+    unused: np.ndarray
     kept: Kept
 
 
@@ -155,8 +194,8 @@ class Unit(NamedTuple):
 def new_ring(state: State) -> Ring:
     """Return an empty ring for an estimate, by its state."""
     # What is never written to takes no memory.
-    places = np.zeros(1, PLACES)
-    places["changed"], places["free"] = _NONE, _STATES
+    places = np.zeros(1, dtype_of(RingPlaces))
+    places["changed"], places["unused"] = _NONE, _STATES
     places["measured_ns"] = places["kept_from_ns"] = NO_STAMP
     return Ring(
         places=places,
@@ -167,28 +206,28 @@ def new_ring(state: State) -> Ring:
         state=np.empty(_UNITS, np.int64),
         joint_ns=np.empty(_ORIENTATIONS, np.int64),
         orientations=np.empty((_ORIENTATIONS, ORIENTATION)),
-        free=np.arange(_STATES),
+        unused=np.arange(_STATES),
         kept=room(_STATES, state),
     )
 
 
 def room(states: int, state: State) -> Kept:
     """Return room for so many states of an estimate, by its state."""
-    beside = np.empty((states, _END - _BEGIN), np.int64)
+    beside = np.empty((states, _FILTER - _BEGIN), np.int64)
     return Kept(beside, room_for_estimates(states, state))
 
 
 @compiled
 def keep(kept: Kept, place: int, words: np.ndarray, s: State) -> None:
     """Keep what the engine's memory, as words, and its estimate say."""
-    kept.beside[place] = words[_BEGIN:_END]
+    kept.beside[place] = words[_BEGIN:_FILTER]
     save_estimate(kept.estimates, place, words[_FILTER:], s)
 
 
 @compiled
 def go_back(kept: Kept, place: int, words: np.ndarray, s: State) -> None:
     """Put what was kept into the engine's memory; what follows is bit for bit what followed it."""
-    words[_BEGIN:_END] = kept.beside[place]
+    words[_BEGIN:_FILTER] = kept.beside[place]
     restore_estimate(kept.estimates, place, words[_FILTER:], s)
 
 
@@ -205,8 +244,8 @@ def empty(ring: Ring, from_ns: int) -> None:
     r["first"] = r["last"] = r["done"] = r["restored"] = 0
     r["changed"], r["late_wrenches"], r["late_joints"] = _NONE, 0, 0
     r["appended"] = r["alert"] = r["bare"] = 0
-    ring.free[:] = np.arange(_STATES)
-    r["free"] = _STATES
+    ring.unused[:] = np.arange(_STATES)
+    r["unused"] = _STATES
 
 
 def restart(ring: Ring) -> None:
@@ -245,19 +284,19 @@ def unit_of(ring: Ring, unit: int) -> Unit:
 
 
 @compiled
-def waiting_from(ring: Ring, r: PlacesRecord) -> int:
+def waiting_from(ring: Ring, r: RingPlaces) -> int:
     """Return what `begin_of_waiting` does."""
     return ring.after[r.last - 1] if r.last > r.first else r.joints_first
 
 
 @compiled
-def joints_from(ring: Ring, r: PlacesRecord, unit: int) -> int:
+def joints_from(ring: Ring, r: RingPlaces, unit: int) -> int:
     """Return where the orientations of a wrench begin."""
     return ring.after[unit - 1] if unit > r.first else r.joints_first
 
 
 @compiled
-def note_measured(r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+def note_measured(r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
     """Take note of an orientation whose time has come, if it is the newest."""
     if r.measured_ns == NO_STAMP or t_ns > r.measured_ns:
         r.measured_ns = t_ns
@@ -266,7 +305,7 @@ def note_measured(r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
 
 
 @compiled
-def note_recent(r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
+def note_recent(r: RingPlaces, t_ns: int, wrench: np.ndarray) -> None:
     """Take note of a wrench that came in order."""
     at = r.recent % RECENT
     r.recent_ns[at] = t_ns
@@ -276,7 +315,7 @@ def note_recent(r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
 
 
 @compiled
-def put_waiting(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+def put_waiting(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
     """Let an orientation wait for the wrench of its time."""
     _make_room(ring, r)
     begin = waiting_from(ring, r)
@@ -294,7 +333,7 @@ def put_waiting(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray)
 
 
 @compiled
-def put_behind(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+def put_behind(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
     """Keep an orientation of the newest wrench's own stamp, which came behind it."""
     _make_room(ring, r)
     if r.last > r.first and ring.t_ns[r.last - 1] == t_ns:
@@ -304,7 +343,7 @@ def put_behind(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) 
 
 
 @compiled
-def put_late_orientation(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np.ndarray) -> None:
+def put_late_orientation(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
     """Put an orientation before the first wrench whose stamp it does not exceed."""
     _make_room(ring, r)
     unit = _place_of(ring, r, t_ns)
@@ -322,7 +361,7 @@ def put_late_orientation(ring: Ring, r: PlacesRecord, t_ns: int, orientation: np
 
 
 @compiled
-def put_late_wrench(ring: Ring, r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
+def put_late_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) -> None:
     """Put a wrench where its stamp belongs."""
     _make_room(ring, r)
     unit = _place_of(ring, r, t_ns)
@@ -351,7 +390,7 @@ def put_late_wrench(ring: Ring, r: PlacesRecord, t_ns: int, wrench: np.ndarray) 
 
 
 @compiled
-def append_wrench(ring: Ring, r: PlacesRecord, t_ns: int, wrench: np.ndarray) -> None:
+def append_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) -> None:
     """Put the newest wrench behind all others, with the orientations that waited for it."""
     _make_room(ring, r)
     unit, end = r.last, due_until(ring, r, t_ns)
@@ -363,24 +402,24 @@ def append_wrench(ring: Ring, r: PlacesRecord, t_ns: int, wrench: np.ndarray) ->
 
 
 @compiled
-def wants_state(r: PlacesRecord) -> bool:
+def wants_state(r: RingPlaces) -> bool:
     """Return whether the state before the newest wrench is to be kept."""
     return r.alert > 0 or r.appended % STRIDE == 0
 
 
 @compiled
-def keep_before(ring: Ring, r: PlacesRecord, unit: int, words: np.ndarray, s: State) -> None:
+def keep_before(ring: Ring, r: RingPlaces, unit: int, words: np.ndarray, s: State) -> None:
     """Keep the state before a wrench; where there is no room, none is."""
     if ring.state[unit] == _NONE:
-        if not r.free:
+        if not r.unused:
             return
-        r.free -= 1
-        ring.state[unit] = ring.free[r.free]
+        r.unused -= 1
+        ring.state[unit] = ring.unused[r.unused]
     keep(ring.kept, ring.state[unit], words, s)
 
 
 @compiled
-def settle(ring: Ring, r: PlacesRecord, window_ns: int) -> None:
+def settle(ring: Ring, r: RingPlaces, window_ns: int) -> None:
     """Forget what no late message needs, once the newest wrench has been processed."""
     if not window_ns:
         _drop(ring, r, r.last)
@@ -404,7 +443,7 @@ def settle(ring: Ring, r: PlacesRecord, window_ns: int) -> None:
 
 
 @compiled
-def begin_again(ring: Ring, r: PlacesRecord, words: np.ndarray, s: State) -> None:
+def begin_again(ring: Ring, r: RingPlaces, words: np.ndarray, s: State) -> None:
     """Go back to the last state before the first wrench that a late message has reached."""
     if r.changed < 0:
         return
@@ -414,18 +453,18 @@ def begin_again(ring: Ring, r: PlacesRecord, words: np.ndarray, s: State) -> Non
     while unit > r.first and ring.state[unit] == _NONE:
         unit -= 1
     r.changed, r.late_wrenches, r.late_joints = _NONE, 0, 0
-    r.done, r.restored = unit, 1
+    r.done, r.restored = unit, True
     go_back(ring.kept, ring.state[unit], words, s)
 
 
 @compiled
-def take_back(ring: Ring, r: PlacesRecord, words: np.ndarray, s: State) -> None:
+def take_back(ring: Ring, r: RingPlaces, words: np.ndarray, s: State) -> None:
     """Undo the newest wrench, before which the state was kept; its orientations wait again."""
     unit = r.last - 1
     go_back(ring.kept, ring.state[unit], words, s)
     _release(ring, r, unit)
     r.last = r.done = unit
-    r.restored, r.changed, r.late_wrenches, r.late_joints = 0, _NONE, 0, 0
+    r.restored, r.changed, r.late_wrenches, r.late_joints = False, _NONE, 0, 0
     if r.first == r.last:
         # What is kept begins with a state.
         r.appended = 0
@@ -440,7 +479,7 @@ def has_state(ring: Ring, unit: int) -> bool:
 
 
 @compiled
-def due_until(ring: Ring, r: PlacesRecord, t_ns: int) -> int:
+def due_until(ring: Ring, r: RingPlaces, t_ns: int) -> int:
     """Return the end of the orientations that wait and are not after a stamp [ns]."""
     end = waiting_from(ring, r)
     while end < r.joints_last and ring.joint_ns[end] <= t_ns:
@@ -449,13 +488,13 @@ def due_until(ring: Ring, r: PlacesRecord, t_ns: int) -> int:
 
 
 @compiled
-def reaches(r: PlacesRecord, t_ns: int) -> bool:
+def reaches(r: RingPlaces, t_ns: int) -> bool:
     """Return whether what is kept reaches back to before a stamp [ns]."""
     return r.last > r.first and t_ns > r.kept_from_ns
 
 
 @compiled
-def has_wrench(ring: Ring, r: PlacesRecord, t_ns: int) -> bool:
+def has_wrench(ring: Ring, r: RingPlaces, t_ns: int) -> bool:
     """Return whether there is a wrench of a stamp [ns]."""
     unit = _first_from(ring, r, t_ns)
     return unit < r.last and ring.t_ns[unit] == t_ns
@@ -545,8 +584,8 @@ def _drop(ring, r, unit):
 @compiled
 def _release(ring, r, unit):
     if ring.state[unit] != _NONE:
-        ring.free[r.free] = ring.state[unit]
-        r.free += 1
+        ring.unused[r.unused] = ring.state[unit]
+        r.unused += 1
         ring.state[unit] = _NONE
 
 

@@ -4,14 +4,14 @@ from math import inf, isfinite, nan, pi, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.engine.state import AT as COUNT
-from peg_on_hole_ros.engine.state import PLACE, PLACE_R, Q
+from peg_on_hole_ros.engine.state import PLACE, PLACE_R, EngineState, Q, Rules
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_set import ContactSet
+from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.filter_steps import GATED, RESET, USED
 from peg_on_hole_ros.estimator.noise import forget_noise_ratio
 from peg_on_hole_ros.estimator.orientation_update import jumped_lately
-from peg_on_hole_ros.measurements.freshness import STILL, WRENCH_STILL, is_new_wrench, is_news
+from peg_on_hole_ros.measurements.freshness import is_new_wrench, is_news
 from peg_on_hole_ros.measurements.innovations import add_innovation, forget_innovations
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
 from peg_on_hole_ros.measurements.repeats import held as messages_of
@@ -30,7 +30,6 @@ from peg_on_hole_ros.monitor.assessment import contacts_of
 from peg_on_hole_ros.monitor.place_check import misfit
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.outputs import Row
-from peg_on_hole_ros.record_types import EngineRecord, RulesRecord
 
 # On contacts whose reactions have not been told for so long a peg is at rest [ns].
 RESTS_NS = 100_000_000
@@ -42,13 +41,13 @@ NEWS, BEGINS, OLD = range(3)
 
 
 @compiled
-def restart(e: EngineRecord, rules: RulesRecord) -> None:
+def restart(e: EngineState, rules: Rules) -> None:
     """Let go of the motion; what was learnt stays, and what was counted."""
-    d = e.motion[0]
+    d = e.progress
     d.t_ns = d.oriented_ns = NO_STAMP
     d.slid_ns = 0
     forget_noise(e.wrench_noise)
-    d.in_contact = d.touching = d.blind = d.lost = 0
+    d.in_contact = d.touching = d.blind = d.lost = False
     filter_steps.end_motion(e.filter)
     forget_noise_ratio(e.filter[0].state)
     e.filter[0].state.time_since_jump = inf
@@ -60,9 +59,9 @@ def restart(e: EngineRecord, rules: RulesRecord) -> None:
 
 
 @compiled
-def start(e: EngineRecord, rules: RulesRecord, t_ns: int, orientation: np.ndarray) -> None:
+def start(e: EngineState, rules: Rules, t_ns: int, orientation: np.ndarray) -> None:
     """Start from an orientation, a row of ORIENTATION, of a stamp [ns]."""
-    e.motion[0].t_ns = t_ns
+    e.progress.t_ns = t_ns
     for i in range(3):
         e.q[i] = orientation[i]
         for j in range(3):
@@ -72,24 +71,24 @@ def start(e: EngineRecord, rules: RulesRecord, t_ns: int, orientation: np.ndarra
 
 
 @compiled
-def begin(e: EngineRecord) -> None:
+def begin(e: EngineState) -> None:
     """Take note of a start by an orientation of the present stamp."""
-    d = e.motion[0]
-    d.oriented_ns, d.lost = d.t_ns, 0
-    e.counts[COUNT.joints_used] += 1
+    d = e.progress
+    d.oriented_ns, d.lost = d.t_ns, False
+    e.counts.joints_used += 1
 
 
 @compiled
-def begin_unit(e: EngineRecord, rules: RulesRecord, t_ns: int) -> bool:
+def begin_unit(e: EngineState, rules: Rules, t_ns: int) -> bool:
     """Return whether a wrench comes after a silence."""
     # The estimate stands where the wrench before, or the start, has left it.
-    silent = (t_ns - e.motion[0].t_ns) * 1e-9 > rules.max_gap
-    e.counts[COUNT.gap] += silent
+    silent = (t_ns - e.progress.t_ns) * 1e-9 > rules.max_gap
+    e.counts.gap += silent
     return silent
 
 
 @compiled
-def advance(e: EngineRecord, rules: RulesRecord, t_ns: int) -> None:
+def advance(e: EngineState, rules: Rules, t_ns: int) -> None:
     """Predict up to a stamp [ns]."""
     dt = approach(e, rules, t_ns)
     if dt > 0.0:
@@ -98,9 +97,9 @@ def advance(e: EngineRecord, rules: RulesRecord, t_ns: int) -> None:
 
 
 @compiled
-def approach(e: EngineRecord, rules: RulesRecord, t_ns: int) -> float:
+def approach(e: EngineState, rules: Rules, t_ns: int) -> float:
     """Come to a stamp [ns]; return the time to be predicted [s], 0 where there is none."""
-    d = e.motion[0]
+    d = e.progress
     dt = (t_ns - d.t_ns) * 1e-9
     d.t_ns = t_ns
     if not d.lost and t_ns - d.oriented_ns > rules.lost_ns:
@@ -109,7 +108,7 @@ def approach(e: EngineRecord, rules: RulesRecord, t_ns: int) -> float:
 
 
 @compiled
-def check_upright(e: EngineRecord, rules: RulesRecord) -> None:
+def check_upright(e: EngineState, rules: Rules) -> None:
     """Lose a motion beyond a quarter turn: there is no tilt, and what is told would not be so."""
     if not -0.5 * pi < e.filter[0].state.mixture_mean[0] < 0.5 * pi:
         _lose(e, rules)
@@ -118,23 +117,23 @@ def check_upright(e: EngineRecord, rules: RulesRecord) -> None:
 @compiled
 def _lose(e, rules):
     """Let go of a motion that nothing is known of; the next orientation begins another."""
-    t_ns = e.motion[0].t_ns
+    t_ns = e.progress.t_ns
     restart(e, rules)
-    e.motion[0].t_ns, e.motion[0].lost = t_ns, 1
-    e.counts[COUNT.motion_lost] += 1
+    e.progress.t_ns, e.progress.lost = t_ns, True
+    e.counts.motion_lost += 1
 
 
 @compiled
 def correct(
-    e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
+    e: EngineState, rules: Rules, stamp: int, orientation: np.ndarray, lateness: float
 ) -> None:
     """
     Correct by an orientation.
 
     Parameters
     ----------
-    e : record of ENGINE
-    rules : record of RULES
+    e : EngineState
+    rules : Rules
     stamp : int
         Of the orientation [ns].
     orientation : ndarray, shape (ORIENTATION,)
@@ -147,7 +146,7 @@ def correct(
         filter_steps.start(e.filter, rules.gates, e.q, e.R)
         begin(e)
     elif kind == NEWS:
-        since = (e.motion[0].t_ns - e.motion[0].oriented_ns) * 1e-9
+        since = (e.progress.t_ns - e.progress.oriented_ns) * 1e-9
         result, nis = filter_steps.correct(e.filter, rules.gates, e.q, e.R)
         note(e, rules, orientation, result, nis)
         placed = orientation[PLACE.start] == orientation[PLACE.start]
@@ -158,15 +157,16 @@ def correct(
 
 @compiled
 def measure(
-    e: EngineRecord, rules: RulesRecord, stamp: int, orientation: np.ndarray, lateness: float
+    e: EngineState, rules: Rules, stamp: int, orientation: np.ndarray, lateness: float
 ) -> int:
     """Put an orientation into `q` and `R`, as of now; return NEWS, BEGINS or OLD."""
-    s, kind = e.filter[0].state, NEWS
+    kalman: FilterRecord = e.filter[0]
+    s, kind = kalman.state, NEWS
     for i in range(3):
         e.q[i] = orientation[i]
         for j in range(3):
             e.R[i, j] = orientation[3 + 3 * i + j]
-    if e.motion[0].lost:
+    if e.progress.lost:
         kind = BEGINS
         turned = lateness * rules.gates.initial_rate_stddev
         for i in range(3):
@@ -178,29 +178,27 @@ def measure(
                 e.R[i, j] += lateness * lateness * s.mixture_covariance[3 + i, 3 + j]
     else:
         kind = OLD
-        e.counts[COUNT.joints_dropped_repeated_value] += 1
+        e.counts.joints_dropped_repeated_value += 1
     return kind
 
 
 @compiled
-def note(
-    e: EngineRecord, rules: RulesRecord, orientation: np.ndarray, result: int, nis: float
-) -> None:
+def note(e: EngineState, rules: Rules, orientation: np.ndarray, result: int, nis: float) -> None:
     """Take note of what became of an orientation, see `filter_steps.gate_orientation`."""
-    d, s, memory = e.motion[0], e.filter[0].state, e.memory
+    d, s, memory = e.progress, e.filter[0].state, e.memory
     if s.noise_ratio > NOISY:
-        e.counts[COUNT.joints_noisy] += 1
+        e.counts.joints_noisy += 1
         d.noise = sqrt(s.noise_ratio)
     if isfinite(nis):
         known = result == USED and rules.white
-        e.counts[COUNT.innovations_too_large] += add_innovation(
-            e.innovations, nis, s.innovation, known, d.in_contact == 1, d.touching == 1
+        e.counts.innovations_too_large += add_innovation(
+            e.innovations, nis, s.innovation, known, d.in_contact, d.touching
         )
     if result == GATED:
-        e.counts[COUNT.joints_gated] += 1
+        e.counts.joints_gated += 1
         return
-    e.counts[COUNT.joints_used] += 1
-    d.oriented_ns, d.blind = d.t_ns, 0
+    e.counts.joints_used += 1
+    d.oriented_ns, d.blind = d.t_ns, False
     if rules.judged:
         for i in range(3):
             for j in range(3):
@@ -210,12 +208,12 @@ def note(
         if orientation[PLACE.start] == orientation[PLACE.start]:
             _note_place(e, orientation)
     if result >= RESET:
-        e.counts[COUNT.filter_restarted] += 1
+        e.counts.filter_restarted += 1
         restart_mode(e, rules)
 
 
 @compiled
-def restart_mode(e: EngineRecord, rules: RulesRecord) -> None:
+def restart_mode(e: EngineState, rules: Rules) -> None:
     """Forget the mode: the estimate has begun anew."""
     if rules.judged:
         monitor.restart_mode(e.memory)
@@ -238,18 +236,18 @@ def _note_place(e, orientation):
 
 
 @compiled
-def told(e: EngineRecord, rules: RulesRecord) -> bool:
+def told(e: EngineState, rules: Rules) -> bool:
     """Count a wrench; return whether there is an estimate to be told."""
-    d = e.motion[0]
+    d = e.progress
     if d.lost:
-        e.counts[COUNT.wrench_dropped_without_orientation] += 1
+        e.counts.wrench_dropped_without_orientation += 1
         return False
-    e.counts[COUNT.wrench_used] += 1
+    e.counts.wrench_used += 1
     # Without any orientation for long, what the peg is doing is a guess: it is not told.
     since = (d.t_ns - d.oriented_ns - rules.delay_ns) * 1e-9
-    if since > rules.max_joint_gap or e.fresh.turning[STILL] == 1.0 or _on_either_side(e):
-        e.counts[COUNT.joints_gap] += 1 - d.blind
-        d.blind = 1
+    if since > rules.max_joint_gap or e.fresh.still or _on_either_side(e):
+        e.counts.joints_gap += not d.blind
+        d.blind = True
     return True
 
 
@@ -263,15 +261,15 @@ def _on_either_side(e):
 
 
 @compiled
-def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> ContactSet:
+def reduce(e: EngineState, t_ns: int, wrench: np.ndarray, silent: bool) -> ContactSet:
     """Put a wrench as received into `u`; return which contacts it is weighed with."""
     if is_new_wrench(e.fresh, t_ns, wrench):
         in_air = e.memory.declared.mode == Mode.OPEN
         follow_wrench(e.wrench_noise, wrench, e.variance, in_air, e.filter[0].settings)
         notice_ends(e.saturation, wrench, e.variance)
-    e.counts[COUNT.wrench_saturated] += is_saturated(e.saturation)
+    e.counts.wrench_saturated += is_saturated(e.saturation)
     noisier = factor(e.wrench_noise)
-    e.counts[COUNT.wrench_noisy] += noisier > 1.0
+    e.counts.wrench_noisy += noisier > 1.0
     times = noisier * messages_of(e.fresh.wrench)
     for i in range(6):
         e.wrench[i] = wrench[i]
@@ -282,7 +280,7 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> Cont
         e.reduction, e.wrench, e.filter[0].state.mixture_mean, filter_steps.gravity(e.filter), e.u
     )
     # What has touched before a silence need not touch after it.
-    if silent or e.motion[0].blind or _tells_nothing(e):
+    if silent or e.progress.blind or _tells_nothing(e):
         return ContactSet.UNKNOWN
     return contacts_of(e.memory)
 
@@ -290,20 +288,20 @@ def reduce(e: EngineRecord, t_ns: int, wrench: np.ndarray, silent: bool) -> Cont
 @compiled
 def _tells_nothing(e):
     """Return whether the wrench stands still, is cut off, or is none of this sensor."""
-    still = e.fresh.turning[WRENCH_STILL] == 1.0
+    still = e.fresh.wrench_still
     return still or is_saturated(e.saturation) or is_off(e.wrench_noise)
 
 
 @compiled
-def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, row: Row) -> None:
+def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Row) -> None:
     """Fill in what is published after a wrench that was weighed with some contacts."""
-    d, memory = e.motion[0], e.memory
-    e.counts[COUNT.wrench_spike] += e.filter[0].state.misfits == 1
-    d.in_contact = 1 if contacts == ContactSet.THREE else 0
+    d, memory = e.progress, e.memory
+    e.counts.wrench_spike += e.filter[0].state.misfits == 1
+    d.in_contact = contacts == ContactSet.THREE
     estimate = e.filter[0].record
-    blind = d.blind == 1 or _tells_nothing(e)
+    blind = d.blind or _tells_nothing(e)
     if rules.judged:
-        misfits = e.innovations.told[0].misfit
+        misfits = e.innovations.misfit
         assessment.assess(estimate, memory, rules.monitor, t_ns, misfits, blind, row)
     else:
         pose_only.look(estimate, memory, rules.monitor, t_ns, blind, row)
@@ -313,8 +311,8 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, 
         d.slid_ns = t_ns
     doubtful = rules.judged and memory.declared.mode == Mode.UNKNOWN
     slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < RESTS_NS
-    d.touching = 1 if slides or doubtful else 0
-    if e.innovations.told[0].large or jumped_lately(e.filter[0].state, e.filter[0].settings):
+    d.touching = slides or doubtful
+    if e.innovations.large or jumped_lately(e.filter[0].state, e.filter[0].settings):
         # What the motion contradicts is not known, however small its spread.
         row.reactions_determined = 0.0
     _tell_settings(e, rules, row)
@@ -323,7 +321,7 @@ def judge(e: EngineRecord, rules: RulesRecord, t_ns: int, contacts: ContactSet, 
 @compiled
 def _tell_settings(e, rules, row):
     """Fill in what is told of innovations, tare, bias and tilt."""
-    t, s = e.innovations.told[0], e.filter[0].state
+    t, s = e.innovations, e.filter[0].state
     row.nis_median = t.median
     row.nis_drift = t.drift if rules.white else nan
     row.joints_noise = sqrt(s.noise_ratio)

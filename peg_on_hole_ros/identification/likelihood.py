@@ -213,7 +213,7 @@ def _in_sensor(record: Recording, t, configuration: Configuration) -> np.ndarray
     reduction = WrenchReduction(
         configuration.wrench, configuration.scene, configuration.joints.hole_rpy
     )
-    R_SP, R_HB = reduction.steps["peg_in_sensor"], reduction.steps["base_in_hole"]
+    R_SP, R_HB = reduction.steps.peg_in_sensor, reduction.steps.base_in_hole
     R_SB = np.einsum("ij,kjn,kl->nil", R_SP, peg_axes(_angles(record, t)), R_HB)
     parts = record.wrench[:, :3], record.wrench[:, 3:]
     return np.hstack([np.einsum("nij,nj->ni", R_SB, part) for part in parts])
@@ -224,7 +224,7 @@ def _on_peg(record: Recording, t, configuration: Configuration) -> np.ndarray:
     wrench = replace(configuration.wrench, axes="sensor")
     reduction = WrenchReduction(wrench, configuration.scene)
     on_peg = (reduction.sign * record.wrench - reduction.tare) @ reduction.matrix.T
-    if reduction.steps["mass"]:
+    if reduction.steps.mass:
         R_HP = peg_axes(_angles(record, t))
         gravity_P = np.einsum("ijk,i->kj", R_HP, configuration.scene.gravity)
         nothing, upright = np.zeros(3), np.zeros(3)

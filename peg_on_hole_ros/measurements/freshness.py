@@ -4,40 +4,75 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.measurements.repeats import SINCE, VALUES, held, notice, said
+from peg_on_hole_ros.measurements.repeats import Repeats, held, notice, said
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.record_types import FreshnessRecord
+from peg_on_hole_ros.typed_record import Floats, Record, Vector3, Vector6
 
 # Standard deviations by which the peg has turned away from a value that is repeated.
 TURNED = 5.0
 # A value that is repeated for so long while the peg turns is told [s].
 TOLD = 0.05
-# Places in `turning`.
-LEFT, STILL, STUCK, WRENCH_STILL, WRENCH_STUCK = range(5)
 
 
-# Tells values that are news from those that a driver repeats: of `repeats`, and LEFT, 1: the peg
-# has turned away from the orientation that is repeated; STILL, 1: that has lasted longer than
-# TOLD; STUCK: for how long it has, at most [s]; and the same of a wrench. Last come the latest
-# orientation with its variance, and that of when the present wrench came first; 0: none.
-FRESHNESS = np.dtype(
-    [
-        ("wrench", float, (VALUES + 6,)),
-        ("joints", float, (VALUES + 3,)),
-        ("turning", float, (5,)),
-        ("oriented", float, (4,)),
-        ("held_since", float, (4,)),
-    ]
-)
+class Oriented(Record):
+    """
+    An orientation as it was measured.
+
+    Attributes
+    ----------
+    q : shape (3,)
+        gamma, psi, phi [rad].
+    variance
+        Of gamma [rad^2]; 0: none was measured.
+
+    """
+
+    q: Vector3
+    variance: float
+
+
+class Freshness(Record):
+    """
+    What tells values that are news from those that a driver repeats.
+
+    Attributes
+    ----------
+    wrench, joints : Repeats
+    values, angles : shape (6,), (3,)
+        The latest wrench [N], [N m] and the latest gamma, psi, phi [rad], as they came.
+    left : bool
+        Whether the peg has turned away from the orientation that is repeated.
+    still, stuck : bool, float
+        Whether that has lasted longer than TOLD, and for how long it has, at most [s].
+    wrench_still, wrench_stuck : bool, float
+        The same of a wrench that is repeated.
+    oriented : Oriented
+        The latest orientation.
+    held_since : Oriented
+        That of when the present wrench came first.
+
+    """
+
+    wrench: Repeats
+    joints: Repeats
+    values: Vector6
+    angles: Vector3
+    left: bool
+    still: bool
+    stuck: float
+    wrench_still: bool
+    wrench_stuck: float
+    oriented: Oriented
+    held_since: Oriented
 
 
 @compiled
 def is_news(
-    fresh: FreshnessRecord,
+    fresh: Freshness,
     t_ns: int,
-    q: np.ndarray,
+    q: Floats,
     stddev2: float,
-    x: np.ndarray,
+    x: Floats,
     variance: float,
 ) -> bool:
     """
@@ -49,7 +84,7 @@ def is_news(
 
     Parameters
     ----------
-    fresh : record of FRESHNESS
+    fresh : Freshness
         Changed.
     t_ns : int
         Stamp [ns].
@@ -63,47 +98,46 @@ def is_news(
         Of the prediction's tilt [rad^2].
 
     """
-    turning, t = fresh.turning, t_ns * 1e-9
+    t = t_ns * 1e-9
     for i in range(3):
-        fresh.oriented[i] = q[i]
-    fresh.oriented[3] = stddev2
-    if notice(fresh.joints, t, q) == 1:
-        turning[LEFT] = turning[STILL] = 0.0
+        fresh.oriented.q[i] = q[i]
+    fresh.oriented.variance = stddev2
+    if notice(fresh.joints, t, q, fresh.angles) == 1:
+        fresh.left = fresh.still = False
         return True
     if held(fresh.joints) > 1:
         return False
-    noise, seconds = TURNED * sqrt(stddev2 + max(variance, 0.0)), t - fresh.joints[SINCE]
+    noise, seconds = TURNED * sqrt(stddev2 + max(variance, 0.0)), t - fresh.joints.since
     # The prediction's spread grows without news: what has left a value does not come back.
     if _turned(q, x) > noise:
-        turning[LEFT] = 1.0
-    if turning[LEFT] == 1.0:
-        turning[STILL] = 1.0 if seconds > TOLD else 0.0
-        turning[STUCK] = max(turning[STUCK], seconds)
+        fresh.left = True
+    if fresh.left:
+        fresh.still = seconds > TOLD
+        fresh.stuck = max(fresh.stuck, seconds)
     # Believed at once, it would bring the prediction to rest that is to tell.
     moves = TOLD * _size(q[0], x[3], x[4], x[5]) > noise
-    return turning[LEFT] == 0.0 and (seconds > TOLD or not moves)
+    return not fresh.left and (seconds > TOLD or not moves)
 
 
 @compiled
-def is_new_wrench(fresh: FreshnessRecord, t_ns: int, values: np.ndarray) -> bool:
+def is_new_wrench(fresh: Freshness, t_ns: int, values: Floats) -> bool:
     """
     Take a wrench; return whether its values are news.
 
     At rest, and without noise, one value is true for long; while the peg turns it is not.
     """
-    turning, t = fresh.turning, t_ns * 1e-9
-    news = notice(fresh.wrench, t, values) == 1
+    t = t_ns * 1e-9
+    news = notice(fresh.wrench, t, values, fresh.values) == 1
     if news:
-        for i in range(4):
-            fresh.held_since[i] = fresh.oriented[i]
-        turning[WRENCH_STILL] = 0.0
-    elif turning[WRENCH_STILL] == 0.0 and t - fresh.wrench[SINCE] > TOLD:
+        fresh.held_since = fresh.oriented
+        fresh.wrench_still = False
+    elif not fresh.wrench_still and t - fresh.wrench.since > TOLD:
         now, then = fresh.oriented, fresh.held_since
-        noise = TURNED * sqrt(now[3] + then[3])
-        if held(fresh.wrench) == 1 and then[3] > 0.0 and _turned(now, then) > noise:
-            turning[WRENCH_STILL] = 1.0
-    if turning[WRENCH_STILL] == 1.0:
-        turning[WRENCH_STUCK] = max(turning[WRENCH_STUCK], t - fresh.wrench[SINCE])
+        noise = TURNED * sqrt(now.variance + then.variance)
+        if held(fresh.wrench) == 1 and then.variance > 0.0 and _turned(now.q, then.q) > noise:
+            fresh.wrench_still = True
+    if fresh.wrench_still:
+        fresh.wrench_stuck = max(fresh.wrench_stuck, t - fresh.wrench.since)
     return news
 
 
@@ -123,21 +157,20 @@ def _size(gamma, by_gamma, by_psi, by_phi):
     return sqrt(by_gamma * by_gamma + (s * by_psi) ** 2 + (by_phi + c * by_psi) ** 2)
 
 
-def causes(fresh: np.void) -> list[str]:
+def causes(fresh: Freshness) -> list[str]:
     """Return what there is to say, a line for each source."""
-    held_wrench, held_joints = said(fresh["wrench"]), said(fresh["joints"])
+    held_wrench, held_joints = said(fresh.wrench), said(fresh.joints)
     told = [f"wrench: {held_wrench}"] if held_wrench else []
-    stuck, wrench_stuck = (fresh["turning"].item(place) for place in (STUCK, WRENCH_STUCK))
-    if not held_wrench and wrench_stuck > TOLD:
+    if not held_wrench and fresh.wrench_stuck > TOLD:
         told.append(
-            f"wrench: wrenches that do not change for {wrench_stuck:.2f} s while the peg "
+            f"wrench: wrenches that do not change for {fresh.wrench_stuck:.2f} s while the peg "
             "turns: the sensor or its driver stands still; they are not used"
         )
     if held_joints:
         told.append(f"joints: {held_joints}")
-    elif stuck > TOLD:
+    elif fresh.stuck > TOLD:
         told.append(
-            f"joints: joint states that do not change for {stuck:.2f} s while the peg "
+            f"joints: joint states that do not change for {fresh.stuck:.2f} s while the peg "
             "turns: the encoders or their driver stand still; they are not used"
         )
     return told

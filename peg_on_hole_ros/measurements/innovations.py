@@ -1,11 +1,12 @@
 """What the innovations tell of settings and of the contact mode: too large, or leaning one way."""
 
 from math import nan, sqrt
+from typing import Annotated
 
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.record_types import InnovationsRecord
+from peg_on_hole_ros.typed_record import Floats, Record, Vector3
 
 # Over so many corrections the mean is taken that says whether a contact mode fits.
 MEAN_OF = 20
@@ -22,54 +23,91 @@ MEDIAN, ENOUGH = 2.366, 60
 # working cycle the largest was 17, in a friction that is not as learnt after each turn.
 DRIFTS = 30.0
 
-# Name, type and meaning of what the innovations have told.
-FIELDS = (
-    ("count", "i8", "corrections so far"),
-    ("watched", "i8", "of them in contact, or in a mode that is doubtful"),
-    ("mean", "f8", "of the last MEAN_OF, normalised and squared; EXPECTED before"),
-    ("misfit", "f8", "that mean with MOST_AGAINST_MODE of each at most"),
-    ("median", "f8", "of the window; NaN until it is full"),
-    ("drift", "f8", "square of the sum over the window of what is whitened, over WINDOW"),
-    ("large", "i8", "whether the median is above TOO_LARGE, of fewer by a wider margin"),
-    ("too_large", "i8", "whether that, or the drift is above DRIFTS"),
-    ("s0", "f8", "that sum"),
-    ("s1", "f8", ""),
-    ("s2", "f8", ""),
-)
+
+class Watched(Record):
+    """
+    A correction in contact, or in a mode that is doubtful.
+
+    Attributes
+    ----------
+    square
+        Its innovation, normalised and squared.
+    white : shape (3,)
+        Its innovation, whitened; zeros: it does not count.
+
+    """
+
+    square: float
+    white: Vector3
 
 
-# Running mean, median and drift of the innovations.
-#
-# A wrong lever arm, tare, direction of the hole or level of noise raises every innovation; a
-# reversal raises a few of them very much. The median sees the one and not the other. What a
-# parameter that is learnt can nearly make up for, as friction for a tilt, hardly raises them and
-# yet pushes all one way: that is the drift, of 3 degrees of freedom.
-INNOVATIONS = np.dtype(
-    [
-        ("told", [field[:2] for field in FIELDS], (1,)),
-        ("last", float, (MEAN_OF,)),  # the latest, a ring
-        ("window", float, (WINDOW, 4)),  # normalised and squared, and whitened; a ring
-        ("ordered", float, (WINDOW,)),  # the squares of the window by size
-    ]
-)
+class Innovations(Record):
+    """
+    Running mean, median and drift of the innovations.
+
+    A wrong lever arm, tare, direction of the hole or level of noise raises every innovation; a
+    reversal raises a few of them very much. The median sees the one and not the other. What a
+    parameter that is learnt can nearly make up for, as friction for a tilt, hardly raises them and
+    yet pushes all one way: that is the drift, of 3 degrees of freedom.
+
+    Attributes
+    ----------
+    corrections
+        How many there were.
+    watched
+        How many of them in contact, or in a mode that is doubtful.
+    average
+        Of the last MEAN_OF, normalised and squared; EXPECTED before.
+    misfit
+        That average with MOST_AGAINST_MODE of each at most.
+    median
+        Of the window; NaN until it is full.
+    drift
+        Square of the sum over the window of what is whitened, over WINDOW; NaN until it is full.
+    large
+        Whether the median is above TOO_LARGE, of fewer by a wider margin.
+    too_large
+        Whether that, or the drift is above DRIFTS.
+    total : shape (3,)
+        Sum over the window of what is whitened.
+    last : shape (MEAN_OF,)
+        The latest, normalised and squared; a ring.
+    window : Watched, shape (WINDOW,)
+        A ring.
+    ordered : shape (WINDOW,)
+        The squares of the window by size.
+
+    """
+
+    corrections: int
+    watched: int
+    average: float
+    misfit: float
+    median: float
+    drift: float
+    large: bool
+    too_large: bool
+    total: Vector3
+    last: Annotated[Floats, (MEAN_OF,)]
+    window: Annotated[list[Watched], (WINDOW,)]
+    ordered: Annotated[Floats, (WINDOW,)]
 
 
 @compiled
-def forget_innovations(innovations: InnovationsRecord) -> None:
+def forget_innovations(seen: Innovations) -> None:
     """Forget all of them."""
-    t = innovations.told[0]
-    t.count = t.watched = 0
-    t.mean = t.misfit = EXPECTED
-    t.median = t.drift = nan
-    t.s0 = t.s1 = t.s2 = 0.0
-    t.large = t.too_large = 0
+    seen.corrections = seen.watched = 0
+    seen.average = seen.misfit = EXPECTED
+    seen.median = seen.drift = nan
+    seen.total[:] = 0.0
+    seen.large = seen.too_large = False
 
 
 @compiled
 def add_innovation(
-    innovations: InnovationsRecord,
+    seen: Innovations,
     nis: float,
-    white: np.ndarray,
+    white: Floats,
     used: bool,
     in_contact: bool,
     touching: bool,
@@ -79,7 +117,7 @@ def add_innovation(
 
     Parameters
     ----------
-    innovations : record of INNOVATIONS
+    seen : Innovations
         Changed.
     nis : float
         Normalised and squared, 3 degrees of freedom, finite.
@@ -98,79 +136,81 @@ def add_innovation(
         Whether the innovations are larger than stated.
 
     """
-    t, last = innovations.told[0], innovations.last
     # Without contacts they say nothing for or against three: what they miss by must not keep
     # the mode from being tried again.
-    last[t.count % MEAN_OF] = nis if in_contact else EXPECTED
-    t.count += 1
-    kept = min(t.count, MEAN_OF)
-    first = t.count - kept
+    seen.last[seen.corrections % MEAN_OF] = nis if in_contact else EXPECTED
+    seen.corrections += 1
+    kept = min(seen.corrections, MEAN_OF)
+    first = seen.corrections - kept
     total = against = 0.0
     for i in range(kept):
-        value = last[(first + i) % MEAN_OF]
+        value = seen.last[(first + i) % MEAN_OF]
         total += value
         against += min(value, MOST_AGAINST_MODE)
-    t.mean, t.misfit = total / kept, against / kept
+    seen.average, seen.misfit = total / kept, against / kept
     if not touching:
         return False
-    watch(innovations, nis, white, used)
-    return t.too_large == 1
+    watch(seen, nis, white, used)
+    return seen.too_large
 
 
 @compiled
-def watch(innovations: InnovationsRecord, nis: float, white: np.ndarray, used: bool) -> None:
+def watch(seen: Innovations, nis: float, white: Floats, used: bool) -> None:
     """Take an innovation into median and drift; parameters as for `add_innovation`."""
-    t, window, ordered = innovations.told[0], innovations.window, innovations.ordered
-    row = window[t.watched % WINDOW]
-    count = min(t.watched, WINDOW)
-    s0, s1, s2 = t.s0, t.s1, t.s2
-    w0, w1, w2 = (white[0], white[1], white[2]) if used else (0.0, 0.0, 0.0)
-    old = 0.0, 0.0, 0.0
+    ordered, newest = seen.ordered, seen.window[seen.watched % WINDOW]
+    count = min(seen.watched, WINDOW)
     if count == WINDOW:
-        old = row[1], row[2], row[3]
-        at = np.searchsorted(ordered, row[0])
+        at = np.searchsorted(ordered, newest.square)
         for i in range(at, WINDOW - 1):
             ordered[i] = ordered[i + 1]
         count -= 1
+    else:
+        newest.white[:] = 0.0
     i = count
     while i > 0 and ordered[i - 1] > nis:
         ordered[i] = ordered[i - 1]
         i -= 1
     ordered[i] = nis
-    row[0], row[1], row[2], row[3] = nis, w0, w1, w2
-    t.watched += 1
-    t.s0, t.s1, t.s2 = s0 - old[0] + w0, s1 - old[1] + w1, s2 - old[2] + w2
+    newest.square = nis
+    for i in range(3):
+        new = white[i] if used else 0.0
+        seen.total[i] = seen.total[i] - newest.white[i] + new
+        newest.white[i] = new
+    seen.watched += 1
     n = count + 1
     if n < ENOUGH:
         return
     median = 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])
-    drift = (t.s0 * t.s0 + t.s1 * t.s1 + t.s2 * t.s2) / n
+    drift = (seen.total[0] ** 2 + seen.total[1] ** 2 + seen.total[2] ** 2) / n
     above = (TOO_LARGE - MEDIAN) * sqrt(WINDOW / n)
     large = median > MEDIAN + above
     # Of a few, friction that is still learnt pushes all one way.
     leans = n == WINDOW and drift > DRIFTS
-    t.large = 1 if large else 0
-    t.too_large = 1 if large or leans else 0
+    seen.large, seen.too_large = large, large or leans
     if n == WINDOW:
-        t.median, t.drift = median, drift
+        seen.median, seen.drift = median, drift
     if large and n > ENOUGH and not leans:
-        latest = np.empty((ENOUGH, 4))
+        squares = np.empty(ENOUGH)
         for i in range(ENOUGH):
-            latest[i] = window[(t.watched - ENOUGH + i) % WINDOW]
+            squares[i] = seen.window[(seen.watched - ENOUGH + i) % WINDOW].square
         # The last are about as they should be, as of noise that was found: what is over is over.
-        if np.sort(latest[:, 0])[ENOUGH // 2] < MEDIAN + 0.5 * above:
-            _keep(innovations, latest)
+        if np.sort(squares)[ENOUGH // 2] < MEDIAN + 0.5 * above:
+            _keep_latest(seen, squares)
 
 
 @compiled
-def _keep(innovations, latest):
-    """Forget all but the latest ENOUGH."""
-    t, window = innovations.told[0], innovations.window
-    t.watched = ENOUGH
-    t.median = t.drift = nan
-    t.large = t.too_large = 0
-    t.s0 = t.s1 = t.s2 = 0.0
+def _keep_latest(seen, squares):
+    """Forget all but the latest ENOUGH, by their squares."""
+    white = np.empty((ENOUGH, 3))
+    seen.total[:] = 0.0
     for i in range(ENOUGH):
-        window[i] = latest[i]
-        t.s0, t.s1, t.s2 = t.s0 + latest[i, 1], t.s1 + latest[i, 2], t.s2 + latest[i, 3]
-    innovations.ordered[:ENOUGH] = np.sort(latest[:, 0])
+        white[i] = seen.window[(seen.watched - ENOUGH + i) % WINDOW].white
+        for j in range(3):
+            seen.total[j] += white[i, j]
+    for i in range(ENOUGH):
+        seen.window[i].square = squares[i]
+        seen.window[i].white[:] = white[i]
+    seen.watched = ENOUGH
+    seen.median = seen.drift = nan
+    seen.large = seen.too_large = False
+    seen.ordered[:ENOUGH] = np.sort(squares)

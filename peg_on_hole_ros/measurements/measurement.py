@@ -11,8 +11,8 @@ from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.record_types import ReductionRecord
 from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.typed_record import Matrix3, Matrix6, Record, Vector6, new
 
 # The size of a force [N], and of a torque [N m], that no sensor in a cell measures: bytes or
 # units of a driver that are wrong.
@@ -80,6 +80,35 @@ def noise_of(options: WrenchInput) -> tuple[float, float]:
     return options.force_stddev, options.torque_stddev
 
 
+class ReductionSteps(Record):
+    """
+    The steps of a `WrenchReduction` for compiled code.
+
+    Attributes
+    ----------
+    sign
+    in_base : bool
+        Whether the wrench comes in the axes of the base.
+    base_in_hole, peg_in_sensor : shape (3, 3)
+        From axes of the base to those of the hole, from axes of the peg to those of the sensor.
+    tare : shape (6,)
+    matrix : shape (6, 6)
+    mass, arm : float, shape (3, 3)
+        Mass whose weight the sensor carries and the peg does not [kg], and the matrix of its arm
+        [m]; below zero the peg's own, which a controller has taken off.
+
+    """
+
+    sign: float
+    in_base: bool
+    base_in_hole: Matrix3
+    peg_in_sensor: Matrix3
+    tare: Vector6
+    matrix: Matrix6
+    mass: float
+    arm: Matrix3
+
+
 class WrenchReduction:
     """
     The map from the sensor's wrench to the wrench on the peg at its mass centre, peg axes.
@@ -117,8 +146,8 @@ class WrenchReduction:
         r_P = np.array(options.sensor_xyz) - center_P
         self.matrix = np.block([[R_PS, np.zeros((3, 3))], [skew(r_P) @ R_PS, R_PS]])
         self.take_noise(options)
-        steps = np.zeros(1, REDUCTION)[0]
-        self.tare = steps["tare"]
+        steps = new(ReductionSteps)
+        self.tare = steps.tare
         self._stated = self.sign * np.array([*options.bias_force, *options.bias_torque])
         self.tare[:] = self._stated
         payload_P = np.array(options.sensor_xyz) + R_PS @ np.array(options.payload_com)
@@ -126,9 +155,9 @@ class WrenchReduction:
         if options.gravity == "compensated":
             # A controller that takes the weight off leaves none of the payload, nor of the peg.
             mass, arm = -scene.peg_mass, np.zeros((3, 3))
-        steps["sign"], steps["in_base"] = self.sign, options.axes == "base"
-        steps["base_in_hole"], steps["peg_in_sensor"] = rotation_from_rpy(hole_rpy).T, R_PS.T
-        steps["matrix"], steps["mass"], steps["arm"] = self.matrix, mass, arm
+        steps.sign, steps.in_base = self.sign, options.axes == "base"
+        steps.base_in_hole[:], steps.peg_in_sensor[:] = rotation_from_rpy(hole_rpy).T, R_PS.T
+        steps.matrix[:], steps.arm[:], steps.mass = self.matrix, arm, mass
         self.steps = steps
         self._peg_mass = scene.peg_mass
         self._gravity_H = np.array(scene.gravity, float)
@@ -167,7 +196,7 @@ class WrenchReduction:
     def in_sensor(self, q: np.ndarray, gravity_H: np.ndarray) -> np.ndarray:
         """Return gravity of the hole's axes in those of the sensor, shape (3,) [m/s^2]."""
         gravity_H = self._gravity_H if gravity_H is None else gravity_H
-        return self.steps["peg_in_sensor"] @ peg_axes(q).T @ gravity_H
+        return self.steps.peg_in_sensor @ peg_axes(q).T @ gravity_H
 
     def on_peg(
         self,
@@ -226,26 +255,9 @@ class WrenchReduction:
         return measured - np.linalg.solve(self.matrix, hanging - below)
 
 
-# The steps of a `WrenchReduction` for compiled code.
-REDUCTION = np.dtype(
-    [
-        ("sign", float),
-        ("in_base", np.int64),
-        ("base_in_hole", float, (3, 3)),
-        ("peg_in_sensor", float, (3, 3)),
-        ("tare", float, (6,)),
-        ("matrix", float, (6, 6)),
-        # Mass whose weight the sensor carries and the peg does not [kg], and its arm; below zero
-        # the peg's own, which a controller has taken off.
-        ("mass", float),
-        ("arm", float, (3, 3)),
-    ]
-)
-
-
 @compiled
 def reduce_wrench(
-    steps: ReductionRecord,
+    steps: ReductionSteps,
     measured: np.ndarray,
     q: np.ndarray,
     gravity: tuple[float, float, float],
@@ -256,7 +268,7 @@ def reduce_wrench(
 
     Parameters
     ----------
-    steps : record of REDUCTION
+    steps : ReductionSteps
     measured : ndarray, shape (6,)
         As received [N], [N m]; changed.
     q : ndarray, shape (3,)
@@ -275,7 +287,7 @@ def reduce_wrench(
 
 
 @compiled
-def in_sensor(steps: ReductionRecord, measured: np.ndarray, q: np.ndarray) -> None:
+def in_sensor(steps: ReductionSteps, measured: np.ndarray, q: np.ndarray) -> None:
     """Turn a wrench as received to that on the peg side, sensor axes, before the tare, (6,)."""
     for i in range(6):
         measured[i] *= steps.sign
@@ -288,7 +300,7 @@ def in_sensor(steps: ReductionRecord, measured: np.ndarray, q: np.ndarray) -> No
 
 @compiled
 def add_weight_below(
-    steps: ReductionRecord, q: np.ndarray, gravity: tuple[float, float, float], out: np.ndarray
+    steps: ReductionSteps, q: np.ndarray, gravity: tuple[float, float, float], out: np.ndarray
 ) -> None:
     """Add what the sensor carries of the payload's weight, or lacks of the peg's, (6,)."""
     if steps.mass == 0.0:

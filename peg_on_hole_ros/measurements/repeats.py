@@ -1,78 +1,102 @@
 """Values that repeat bit for bit while stamps go on: how often each comes."""
 
-import numpy as np
-
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.typed_record import Floats, Record, new
 
 # Runs of one length in a row that make it a rule.
 RULE = 5
-# In the memory: how often the present value has come, since when [s], the length of the runs
-# before it, how many of these there were in a row, since when [s], and runs at all; of the longest
-# row of alike runs the length, how many, and the rate of new values [Hz]. The last values follow.
-RUN, SINCE, LENGTH, ALIKE, BEGUN, RUNS, MOST_LENGTH, MOST_ALIKE, RATE, VALUES = range(10)
 
 
-def new_repeats(width: int) -> np.ndarray:
-    """Return a memory of values so wide that has seen none."""
-    return np.zeros(VALUES + width)
+class Repeats(Record):
+    """
+    How often the values of a source come; all zeros: there were none yet.
+
+    Attributes
+    ----------
+    run, since
+        How often the present value has come, and since when [s].
+    length, alike, begun
+        Length of the runs before it, how many of these there were in a row, and since when [s].
+    runs
+        How many runs there were.
+    most_length, most_alike, rate
+        Of the longest row of runs of one length: that, how many, and the rate of new values [Hz].
+
+    """
+
+    run: int
+    since: float
+    length: int
+    alike: int
+    begun: float
+    runs: int
+    most_length: int
+    most_alike: int
+    rate: float
+
+
+def new_repeats() -> Repeats:
+    """Return a memory that has seen nothing."""
+    return new(Repeats)
 
 
 @compiled
-def notice(memory: np.ndarray, t: float, values: np.ndarray | tuple[float, float, float]) -> int:
+def notice(m: Repeats, t: float, values: Floats | tuple[float, ...], latest: Floats) -> int:
     """
     Take values; return how often they have come in a row, 1: they are new.
 
     Parameters
     ----------
-    memory : ndarray
-        From `new_repeats`.
+    m : Repeats
+        Changed.
     t : float
         Stamp [s].
     values : ndarray or tuple
+    latest : ndarray
+        The values before them; changed to them.
 
     """
-    m = memory
-    same = m[RUN] > 0.0
+    same = m.run > 0
     for i in range(len(values)):
-        same = same and m[VALUES + i] == values[i]
-        m[VALUES + i] = values[i]
+        same = same and latest[i] == values[i]
+        latest[i] = values[i]
     if same:
-        m[RUN] += 1.0
-        return int(m[RUN])
-    if m[RUN] > 0.0:
+        m.run += 1
+        return m.run
+    if m.run > 0:
         # The first run may have begun before.
-        if m[RUN] == m[LENGTH] and m[RUNS] > 1.0:
-            m[ALIKE] += 1.0
+        if m.run == m.length and m.runs > 1:
+            m.alike += 1
         else:
-            m[ALIKE], m[BEGUN] = 1.0, m[SINCE]
-        m[LENGTH] = m[RUN]
-        if m[LENGTH] > 1.0 and m[ALIKE] >= max(m[MOST_ALIKE], 1.0 * RULE) and t > m[BEGUN]:
-            m[MOST_LENGTH], m[MOST_ALIKE] = m[LENGTH], m[ALIKE]
-            m[RATE] = m[ALIKE] / (t - m[BEGUN])
-    m[RUN], m[SINCE] = 1.0, t
-    m[RUNS] += 1.0
+            m.alike, m.begun = 1, m.since
+        m.length = m.run
+        if m.length > 1 and m.alike >= max(m.most_alike, RULE) and t > m.begun:
+            m.most_length, m.most_alike = m.length, m.alike
+            m.rate = m.alike / (t - m.begun)
+    m.run, m.since = 1, t
+    m.runs += 1
     return 1
 
 
 @compiled
-def notice_all(memory: np.ndarray, t: np.ndarray, values: np.ndarray) -> None:
+def notice_all(memory: Repeats, t: Floats, values: Floats, latest: Floats) -> None:
     """Take rows of values, each with its stamp [s]; see `notice`."""
     for k in range(len(t)):
-        notice(memory, t[k], values[k])
+        notice(memory, t[k], values[k], latest)
 
 
 @compiled
-def held(memory: np.ndarray) -> int:
+def held(memory: Repeats) -> int:
     """Return of how many messages each value is one, as a rule; 1: each is new."""
-    return int(memory[LENGTH]) if memory[ALIKE] >= RULE else 1
+    return memory.length if memory.alike >= RULE else 1
 
 
-def said(memory: np.ndarray) -> str:
+def said(memory: Repeats) -> str:
     """Return what there is to say of values that come so many times each, or nothing."""
-    if not memory[MOST_LENGTH]:
+    if not memory.most_length:
         return ""
     return (
-        f"values repeat: each comes {memory[MOST_LENGTH]:.0f} times in a row, new ones at "
-        f"{memory[RATE]:.3g} Hz, as where a driver holds those of a slower sensor; they count as "
+        f"values repeat: each comes {memory.most_length} times in a row, new ones at "
+        f"{memory.rate:.3g} Hz, as where a driver holds those of a slower sensor; they count as "
         "one"
     )

@@ -1,33 +1,65 @@
 """Components of a wrench that stay at the end of what the sensor measures."""
 
+from typing import Annotated
+
 import numpy as np
+from numpy.typing import NDArray
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.typed_record import Floats, Record, Vector6
 
 # So many wrenches in a row in which one component has one value, bit for bit, while others go on.
-_STAYS = 20.0
+_STAYS = 20
 # Sensors that round repeat values anywhere: of so many runs away from the ends, at least, each may
 # have so many values in the mean, and some values may differ by no more than half the noise.
-_RUNS, _FINE, _SMALL = 20.0, 1.5, 0.5
-# In the memory: of each component its value, how often that has come in a row, the least and the
-# most so far; of force and torque how many runs have ended away from both ends, their values, and
-# whether two in a row have differed by little; which component stays, counted from 1, 0: none;
-# which has stayed, and where. All zeros: no wrench yet.
-LAST, ROW, LEAST, MOST, ENDED, LENGTH, SMALL = 0, 6, 12, 18, 24, 26, 28
-STAYS, STAYED, END, WIDTH = range(30, 34)
+_RUNS, _FINE, _SMALL = 20, 1.5, 0.5
 _NAMES = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
+
+_OfComponents = Annotated[NDArray[np.int64], (6,)]
+_OfForceAndTorque = Annotated[NDArray[np.int64], (2,)]
+
+
+class Saturation(Record):
+    """
+    What was seen of each component of the wrench; all zeros: no wrench yet.
+
+    Attributes
+    ----------
+    latest, in_a_row : shape (6,)
+        Value of each component, and how often that has come in a row.
+    least, most : shape (6,)
+        Of each component, so far.
+    runs, values : shape (2,)
+        Of force and torque: runs that ended away from both ends, and the values in them.
+    close : shape (2,)
+        Of force and torque: whether two values in a row have differed by little.
+    stays
+        Component that is at an end now, counted from 1; 0: none.
+    stayed, end
+        Component that was last, and the value there.
+
+    """
+
+    latest: Vector6
+    in_a_row: _OfComponents
+    least: Vector6
+    most: Vector6
+    runs: _OfForceAndTorque
+    values: _OfForceAndTorque
+    close: _OfForceAndTorque
+    stays: int
+    stayed: int
+    end: float
 
 
 @compiled
-def notice_ends(
-    memory: np.ndarray, values: np.ndarray | tuple[float, ...], variance: np.ndarray
-) -> None:
+def notice_ends(m: Saturation, values: Floats | tuple[float, ...], variance: Floats) -> None:
     """
     Take a wrench whose values are news.
 
     Parameters
     ----------
-    memory : ndarray, shape (WIDTH,)
+    m : Saturation
         Changed.
     values : ndarray or tuple
         Force and torque as received [N], [N m].
@@ -35,45 +67,44 @@ def notice_ends(
         As stated [N^2], [N^2 m^2].
 
     """
-    m = memory
-    m[STAYS] = 0.0
+    m.stays = 0
     for i in range(6):
         value, kind = values[i], i // 3
-        if m[ROW + i] == 0.0:
-            m[LEAST + i] = m[MOST + i] = value
-        elif value == m[LAST + i]:
-            m[ROW + i] += 1.0
-            at_end = value <= m[LEAST + i] or value >= m[MOST + i]
-            fine = m[ENDED + kind] >= _RUNS and m[LENGTH + kind] < _FINE * m[ENDED + kind]
-            fine = fine and m[SMALL + kind] > 0.0
+        if m.in_a_row[i] == 0:
+            m.least[i] = m.most[i] = value
+        elif value == m.latest[i]:
+            m.in_a_row[i] += 1
+            at_end = value <= m.least[i] or value >= m.most[i]
+            fine = m.runs[kind] >= _RUNS and m.values[kind] < _FINE * m.runs[kind]
+            fine = fine and m.close[kind] == 1
             # A component that is not measured is 0.
-            if m[ROW + i] >= _STAYS and at_end and fine and value != 0.0:
-                m[STAYS] = m[STAYED] = i + 1.0
-                m[END] = value
+            if m.in_a_row[i] >= _STAYS and at_end and fine and value != 0.0:
+                m.stays = m.stayed = i + 1
+                m.end = value
             continue
-        elif m[LEAST + i] < m[LAST + i] < m[MOST + i]:
-            m[ENDED + kind] += 1.0
-            m[LENGTH + kind] += m[ROW + i]
-        if m[ROW + i] > 0.0 and (value - m[LAST + i]) ** 2 < _SMALL * _SMALL * variance[i]:
-            m[SMALL + kind] = 1.0
-        m[LAST + i], m[ROW + i] = value, 1.0
-        m[LEAST + i], m[MOST + i] = min(m[LEAST + i], value), max(m[MOST + i], value)
+        elif m.least[i] < m.latest[i] < m.most[i]:
+            m.runs[kind] += 1
+            m.values[kind] += m.in_a_row[i]
+        if m.in_a_row[i] > 0 and (value - m.latest[i]) ** 2 < _SMALL * _SMALL * variance[i]:
+            m.close[kind] = 1
+        m.latest[i], m.in_a_row[i] = value, 1
+        m.least[i], m.most[i] = min(m.least[i], value), max(m.most[i], value)
 
 
 @compiled
-def is_saturated(memory: np.ndarray) -> bool:
+def is_saturated(memory: Saturation) -> bool:
     """Return whether the last wrench has a component at an end."""
-    return memory[STAYS] > 0.0
+    return memory.stays > 0
 
 
-def causes(memory: np.ndarray) -> list[str]:
+def causes(memory: Saturation) -> list[str]:
     """Return what there is to say: a line, or none."""
-    component = int(memory[STAYED]) - 1
+    component = memory.stayed - 1
     if component < 0:
         return []
     unit = "N" if component < 3 else "N m"
     return [
-        f"wrench: {_NAMES[component]} stays at {memory[END]:.4g} {unit} while the others go on: "
+        f"wrench: {_NAMES[component]} stays at {memory.end:.4g} {unit} while the others go on: "
         "the end of what the sensor measures, or its driver passes on; of such a wrench nothing "
         "is made"
     ]

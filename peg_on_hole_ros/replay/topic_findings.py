@@ -50,7 +50,8 @@ class Oddities:
         self._count = self._jumps = 0
         self._steps: dict[str, list[float]] = {"force": [], "torque": []}
         self._widest = 0.0
-        self._repeats: np.ndarray | None = None
+        self._repeats = new_repeats()
+        self._latest = np.empty(0)
 
     def add(self, found: Iterable[tuple[np.ndarray, Stretch]]) -> None:
         """Take what `stretches` yields; joint states without all of the names tell nothing."""
@@ -71,9 +72,9 @@ class Oddities:
 
     def _take(self, t_ns, values):
         self._count += len(t_ns)
-        if self._repeats is None:
-            self._repeats = new_repeats(values.shape[1])
-        notice_all(self._repeats, t_ns * 1e-9, values)
+        if not self._latest.size:
+            self._latest = np.empty(values.shape[1])
+        notice_all(self._repeats, t_ns * 1e-9, values, self._latest)
         for name, part in self._parts.items():
             first = self._first.setdefault(name, values[0, part])
             if name not in self._changed and (values[:, part] != first).any():

@@ -15,17 +15,18 @@ from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.innovations import (
     DRIFTS,
     ENOUGH,
-    INNOVATIONS,
     MEAN_OF,
     MEDIAN,
     TOO_LARGE,
     WINDOW,
+    Innovations,
     add_innovation,
     forget_innovations,
 )
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.ros.diagnostics import ERROR, OK, Diagnostics
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
+from peg_on_hole_ros.typed_record import new
 from simulated import truth
 from tiers import nightly
 
@@ -34,14 +35,13 @@ MS = 1_000_000
 
 def watched(values, white):
     """Yield what is told after each innovation of a peg that touches."""
-    innovations = np.zeros(1, INNOVATIONS)[0]
-    forget_innovations(innovations)
-    told = innovations["told"][0]
+    told = new(Innovations)
+    forget_innovations(told)
     for value, row in zip(values, white):
-        large = add_innovation(innovations, value, row, True, True, True)
+        large = add_innovation(told, value, row, True, True, True)
         yield told, large
-    forget_innovations(innovations)
-    assert np.isnan(told["median"]) and np.isnan(told["drift"])
+    forget_innovations(told)
+    assert np.isnan(told.median) and np.isnan(told.drift)
 
 
 def larges(values):
@@ -53,15 +53,15 @@ def test_the_median_is_that_of_the_window():
     values = np.random.default_rng(4).chisquare(3, 1000)
     for n, (told, _) in enumerate(watched(values, np.zeros((1000, 3))), 1):
         expected = np.median(values[max(n - WINDOW, 0) : n])
-        assert told["median"] == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
-        assert told["mean"] == pytest.approx(values[max(n - MEAN_OF, 0) : n].mean())
+        assert told.median == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
+        assert told.average == pytest.approx(values[max(n - MEAN_OF, 0) : n].mean())
 
 
 def test_the_drift_is_that_of_the_window():
     white = np.random.default_rng(4).normal(0.2, 1.0, (1000, 3))
     for n, (told, large) in enumerate(watched(np.zeros(1000), white), 1):
         expected = (white[max(n - WINDOW, 0) : n].sum(axis=0) ** 2).sum() / WINDOW
-        assert told["drift"] == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
+        assert told.drift == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
         assert large == (n >= WINDOW and expected > DRIFTS)
 
 

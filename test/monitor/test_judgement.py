@@ -14,7 +14,7 @@ from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.sim.measure import measure
-from peg_on_hole_ros.typed_record import new, record_in
+from peg_on_hole_ros.typed_record import new
 from simulated import truth
 
 
@@ -25,7 +25,7 @@ def test_one_call_does_what_its_parts_do():
     noise = force_noise(scene, line.processor.reduction.covariance)
     settings = monitor_settings(options, scene, noise)
     orientation = PegJoints(line.configuration.joints)
-    m, own = record_in(line.processor.memory, "memory", Memory), new(Memory)
+    m, own = line.processor.engine.memory, new(Memory)
     begin_memory(own)
     evidence, jamming = own.evidence, own.jamming
     oriented_ns = last_ns = None
@@ -47,9 +47,7 @@ def test_one_call_does_what_its_parts_do():
         dt = 0.0 if last_ns is None else (row.t_ns - last_ns) * 1e-9
         since = 0.0 if oriented_ns is None else (row.t_ns - oriented_ns) * 1e-9
         last_ns, passed = row.t_ns, Passed(dt, since)
-        nis = (
-            line.processor.engine["innovations"]["told"]["misfit"].item() if on_contacts else -1.0
-        )
+        nis = float(line.processor.engine.innovations.misfit) if on_contacts else -1.0
         f, shown = line.filter.record, evidence.shown
         show(f, evidence, own.motion, settings, passed, nis, 0.0)
         assess_risk(f, jamming, own.motion, own.depth, shown, settings, passed)

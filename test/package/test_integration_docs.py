@@ -43,7 +43,7 @@ def counts():
     for module in (pipeline, processor, engine):
         yield from literals(module, r'(?:counts|found)\["(\w+)"\]')
     yield from COUNTS
-    yield from filter(None, COUNTED)
+    yield from COUNTED.values()
     for module in (measurement, orientation):
         for reason in literals(module, r'(?:return|else) "(\w+)"'):
             yield f"joints_dropped_{reason}"

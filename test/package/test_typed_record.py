@@ -7,8 +7,9 @@ from typing import Annotated
 import numpy as np
 import pytest
 from numba import njit
+from numpy.typing import NDArray
 
-from peg_on_hole_ros.typed_record import Record, Vector3, dtype_of, new, record_in
+from peg_on_hole_ros.typed_record import Record, Vector3, at, dtype_of, new
 
 
 class Shape(IntEnum):
@@ -53,24 +54,32 @@ def test_fields_are_aligned_and_of_their_types():
     assert kinds["v"].shape == (3,)
 
 
-def test_a_record_in_another_one_is_the_same_memory():
-    memory = np.zeros(1, [("count", np.int64), ("outer", dtype_of(Outer))])
-    record = record_in(memory, "outer", Outer)
-    assert change(record)
+def test_an_array_of_records_is_one_that_may_be_passed_on():
+    class Holder(Record):
+        count: int
+        outer: Annotated[NDArray[np.void], Outer, (1,)]
+
+    memory = np.zeros(1, dtype_of(Holder))
+    part = memory[0]["outer"]
+    assert part.dtype == dtype_of(Outer) and part.shape == (1,)
+    assert change(at(Outer, part))
     assert memory["outer"]["tilt"]["rate"] == 4.0
-    with pytest.raises(TypeError, match="outer is no Inner"):
-        record_in(memory, "outer", Inner)
 
 
 def test_what_no_record_can_have_is_refused():
     class Text(Record):
         name: str
 
+    class Bools(Record):
+        seen: Annotated[NDArray[np.bool_], (2,)]
+
     class Hidden(Record):
         mean: float
 
     with pytest.raises(TypeError, match="Text.name is .*: a record has no such field"):
         dtype_of(Text)
+    with pytest.raises(TypeError, match="Bools.seen is .*: a record has no such field"):
+        dtype_of(Bools)
     with pytest.raises(TypeError, match="Hidden.mean: NumPy's records have a method"):
         dtype_of(Hidden)
 
