@@ -1,5 +1,6 @@
 """Records that compiled code takes: a class states the fields, and their NumPy type follows."""
 
+from functools import cache
 from types import UnionType
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -34,6 +35,7 @@ class Record:
 R = TypeVar("R", bound=Record)
 
 
+@cache
 def dtype_of(record: type[Record]) -> np.dtype[np.void]:
     """
     Return the NumPy type of a record, aligned as C does it.

@@ -150,7 +150,7 @@ def test_memory_of_the_fastest_wrench_is_bounded():
             ring.keep_before(kept, r, int(r["last"]) - 1, words, state)
         r["done"] = r["last"]
         ring.settle(kept, r, 1500 * MS)
-        wrenches, states = int(r["last"] - r["first"]), len(kept.free) - int(r["free"])
+        wrenches, states = int(r["last"] - r["first"]), len(kept.unused) - int(r["unused"])
         if k % 97 == 96:
             # From somewhere within what is kept, and all since anew.
             back = 1 + k * 37 % min(wrenches - 1, 4000)
