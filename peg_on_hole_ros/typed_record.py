@@ -1,6 +1,5 @@
 """Records that compiled code takes: a class states the fields, and their NumPy type follows."""
 
-from functools import cache
 from types import UnionType
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -34,8 +33,10 @@ class Record:
 
 R = TypeVar("R", bound=Record)
 
+# Each record's type is made once: that takes a millisecond.
+_DTYPES: dict[type[Record], np.dtype[np.void]] = {}
 
-@cache
+
 def dtype_of(record: type[Record]) -> np.dtype[np.void]:
     """
     Return the NumPy type of a record, aligned as C does it.
@@ -47,6 +48,13 @@ def dtype_of(record: type[Record]) -> np.dtype[np.void]:
         which would hide it in Python (as `mean` and `copy` are).
 
     """
+    found = _DTYPES.get(record)
+    if found is None:
+        found = _DTYPES[record] = _built(record)
+    return found
+
+
+def _built(record: type[Record]) -> np.dtype[np.void]:
     hints = get_type_hints(record, include_extras=True)
     for name in hints:
         if hasattr(np.record, name):
