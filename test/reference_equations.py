@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from peg_on_hole_ros.estimator import state
 from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
-from peg_on_hole_ros.estimator.open_scene import LEAST_CLEARANCE, MOST_LOG, NEAREST, STEEPEST
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
+from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, normals, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import SceneScalars
 from peg_on_hole_ros.mechanics.reference import (
@@ -103,9 +103,10 @@ def open_scene(cell: Cell, x: np.ndarray, load: float) -> OpenScene:
     """Return the scene at a mean: diameter, frictions and gravity as they are taken to be."""
     scene = cell.scene
     clearance = scene.hole_diameter - scene.peg_diameter
-    clearance *= np.exp(_within(cell.value(x, "clearance")[0], -MOST_LOG, MOST_LOG))
+    most_log = OPEN_SCENE_BOUNDS.most_log_clearance
+    clearance *= np.exp(_within(cell.value(x, "clearance")[0], -most_log, most_log))
     taken = cell.value(x, "compliance")[0] * load
-    clearance = _within(clearance - taken, LEAST_CLEARANCE, np.inf)
+    clearance = _within(clearance - taken, OPEN_SCENE_BOUNDS.least_clearance, np.inf)
     gamma0 = 2 * np.arcsin(np.sqrt(clearance / (2 * scene.hole_diameter)))
     frictions = x[FRICTION] + np.array([[1.0], [0.0], [0.0]]) * cell.value(x, "friction_k")
     return OpenScene(
@@ -127,10 +128,16 @@ def _gravity(cell, x):
     return g - np.cross(np.append(cell.value(x, "tilt"), 0.0), g)
 
 
+def _tilts(scene):
+    """Return the least and the greatest tilt at which the equations are taken."""
+    bounds = OPEN_SCENE_BOUNDS
+    return np.real(scene.gamma0) + bounds.nearest_tilt, bounds.steepest_tilt
+
+
 def _balance(cell, x, u, load, scales):
     """Return left less right side of the six equations, shape (6,)."""
     scene, n = open_scene(cell, x, load), cell.n
-    gamma = _within(x[0], np.real(scene.gamma0) + NEAREST, STEEPEST)
+    gamma = _within(x[0], *_tilts(scene))
     q = np.array([gamma, x[1], x[2]])
     wrench = u - cell.bias_map @ cell.value(x, "bias")
     A, r = six_equations(scene, q, x[RATE : RATE + 3], wrench, scales)
@@ -166,7 +173,7 @@ def contact(
 
     """
     scene = open_scene(cell, x, load)
-    geometry = contact_geometry(scene, np.clip(x[0], scene.gamma0 + NEAREST, STEEPEST))
+    geometry = contact_geometry(scene, np.clip(x[0], *_tilts(scene)))
     scales, left = np.zeros(3), np.zeros(3)
     turned = direction_moments.py_func(
         _scalars(scene), geometry[1:], x, P, cell.settings.direction_share, scales, left

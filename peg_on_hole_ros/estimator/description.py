@@ -11,22 +11,11 @@ from peg_on_hole_ros.estimator.forces import (
     two_point_forces,
 )
 from peg_on_hole_ros.estimator.record import Estimate, Motion, Reactions, scene_of
+from peg_on_hole_ros.estimator.tuned import POSE_FLOOR, PUSHING_REACTIONS
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled
 from peg_on_hole_ros.mechanics.linear_algebra import peg_rotation, peg_turns
 from peg_on_hole_ros.mechanics.quaternion import fill_quaternion
 from peg_on_hole_ros.outputs import Row
-
-# Three-point contact leaves three degrees of freedom, so the pose's covariance has rank 3, and
-# programs that invert it would fail. These standard deviations are added on its diagonal: far
-# below what any sensor of a cell resolves.
-POSITION_FLOOR = 1.0e-6  # [m]
-ROTATION_FLOOR = 1.0e-6  # [rad]
-
-# Hildreth's iteration converges linearly: each pass multiplies the error by the squared
-# correlation of the reactions that would pull. It ends where a pass moves none by more than this
-# share of a standard deviation.
-_MOST_PASSES = 1000
-_PASS_ENDS = 1e-10
 
 
 @compiled
@@ -128,7 +117,7 @@ def fill_pushing(reactions: Reactions, pulls: np.ndarray, normal: np.ndarray) ->
     covariance = reactions.covariance
     for i in range(3):
         pulls[i] = 0.0
-    for _ in range(_MOST_PASSES):
+    for _ in range(PUSHING_REACTIONS.most_passes):
         moved = 0.0
         for i in range(3):
             variance = covariance[i, i]
@@ -139,7 +128,7 @@ def fill_pushing(reactions: Reactions, pulls: np.ndarray, normal: np.ndarray) ->
             moved = max(moved, step * step * variance)
             for j in range(3):
                 normal[j] += covariance[i, j] * step
-        if moved <= _PASS_ENDS * _PASS_ENDS:
+        if moved <= PUSHING_REACTIONS.least_step * PUSHING_REACTIONS.least_step:
             break
     for i in range(3):
         normal[i] = max(normal[i], 0.0)
@@ -205,4 +194,5 @@ def fill_pose(
             if position_free and j < 3:
                 value = peg_height * peg_height if i == j else 0.0
             covariance[i, j] = covariance[j, i] = value
-        covariance[i, i] += POSITION_FLOOR**2 if i < 3 else ROTATION_FLOOR**2
+        floor = POSE_FLOOR.position_stddev if i < 3 else POSE_FLOOR.rotation_stddev
+        covariance[i, i] += floor * floor

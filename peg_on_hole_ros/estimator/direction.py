@@ -5,12 +5,9 @@ from math import sqrt
 from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_normal, rim_slip
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import FRICTION, RATE, Places
+from peg_on_hole_ros.estimator.tuned import SLIP_FLOOR
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.typed_record import Floats
-
-# Below these nothing is distinguished [m/s, squared].
-_LEAST_VARIANCE = 1e-24
-_LEAST_SCALE2 = 1e-16
 
 
 @compiled
@@ -55,7 +52,7 @@ def direction_moments(
     turned = 0.0
     for i in range(3):
         other, left[i], s2 = slip_moments(rim_slip(scene, geo, i), x, P, share)
-        scales[i] = sqrt(s2 + _LEAST_SCALE2)
+        scales[i] = sqrt(s2 + SLIP_FLOOR.least_scale_square)
         turned += other / 3.0
     return turned
 
@@ -93,7 +90,7 @@ def slip_moments(rows: Rows, x: Floats, P: Floats, share: float) -> tuple[float,
         total += 2.0 * (a * b * q01 + a * c * q02 + b * c * q12)
     along = d0 * d0 * q00 + d1 * d1 * q11 + d2 * d2 * q22
     along += 2.0 * (d0 * d1 * q01 + d0 * d2 * q02 + d1 * d2 * q12)
-    total = max(total, _LEAST_VARIANCE)
+    total = max(total, SLIP_FLOOR.least_variance)
     along = min(max(along / max(speed2, 1e-30), 0.0), total)
     across = total - along
     mean = 0.5 * total

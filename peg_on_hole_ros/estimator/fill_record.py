@@ -7,7 +7,7 @@ from peg_on_hole_ros.estimator.contact_sets import registry
 from peg_on_hole_ros.estimator.direction import direction_moments, slip_moments
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.hole_geometry import two_point_slip, two_point_tilt
-from peg_on_hole_ros.estimator.open_scene import NEAREST, STEEPEST, scene_at
+from peg_on_hole_ros.estimator.open_scene import scene_at, within_closed_forms
 from peg_on_hole_ros.estimator.record import Motion, SceneRecord, Slip
 from peg_on_hole_ros.estimator.rim_geometry import Rows, rim_slip
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
@@ -65,7 +65,7 @@ def _fill_slips(kalman: FilterRecord, at_mean: SceneScalars) -> None:
     """
     state, estimate, share = kalman.state, kalman.record, kalman.settings.direction_share
     x, C, scales = state.mixture_mean, state.mixture_covariance, estimate.friction_scales
-    tilt = min(max(x[0], at_mean.gamma0 + NEAREST), STEEPEST)
+    tilt = within_closed_forms(at_mean, x[0])
     geo = closed_forms(at_mean.d, at_mean.D, at_mean.H_c, at_mean.gamma0, tilt)
     direction_moments(at_mean, geo, x, C, share, scales, kalman.scratch.unexplained)
     in_hole = registry.is_in_hole(state.contact_set)

@@ -6,14 +6,8 @@ from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.motion import move_on
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import FRICTION, State
+from peg_on_hole_ros.estimator.tuned import MIXTURE_WEIGHTS
 from peg_on_hole_ros.mechanics.kernel import compiled
-
-# A mode never goes below this weight among those of its friction hypothesis; a hypothesis that
-# does is dropped.
-_LEAST = 1e-9
-# Mode transitions are taken in slices no longer than this [s]: beyond, more than all would change.
-_SLICE = 0.002
-_MOST_RATIO = -50.0
 
 
 @compiled
@@ -23,7 +17,7 @@ def predict(kalman: FilterRecord, dt: float) -> None:
     modes, hypotheses = settings.modes, state.hypotheses
     if modes > 1:
         shut = settings.top_waits > 0.0 and state.alive.sum() > 1.5
-        time = min(dt, _SLICE)
+        time = min(dt, MIXTURE_WEIGHTS.longest_mixing)
         for g in range(hypotheses):
             if state.alive[g] > 0.0:
                 _mix(kalman, g * modes, shut, time)
@@ -108,12 +102,13 @@ def reweigh(kalman: FilterRecord) -> None:
             before += state.weight[j]
         total = 0.0
         for j in range(first, first + modes):
-            ratio = exp(max(scratch.log_likelihood[j] - top, _MOST_RATIO))
+            behind = scratch.log_likelihood[j] - top
+            ratio = exp(max(behind, MIXTURE_WEIGHTS.least_log_ratio))
             state.weight[j] *= ratio / before
             total += state.weight[j]
         kept = 0.0
         for j in range(first, first + modes):
-            state.weight[j] = max(state.weight[j] / total, _LEAST)
+            state.weight[j] = max(state.weight[j] / total, MIXTURE_WEIGHTS.least_weight)
             kept += state.weight[j]
         for j in range(first, first + modes):
             state.weight[j] /= kept
@@ -137,7 +132,7 @@ def _weigh_hypotheses(kalman: FilterRecord, best: float) -> None:
         if state.alive[g] == 0.0:
             continue
         weight = exp(scratch.evidence[g] - best) / total
-        if weight < _LEAST:
+        if weight < MIXTURE_WEIGHTS.least_weight:
             state.alive[g], weight = 0.0, 0.0
         left += weight
         for j in range(g * modes, g * modes + modes):

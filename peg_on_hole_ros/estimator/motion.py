@@ -5,10 +5,9 @@ from math import cos, exp, sin
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.settings import Settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, FRICTION, RATE
+from peg_on_hole_ros.estimator.tuned import PROCESS_NOISE_FLOOR
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats
-
-_LEAST_SINE2 = 1e-8
 
 
 @compiled
@@ -55,7 +54,8 @@ def add_process_noise(x: Floats, P: Floats, settings: Settings, mode: int, dt: f
     stddev, time = settings.mode_stddev[mode], settings.mode_time[mode]
     s, c = sin(x[ANGLE]), cos(x[ANGLE])
     density = 2.0 / time * stddev * stddev
-    turning = settings.around_axes * settings.around_axes * density / max(s * s, _LEAST_SINE2)
+    sine_square = max(s * s, PROCESS_NOISE_FLOOR.least_sine_square)
+    turning = settings.around_axes * settings.around_axes * density / sine_square
     d2, d3 = dt * dt / 2.0, dt * dt * dt / 3.0
     d4, d5, d6 = dt**4 / 8.0, dt**5 / 20.0, dt**3 / 6.0
     for i in range(3):

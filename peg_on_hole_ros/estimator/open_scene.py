@@ -3,15 +3,16 @@
 from math import atan2, exp, sqrt
 
 from peg_on_hole_ros.estimator.state import Places
+from peg_on_hole_ros.estimator.tuned import OPEN_SCENE_BOUNDS
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.typed_record import Floats
 
-# The equations are taken no nearer to the tilt at which three contacts become two, and for no peg
-# that lies, where the closed forms end [rad].
-NEAREST, STEEPEST = 1e-5, 1.5
-# A clearance is estimated within a factor of e^3 of the stated one.
-MOST_LOG = 3.0
-LEAST_CLEARANCE = 1e-7
+
+@compiled
+def within_closed_forms(scene: SceneScalars, gamma: float) -> float:
+    """Return the tilt, kept where the closed forms of three contacts exist [rad]."""
+    bounds = OPEN_SCENE_BOUNDS
+    return min(max(gamma, scene.gamma0 + bounds.nearest_tilt), bounds.steepest_tilt)
 
 
 @compiled
@@ -21,9 +22,11 @@ def scene_at(scene: SceneScalars, x: Floats, places: Places, load: float) -> Sce
         return scene
     clearance = scene.D - scene.d
     if places.clearance >= 0:
-        clearance *= exp(min(max(x[places.clearance], -MOST_LOG), MOST_LOG))
+        most_log = OPEN_SCENE_BOUNDS.most_log_clearance
+        clearance *= exp(min(max(x[places.clearance], -most_log), most_log))
     if places.compliance >= 0:
-        clearance = max(clearance - x[places.compliance] * load, LEAST_CLEARANCE)
+        left = clearance - x[places.compliance] * load
+        clearance = max(left, OPEN_SCENE_BOUNDS.least_clearance)
     d = scene.D - clearance
     gamma0 = atan2(sqrt(clearance * (scene.D + d)), d)
     return SceneScalars(

@@ -1,4 +1,4 @@
-"""Every tuned constant of the estimator, each with its reason; compiled code takes them as one."""
+"""Tuned numbers that may differ from filter to filter, each with its reason; one record."""
 
 from typing import Annotated
 
@@ -27,21 +27,23 @@ class Settings(Record):
     ----------
     modes : int
         How many process-noise modes there are; the arrays have room for more.
-    mode_stddev, mode_time : ndarray, shape (MOST_MODES,)
-        Stationary standard deviation of a held peg's accelerations [rad/s^2], and the time in
-        which they fade [s], for each process-noise mode. A robot at rest or in steady motion, one
-        that turns round, a peg that jumps. The last but one is that of a start.
-        An infinite time: accelerations are constant until the next wrench, which finds them anew
-        within the standard deviation; with a wide one the wrench drives the motion.
+    mode_stddev : ndarray, shape (MOST_MODES,)
+        Stationary standard deviation of a held peg's accelerations [rad/s^2], for each
+        process-noise mode: a robot at rest or in steady motion, one that turns round, a peg that
+        jumps. The last but one is that of a start.
+    mode_time : ndarray, shape (MOST_MODES,)
+        Time in which accelerations fade [s], for each process-noise mode. An infinite time:
+        accelerations are constant until the next wrench, which finds them anew within the standard
+        deviation; with a wide one the wrench drives the motion.
     mode_rate : ndarray, shape (MOST_MODES,)
         How often a second the motion changes to a mode from one below it [1/s]; it goes back to
         each mode below as often as it comes to the second.
     around_axes : float
-        Acceleration about any axis in space, as a share of the mode's standard deviation: a small
-        tilt turns easily.
+        Acceleration about any axis in space, as a share of the mode's standard deviation [-]: a
+        small tilt turns easily.
     friction_hypotheses : int
-        Friction hypotheses at the start, evenly spread; the standard deviation of each is half
-        its distance to the next: neighbours meet.
+        Friction hypotheses at the start [hypotheses], evenly spread; the standard deviation of
+        each is half its distance to the next: neighbours meet.
     reach : float
         How far they reach [stated standard deviations].
     joined : float
@@ -53,14 +55,15 @@ class Settings(Record):
     direction_time : float
         Friction of unknown direction is one force for so long, no white noise [s].
     reaction_prior : float
-        Prior standard deviation of a reaction, over the load, at each wrench.
+        Prior standard deviation of a reaction, over the load, at each wrench [-]: a narrow one
+        would pull reactions towards what they were.
     settling : float
         After a start only orientations are used for so long [s]: rates of any size leave the
         direction of friction open. No acceleration is taken to change a rate by more than
         1 rad/s within it.
     passes : int
-        How often the equations are linearised with the first wrench, far from which the state may
-        be.
+        How often the equations are linearised with the first wrench [passes], far from which the
+        state may be.
     free_walk : float
         In the air the speed of the robot walks by so much [m/s per root second].
     bias_time : float
@@ -69,19 +72,21 @@ class Settings(Record):
         A wrench corrects the bias only if nothing has touched the peg for so long after it [s]: a
         soft touch is detected that late.
     significance : float
-        What is off by so many standard deviations is no chance: a tilt whose mean moves by more
+        What is off by more is no chance [standard deviations]: a tilt whose mean moves by more
         than its variance accounts for, see `contact_filter`; tilt and reactions of a peg that two
         points carry.
     place_time : float
         A measured depth counts once in this time, longer than a peg slides in: the hole's own
         place is off by the same for a whole run [s].
     outlier : float
-        So many times the variance that is expected: a wrench beyond it is a spike and counts
+        So many times the variance that is expected [-]: a wrench beyond it is a spike and counts
         little, two in a row are none; a sample of the noise ratio counts as so much at most; a
         depth beyond it is none of two points.
-    noise_count, noise_most : float
-        The variance of orientations, and of the wrench, is an average over so many, and is so
-        many times the stated one at most, for more is another unit.
+    noise_count : float
+        The variance of orientations, and of the wrench, is an average over so many [samples]: over
+        fewer, chance would show as noise.
+    noise_most : float
+        That variance is so many times the stated one at most [-]: more is another unit.
     inertia : float
         0: accelerations are left out of the equations, as in a quasi-static balance.
     direction_share : float

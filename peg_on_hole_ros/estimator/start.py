@@ -19,6 +19,7 @@ from peg_on_hole_ros.estimator.state import (
     AirBatch,
     State,
 )
+from peg_on_hole_ros.estimator.tuned import MIXTURE_WEIGHTS
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats
 
@@ -62,7 +63,7 @@ def start_mixture(kalman: FilterRecord, q: Floats, R: Floats, rate_stddev: float
         for j in range(g * modes, g * modes + modes):
             state.weight[j] = own / modes
             if shut and j == g * modes + modes - 1:
-                state.weight[j] = 1e-9 * own
+                state.weight[j] = MIXTURE_WEIGHTS.least_weight * own
             total += state.weight[j]
             _start_component(kalman, j, q, R, rate_stddev)
             state.x[j, FRICTION], state.P[j, FRICTION, FRICTION] = f, wide * wide

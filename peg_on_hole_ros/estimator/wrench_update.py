@@ -6,7 +6,6 @@ import numpy as np
 
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.contact_sets import registry
-from peg_on_hole_ros.estimator.contact_sets.free import LEAST_STEP
 from peg_on_hole_ros.estimator.direction import add_product_noise, fill_product_covariance
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.mixture import (
@@ -19,6 +18,7 @@ from peg_on_hole_ros.estimator.mixture import (
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.start import unmeasured_acceleration
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
+from peg_on_hole_ros.estimator.tuned import WRENCH_STEP
 from peg_on_hole_ros.estimator.update import copy_component, reset_three, update
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, scene_of
 from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
@@ -81,7 +81,7 @@ def update_from_wrench(kalman: FilterRecord, contact_set: int) -> None:
         _correct_all(kalman, dt, 1, nis / _EQUATIONS)
     state.nis_wrench = nis
     if several:
-        fill_evidence_share(kalman, max(dt, LEAST_STEP))
+        fill_evidence_share(kalman, max(dt, WRENCH_STEP.least_time))
     reweigh(kalman)
     if several:
         merge(state, settings)
@@ -174,7 +174,7 @@ def _correct_component(
     scene, w, x, P = scene_of(kalman.scene), kalman.places.reactions + 3, state.x[j], state.P[j]
     middle = settings.mode_stddev[settings.modes // 2]
     mode_stddev = max(settings.mode_stddev[j % settings.modes], middle)
-    late = max(settings.direction_time / max(dt, LEAST_STEP), 1.0)
+    late = max(settings.direction_time / max(dt, WRENCH_STEP.least_time), 1.0)
     before, P_before = scratch.before, scratch.P_before
     if passes > 1:
         copy_component(before, P_before, x, P, w)

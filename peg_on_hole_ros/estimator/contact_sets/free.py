@@ -1,6 +1,7 @@
 """No contact: the peg hangs free, and a batch of wrenches measures its weight and the bias."""
 
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
+from peg_on_hole_ros.estimator.tuned import WRENCH_STEP
 from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled
 from peg_on_hole_ros.typed_record import Floats
@@ -8,8 +9,6 @@ from peg_on_hole_ros.typed_record import Floats
 UNKNOWN_REACTIONS = 0
 DRIVEN_MOTION = False
 IN_HOLE = False
-# A wrench is not taken for more frequent than this [s].
-LEAST_STEP = 1e-4
 # Which of the batches in the air is filled, waits until no touch follows it, corrects the bias.
 FILLED, WAITS, SETTLED = range(3)
 
@@ -49,7 +48,7 @@ def linearise(
     settings, places, scratch = kalman.settings, kalman.places, kalman.scratch
     E, residual, R = scratch.jacobian, scratch.residual, scratch.noise
     batch, n = kalman.state.air[SETTLED], kalman.places.reactions
-    dt = max(batch.time / batch.wrenches, LEAST_STEP)
+    dt = max(batch.time / batch.wrenches, WRENCH_STEP.least_time)
     moved = moved_force_variance(scene, settings.free_walk, dt) / batch.wrenches
     slow = max(settings.mode_time[settings.modes - 1] / dt, 1.0)
     turned = slow * (scene.Ie * mode_stddev) ** 2 / batch.wrenches
@@ -72,4 +71,4 @@ def linearise(
 @compiled
 def moved_force_variance(scene: SceneScalars, free_walk: float, dt: float) -> float:
     """Return the variance of the force of a holder that moves the peg, over a sample [N^2]."""
-    return (scene.m * free_walk) ** 2 / max(dt, LEAST_STEP)
+    return (scene.m * free_walk) ** 2 / max(dt, WRENCH_STEP.least_time)

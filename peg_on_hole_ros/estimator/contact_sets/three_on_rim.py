@@ -11,10 +11,9 @@ from peg_on_hole_ros.estimator.applied_wrench import (
 from peg_on_hole_ros.estimator.direction import direction_moments, fill_direction_noise
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
 from peg_on_hole_ros.estimator.open_scene import (
-    NEAREST,
-    STEEPEST,
     fill_clearance_jacobian,
     scene_at,
+    within_closed_forms,
 )
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
@@ -70,7 +69,7 @@ def linearise(
     n, load, inertia = places.reactions, state.load, settings.inertia
     scene = scene_at(scene, x, places, load)
     work, E, residual = scratch.work, scratch.jacobian, scratch.residual
-    gamma = min(max(x[0], scene.gamma0 + NEAREST), STEEPEST)
+    gamma = within_closed_forms(scene, x[0])
     geo = closed_forms(scene.d, scene.D, scene.H_c, scene.gamma0, gamma)
     turned = direction_moments(
         scene, geo, x, P, settings.direction_share, scratch.velocity_scale, scratch.unexplained
