@@ -16,8 +16,9 @@ from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.config.parameters_file import read_parameters, write_parameters
 from peg_on_hole_ros.errors import BagDamaged, BagError, PegOnHoleError
-from peg_on_hole_ros.identification.calibration import FEWEST_INNOVATIONS, calibrate
+from peg_on_hole_ros.identification.calibration import calibrate
 from peg_on_hole_ros.identification.recording import Recording, recording
+from peg_on_hole_ros.identification.tuned import CALIBRATED_RECORDING
 from peg_on_hole_ros.messages.decode import Malformed
 from peg_on_hole_ros.messages.stream import orientation_of
 from peg_on_hole_ros.replay.advice import apart
@@ -142,9 +143,9 @@ def read_recording(
     if min(counts) < _FEWEST:
         raise BagError(
             f"{bag.path}: {counts[0]} wrenches and {counts[1]} joint states with stamps of their "
-            f"own can be used, a calibration needs at least {FEWEST_INNOVATIONS} joint states of "
-            "steady sliding; `peg-on-hole inspect` says what is wrong, else record longer, "
-            "or faster"
+            "own can be used, a calibration needs at least "
+            f"{CALIBRATED_RECORDING.fewest_innovations} joint states of steady sliding; "
+            "`peg-on-hole inspect` says what is wrong, else record longer, or faster"
         )
     return record
 

@@ -11,7 +11,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.untold import offsets_of, stated_offsets
-from peg_on_hole_ros.identification.likelihood import START, Likelihood
+from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
     CLEARANCE,
     DELAY,
@@ -21,7 +21,8 @@ from peg_on_hole_ros.identification.quantities import (
     measures,
 )
 from peg_on_hole_ros.identification.recording import Recording, slow_slip
-from peg_on_hole_ros.identification.scoring import EXPLAINED, Search
+from peg_on_hole_ros.identification.scoring import Search
+from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS, SCORING
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.records import AngleMeasurement
@@ -223,7 +224,7 @@ class Delay:
         # It is where it was seen.
         if late is None or abs(late.x[DELAY] - best) > max(FIRST, 0.5 * abs(best)):
             return False
-        if abs(late.x[DELAY]) < LEAST or late.run.nis.mean() > EXPLAINED:
+        if abs(late.x[DELAY]) < LEAST or late.run.nis.mean() > SCORING.explained_nis:
             return False
         peaks = [stated, late]
         for i in range(2, len(HYPOTHESES)):
@@ -276,10 +277,11 @@ class Delay:
         begin = min(int(stamps[0][0]), kept[0].measured.t_ns)
         q = np.array([look.measured.q for look in kept])
         q[:, 1:] = np.unwrap(q[:, 1:], axis=0)
+        # Rates are known once the orientations that do not count have come.
+        first = COUNTED_EVENTS.uncounted_orientations
         record = Recording(
-            # Rates are known once the orientations before START have come.
-            (np.concatenate(stamps[START:]) - begin) * 1e-9,
-            np.concatenate(wrenches[START:]) - self._tare,
+            (np.concatenate(stamps[first:]) - begin) * 1e-9,
+            np.concatenate(wrenches[first:]) - self._tare,
             np.array([look.measured.t_ns - begin for look in kept]) * 1e-9,
             q,
             np.array([look.measured.covariance for look in kept]),

@@ -17,6 +17,7 @@ from peg_on_hole_ros.estimator.orientation_update import (
 from peg_on_hole_ros.estimator.scratch import Scratch
 from peg_on_hole_ros.estimator.start import start_mixture
 from peg_on_hole_ros.estimator.state import OPEN
+from peg_on_hole_ros.estimator.tuned import WRENCH_STEP
 from peg_on_hole_ros.estimator.update import reset_three
 from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
 from peg_on_hole_ros.mechanics.kernel import compiled, scene_of
@@ -171,7 +172,8 @@ def _innovation(kalman, P, residual, covariance):
     """Fill in residual and covariance of the six equations."""
     w, scratch = OPEN + 3, kalman.scratch
     direction_time = kalman.settings.direction_time
-    late = max(direction_time / max(kalman.state.time_since_wrench, 1e-4), 1.0)
+    since = max(kalman.state.time_since_wrench, WRENCH_STEP.least_time)
+    late = max(direction_time / since, 1.0)
     for i in range(6):
         residual[i] = -scratch.residual[i]
         for j in range(6):

@@ -16,7 +16,7 @@ from scipy.special import chdtri
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.identification.guess import guess
-from peg_on_hole_ros.identification.likelihood import START, Likelihood
+from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.noise_levels import noise_levels
 from peg_on_hole_ros.identification.quantities import (
     CLEARANCE,
@@ -40,42 +40,21 @@ from peg_on_hole_ros.identification.recording import (
     steady,
 )
 from peg_on_hole_ros.identification.scoring import (
-    EXPLAINED,
-    FEW_ITERATIONS,
     Peak,
     Search,
 )
 from peg_on_hole_ros.identification.selection import (
-    LEVEL,
     NORMAL_95,
     conditional,
     kept_ones,
 )
-
-# Joint states beyond this are left out, evenly: they cost time and add little.
-MOST_JOINTS = 2000
-# Ten blocks of them, by which the intervals are widened: see `scoring.BLOCK`.
-FEWEST_INNOVATIONS = 250
-# With a clearance that is stated too small, tilts nearer than so many gamma0 as stated may be
-# those of a peg in the hole, of which no parameters of three contacts make anything. gamma0 goes
-# with the root of the clearance: up to twice the stated one.
-FARTHER_TILT = 1.5
-# Innovations squared of three times what noise leaves: nothing is to be told by them.
-UNEXPLAINED = 9.0
-# A start that ends lower than the best by less than this is as likely.
-AS_LIKELY = 2.0
-# Likelihoods of short recordings differ by so many times what white noise makes of them.
-UNSURE = 2.0
-# Of a direction that is not told, what a quantity has to be of its longest part to be named.
-PART = 0.3
-# Of the load, how far off a bias may be in a first guess: a little, and much.
-BIAS_SHARES = 0.05, 0.2
-# Climbs from one start at most, and how much lower a second start may be to be looked at.
-MOST_CLIMBS, NEAR_ENOUGH = 4, 1000.0
-# Of what was kept so many are set free at once, where that is not borne out.
-FREED = 2
-# Runs of a usual calibration, for the progress.
-USUAL = 250
+from peg_on_hole_ros.identification.tuned import (
+    CALIBRATED_RECORDING,
+    CALIBRATION_SEARCH,
+    COUNTED_EVENTS,
+    FIRST_GUESS,
+    SCORING,
+)
 
 
 class Estimate(NamedTuple):
@@ -170,25 +149,26 @@ def calibrate(
     """
     parts = _thinned(steady(record, start))
     count = _count(parts)
-    if count < FEWEST_INNOVATIONS:
+    fewest = CALIBRATED_RECORDING.fewest_innovations
+    if count < fewest:
         raise BagError(
             f"only {count} joint states while all three contacts slide steadily, at least "
-            f"{FEWEST_INNOVATIONS} are needed: {shortfall(record, start)}"
+            f"{fewest} are needed: {shortfall(record, start)}"
         )
     moved = motion(record)
     told = _told_before(progress)
     found = _Found.of(record, moved, parts, start, told)
-    if found is None or found.nis > EXPLAINED:
-        farther = _thinned(steady(record, start, FARTHER_TILT))
-        if farther != parts and _count(farther) >= FEWEST_INNOVATIONS:
+    if found is None or found.nis > SCORING.explained_nis:
+        farther = _thinned(steady(record, start, CALIBRATED_RECORDING.farther_tilt))
+        if farther != parts and _count(farther) >= fewest:
             again = _Found.of(record, moved, farther, start, told)
             if again is not None and (found is None or again.nis < found.nis):
                 parts, found = farther, again
-    if found is None or found.nis > UNEXPLAINED:
+    if found is None or found.nis > CALIBRATED_RECORDING.unexplained_nis:
         raise BagError(_unexplained(found, start.joints.delay))
     progress(1.0)
     rows = _rows(parts)
-    turns = moved.rates[rows, 2]
+    turns, fast = moved.rates[rows, 2], CALIBRATED_RECORDING.turning_rate
     return Calibration(
         configured(start, found.x),
         _estimates(coordinates(start), found),
@@ -198,7 +178,7 @@ def calibrate(
         float(sum(record.joint_t[part.stop - 1] - record.joint_t[part.start] for part in parts)),
         float(moved.q[rows, 0].min() / start.scene.gamma0),
         float(np.ptp(moved.q[rows, 2])),
-        bool(turns.min() < -0.1 < 0.1 < turns.max()),
+        bool(turns.min() < -fast < fast < turns.max()),
     )
 
 
@@ -209,14 +189,15 @@ def _told_before(progress):
     def told():
         nonlocal count
         count += 1
-        progress(1.0 - 2.0 ** (-2.0 * count / USUAL))
+        progress(1.0 - 2.0 ** (-2.0 * count / CALIBRATION_SEARCH.usual_runs))
 
     return told
 
 
 def _count(parts):
     """Return how many joint states count."""
-    return sum(part.stop - part.start - START for part in parts)
+    uncounted = COUNTED_EVENTS.uncounted_orientations
+    return sum(part.stop - part.start - uncounted for part in parts)
 
 
 def _rows(parts):
@@ -255,7 +236,8 @@ class _Found(NamedTuple):
         kept = kept_ones(best.x - x0, covariance)
         before = likelihood.run(x0)
         stated = -np.inf if before is None else search.value(before, x0)
-        if best.value - stated < UNSURE * chdtri(free.size, LEVEL):
+        chance = chdtri(free.size, CALIBRATION_SEARCH.change_level)
+        if best.value - stated < CALIBRATION_SEARCH.short_recording_factor * chance:
             # Nothing that was found is surely likelier than what is stated.
             last = best._replace(x=x0, value=stated, run=before)
         else:
@@ -274,12 +256,14 @@ def _with(search: Search, best: Peak, covariance, x0, kept) -> Peak:
     """
     kept = kept.copy()
     away = np.abs(best.x - x0) / np.sqrt(np.diagonal(covariance))
+    level, freed = CALIBRATION_SEARCH.change_level, CALIBRATION_SEARCH.freed_at_once
     while kept.any():
         x = conditional(best.x, covariance, x0, kept)
-        last = search.climb(x, np.flatnonzero(~kept & ~IS_NOISE))
-        if last is not None and best.value - last.value < chdtri(kept.sum(), LEVEL):
+        free = np.flatnonzero(~kept & ~IS_NOISE)
+        last = search.climb(x, free, SCORING.most_iterations)
+        if last is not None and best.value - last.value < chdtri(kept.sum(), level):
             return last
-        kept[np.flatnonzero(kept)[np.argsort(away[kept])[-FREED:]]] = False
+        kept[np.flatnonzero(kept)[np.argsort(away[kept])[-freed:]]] = False
     return best
 
 
@@ -296,23 +280,24 @@ def _with_noise(record, x0, limits):
 
 def _peaks(search: Search, likelihood, start, begin, free, force) -> list[Peak]:
     """Return where the climbs from several starts end, the best first."""
-    starts = [begin, *(guess(likelihood, start, begin, share * force) for share in BIAS_SHARES)]
+    near, far = FIRST_GUESS.small_bias_share * force, FIRST_GUESS.large_bias_share * force
+    starts = [begin, *(guess(likelihood, start, begin, bias) for bias in (near, far))]
     values = [search.at(x) for x in starts]
     first, second, *_ = np.argsort(values)[::-1]
     if not np.isfinite(values[first]):
         return []
     peaks, x = [], starts[first]
-    for _ in range(MOST_CLIMBS):
-        peak = search.climb(x, free)
+    for _ in range(CALIBRATION_SEARCH.most_climbs):
+        peak = search.climb(x, free, SCORING.most_iterations)
         if peak is None or peak.converged:
             break
         # What was open so far may now be told the better.
-        x = max((guess(likelihood, start, peak.x, BIAS_SHARES[0] * force), peak.x), key=search.at)
+        x = max((guess(likelihood, start, peak.x, near), peak.x), key=search.at)
     if peak is None:
         return []
     peaks = [peak]
-    if values[second] > peak.value - NEAR_ENOUGH:
-        peaks.append(search.climb(starts[second], free, FEW_ITERATIONS))
+    if values[second] > peak.value - CALIBRATION_SEARCH.second_start_loss:
+        peaks.append(search.climb(starts[second], free, SCORING.few_iterations))
     return sorted(filter(None, peaks), key=lambda peak: -peak.value)
 
 
@@ -328,7 +313,8 @@ def _spread(best: Peak, peaks, free, scale, noise):
     varied = best.scores - best.scores.mean(axis=0)
     sandwich = curvature @ (varied.T @ varied + prior) @ curvature
     wider = np.maximum(np.diagonal(sandwich) / np.diagonal(curvature), 1.0)
-    others = [one.x for one in peaks if best.value - one.value < AS_LIKELY]
+    equal = CALIBRATION_SEARCH.equal_likelihood
+    others = [one.x for one in peaks if best.value - one.value < equal]
     apart = np.ptp(np.array(others), axis=0)[free]
     covariance = np.zeros((len(QUANTITIES), len(QUANTITIES)))
     covariance[np.ix_(free, free)] = curvature * np.sqrt(np.outer(wider, wider))
@@ -354,33 +340,34 @@ def _limits(start, x0, least_tilt):
     """Return the least and the greatest coordinates; the start's are within them."""
     low, high = np.full((2, len(QUANTITIES)), np.inf)
     low = -low
-    low[FRICTION], high[FRICTION] = 0.0, 2.0
-    low[DELAY], high[DELAY] = -0.1, 0.1
+    low[FRICTION], high[FRICTION] = 0.0, CALIBRATION_SEARCH.most_friction
+    low[DELAY], high[DELAY] = -CALIBRATION_SEARCH.most_delay, CALIBRATION_SEARCH.most_delay
     # The least that a configuration may hold.
     low[NOISE] = np.log([1e-6, 1e-7, 1e-9])
     # The least tilt that was seen on three contacts is above gamma0.
     scene = start.scene
     clearance = scene.hole_diameter - scene.peg_diameter
     most = scene.hole_diameter * (1 - np.cos(0.99 * least_tilt))
-    low[CLEARANCE] = log(0.05 * clearance)
+    low[CLEARANCE] = log(CALIBRATION_SEARCH.least_clearance_share * clearance)
     high[CLEARANCE] = log(max(most, 1.001 * clearance))
     # What stays as it was is never moved to a limit.
     return np.minimum(low, x0), np.maximum(high, x0)
 
 
 def _thinned(parts):
-    """Return pieces spread over all parts that together have at most some MOST_JOINTS."""
+    """Return pieces spread over all parts that together have no more than counts."""
     total = sum(part.stop - part.start for part in parts)
-    if total <= MOST_JOINTS:
+    most, piece = CALIBRATED_RECORDING.most_joint_states, CALIBRATED_RECORDING.piece
+    if total <= most:
         return parts
-    share = MOST_JOINTS / total
+    share = most / total
     pieces = []
     for part in parts:
-        for begin in range(part.start, part.stop, 1000):
-            length = min(1000, part.stop - begin)
-            kept = min(max(round(length * share), 100), length)
+        for begin in range(part.start, part.stop, piece):
+            length = min(piece, part.stop - begin)
+            kept = min(max(round(length * share), CALIBRATED_RECORDING.shortest_piece), length)
             pieces.append(slice(begin, begin + kept))
-    every = max(1, sum(piece.stop - piece.start for piece in pieces) // MOST_JOINTS)
+    every = max(1, sum(piece.stop - piece.start for piece in pieces) // most)
     return pieces[::every]
 
 
@@ -407,5 +394,5 @@ def _alike(i, covariance, useful):
     at = rows.tolist().index(i)
     # That direction which makes most of what is not known of the quantity.
     v = directions[:, int(np.argmax(variance * directions[at] ** 2))]
-    named = np.abs(v) > PART * np.abs(v).max()
+    named = np.abs(v) > CALIBRATION_SEARCH.named_share * np.abs(v).max()
     return tuple(NAMES[rows[k]] for k in np.flatnonzero(named) if k != at)

@@ -16,12 +16,8 @@ from peg_on_hole_ros.identification.quantities import (
     FRICTION,
     configured,
 )
+from peg_on_hole_ros.identification.tuned import FIRST_GUESS
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
-
-# How far off friction may be, and the clearance as a share of itself.
-FRICTION_STDDEV, CLEARANCE_STDDEV = 0.2, 0.2
-# Each pass begins where the one before has ended: slopes taken far off lead only so near.
-PASSES = 2
 
 
 def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: float) -> np.ndarray:
@@ -40,7 +36,7 @@ def guess(likelihood: Likelihood, start: Configuration, x: np.ndarray, bias: flo
 
     """
     x = x.copy()
-    for _ in range(PASSES):
+    for _ in range(FIRST_GUESS.passes):
         configuration = configured(start, x)
         peg = _open(configuration, bias)
         events, now = likelihood.events(x, configuration), 0.0
@@ -67,7 +63,9 @@ def _open(configuration: Configuration, bias: float) -> ContactFilter:
     scene, wrench = configuration.scene, configuration.wrench
     clearance = scene.hole_diameter - scene.peg_diameter
     scene = replace(
-        scene, friction_stddev=FRICTION_STDDEV, clearance_stddev=CLEARANCE_STDDEV * clearance
+        scene,
+        friction_stddev=FIRST_GUESS.friction_stddev,
+        clearance_stddev=FIRST_GUESS.clearance_share * clearance,
     )
     wrench = replace(
         wrench,

@@ -21,19 +21,11 @@ from peg_on_hole_ros.identification.accumulate import (
 )
 from peg_on_hole_ros.identification.quantities import DELAY, TILT, configured
 from peg_on_hole_ros.identification.recording import Recording, turned
+from peg_on_hole_ros.identification.tuned import COUNTED_EVENTS
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, tilt_axes
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.typed_record import new
-
-# Orientations at the begin of a part that tell where it starts, and nothing else.
-START = 8
-# Wrenches count from so long after it [s]: the estimator's own settling, and what a delay may be.
-SETTLE = 0.045
-# Between the knots of a smooth motion [s]: with half as much noise looks like motion.
-KNOTS = 0.06
-# A reaction may be anything: with a prior that is near, the smaller reactions would be likelier.
-FREE_REACTION = 100.0
 
 
 class Innovations(NamedTuple):
@@ -87,10 +79,11 @@ def rows_of(record: Recording, parts: Sequence[slice], delay: float) -> tuple[np
     joints, wrenches, uncounted = [], [], []
     for part in parts:
         t = record.joint_t[part] - delay
-        first, last = np.searchsorted(record.wrench_t, (t[0] + SETTLE, t[-1]))
+        first, last = np.searchsorted(record.wrench_t, (t[0] + COUNTED_EVENTS.settling, t[-1]))
         joints.append(np.arange(part.start, part.stop))
         wrenches.append(np.arange(first, last))
-        uncounted.append(np.arange(part.stop - part.start) < START)
+        first_ones = COUNTED_EVENTS.uncounted_orientations
+        uncounted.append(np.arange(part.stop - part.start) < first_ones)
     return tuple(map(np.concatenate, (joints, wrenches, uncounted)))
 
 
@@ -184,7 +177,9 @@ class Likelihood:
         residual, covariance = np.zeros((size, 6)), np.zeros((size, 6, 6))
         found, nis = np.zeros(n), np.full(n, np.nan)
         kalman = new(FilterRecord)
-        kalman.settings = default_settings(friction_hypotheses=1, reaction_prior=FREE_REACTION)
+        kalman.settings = default_settings(
+            friction_hypotheses=1, reaction_prior=COUNTED_EVENTS.reaction_prior
+        )
         kalman.scene[:], kalman.places = scene_scalars(scene), places_of(())
         kalman.estimated[: OPEN + 3] = 1.0
         kalman.estimated[FRICTION] = 0.0
@@ -201,7 +196,8 @@ class Likelihood:
 
 def _spline(t, q) -> tuple[np.ndarray, Callable]:
     """Return the stamps of a part [s], and a smooth motion through its angles."""
-    inner = np.linspace(t[0], t[-1], max(round((t[-1] - t[0]) / KNOTS), 1) + 1)[1:-1]
+    pieces = max(round((t[-1] - t[0]) / COUNTED_EVENTS.knot_spacing), 1)
+    inner = np.linspace(t[0], t[-1], pieces + 1)[1:-1]
     # A third of a second to import, and few recordings are refitted.
     from scipy.interpolate import make_lsq_spline
 

@@ -6,15 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.identification.recording import Recording
+from peg_on_hole_ros.identification.tuned import NOISE_BLOCKS
 
 # Fourth differences of white noise have 70 times its variance (the squares of 1 4 6 4 1), and
 # those of a motion that is smooth over five samples are nothing beside it.
 WEIGHTS = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-# A median over blocks of so many ignores the blocks with impacts.
-BLOCK = 100
-FEWEST_BLOCKS = 3
-# What is left of a motion, and of the median's own error, as a share of the level.
-SURE = 0.01
 
 
 class Level(NamedTuple):
@@ -40,23 +36,25 @@ def noise_levels(record: Recording) -> tuple[Level | None, Level | None, Level |
 
 
 def _level(t, values, root=None):
-    n = len(t)
-    if n < FEWEST_BLOCKS * BLOCK:
+    n, block, fewest = len(t), NOISE_BLOCKS.block, NOISE_BLOCKS.fewest_blocks
+    if n < fewest * block:
         return None
     differences = sum(weight * values[i : n - 4 + i] for i, weight in enumerate(WEIGHTS))
     if root is not None:
         differences = np.einsum("nij,nj->ni", root[2:-2], differences)
     # Differences of samples that are not evenly spaced are not those of the table.
-    regular = np.convolve(np.diff(t) > 1.5 * np.median(np.diff(t)), np.ones(4), "valid") == 0
+    gap = np.diff(t) > NOISE_BLOCKS.gap_periods * np.median(np.diff(t))
+    regular = np.convolve(gap, np.ones(4), "valid") == 0
     variances = (differences[regular] ** 2).mean(axis=1) / (WEIGHTS**2).sum()
-    blocks = len(variances) // BLOCK
-    if blocks < FEWEST_BLOCKS:
+    blocks = len(variances) // block
+    if blocks < fewest:
         return None
-    means = variances[: blocks * BLOCK].reshape(blocks, -1).mean(axis=1)
+    means = variances[: blocks * block].reshape(blocks, -1).mean(axis=1)
     middle = float(np.median(means))
     if not middle > 0.0:
         return None
     # A normal spread by its quartiles, and of a median what it leaves of that of a mean. The
     # median of so wide a mean lies below it by 1 %.
     spread = np.subtract(*np.quantile(means, (0.75, 0.25))) / 1.349
-    return Level(0.5 * log(middle), 0.5 * 1.2533 * float(spread) / middle / sqrt(blocks) + SURE)
+    stddev = 0.5 * 1.2533 * float(spread) / middle / sqrt(blocks) + NOISE_BLOCKS.floor
+    return Level(0.5 * log(middle), stddev)

@@ -20,6 +20,7 @@ from peg_on_hole_ros.identification.quantities import (
     TYPICAL_FORCE,
     measures,
 )
+from peg_on_hole_ros.identification.tuned import OBSERVED_MOTION
 from peg_on_hole_ros.mechanics.scene import Scene
 
 # Of a parameter vector: friction, clearance, bias (6) and tilt (2).
@@ -31,12 +32,6 @@ NAMES = (
 )  # fmt: skip
 # As many values as they are, from friction on.
 _ASKED = slice(FRICTION, FRICTION + len(NAMES))
-# Correlated by more than this, two parameters look nearly the same.
-ALIKE = 0.7
-# What the rim carries is not known from less sliding than this [s]: at a touch-down it is nothing.
-BRIEF = 0.1
-# Slower than so many of its standard deviations a contact may stick, and tells nothing for sure.
-SURELY = 3.0
 
 
 class Observability(NamedTuple):
@@ -212,12 +207,14 @@ class ObservingFilter(ContactFilter):
         self._pin()
 
     def _slides(self):
-        return all(slip.speed > SURELY * sqrt(slip.variance) for slip in self.record.slips)
+        sigmas = OBSERVED_MOTION.significance
+        return all(slip.speed > sigmas * sqrt(slip.variance) for slip in self.record.slips)
 
     def observability(self) -> Observability:
         """Return what was gathered so far."""
         travel = np.maximum(self._most - self._least, 0.0)
-        force = self._pressed / self.seconds if self.seconds > BRIEF else TYPICAL_FORCE
+        slid = self.seconds > OBSERVED_MOTION.shortest_sliding
+        force = self._pressed / self.seconds if slid else TYPICAL_FORCE
         unit = np.ones(len(NAMES))
         unit[1] = 1.0 / self._clearance
         return observability(  # type: ignore[call-arg]
@@ -270,8 +267,9 @@ def observability(
     partner = []
     for i in range(len(NAMES)):
         nearest = int(np.argmax(correlation[i]))
-        hidden = alone[i] <= useful[i] < together[i] and correlation[i, nearest] > ALIKE
-        partner.append(NAMES[nearest] if hidden else "")
+        hidden = alone[i] <= useful[i] < together[i]
+        alike = correlation[i, nearest] > OBSERVED_MOTION.alike
+        partner.append(NAMES[nearest] if hidden and alike else "")
     told = np.linalg.eigvalsh(scaled)
     condition = float(np.sqrt(told[-1] / told[0])) if told[0] > 1e-14 * told[-1] > 0 else inf
     rank = int((told > 1.0).sum())

@@ -4,17 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from peg_on_hole_ros.identification.tuned import SPIKE_TEST
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # A sample is held against lines through two others each, so many samples before or after it. One
 # of them at least passes by an outlier, or two in a row; three in a row are a motion or a load.
 _LINES = ((-3, -2), (-2, -1), (-1, 1), (1, 2), (2, 3))
-# So many times farther off its lines than samples usually are. Of a million samples of white
-# noise the farthest is 4 times as far off as the median.
-FAR = 6.0
-# What is usual is that of the whole recording, or of so many samples on either side: an impact
-# that rings is no outlier.
-_BESIDE = 10
 
 
 def without_spikes(wrenches: Sequence[WrenchSample]) -> list[WrenchSample]:
@@ -53,14 +48,14 @@ def outliers(t: np.ndarray, values: np.ndarray, white: np.ndarray | None = None)
 
     """
     found = np.zeros(len(t), bool)
-    if len(t) < 2 * _BESIDE:
+    if len(t) < 2 * SPIKE_TEST.beside:
         return found
     first = np.r_[True, (np.diff(values, axis=0) != 0.0).any(axis=1)]
     place, rows = np.cumsum(first) - 1, np.flatnonzero(first)
     left = rows
-    while len(left) >= 2 * _BESIDE:
+    while len(left) >= 2 * SPIKE_TEST.beside:
         away = _away(t[left], values[left], None if white is None else white[left])
-        far = away > FAR * np.maximum(np.median(away), _usual(away))
+        far = away > SPIKE_TEST.far * np.maximum(np.median(away), _usual(away))
         if not far.any():
             break
         left = left[~far]
@@ -84,8 +79,8 @@ def _away(t, values, white):
 
 def _usual(away):
     """Return the median over some samples on either side of each, shape (n,)."""
-    padded = np.pad(away, _BESIDE, mode="reflect")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1)
+    padded = np.pad(away, SPIKE_TEST.beside, mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * SPIKE_TEST.beside + 1)
     return np.median(windows, axis=1)
 
 

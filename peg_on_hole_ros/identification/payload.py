@@ -7,16 +7,9 @@ import numpy as np
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.identification.recording import Recording, motion
+from peg_on_hole_ros.identification.tuned import STILL_POSE_TEST
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.mechanics.reference import peg_axes
-
-# A pose lasts at least so long, at less than this rate.
-SHORTEST = 0.2  # [s]
-STILL = 0.01  # [rad/s]
-# A spread of gravity's direction that is smaller tells nothing in practice [-].
-SPREAD = 0.05
-# To so much a mass centre has to be known [m].
-CENTER = 0.005
 
 
 class Payload(NamedTuple):
@@ -69,8 +62,8 @@ def find_payload(record: Recording, configuration: Configuration) -> Payload:
     g_S, wrench, count = _poses(record, configuration)
     if not len(g_S):
         raise PegOnHoleError(
-            f"no pose of {SHORTEST:g} s below {STILL:g} rad/s: let the peg hang free and still at "
-            "three tilts or more, half a second each"
+            f"no pose of {STILL_POSE_TEST.shortest:g} s below {STILL_POSE_TEST.still_rate:g} "
+            "rad/s: let the peg hang free and still at three tilts or more, half a second each"
         )
     return payload_of(g_S, wrench, count, configuration)
 
@@ -99,7 +92,7 @@ def payload_of(
     """
     options, scene = configuration.wrench, configuration.scene
     spread, axes = _spread(g_S)
-    if spread[0] < SPREAD:
+    if spread[0] < STILL_POSE_TEST.least_spread:
         raise PegOnHoleError(
             f"{len(g_S)} still poses, all with one direction of gravity in the sensor's axes: "
             "nothing tells weight from zero; tilt the peg by 20 degrees and more between them"
@@ -118,7 +111,7 @@ def payload_of(
     along = axes[0]
     unknown = np.sqrt(along @ covariance[1:4, 1:4] @ along) / max(theta[0], 1e-3)
     missing = ()
-    if unknown > CENTER:
+    if unknown > STILL_POSE_TEST.center_stddev:
         axis = "xyz"[int(np.argmax(np.abs(along)))]
         missing = (
             f"gravity turned about one axis only: the mass centre along {axis} of the sensor is "
@@ -133,18 +126,18 @@ def payload_of(
 def _poses(record, configuration):
     """Return gravity in sensor axes, mean wrench and how many wrenches, of each still pose."""
     moved = motion(record)
-    gamma = moved.q[:, 0]
-    slow = np.abs(moved.rates[:, 0]) < STILL
+    gamma, still = moved.q[:, 0], STILL_POSE_TEST.still_rate
+    slow = np.abs(moved.rates[:, 0]) < still
     # psi and phi turn about axes that are gamma apart; each alone is noise near the upright.
-    slow &= np.abs(np.sin(gamma) * moved.rates[:, 1]) < STILL
-    slow &= np.abs(moved.rates[:, 2] + np.cos(gamma) * moved.rates[:, 1]) < STILL
+    slow &= np.abs(np.sin(gamma) * moved.rates[:, 1]) < still
+    slow &= np.abs(moved.rates[:, 2] + np.cos(gamma) * moved.rates[:, 1]) < still
     slow &= moved.valid
     edges = np.flatnonzero(np.diff(np.r_[False, slow, False].astype(int)))
     R_SP = rotation_from_rpy(configuration.wrench.sensor_rpy).T
     found = [], [], []
     t = record.joint_t - configuration.joints.delay
     for begin, end in zip(edges[::2], edges[1::2]):
-        if t[end - 1] - t[begin] < SHORTEST:
+        if t[end - 1] - t[begin] < STILL_POSE_TEST.shortest:
             continue
         at = (record.wrench_t >= t[begin]) & (record.wrench_t <= t[end - 1])
         if not at.any():
@@ -186,7 +179,7 @@ def _without_peg(theta, covariance, scene, options):
     peg = R_SP @ (np.array([0.0, 0.0, scene.mass_center_height]) - np.array(options.sensor_xyz))
     mass = float(theta[0]) - scene.peg_mass
     stddev = np.sqrt(np.diagonal(covariance))
-    if mass < 4.0 * stddev[0]:
+    if mass < STILL_POSE_TEST.significance * stddev[0]:
         return mass, stddev[0], np.full(3, np.nan), np.full(3, np.nan)
     com = (theta[1:4] - scene.peg_mass * peg) / mass
     slope = np.hstack([-com[:, None], np.eye(3)]) / mass

@@ -7,18 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.identification.tuned import HAND_PRESS
 from peg_on_hole_ros.measurements.rotations import quarter_turns, rpy_of
 from peg_on_hole_ros.records import WrenchSample
 
-# A press is at least so strong, and so long [N], [s]; the force between two falls below half.
-LEAST, SHORTEST = 5.0, 0.3
 # Pushes on the peg, peg axes: up at its lower end, then along x, then along y.
 PUSHES = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).T
-# From a quarter or half turn a sensor that is mounted with care is off by less than a hand is.
-SNAP = 20.0
-# By so much a hand may miss its directions [degrees].
-MISSES = 30.0
-_AVERAGED = 0.05
 
 
 class Presses(NamedTuple):
@@ -67,9 +61,9 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
     pressed = _pressed(samples)
     if len(pressed) != 3:
         raise PegOnHoleError(
-            f"{len(pressed)} presses of {LEAST:g} N and {SHORTEST:g} s, not 3: with the peg "
-            "still, push it up at its lower end, then along its x, then along its y, with a pause "
-            "between"
+            f"{len(pressed)} presses of {HAND_PRESS.least_force:g} N and "
+            f"{HAND_PRESS.shortest:g} s, not 3: with the peg still, push it up at its lower end, "
+            "then along its x, then along its y, with a pause between"
         )
     forces = np.linalg.norm(pressed, axis=1)
     U = (pressed / forces[:, None]).T
@@ -79,14 +73,14 @@ def find_axes(samples: Sequence[WrenchSample]) -> Presses:
     R_PS = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
     off = np.clip(np.sum(PUSHES * (R_PS @ (sign * U)), axis=0), -1.0, 1.0)
     missed = degrees(float(np.sqrt(np.mean(np.arccos(off) ** 2))))
-    if missed > MISSES:
+    if missed > HAND_PRESS.most_miss:
         raise PegOnHoleError(
             f"the presses are {missed:.0f} degrees off three right angles: push up at the lower "
             "end first, then along x, then along y of the peg frame"
         )
     near = min(quarter_turns(), key=lambda turn: -np.trace(R_PS.T @ turn))
     turned = degrees(float(np.arccos(np.clip(0.5 * (np.trace(R_PS.T @ near) - 1.0), -1.0, 1.0))))
-    snaps = turned <= SNAP
+    snaps = turned <= HAND_PRESS.snap
     return Presses(
         "robot" if sign > 0.0 else "peg",
         rpy_of(near if snaps else R_PS),
@@ -105,18 +99,19 @@ def _pressed(samples):
         return np.empty((0, 3))
     # Most of the time nobody presses.
     change = force - np.median(force, axis=0)
-    width = max(1, round(_AVERAGED * (len(t) - 1) / max(t[-1] - t[0], 1e-9)))
+    width = max(1, round(HAND_PRESS.averaged * (len(t) - 1) / max(t[-1] - t[0], 1e-9)))
     box = np.ones(width) / width
     change = np.stack([np.convolve(column, box, "same") for column in change.T], axis=1)
     size, found, begun = np.linalg.norm(change, axis=1), [], None
+    least = HAND_PRESS.least_force
     for i, value in enumerate([*size, 0.0]):
-        if begun is None and value > LEAST:
+        if begun is None and value > least:
             begun = i
-        elif begun is not None and value < 0.5 * LEAST:
-            if t[i - 1] - t[begun] >= SHORTEST:
+        elif begun is not None and value < HAND_PRESS.released_share * least:
+            if t[i - 1] - t[begun] >= HAND_PRESS.shortest:
                 # Where the hand is firm its direction is.
                 part = slice(begun, i)
-                firm = size[part] > 0.7 * size[part].max()
+                firm = size[part] > HAND_PRESS.firm_share * size[part].max()
                 found.append(change[part][firm].mean(axis=0))
             begun = None
     return np.array(found).reshape(-1, 3)

@@ -5,29 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.identification.tuned import STEADY_SLIDING
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
-
-# Width of the mean over the wrench [s]; a guided motion changes little within it.
-SMOOTHING = 0.016
-QUIET = 0.04
-# Local parabolas over this many joint states on either side of one [-].
-HALF_WINDOW = 10
-# Below this slip, over the hole's diameter and a second, a contact may stick, and within this time
-# of it [s] friction has no one value.
-SLOW_SLIP = 0.04
-REST = 0.025
-# Of the rate that gives that slip, advised.
-AMPLE = 1.25
-# Nearer to gamma0 than this share two contacts merge, and the split between them is lost.
-NEAREST_TILT = 1.03
-# A load below this share of a strong one may be a sensor's bias on a peg in the air.
-LOAD_SHARE = 0.2
-# A silence of so many median periods ends a part.
-GAP_PERIODS = 8
-SHORTEST_PART = 40
 
 
 class Recording(NamedTuple):
@@ -117,7 +99,7 @@ def turning_axes(q: np.ndarray) -> np.ndarray:
     return np.array([eps, z, zeta]).transpose(2, 1, 0)
 
 
-def smoothed(record: Recording, width: float = SMOOTHING) -> Recording:
+def smoothed(record: Recording, width: float) -> Recording:
     """
     Return the recording with the mean of the wrench over a width [s], centred.
 
@@ -138,17 +120,17 @@ def _averaged(rows, weights):
 
 def quiet(record: Recording) -> Recording:
     """Return the recording with most of the noise of wrench and angles smoothed away."""
-    return smoothed(record, QUIET)._replace(q=motion(record).q)
+    return smoothed(record, STEADY_SLIDING.quiet_width)._replace(q=motion(record).q)
 
 
 def motion(record: Recording) -> Motion:
     """Return angles and rates by local parabolas."""
-    m, width = len(record.joint_t), 2 * HALF_WINDOW + 1
+    m, width = len(record.joint_t), 2 * STEADY_SLIDING.half_window + 1
     q, valid = record.q.copy(), np.zeros(m, bool)
     rates, accelerations = np.zeros((2, m, 3))
     if m <= width:
         return Motion(q, rates, accelerations, valid)
-    middle = slice(HALF_WINDOW, m - HALF_WINDOW)
+    middle = slice(STEADY_SLIDING.half_window, m - STEADY_SLIDING.half_window)
     t = np.lib.stride_tricks.sliding_window_view(record.joint_t, width)
     t = t - record.joint_t[middle, None]
     windows = np.lib.stride_tricks.sliding_window_view(record.q, width, axis=0)
@@ -159,7 +141,7 @@ def motion(record: Recording) -> Motion:
     q[middle], rates[middle] = fit[:, 0], fit[:, 1] / span
     accelerations[middle] = 2.0 * fit[:, 2] / span**2
     period = np.median(np.diff(record.joint_t))
-    valid[middle] = np.diff(t, axis=1).max(axis=1) < GAP_PERIODS * period
+    valid[middle] = np.diff(t, axis=1).max(axis=1) < STEADY_SLIDING.gap_periods * period
     return Motion(q, rates, accelerations, valid)
 
 
@@ -168,7 +150,7 @@ def load(record: Recording, moved: Motion, configuration: Configuration) -> np.n
     scene, options = configuration.scene, configuration.wrench
     reduction = WrenchReduction(options, scene)
     force = record.wrench[:, :3] * reduction.sign - reduction.tare[:3]
-    smooth = _averaged(force, np.ones(2 * (HALF_WINDOW // 2) + 1))
+    smooth = _averaged(force, np.ones(2 * (STEADY_SLIDING.half_window // 2) + 1))
     t = record.joint_t - configuration.joints.delay
     at = np.array([np.interp(t, record.wrench_t, column) for column in smooth.T])
     weight = (scene.peg_mass + options.payload_mass) * np.array(scene.gravity)
@@ -178,7 +160,7 @@ def load(record: Recording, moved: Motion, configuration: Configuration) -> np.n
 
 def slow_slip(configuration: Configuration) -> float:
     """Return the slip speed below which a contact may stick [m/s]."""
-    return SLOW_SLIP * configuration.scene.hole_diameter
+    return STEADY_SLIDING.slow_slip * configuration.scene.hole_diameter
 
 
 class Conditions(NamedTuple):
@@ -209,22 +191,27 @@ class Conditions(NamedTuple):
 
 
 def conditions(
-    record: Recording, configuration: Configuration, nearest: float = NEAREST_TILT
+    record: Recording, configuration: Configuration, nearest: float | None = None
 ) -> Conditions:
     """
     Return what each joint state has of steady sliding, at tilts above so many gamma0 as stated.
+
+    None: `STEADY_SLIDING.nearest_tilt`.
 
     Judged from the angles, and from how much force the rim carries: friction, biases and noise
     need not be known.
     """
     moved, scene = motion(record), configuration.scene
-    tilted = (moved.q[:, 0] > nearest * scene.gamma0) & (moved.q[:, 0] < 1.4)
+    gamma, nearest = moved.q[:, 0], nearest or STEADY_SLIDING.nearest_tilt
+    tilted = (gamma > nearest * scene.gamma0) & (gamma < STEADY_SLIDING.steepest_tilt)
     valid = moved.valid & _beside_wrenches(record, configuration.joints.delay)
     chosen = valid & tilted
     force = load(record, moved, configuration)
-    strong = np.quantile(force[chosen], 0.9) if chosen.any() else 0.0
-    loaded = force > max(configuration.monitor.contact_force_threshold, LOAD_SHARE * strong)
-    gamma = np.where(chosen, moved.q[:, 0], 1.1 * scene.gamma0)
+    quantile = STEADY_SLIDING.strong_quantile
+    strong = np.quantile(force[chosen], quantile) if chosen.any() else 0.0
+    least = STEADY_SLIDING.load_share * strong
+    loaded = force > max(configuration.monitor.contact_force_threshold, least)
+    gamma = np.where(chosen, gamma, 1.1 * scene.gamma0)
     geometry = contact_geometry(scene, gamma)
     jacobians = velocity_jacobians(geometry, scene.peg_diameter, scene.hole_diameter)
     velocity = np.einsum("cir...,r...->ci...", jacobians, moved.rates.T)
@@ -241,19 +228,19 @@ def _beside_wrenches(record, delay):
     until = wrench_t[np.minimum(after, len(wrench_t) - 1)] - t
     # Before the first and after the last wrench both are to the same one.
     nearest = np.minimum(np.abs(since), np.abs(until))
-    return nearest < 0.5 * GAP_PERIODS * np.median(np.diff(wrench_t))
+    return nearest < 0.5 * STEADY_SLIDING.gap_periods * np.median(np.diff(wrench_t))
 
 
 def steady(
-    record: Recording, configuration: Configuration, nearest: float = NEAREST_TILT
+    record: Recording, configuration: Configuration, nearest: float | None = None
 ) -> list[slice]:
-    """Return the joint states in which three contacts slide steadily, as slices."""
+    """Return the joint states in which three contacts slide steadily; see `conditions`."""
     _, valid, tilted, loaded, sliding, *_ = conditions(record, configuration, nearest)
     # Touch-down and lift-off shake the peg, so what lies near them goes too.
     chosen = ~_near(record.joint_t, ~(valid & tilted & loaded & sliding))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
     parts = [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist())]
-    return [part for part in parts if part.stop - part.start >= SHORTEST_PART]
+    return [part for part in parts if part.stop - part.start >= STEADY_SLIDING.shortest_part]
 
 
 def shortfall(record: Recording, configuration: Configuration) -> str:
@@ -273,7 +260,7 @@ def shortfall(record: Recording, configuration: Configuration) -> str:
             f"{(usable & found.sliding).sum()} of these with all contacts faster than "
             f"{1e3 * slow:.3g} mm/s (median of the slowest {median:.3g} mm/s)"
         )
-    rate = AMPLE * slow / (0.5 * scene.hole_diameter)
+    rate = STEADY_SLIDING.ample * slow / (0.5 * scene.hole_diameter)
     return (
         f"{', '.join(said)}. Record a peg that is pressed on the rim, tilted, and turned about "
         f"its axis by {rate:.2g} rad/s and more, for half a second and more without a stop; "
@@ -285,5 +272,7 @@ def _near(t, marked):
     marks = t[marked]
     if not marks.size:
         return np.zeros(len(t), bool)
-    after = np.searchsorted(marks, t - REST)
-    return (after < marks.size) & (marks[np.minimum(after, marks.size - 1)] <= t + REST)
+    after = np.searchsorted(marks, t - STEADY_SLIDING.rest)
+    return (after < marks.size) & (
+        marks[np.minimum(after, marks.size - 1)] <= t + STEADY_SLIDING.rest
+    )

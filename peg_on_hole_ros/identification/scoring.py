@@ -7,19 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.identification.likelihood import Likelihood, Run
 from peg_on_hole_ros.identification.quantities import Measures
-
-# From a second start it is enough to see that it leads elsewhere.
-MOST_ITERATIONS, FEW_ITERATIONS = 15, 6
-MOST_HALVINGS = 6
-# The search ends where a step promises less than this of the logarithm of the likelihood: a tenth
-# of a standard deviation in each of ten directions.
-ENOUGH = 0.05
-# Or where a step has gained less: ridges of what looks alike are long and bent.
-LITTLE = 0.1
-# Innovations squared that are a third too large are not explained.
-EXPLAINED = 4.0
-# So many events in a row are summed to see how much the scores vary.
-BLOCK = 50
+from peg_on_hole_ros.identification.tuned import SCORING
 
 
 class Peak(NamedTuple):
@@ -34,7 +22,7 @@ class Peak(NamedTuple):
     information : ndarray, shape (k, k)
         Of the recording on the free coordinates, without the prior.
     scores : ndarray, shape (blocks, k)
-        Slopes of the log likelihood, summed over BLOCK events each.
+        Slopes of the log likelihood, summed over `SCORING.block` events each.
     run : Run
     converged : bool
 
@@ -109,7 +97,7 @@ class Search:
         The information is that of normal innovations: how their mean moves, over their spread.
         Without noise it is true where the run explains the recording, and jumps elsewhere.
         """
-        told_by = self._still if run.nis.mean() < EXPLAINED else self._likelihood
+        told_by = self._still if run.nis.mean() < SCORING.explained_nis else self._likelihood
         here = told_by.run(x, detailed=True)
         if here is None:
             return None
@@ -141,7 +129,7 @@ class Search:
         there[i] += sign * self.measures.step[i]
         return there
 
-    def climb(self, x: np.ndarray, free: np.ndarray, most: int = MOST_ITERATIONS) -> Peak | None:
+    def climb(self, x: np.ndarray, free: np.ndarray, most: int) -> Peak | None:
         """
         Return the peak that is reached from x; None where there is no likelihood.
 
@@ -171,7 +159,7 @@ class Search:
                 break
             x, before, value = moved[0], value, moved[1]
             run = self._run(x)
-            if value - before < LITTLE:
+            if value - before < SCORING.least_gain:
                 converged = True
                 break
         scores = _blocks(slopes.scores)
@@ -187,18 +175,18 @@ class Search:
         weight = (slopes.information + np.diag(prior))[np.ix_(moving, moving)]
         step = np.zeros(len(free))
         step[moving] = np.linalg.solve(weight, slope[moving])
-        if slope @ step < 2.0 * ENOUGH:
+        if slope @ step < 2.0 * SCORING.least_promise:
             return None
         # No farther at once than the whole range of a quantity.
         step /= max(1.0, np.abs(step / self.measures.range[free]).max())
-        for _ in range(MOST_HALVINGS):
+        for _ in range(SCORING.most_halvings):
             there = x.copy()
             there[free] += step
             there = np.clip(there, *self._limits)
             reached = self.at(there)
             if reached > value:
                 return there, reached
-            step = 0.4 * step
+            step = SCORING.shortening * step
         return None
 
 
@@ -209,6 +197,6 @@ def _padding(covariance):
 
 
 def _blocks(scores):
-    """Return sums over BLOCK rows each, shape (blocks, k)."""
-    count = max(len(scores) // BLOCK, 1)
+    """Return sums over `SCORING.block` rows each, shape (blocks, k)."""
+    count = max(len(scores) // SCORING.block, 1)
     return np.array([part.sum(axis=0) for part in np.array_split(scores, count)])

@@ -3,15 +3,18 @@
 import numpy as np
 from scipy.special import chdtri
 
+from peg_on_hole_ros.identification.tuned import CALIBRATION_SEARCH
+
 # A normal variable lies within so many standard deviations in 95 of 100 cases.
 NORMAL_95 = 1.96
-# Chance that something changes where nothing has to.
-LEVEL = 0.05
 
 
 def passes(gone: np.ndarray, covariance: np.ndarray, kept: np.ndarray) -> bool:
     """Return whether the kept ones may all be those of the start, in 95 of 100 cases."""
-    return not kept.any() or _distance(gone, covariance, kept) <= chdtri(kept.sum(), LEVEL)
+    if not kept.any():
+        return True
+    chance = chdtri(kept.sum(), CALIBRATION_SEARCH.change_level)
+    return bool(_distance(gone, covariance, kept) <= chance)
 
 
 def kept_ones(
