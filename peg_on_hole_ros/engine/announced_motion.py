@@ -1,12 +1,11 @@
 """A motion that the robot's program has announced, and that therefore is no alarm."""
 
+from peg_on_hole_ros.engine.tuned import ANNOUNCED_MOTION
 from peg_on_hole_ros.monitor.outputs import Outputs
 
 # What can be announced, and the mode in which it has come about.
 MODES = {"lift_off": "open", "insertion": "two_point"}
 NOTHING = "nothing"
-# An alarm of the motion may rise so long behind it, and is held for as long [ns].
-_BEHIND_NS = 500_000_000
 
 
 class Expected:
@@ -39,7 +38,8 @@ class Expected:
             self._since_ns = outputs.t_ns
         alarms = tuple(map(self._without, outputs.alarms))
         raised = alarms != outputs.alarms
-        over = self._since_ns is not None and outputs.t_ns - self._since_ns >= _BEHIND_NS
+        behind_ns = ANNOUNCED_MOTION.behind_ns
+        over = self._since_ns is not None and outputs.t_ns - self._since_ns >= behind_ns
         if over and not raised:
             self.announce(NOTHING)
         return Outputs(outputs.t_ns, outputs.row, alarms)

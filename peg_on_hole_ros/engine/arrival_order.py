@@ -9,14 +9,10 @@ from numpy.typing import NDArray
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import ring as kept
 from peg_on_hole_ros.engine.ring import Ring
+from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.typed_record import Record, dtype_of
-
-# A stamp this far behind is a clock that was set back or a bag played again, not a late message.
-CLOCK_JUMP_NS = 1_000_000_000
-# Stamps of joint states that are kept at most: of 1.5 s, the longest reach, at 5 kHz.
-MAX_STAMPS = 8192
 
 
 class Fate(IntEnum):
@@ -102,7 +98,7 @@ class Order(Record):
     far_joints_ns: int
     joints: int
     joints_first: int
-    joint_stamps: Annotated[NDArray[np.int64], (MAX_STAMPS,)]
+    joint_stamps: Annotated[NDArray[np.int64], (STAMP_ORDER.most_joint_stamps,)]
 
 
 def new_order(configuration: Configuration) -> np.ndarray:
@@ -150,7 +146,7 @@ def fate_of_joints(o: Order, ring: Ring, t_ns: int) -> Fate:
 
 @compiled
 def _far(o, t_ns):
-    return o.now_ns - t_ns > CLOCK_JUMP_NS
+    return o.now_ns - t_ns > STAMP_ORDER.clock_jump_ns
 
 
 @compiled
@@ -192,7 +188,7 @@ def _note_wrench(o, fate, t_ns):
 def _of_joints(o, ring, r, t_ns):
     if o.now_ns == NO_STAMP:
         return Fate.STARTS
-    if o.now_ns - t_ns - o.expected_ns > CLOCK_JUMP_NS:
+    if o.now_ns - t_ns - o.expected_ns > STAMP_ORDER.clock_jump_ns:
         again = o.far_joints_ns != NO_STAMP and t_ns > o.far_joints_ns
         return Fate.JOINTS_RESTART if again else Fate.JOINTS_TOO_LATE
     if _came(o, t_ns):
@@ -216,8 +212,9 @@ def _came(o, t_ns):
     """Return whether an orientation of a stamp came already; forget what is too old to matter."""
     reach_ns = max(o.window_ns, o.tolerance_ns + o.expected_ns)
     oldest_ns = o.now_ns - reach_ns
-    while o.joints and (o.joint_stamps[o.joints_first] < oldest_ns or o.joints >= MAX_STAMPS):
-        o.joints_first = (o.joints_first + 1) % MAX_STAMPS
+    most = STAMP_ORDER.most_joint_stamps
+    while o.joints and (o.joint_stamps[o.joints_first] < oldest_ns or o.joints >= most):
+        o.joints_first = (o.joints_first + 1) % most
         o.joints -= 1
     return t_ns <= o.newest_ns and _among(o.joint_stamps, o.joints_first, o.joints, t_ns)
 
@@ -226,7 +223,7 @@ def _came(o, t_ns):
 def _among(stamps, first, count, t_ns):
     found = False
     for i in range(count):
-        found |= stamps[(first + i) % len(stamps)] == t_ns
+        found |= stamps[(first + i) % STAMP_ORDER.most_joint_stamps] == t_ns
     return found
 
 
@@ -236,13 +233,13 @@ def _note_joints(o, r, fate, t_ns):
         return
     if fate == Fate.STARTS:
         o.now_ns = r.kept_from_ns = t_ns
-    elif o.now_ns - t_ns - o.expected_ns > CLOCK_JUMP_NS:
+    elif o.now_ns - t_ns - o.expected_ns > STAMP_ORDER.clock_jump_ns:
         o.far_joints_ns = t_ns
         return
     o.far_joints_ns = NO_STAMP
     if fate == Fate.JOINTS_REPEATED:
         return
-    o.joint_stamps[(o.joints_first + o.joints) % MAX_STAMPS] = t_ns
+    o.joint_stamps[(o.joints_first + o.joints) % STAMP_ORDER.most_joint_stamps] = t_ns
     o.joints += 1
     o.newest_ns = max(o.newest_ns, t_ns)
     if fate == Fate.JOINTS_LATE and t_ns <= o.leap_from_ns:

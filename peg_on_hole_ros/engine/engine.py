@@ -12,6 +12,7 @@ from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
 from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import Given, Memory, Stop, Taking, catch_up, push, room_for
+from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
@@ -19,8 +20,6 @@ from peg_on_hole_ros.monitor.while_in_doubt import doubt
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, Rows, WrenchSample
 from peg_on_hole_ros.typed_record import dtype_of
 
-# Messages that are taken in one go: what comes of them is held in memory.
-MOST = 4096
 # What is given in one go has stamps that rise.
 _ENDS = Stop.END, Stop.UNSOUND, Stop.ENOUGH, Stop.RESTART
 # What a filter in Python does in the course of a wrench.
@@ -122,9 +121,11 @@ class Engine:
         """The latest wrenches."""
         return [WrenchSample.of_row(t_ns, row) for t_ns, row in zip(*ring.recent(self._ring))]
 
-    def push(self, arrivals: Arrivals, begin: int = 0, most: int = MOST) -> tuple[int, Rows]:
+    def push(
+        self, arrivals: Arrivals, begin: int = 0, most: int = REPROCESSING.most_messages
+    ) -> tuple[int, Rows]:
         """
-        Take messages from a place on, MOST of them at once.
+        Take messages from a place on, so many of them at once.
 
         What is given has stamps that rise: one of before the newest is taken by itself.
 
@@ -144,7 +145,7 @@ class Engine:
 
         """
         taking = self._taking[0]
-        end = begin + MOST
+        end = begin + REPROCESSING.most_messages
         if end < len(arrivals.t_ns):
             arrivals = arrivals._replace(
                 of_wrench=arrivals.of_wrench[:end], t_ns=arrivals.t_ns[:end]

@@ -17,12 +17,11 @@ from peg_on_hole_ros.diagnosis.free_air import FreeAir
 from peg_on_hole_ros.diagnosis.low_pass import LowPass
 from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
 from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
+from peg_on_hole_ros.engine.tuned import DIAGNOSIS_STEP
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
-# Stamps that fall by more begin another window of the diagnosis.
-DUE_NS = 100_000_000
 _NOISE = "force_stddev", "torque_stddev"
 _NO_COSTS = np.full(len(KINDS), np.nan)
 
@@ -129,7 +128,7 @@ class Findings:
     @property
     def due(self) -> tuple[int, int]:
         """Stamps from which on a wrench is looked at, and before which one is, too [ns]."""
-        return self._due.ns, self._due.ns - DUE_NS
+        return self._due.ns, self._due.ns - DIAGNOSIS_STEP.back_ns
 
     @property
     def causes(self) -> list[str]:

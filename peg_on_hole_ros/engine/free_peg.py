@@ -7,21 +7,12 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.processor import Processor
-from peg_on_hole_ros.engine.ring import LEAST_NS
+from peg_on_hole_ros.engine.tuned import TARE
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import MODES
 from peg_on_hole_ros.records import WrenchSample
 
 *TOUCHING, FREE, UNKNOWN = MODES
-# Standard deviations by which a peg has to turn faster than at rest to count as turning.
-SURE = 4.0
-# A peg that is free and still for so long is tared, where that is asked for [ns].
-FREE_NS = 1_000_000_000
-# Rates that are known no better show no peg at rest [rad/s]: within LEAST_NS its weight may turn
-# by a tenth of itself. One joint state leaves them at the 1.7 of a start.
-RATES = 1.0
-# A load may come or go while wrenches are taken: so many parts of them have to fit, each alone.
-PARTS = 5
 
 
 def not_free(
@@ -34,15 +25,15 @@ def not_free(
     """
     Return why nothing shows a peg that hangs free and still, or nothing where something does.
 
-    A free peg is shown by a contact mode that has been `open` for LEAST_NS, or by a reading that
-    is its weight and a plausible zero; that it is still, by joint states.
+    A free peg is shown by a contact mode that has been `open` for `TARE.least_ns`, or by a reading
+    that is its weight and a plausible zero; that it is still, by joint states.
 
     Parameters
     ----------
     told : Outputs or None
         The last; None: there is none.
     samples : sequence of WrenchSample
-        The latest, from LEAST_NS on.
+        The latest, from `TARE.least_ns` on.
     processor : Processor
         Its estimate is that after the last of them.
     unsure : bool
@@ -61,7 +52,8 @@ def not_free(
     if moves:
         return moves
     lacking = _not_still(told, processor)
-    if not lacking and mode == FREE and told.t_ns - processor.open_since * 1e9 >= LEAST_NS:
+    open_ns = told.t_ns - processor.open_since * 1e9
+    if not lacking and mode == FREE and open_ns >= TARE.least_ns:
         return ""
     if unsure and not payload_unknown:
         return (
@@ -79,10 +71,10 @@ def _not_still(told, processor):
     if processor.is_blind:
         return "joint states do not show how it hangs: they have a gap, or stand still"
     spread = rates_stddev(told)
-    if not spread < RATES:
+    if not spread < TARE.most_rates_stddev:
         return (
             f"too few joint states show that it is still: it may turn at {spread:.2g} rad/s, "
-            f"{RATES:g} is needed"
+            f"{TARE.most_rates_stddev:g} is needed"
         )
     return ""
 
@@ -92,7 +84,7 @@ def _not_its_weight(samples, processor, payload_unknown):
     if processor.wrench_stands_still or processor.is_saturated:
         return "the wrench stands still, or at the end of its range"
     rows = np.array([[*sample.force, *sample.torque] for sample in samples])
-    parts = np.array_split(rows, PARTS)
+    parts = np.array_split(rows, TARE.parts)
     zeros = np.array([processor.zero_of(part.mean(axis=0)) for part in parts])
     limits = plausible_zero(processor.configuration, len(parts[-1]))
     reduction, worst, away = processor.reduction, np.inf, np.zeros(6)
@@ -133,7 +125,8 @@ def plausible_zero(configuration: Configuration, count: int) -> np.ndarray:
         hypot(wrench.bias_force_stddev, wrench.force_stddev / sqrt(count)),
         hypot(wrench.bias_torque_stddev, wrench.torque_stddev / sqrt(count)),
     )
-    return np.repeat([force + SURE * spreads[0], reach * force + SURE * spreads[1]], 3)
+    sigmas = TARE.significance
+    return np.repeat([force + sigmas * spreads[0], reach * force + sigmas * spreads[1]], 3)
 
 
 def _without_payload(off, processor):
@@ -149,7 +142,7 @@ def turns(told: Outputs, configuration: Configuration) -> str:
     """Return what says that the peg turns, or nothing."""
     speed, stddev = turning(told)
     if (
-        speed - SURE * stddev
+        speed - TARE.significance * stddev
         > configuration.monitor.rest_speed / configuration.scene.hole_diameter
     ):
         return f"the peg turns at {speed:.3g} rad/s, contact mode {told.contact_mode}"
@@ -209,7 +202,7 @@ class FreeFor:
             return False
         if self._since_ns is None or outputs.t_ns < self._since_ns:
             self._since_ns = outputs.t_ns
-        if self._told or outputs.t_ns - self._since_ns < FREE_NS:
+        if self._told or outputs.t_ns - self._since_ns < TARE.free_ns:
             return False
         self._told = True
         return True

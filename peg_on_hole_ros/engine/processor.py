@@ -11,6 +11,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine import steps
 from peg_on_hole_ros.engine.ring import Unit
 from peg_on_hole_ros.engine.state import COUNTS, EngineState, Rules
+from peg_on_hole_ros.engine.tuned import KNOWN_MOTION
 from peg_on_hole_ros.estimator.contact_filter import CORRECTIONS, ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.methods import make_filter
@@ -23,9 +24,6 @@ from peg_on_hole_ros.monitor.settings import force_noise, monitor_settings
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 from peg_on_hole_ros.typed_record import at, dtype_of
-
-# Without any orientation for so long [s] constant rates lead anywhere, and rounding does in time.
-LOST = 5.0
 
 
 class Processor:
@@ -97,7 +95,8 @@ class Processor:
         rules.white = not self._offsets.variance.any()
         rules.max_gap, rules.max_joint_gap = kalman.max_gap, kalman.max_joint_gap
         rules.delay_ns = delay_ns
-        rules.lost_ns = round(max(LOST, kalman.max_joint_gap) * 1e9) + delay_ns
+        lost = max(KNOWN_MOTION.lost, kalman.max_joint_gap)
+        rules.lost_ns = round(lost * 1e9) + delay_ns
 
     @property
     def t_ns(self) -> int | None:

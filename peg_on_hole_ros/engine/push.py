@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from peg_on_hole_ros.engine import arrival_order, ring, steps
 from peg_on_hole_ros.engine.arrival_order import Fate
 from peg_on_hole_ros.engine.ring import Ring
+from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.output_row import NOTHING, ROW
@@ -327,7 +328,7 @@ def _is_kept(kept, r, p, unit, newest):
     """Return whether the state before a wrench is kept."""
     if newest:
         return p.fate == Fate.LEAPS or ring.wants_state(r)
-    return ring.has_state(kept, unit) or r.last - unit <= ring.DENSE
+    return ring.has_state(kept, unit) or r.last - unit <= REPROCESSING.recent_snapshots
 
 
 @compiled

@@ -7,13 +7,11 @@ import numpy as np
 from peg_on_hole_ros.engine.announced_motion import Expected
 from peg_on_hole_ros.engine.engine import Engine
 from peg_on_hole_ros.engine.free_peg import FREE, FreeFor, not_free
-from peg_on_hole_ros.engine.ring import FEWEST, LEAST_NS
 from peg_on_hole_ros.engine.still_poses import StillPoses
+from peg_on_hole_ros.engine.tuned import TARE
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.records import Answer, WrenchSample
 
-# A tare takes no wrench that is older: the peg may have touched before.
-TARE_NS = 500_000_000
 _ALL_THE_SAME = (
     "; call again once it hangs free and still (wrench.tare_in_contact takes it all the same)"
 )
@@ -126,10 +124,10 @@ class Requests:
         if not samples or not self._engine.processor.oriented:
             return "no wrench and orientation have arrived yet"
         seconds = (samples[-1].t_ns - samples[0].t_ns) * 1e-9
-        if seconds < LEAST_NS * 1e-9:
+        if seconds < TARE.least_ns * 1e-9:
             return (
                 f"{len(samples)} wrenches over {seconds:.3g} s have come since a start, reset or "
-                f"silence (filter.max_gap), {LEAST_NS * 1e-9:g} s are needed; call again then"
+                f"silence (filter.max_gap), {TARE.least_ns * 1e-9:g} s are needed; call again then"
             )
         return ""
 
@@ -159,8 +157,9 @@ class Requests:
         for sample in reversed(self._engine.recent):
             if last:
                 since_ns = last[0].t_ns - sample.t_ns
-                enough = len(last) >= FEWEST and last[0].t_ns - last[-1].t_ns >= LEAST_NS
-                if enough or since_ns > TARE_NS or last[-1].t_ns - sample.t_ns > silence_ns:
+                lasts_ns = last[0].t_ns - last[-1].t_ns
+                enough = len(last) >= TARE.fewest and lasts_ns >= TARE.least_ns
+                if enough or since_ns > TARE.oldest_ns or last[-1].t_ns - sample.t_ns > silence_ns:
                     break
             last.append(sample)
         return last[::-1]

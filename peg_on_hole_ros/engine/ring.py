@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peg_on_hole_ros.engine.state import BESIDE, ORIENTATION
+from peg_on_hole_ros.engine.tuned import REPROCESSING, TARE
 from peg_on_hole_ros.estimator.snapshot import (
     WORD,
     EstimateSnapshots,
@@ -23,27 +24,12 @@ from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.monitor.states import NO_STAMP
 from peg_on_hole_ros.typed_record import Floats, Record, dtype_of
 
-# Wrenches that a late message can reach back over at most: 1.5 s, the longest
-# `filter.late_window` and the longest `joints.delay` together, at 8 kHz.
-MOST_WRENCHES = 12_000
-# Orientations that wait for the wrench of their time; at 8 kHz these are 60 ms.
-MOST_WAITING = 512
-# A state takes some 50 kB, and to keep it a fifth of the time that a wrench does. It is kept
-# before every eighth wrench while all comes in order: going back then begins up to seven wrenches
-# earlier than it would have to. After a late message it is kept before each for a while.
-STRIDE = 8
-ALERT = 1000
-# The latest wrenches before which every state is kept, once it was; of older ones every eighth.
-DENSE = 256
-# A tare takes wrenches of this time at least [ns], and so many of them where they are to be had.
-LEAST_NS, FEWEST = 100_000_000, 100
-# The latest wrenches that are at hand for it: this time at 40 kHz.
-RECENT = 4096
-
 # Rows that there is room for; what is in use moves to the front when the end is reached.
-_UNITS = 2 * MOST_WRENCHES + 4096
+_UNITS = 2 * REPROCESSING.most_wrenches + 4096
 _ORIENTATIONS = 32_768
-_STATES = DENSE + MOST_WRENCHES // STRIDE + 64
+_STATES = (
+    REPROCESSING.recent_snapshots + REPROCESSING.most_wrenches // REPROCESSING.snapshot_stride + 64
+)
 _NONE = -1
 
 _BEGIN, _FILTER = BESIDE.start // WORD, BESIDE.stop // WORD
@@ -74,13 +60,13 @@ class RingPlaces(Record):
     alert
         Wrenches before which a state is kept, each.
     bare
-        Wrenches without a state, since one with it, behind the latest DENSE.
+        Wrenches without a state, since one with it, behind the latest.
     unused
         States that are in no use, `Ring.unused[:unused]`.
     measured_ns, measured : int, shape (ORIENTATION,)
         The newest orientation whose time has come [ns].
     recent, recent_ns, recent_wrenches
-        Wrenches in a row, the latest RECENT of which are at hand: how many, stamps [ns], values.
+        Wrenches in a row, the latest of which are at hand: how many, stamps [ns], values.
     went_back
         How often the estimate went back.
     reprocessed
@@ -109,8 +95,8 @@ class RingPlaces(Record):
     measured_ns: int
     measured: Annotated[Floats, (ORIENTATION,)]
     recent: int
-    recent_ns: Annotated[NDArray[np.int64], (RECENT,)]
-    recent_wrenches: Annotated[Floats, (RECENT, 6)]
+    recent_ns: Annotated[NDArray[np.int64], (TARE.most_recent,)]
+    recent_wrenches: Annotated[Floats, (TARE.most_recent, 6)]
     went_back: int
     reprocessed: int
     without_wrench: int
@@ -263,9 +249,10 @@ def begin_of_waiting(ring: Ring) -> int:
 
 
 def recent(ring: Ring) -> tuple[np.ndarray, np.ndarray]:
-    """Return stamps [ns] and the wrenches (n, 6) that came last, at most RECENT."""
+    """Return stamps [ns] and the wrenches (n, 6) that came last, at most `TARE.most_recent`."""
     r = ring.places[0]
-    at = np.arange(max(int(r["recent"]) - RECENT, 0), int(r["recent"])) % RECENT
+    most, end = TARE.most_recent, int(r["recent"])
+    at = np.arange(max(end - most, 0), end) % most
     return r["recent_ns"][at], r["recent_wrenches"][at]
 
 
@@ -307,7 +294,7 @@ def note_measured(r: RingPlaces, t_ns: int, orientation: np.ndarray) -> None:
 @compiled
 def note_recent(r: RingPlaces, t_ns: int, wrench: np.ndarray) -> None:
     """Take note of a wrench that came in order."""
-    at = r.recent % RECENT
+    at = r.recent % TARE.most_recent
     r.recent_ns[at] = t_ns
     for i in range(6):
         r.recent_wrenches[at, i] = wrench[i]
@@ -324,7 +311,7 @@ def put_waiting(ring: Ring, r: RingPlaces, t_ns: int, orientation: np.ndarray) -
         at -= 1
     _insert_orientation(ring, r, at, t_ns, orientation)
     begin = waiting_from(ring, r)
-    if r.joints_last - begin > MOST_WAITING:
+    if r.joints_last - begin > REPROCESSING.most_waiting:
         for k in range(begin, r.joints_last - 1):
             ring.joint_ns[k] = ring.joint_ns[k + 1]
             ring.orientations[k] = ring.orientations[k + 1]
@@ -404,7 +391,7 @@ def append_wrench(ring: Ring, r: RingPlaces, t_ns: int, wrench: np.ndarray) -> N
 @compiled
 def wants_state(r: RingPlaces) -> bool:
     """Return whether the state before the newest wrench is to be kept."""
-    return r.alert > 0 or r.appended % STRIDE == 0
+    return r.alert > 0 or r.appended % REPROCESSING.snapshot_stride == 0
 
 
 @compiled
@@ -436,7 +423,7 @@ def settle(ring: Ring, r: RingPlaces, window_ns: int) -> None:
         unit = r.first + 1
         while unit < r.last and ring.state[unit] == _NONE:
             unit += 1
-        crowded = r.last - unit >= MOST_WRENCHES
+        crowded = r.last - unit >= REPROCESSING.most_wrenches
         if unit == r.last or not (crowded or ring.t_ns[unit - 1] < oldest_ns):
             return
         _drop(ring, r, unit)
@@ -521,7 +508,7 @@ def _place_of(ring, r, t_ns):
 @compiled
 def _change(r, unit):
     r.changed = unit if r.changed < 0 else min(r.changed, unit)
-    r.alert = ALERT
+    r.alert = REPROCESSING.every_snapshot
 
 
 @compiled
@@ -591,11 +578,11 @@ def _release(ring, r, unit):
 
 @compiled
 def _thin(ring, r):
-    """Leave every eighth state before the latest DENSE, and the first that is kept."""
-    unit = r.last - DENSE - 1
+    """Leave every eighth state before the latest, and the first that is kept."""
+    unit = r.last - REPROCESSING.recent_snapshots - 1
     if unit <= r.first:
         r.bare = 0
-    elif ring.state[unit] == _NONE or r.bare < STRIDE - 1:
+    elif ring.state[unit] == _NONE or r.bare < REPROCESSING.snapshot_stride - 1:
         _release(ring, r, unit)
         r.bare += 1
     else:

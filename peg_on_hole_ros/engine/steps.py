@@ -5,6 +5,7 @@ from math import inf, isfinite, nan, pi, sqrt
 import numpy as np
 
 from peg_on_hole_ros.engine.state import PLACE, PLACE_R, EngineState, Q, Rules
+from peg_on_hole_ros.engine.tuned import KNOWN_MOTION
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
@@ -16,8 +17,8 @@ from peg_on_hole_ros.measurements.innovations import add_innovation, forget_inno
 from peg_on_hole_ros.measurements.measurement import reduce_wrench
 from peg_on_hole_ros.measurements.repeats import held as messages_of
 from peg_on_hole_ros.measurements.saturation import is_saturated, notice_ends
+from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.measurements.wrench_noise import (
-    NOISY,
     factor,
     follow_wrench,
     forget_noise,
@@ -31,11 +32,6 @@ from peg_on_hole_ros.monitor.place_check import misfit
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.outputs import Row
 
-# On contacts whose reactions have not been told for so long a peg is at rest [ns].
-RESTS_NS = 100_000_000
-# A tilt that is known to less than this share of gamma0 tells no transition within so many
-# deviations of it: at a usual 0.16 rad/s it is some 40 ms.
-VAGUE, SURELY = 0.1, 3.0
 # What an orientation is: a correction, a start where the motion was lost, or a repeated value.
 NEWS, BEGINS, OLD = range(3)
 
@@ -186,7 +182,7 @@ def measure(
 def note(e: EngineState, rules: Rules, orientation: np.ndarray, result: int, nis: float) -> None:
     """Take note of what became of an orientation, see `filter_steps.gate_orientation`."""
     d, s, memory = e.progress, e.filter[0].state, e.memory
-    if s.noise_ratio > NOISY:
+    if s.noise_ratio > WRENCH_NOISE_TEST.noisy:
         e.counts.joints_noisy += 1
         d.noise = sqrt(s.noise_ratio)
     if isfinite(nis):
@@ -257,7 +253,8 @@ def _on_either_side(e):
     s, gamma0 = e.filter[0].state, e.filter[0].record.scene.gamma0
     variance = s.mixture_covariance[0, 0]
     off = s.mixture_mean[0] - gamma0
-    return variance > (VAGUE * gamma0) ** 2 and off * off < SURELY * SURELY * variance
+    vague, near = KNOWN_MOTION.vague_tilt, KNOWN_MOTION.near_transition
+    return variance > (vague * gamma0) ** 2 and off * off < near * near * variance
 
 
 @compiled
@@ -310,7 +307,7 @@ def judge(e: EngineState, rules: Rules, t_ns: int, contacts: ContactSet, row: Ro
     if contacts != ContactSet.THREE or row.reactions_determined > 0.0:
         d.slid_ns = t_ns
     doubtful = rules.judged and memory.declared.mode == Mode.UNKNOWN
-    slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < RESTS_NS
+    slides = contacts == ContactSet.THREE and t_ns - d.slid_ns < KNOWN_MOTION.rests_ns
     d.touching = slides or doubtful
     if e.innovations.large or jumped_lately(e.filter[0].state, e.filter[0].settings):
         # What the motion contradicts is not known, however small its spread.

@@ -5,11 +5,8 @@ from math import atan2, copysign, cos, hypot, sin, sqrt, tan
 
 import numpy as np
 
+from peg_on_hole_ros.measurements.tuned import ANGLE_FLOOR
 from peg_on_hole_ros.mechanics.kernel import compiled
-
-# Below this the two rotations about the axes are one for every sensor; the floor keeps the
-# covariance of psi and phi finite (sigma / 1e-6 is thousands of turns).
-SMALLEST_SINE = 1e-6
 
 
 def angles_of(rotation: np.ndarray) -> np.ndarray:
@@ -80,9 +77,10 @@ def fill_covariance(gamma: float, orientation_stddev: float, R: np.ndarray) -> N
     """Fill in what `angle_covariance` returns, by rows, shape (9,)."""
     variance = orientation_stddev * orientation_stddev
     c, sine = cos(gamma), abs(sin(gamma))
-    if sine < SMALLEST_SINE:
+    least = ANGLE_FLOOR.least_sine
+    if sine < least:
         # With its cosine: the variance of the sum of psi and phi is what the two leave.
-        c, sine = copysign(sqrt(1.0 - SMALLEST_SINE * SMALLEST_SINE), c), SMALLEST_SINE
+        c, sine = copysign(sqrt(1.0 - least * least), c), least
     over = variance / (sine * sine)
     R[:] = 0.0
     R[0] = variance
@@ -107,8 +105,8 @@ def angle_errors(q: Sequence[float] | np.ndarray) -> np.ndarray:
     Notes
     -----
     With h the horizontal direction of psi: eps, z + h cot(gamma), -h / sin(gamma). Where the sine
-    vanishes it is held at SMALLEST_SINE; psi + phi, the difference of two large rows, is kept by
-    writing the cotangent as 1/sin(gamma) - tan(gamma/2).
+    vanishes it is held at `ANGLE_FLOOR.least_sine`; psi + phi, the difference of two large rows,
+    is kept by writing the cotangent as 1/sin(gamma) - tan(gamma/2).
 
     """
     T = np.empty((3, 3))
@@ -120,7 +118,7 @@ def angle_errors(q: Sequence[float] | np.ndarray) -> np.ndarray:
 def fill_angle_errors(gamma: float, psi: float, T: np.ndarray) -> None:
     """Fill in what `angle_errors` returns."""
     s, c = sin(psi), cos(psi)
-    over_sine, half = 1.0 / max(sin(gamma), SMALLEST_SINE), tan(0.5 * gamma)
+    over_sine, half = 1.0 / max(sin(gamma), ANGLE_FLOOR.least_sine), tan(0.5 * gamma)
     cotangent = over_sine - half
     T[0, 0], T[0, 1], T[0, 2] = s, -c, 0.0
     T[1, 0], T[1, 1], T[1, 2] = c * cotangent, s * cotangent, 1.0

@@ -5,13 +5,9 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 
 from peg_on_hole_ros.measurements.repeats import Repeats, held, notice, said
+from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, Vector3, Vector6
-
-# Standard deviations by which the peg has turned away from a value that is repeated.
-TURNED = 5.0
-# A value that is repeated for so long while the peg turns is told [s].
-TOLD = 0.05
 
 
 class Oriented(Record):
@@ -43,7 +39,7 @@ class Freshness(Record):
     left : bool
         Whether the peg has turned away from the orientation that is repeated.
     still, stuck : bool, float
-        Whether that has lasted longer than TOLD, and for how long it has, at most [s].
+        Whether that has lasted long enough to be reported, and for how long it has, at most [s].
     wrench_still, wrench_stuck : bool, float
         The same of a wrench that is repeated.
     oriented : Oriented
@@ -80,7 +76,7 @@ def is_news(
 
     Encoders at rest, and coarse ones, repeat what is true. So a repeated value is none where each
     comes several times as a rule, or where the peg has turned away from it; of a peg that moves it
-    is left out for TOLD, until that shows.
+    is left out until it would be reported, when that shows.
 
     Parameters
     ----------
@@ -107,16 +103,17 @@ def is_news(
         return True
     if held(fresh.joints) > 1:
         return False
-    noise, seconds = TURNED * sqrt(stddev2 + max(variance, 0.0)), t - fresh.joints.since
+    noise = REPEATED_VALUES.turned * sqrt(stddev2 + max(variance, 0.0))
+    seconds = t - fresh.joints.since
     # The prediction's spread grows without news: what has left a value does not come back.
     if _turned(q, x) > noise:
         fresh.left = True
     if fresh.left:
-        fresh.still = seconds > TOLD
+        fresh.still = seconds > REPEATED_VALUES.reported
         fresh.stuck = max(fresh.stuck, seconds)
     # Believed at once, it would bring the prediction to rest that is to tell.
-    moves = TOLD * _size(q[0], x[3], x[4], x[5]) > noise
-    return not fresh.left and (seconds > TOLD or not moves)
+    moves = REPEATED_VALUES.reported * _size(q[0], x[3], x[4], x[5]) > noise
+    return not fresh.left and (seconds > REPEATED_VALUES.reported or not moves)
 
 
 @compiled
@@ -131,9 +128,9 @@ def is_new_wrench(fresh: Freshness, t_ns: int, values: Floats) -> bool:
     if news:
         fresh.held_since = fresh.oriented
         fresh.wrench_still = False
-    elif not fresh.wrench_still and t - fresh.wrench.since > TOLD:
+    elif not fresh.wrench_still and t - fresh.wrench.since > REPEATED_VALUES.reported:
         now, then = fresh.oriented, fresh.held_since
-        noise = TURNED * sqrt(now.variance + then.variance)
+        noise = REPEATED_VALUES.turned * sqrt(now.variance + then.variance)
         if held(fresh.wrench) == 1 and then.variance > 0.0 and _turned(now.q, then.q) > noise:
             fresh.wrench_still = True
     if fresh.wrench_still:
@@ -161,14 +158,14 @@ def causes(fresh: Freshness) -> list[str]:
     """Return what there is to say, a line for each source."""
     held_wrench, held_joints = said(fresh.wrench), said(fresh.joints)
     told = [f"wrench: {held_wrench}"] if held_wrench else []
-    if not held_wrench and fresh.wrench_stuck > TOLD:
+    if not held_wrench and fresh.wrench_stuck > REPEATED_VALUES.reported:
         told.append(
             f"wrench: wrenches that do not change for {fresh.wrench_stuck:.2f} s while the peg "
             "turns: the sensor or its driver stands still; they are not used"
         )
     if held_joints:
         told.append(f"joints: {held_joints}")
-    elif fresh.stuck > TOLD:
+    elif fresh.stuck > REPEATED_VALUES.reported:
         told.append(
             f"joints: joint states that do not change for {fresh.stuck:.2f} s while the peg "
             "turns: the encoders or their driver stand still; they are not used"

@@ -5,23 +5,12 @@ from typing import Annotated
 
 import numpy as np
 
+from peg_on_hole_ros.measurements.tuned import INNOVATION_WINDOW
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, Vector3
 
-# Over so many corrections the mean is taken that says whether a contact mode fits.
-MEAN_OF = 20
-# One that noise has thrown is no other contact, which surprises again and again: against a mode
-# each counts as so much at most.
-MOST_AGAINST_MODE = 30.0
-EXPECTED = 3.0
-# Enough to tell 3.3 from the median of a chi-squared variable of 3 degrees of freedom, 2.37, by
-# five standard deviations of a median (0.19). Of fewer it has to be farther above, by the root.
-WINDOW = 200
-TOO_LARGE = 3.3
-MEDIAN, ENOUGH = 2.366, 60
-# A chi-squared variable of 3 degrees of freedom is above it once in 7e5 windows. Over 11 s of a
-# working cycle the largest was 17, in a friction that is not as learnt after each turn.
-DRIFTS = 30.0
+# Mean of a chi-squared variable of 3 degrees of freedom, and its median.
+EXPECTED, MEDIAN = 3.0, 2.366
 
 
 class Watched(Record):
@@ -57,24 +46,25 @@ class Innovations(Record):
     watched
         How many of them in contact, or in a mode that is doubtful.
     average
-        Of the last MEAN_OF, normalised and squared; EXPECTED before.
+        Of the last `mode_count`, normalised and squared; EXPECTED before.
     misfit
-        That average with MOST_AGAINST_MODE of each at most.
+        That average with `most_against_mode` of each at most.
     median
         Of the window; NaN until it is full.
     drift
-        Square of the sum over the window of what is whitened, over WINDOW; NaN until it is full.
+        Square of the sum over the window of what is whitened, over its length; NaN until it is
+        full.
     large
-        Whether the median is above TOO_LARGE, of fewer by a wider margin.
+        Whether the median is above `large_median`, of fewer by a wider margin.
     too_large
-        Whether that, or the drift is above DRIFTS.
+        Whether that, or the drift is above its bound.
     total : shape (3,)
         Sum over the window of what is whitened.
-    last : shape (MEAN_OF,)
+    last : shape (`mode_count`,)
         The latest, normalised and squared; a ring.
-    window : Watched, shape (WINDOW,)
+    window : Watched, shape (`settings_count`,)
         A ring.
-    ordered : shape (WINDOW,)
+    ordered : shape (`settings_count`,)
         The squares of the window by size.
 
     """
@@ -88,9 +78,9 @@ class Innovations(Record):
     large: bool
     too_large: bool
     total: Vector3
-    last: Annotated[Floats, (MEAN_OF,)]
-    window: Annotated[list[Watched], (WINDOW,)]
-    ordered: Annotated[Floats, (WINDOW,)]
+    last: Annotated[Floats, (INNOVATION_WINDOW.mode_count,)]
+    window: Annotated[list[Watched], (INNOVATION_WINDOW.settings_count,)]
+    ordered: Annotated[Floats, (INNOVATION_WINDOW.settings_count,)]
 
 
 @compiled
@@ -136,17 +126,18 @@ def add_innovation(
         Whether the innovations are larger than stated.
 
     """
+    mean_of = INNOVATION_WINDOW.mode_count
     # Without contacts they say nothing for or against three: what they miss by must not keep
     # the mode from being tried again.
-    seen.last[seen.corrections % MEAN_OF] = nis if in_contact else EXPECTED
+    seen.last[seen.corrections % mean_of] = nis if in_contact else EXPECTED
     seen.corrections += 1
-    kept = min(seen.corrections, MEAN_OF)
+    kept = min(seen.corrections, mean_of)
     first = seen.corrections - kept
     total = against = 0.0
     for i in range(kept):
-        value = seen.last[(first + i) % MEAN_OF]
+        value = seen.last[(first + i) % mean_of]
         total += value
-        against += min(value, MOST_AGAINST_MODE)
+        against += min(value, INNOVATION_WINDOW.most_against_mode)
     seen.average, seen.misfit = total / kept, against / kept
     if not touching:
         return False
@@ -157,11 +148,12 @@ def add_innovation(
 @compiled
 def watch(seen: Innovations, nis: float, white: Floats, used: bool) -> None:
     """Take an innovation into median and drift; parameters as for `add_innovation`."""
-    ordered, newest = seen.ordered, seen.window[seen.watched % WINDOW]
-    count = min(seen.watched, WINDOW)
-    if count == WINDOW:
+    full, fewest = INNOVATION_WINDOW.settings_count, INNOVATION_WINDOW.fewest
+    ordered, newest = seen.ordered, seen.window[seen.watched % full]
+    count = min(seen.watched, full)
+    if count == full:
         at = np.searchsorted(ordered, newest.square)
-        for i in range(at, WINDOW - 1):
+        for i in range(at, full - 1):
             ordered[i] = ordered[i + 1]
         count -= 1
     else:
@@ -178,39 +170,40 @@ def watch(seen: Innovations, nis: float, white: Floats, used: bool) -> None:
         newest.white[i] = new
     seen.watched += 1
     n = count + 1
-    if n < ENOUGH:
+    if n < fewest:
         return
     median = 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])
     drift = (seen.total[0] ** 2 + seen.total[1] ** 2 + seen.total[2] ** 2) / n
-    above = (TOO_LARGE - MEDIAN) * sqrt(WINDOW / n)
+    above = (INNOVATION_WINDOW.large_median - MEDIAN) * sqrt(full / n)
     large = median > MEDIAN + above
     # Of a few, friction that is still learnt pushes all one way.
-    leans = n == WINDOW and drift > DRIFTS
+    leans = n == full and drift > INNOVATION_WINDOW.drift
     seen.large, seen.too_large = large, large or leans
-    if n == WINDOW:
+    if n == full:
         seen.median, seen.drift = median, drift
-    if large and n > ENOUGH and not leans:
-        squares = np.empty(ENOUGH)
-        for i in range(ENOUGH):
-            squares[i] = seen.window[(seen.watched - ENOUGH + i) % WINDOW].square
+    if large and n > fewest and not leans:
+        squares = np.empty(fewest)
+        for i in range(fewest):
+            squares[i] = seen.window[(seen.watched - fewest + i) % full].square
         # The last are about as they should be, as of noise that was found: what is over is over.
-        if np.sort(squares)[ENOUGH // 2] < MEDIAN + 0.5 * above:
+        if np.sort(squares)[fewest // 2] < MEDIAN + 0.5 * above:
             _keep_latest(seen, squares)
 
 
 @compiled
 def _keep_latest(seen, squares):
-    """Forget all but the latest ENOUGH, by their squares."""
-    white = np.empty((ENOUGH, 3))
+    """Forget all but the latest, by their squares."""
+    full, fewest = INNOVATION_WINDOW.settings_count, INNOVATION_WINDOW.fewest
+    white = np.empty((fewest, 3))
     seen.total[:] = 0.0
-    for i in range(ENOUGH):
-        white[i] = seen.window[(seen.watched - ENOUGH + i) % WINDOW].white
+    for i in range(fewest):
+        white[i] = seen.window[(seen.watched - fewest + i) % full].white
         for j in range(3):
             seen.total[j] += white[i, j]
-    for i in range(ENOUGH):
+    for i in range(fewest):
         seen.window[i].square = squares[i]
         seen.window[i].white[:] = white[i]
-    seen.watched = ENOUGH
+    seen.watched = fewest
     seen.median = seen.drift = nan
     seen.large = seen.too_large = False
-    seen.ordered[:ENOUGH] = np.sort(squares)
+    seen.ordered[:fewest] = np.sort(squares)

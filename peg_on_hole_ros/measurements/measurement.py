@@ -7,16 +7,13 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
 from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_WRENCH
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.mechanics.linear_algebra import in_peg_axes, peg_turns
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import WrenchSample
 from peg_on_hole_ros.typed_record import Matrix3, Matrix6, Record, Vector6, new
-
-# The size of a force [N], and of a torque [N m], that no sensor in a cell measures: bytes or
-# units of a driver that are wrong.
-MOST_FORCE = MOST_TORQUE = 1e6
 
 
 def wrench_fault(sample: WrenchSample) -> str | None:
@@ -26,14 +23,15 @@ def wrench_fault(sample: WrenchSample) -> str | None:
     Returns
     -------
     str or None
-        `not_finite`, or `out_of_range`: a force above MOST_FORCE or a torque above MOST_TORQUE.
+        `not_finite`, or `out_of_range`: larger than `PLAUSIBLE_WRENCH`.
 
     """
     (f_x, f_y, f_z), (m_x, m_y, m_z) = sample.force, sample.torque
+    force, torque = PLAUSIBLE_WRENCH.most_force, PLAUSIBLE_WRENCH.most_torque
     # Neither holds for a NaN.
     if (
-        f_x * f_x + f_y * f_y + f_z * f_z <= MOST_FORCE * MOST_FORCE
-        and m_x * m_x + m_y * m_y + m_z * m_z <= MOST_TORQUE * MOST_TORQUE
+        f_x * f_x + f_y * f_y + f_z * f_z <= force * force
+        and m_x * m_x + m_y * m_y + m_z * m_z <= torque * torque
     ):
         return None
     finite = all(map(isfinite, (*sample.force, *sample.torque)))
@@ -43,10 +41,11 @@ def wrench_fault(sample: WrenchSample) -> str | None:
 def sound_wrenches(values: np.ndarray) -> np.ndarray:
     """Return of which wrenches (n, 6) `wrench_fault` says nothing, shape (n,)."""
     f_x, f_y, f_z, m_x, m_y, m_z = values.T
+    force, torque = PLAUSIBLE_WRENCH.most_force, PLAUSIBLE_WRENCH.most_torque
     # Neither holds for a NaN.
     with np.errstate(over="ignore", invalid="ignore"):
-        return (f_x * f_x + f_y * f_y + f_z * f_z <= MOST_FORCE * MOST_FORCE) & (
-            m_x * m_x + m_y * m_y + m_z * m_z <= MOST_TORQUE * MOST_TORQUE
+        return (f_x * f_x + f_y * f_y + f_z * f_z <= force * force) & (
+            m_x * m_x + m_y * m_y + m_z * m_z <= torque * torque
         )
 
 

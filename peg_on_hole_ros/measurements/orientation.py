@@ -16,19 +16,9 @@ from peg_on_hole_ros.measurements.angles import (
 )
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy, turned_to_peg
 from peg_on_hole_ros.measurements.screws import TipPoses
+from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_JOINTS
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.records import AngleMeasurement, JointSample
-
-# Of the rotation vector, each component [rad]: below what any robot resolves. Joints that turn
-# the peg about fewer than three axes would leave a covariance that cannot be inverted.
-ORIENTATION_FLOOR = 1e-6
-
-# A joint this far beyond the limits of its description [rad] is another joint, or in degrees;
-# drivers do report a hair beyond them.
-LIMIT_MARGIN = 0.1
-
-# psi or phi of a joint that counts its turns [rad]: beyond, a double is as coarse as an encoder.
-MOST_TURNED = 1e6
 
 # Numbers of `AngleMeasurement.row`.
 ROW = 24
@@ -142,7 +132,7 @@ class PegJoints(JointOrientation):
     The peg's own joints as orientation: gamma, psi, phi by name.
 
     `out_of_range` is one that is tilted by a quarter turn or more, or turned by more than
-    MOST_TURNED. A tilt below zero is one to the other side.
+    `PLAUSIBLE_JOINTS.most_turned`. A tilt below zero is one to the other side.
     """
 
     def __init__(self, options: JointInput) -> None:
@@ -162,7 +152,8 @@ def _fill_peg(angles, R_HM, leans, stddev, outcome, rows):
             continue
         outcome[i] = Outcome.out_of_range
         gamma, psi, phi = angles[i, 0], angles[i, 1], angles[i, 2]
-        if not (abs(gamma) < pi and abs(psi) <= MOST_TURNED and abs(phi) <= MOST_TURNED):
+        most = PLAUSIBLE_JOINTS.most_turned
+        if not (abs(gamma) < pi and abs(psi) <= most and abs(phi) <= most):
             continue
         if leans:
             q = angles[i]
@@ -217,8 +208,8 @@ class RobotJoints(JointOrientation):
         super().__init__(options.names)
         self.stddev = float(options.position_stddev)
         self._kinematics = kinematics
-        self._lower = np.array(kinematics.lower, float) - LIMIT_MARGIN
-        self._upper = np.array(kinematics.upper, float) + LIMIT_MARGIN
+        self._lower = np.array(kinematics.lower, float) - PLAUSIBLE_JOINTS.limit_margin
+        self._upper = np.array(kinematics.upper, float) + PLAUSIBLE_JOINTS.limit_margin
         self._mounting = _Mounting(
             rotation_from_rpy(options.hole_rpy).T.copy(),
             rotation_from_rpy(options.peg_rpy),
@@ -258,7 +249,7 @@ def _fill_robot(poses, mounting, stddev, hole_variance, usable, outcome, rows):
         fill_angle_errors(gamma, psi, errors)
         _product(errors, mounting.hole_turn, of_joints)
         _times_columns(of_joints, poses.jacobian[k], moved)
-        fill_covariance(gamma, ORIENTATION_FLOOR, rows[i, 3:12])
+        fill_covariance(gamma, PLAUSIBLE_JOINTS.orientation_stddev, rows[i, 3:12])
         _add_square(moved, stddev, block, rows[i, 3:12])
         if hole_variance == 0.0 or not isfinite(poses.position[k, 0]):
             continue

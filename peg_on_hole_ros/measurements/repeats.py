@@ -1,10 +1,8 @@
 """Values that repeat bit for bit while stamps go on: how often each comes."""
 
+from peg_on_hole_ros.measurements.tuned import REPEATED_VALUES
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, new
-
-# Runs of one length in a row that make it a rule.
-RULE = 5
 
 
 class Repeats(Record):
@@ -70,7 +68,8 @@ def notice(m: Repeats, t: float, values: Floats | tuple[float, ...], latest: Flo
         else:
             m.alike, m.begun = 1, m.since
         m.length = m.run
-        if m.length > 1 and m.alike >= max(m.most_alike, RULE) and t > m.begun:
+        most_alike = max(m.most_alike, REPEATED_VALUES.runs)
+        if m.length > 1 and m.alike >= most_alike and t > m.begun:
             m.most_length, m.most_alike = m.length, m.alike
             m.rate = m.alike / (t - m.begun)
     m.run, m.since = 1, t
@@ -88,7 +87,7 @@ def notice_all(memory: Repeats, t: Floats, values: Floats, latest: Floats) -> No
 @compiled
 def held(memory: Repeats) -> int:
     """Return of how many messages each value is one, as a rule; 1: each is new."""
-    return memory.length if memory.alike >= RULE else 1
+    return memory.length if memory.alike >= REPEATED_VALUES.runs else 1
 
 
 def said(memory: Repeats) -> str:

@@ -5,14 +5,10 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from peg_on_hole_ros.measurements.tuned import SATURATION_TEST
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record, Vector6
 
-# So many wrenches in a row in which one component has one value, bit for bit, while others go on.
-_STAYS = 20
-# Sensors that round repeat values anywhere: of so many runs away from the ends, at least, each may
-# have so many values in the mean, and some values may differ by no more than half the noise.
-_RUNS, _FINE, _SMALL = 20, 1.5, 0.5
 _NAMES = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
 
 _OfComponents = Annotated[NDArray[np.int64], (6,)]
@@ -75,17 +71,18 @@ def notice_ends(m: Saturation, values: Floats | tuple[float, ...], variance: Flo
         elif value == m.latest[i]:
             m.in_a_row[i] += 1
             at_end = value <= m.least[i] or value >= m.most[i]
-            fine = m.runs[kind] >= _RUNS and m.values[kind] < _FINE * m.runs[kind]
-            fine = fine and m.close[kind] == 1
+            fine = m.runs[kind] >= SATURATION_TEST.fewest_runs and m.close[kind] == 1
+            fine = fine and m.values[kind] < SATURATION_TEST.longest_mean * m.runs[kind]
             # A component that is not measured is 0.
-            if m.in_a_row[i] >= _STAYS and at_end and fine and value != 0.0:
+            if m.in_a_row[i] >= SATURATION_TEST.stays and at_end and fine and value != 0.0:
                 m.stays = m.stayed = i + 1
                 m.end = value
             continue
         elif m.least[i] < m.latest[i] < m.most[i]:
             m.runs[kind] += 1
             m.values[kind] += m.in_a_row[i]
-        if m.in_a_row[i] > 0 and (value - m.latest[i]) ** 2 < _SMALL * _SMALL * variance[i]:
+        small = SATURATION_TEST.small_step
+        if m.in_a_row[i] > 0 and (value - m.latest[i]) ** 2 < small * small * variance[i]:
             m.close[kind] = 1
         m.latest[i], m.in_a_row[i] = value, 1
         m.least[i], m.most[i] = min(m.least[i], value), max(m.most[i], value)

@@ -8,19 +8,12 @@ from numpy.typing import NDArray
 
 from peg_on_hole_ros.estimator.noise import track_noise_ratio
 from peg_on_hole_ros.estimator.settings import Settings
+from peg_on_hole_ros.measurements.tuned import WRENCH_NOISE_TEST
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.typed_record import Floats, Record
 
 # What white noise makes of a third difference, squared; a motion leaves next to nothing.
 _THIRD = 20.0
-# It is told after so many wrenches, once a unit had its time to be told, and up to such a share of
-# the most that is followed.
-TOLD, BROKEN = 145, 0.75
-# Variances so many times the stated ones are of another unit, and are followed to twice that: a
-# contact that chatters has some hundred times. Nothing is made of such a wrench.
-BEYOND = 5e3
-# Variances so many times the stated ones are told, and are used.
-NOISY = 2.25
 
 _OfForceAndTorque = Annotated[Floats, (2,)]
 _Whether = Annotated[NDArray[np.int64], (2,)]
@@ -119,25 +112,25 @@ def follow_wrench(
             m.last[0, i], m.last[1, i], m.last[2, i] = b, c, values[i]
         if m.seen >= 3:
             _track(m.found, part, square, settings.noise_most, settings)
-            _track(m.wide, part, square, 2.0 * BEYOND, settings)
+            _track(m.wide, part, square, 2.0 * WRENCH_NOISE_TEST.another_unit, settings)
             if in_air and m.seen_in_air >= 3:
                 _track(m.in_air, part, square, settings.noise_most, settings)
     m.seen += 1
     m.seen_in_air += 1
     # Contacts chatter before they are told.
-    rough = in_air and max(m.in_air[0], m.in_air[1]) > NOISY
+    rough = in_air and max(m.in_air[0], m.in_air[1]) > WRENCH_NOISE_TEST.noisy
     m.rough_in_air = m.rough_in_air + 1 if rough else 0
-    if in_air and not rough and m.seen_in_air >= TOLD:
+    if in_air and not rough and m.seen_in_air >= WRENCH_NOISE_TEST.fewest:
         m.calm = True
-    if m.seen < TOLD:
+    if m.seen < WRENCH_NOISE_TEST.fewest:
         return
     for part in range(2):
-        if m.wide[part] > BEYOND:
+        if m.wide[part] > WRENCH_NOISE_TEST.another_unit:
             m.off[part] = 1
         found = m.found[part]
         if m.calm:
-            found = m.in_air[part] if m.rough_in_air >= TOLD else 1.0
-        if found < BROKEN * settings.noise_most:
+            found = m.in_air[part] if m.rough_in_air >= WRENCH_NOISE_TEST.fewest else 1.0
+        if found < WRENCH_NOISE_TEST.largest_share * settings.noise_most:
             m.most[part] = max(m.most[part], found)
 
 
@@ -151,30 +144,30 @@ def _track(ratios, part, square, most, settings):
 def factor(m: WrenchNoise) -> float:
     """Return by how much the variance is more than stated; 1 where it may be as stated."""
     most = max(m.found[0], m.found[1])
-    return most if most > NOISY else 1.0
+    return most if most > WRENCH_NOISE_TEST.noisy else 1.0
 
 
 @compiled
 def is_off(m: WrenchNoise) -> bool:
     """Return whether the wrench is too rough for any noise."""
-    return max(m.wide[0], m.wide[1]) > BEYOND
+    return max(m.wide[0], m.wide[1]) > WRENCH_NOISE_TEST.another_unit
 
 
 def causes(m: WrenchNoise, variance: Floats) -> list[str]:
     """Return what there is to say, a line for force and torque, by their stated variances."""
-    told = []
+    told, times = [], sqrt(WRENCH_NOISE_TEST.another_unit)
     for part, (name, unit) in enumerate((("force", "N"), ("torque", "N m"))):
         most = m.most.item(part)
         if m.off.item(part):
             told.append(
-                f"wrench: the {name} jumps by {sqrt(BEYOND):.0f} times and more its stated noise "
+                f"wrench: the {name} jumps by {times:.0f} times and more its stated noise "
                 f"from message to message: is it in {unit}, of one sensor? no contact is told"
             )
-        elif most > NOISY:
-            times, stated = sqrt(most), sqrt(variance.item(3 * part))
+        elif most > WRENCH_NOISE_TEST.noisy:
+            found, stated = sqrt(most), sqrt(variance.item(3 * part))
             told.append(
-                f"wrench.{name}_stddev: the noise of the {name} is {times:.1f} times the "
-                f"stated one, {times * stated:.2g} {unit} for {stated:.2g} {unit}: used as "
+                f"wrench.{name}_stddev: the noise of the {name} is {found:.1f} times the "
+                f"stated one, {found * stated:.2g} {unit} for {stated:.2g} {unit}: used as "
                 "found"
             )
     return told

@@ -8,7 +8,7 @@ from peg_on_hole_ros.bags.batch import Batch, stretches
 from peg_on_hole_ros.config.configuration import BY_NAME
 from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
-from peg_on_hole_ros.engine.arrival_order import CLOCK_JUMP_NS
+from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 from peg_on_hole_ros.replay.loops import Loop
 from peg_on_hole_ros.replay.topic_findings import Oddities
 
@@ -133,14 +133,14 @@ class Seen:
         if not back:
             return ""
         seconds = max(back.values())
-        if seconds * 1e9 > CLOCK_JUMP_NS:
+        if seconds * 1e9 > STAMP_ORDER.clock_jump_ns:
             fate = (
                 "each round is a recording of its own, with clock_jumped_back counted at its begin"
             )
         else:
             fate = (
-                f"rounds of less than {CLOCK_JUMP_NS * 1e-9:g} s are no clock that was set back, "
-                "so one of them is used, and the others count as late"
+                f"rounds of less than {STAMP_ORDER.clock_jump_ns * 1e-9:g} s are no clock that "
+                "was set back, so one of them is used, and the others count as late"
             )
         return (
             f"loop: the stamps of {' and '.join(back)} begin again, up to {seconds:.3f} s back: a "

@@ -6,7 +6,7 @@ from heapq import heappop, heappush
 from peg_on_hole_ros.bags.batch import Item
 from peg_on_hole_ros.bags.reader import absolute
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.engine.arrival_order import CLOCK_JUMP_NS
+from peg_on_hole_ros.engine.tuned import STAMP_ORDER
 
 
 def in_order(items: Iterable[Item], configuration: Configuration) -> Iterator[Item]:
@@ -28,7 +28,7 @@ def in_order(items: Iterable[Item], configuration: Configuration) -> Iterator[It
         of_joints = item.topic == joints
         if t_ns is not None and of_joints:
             t_ns -= delay_ns
-        if t_ns is None or newest is None or newest - t_ns > CLOCK_JUMP_NS + window_ns:
+        if t_ns is None or newest is None or newest - t_ns > STAMP_ORDER.clock_jump_ns + window_ns:
             while waiting:
                 yield heappop(waiting)[-1]
             newest = t_ns

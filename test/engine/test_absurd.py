@@ -6,12 +6,14 @@ import pytest
 from inputs import closing, joints, wrench
 from late_samples import MS, ordered, pipeline, play
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.measurements.measurement import MOST_FORCE, MOST_TORQUE, wrench_fault
+from peg_on_hole_ros.measurements.measurement import wrench_fault
+from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_WRENCH
 from peg_on_hole_ros.messages.decode import Malformed, wrench_sample
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from tiers import nightly
 
+MOST_FORCE, MOST_TORQUE = PLAUSIBLE_WRENCH.most_force, PLAUSIBLE_WRENCH.most_torque
 # Fields of a row that are finite whatever is known.
 ARRAYS = (
     "state", "state_stddev", "state_covariance", "normal", "normal_stddev", "slip_speed",

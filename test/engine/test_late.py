@@ -9,6 +9,7 @@ from late_samples import MS, SCENE, ordered, pipeline, play, shuffled, total, un
 from peg_on_hole_ros.engine import ring
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.engine.state import ORIENTATION
+from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods import SETTINGS
 from peg_on_hole_ros.estimator.settings import default_settings
@@ -16,6 +17,8 @@ from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from simulated import truth
 from tiers import nightly
+
+MOST_WRENCHES, STRIDE = REPROCESSING.most_wrenches, REPROCESSING.snapshot_stride
 
 
 @pytest.mark.parametrize("most_ms", [3, 30])
@@ -124,7 +127,7 @@ def test_several_late_messages_go_back_once():
     play(plain, samples)
     assert line.counts["went_back"] == 1
     # 8 joint states at 500 Hz: from the wrench of the first late one to the latest.
-    assert 8 <= line.counts["wrench_reprocessed"] <= 16 + ring.STRIDE
+    assert 8 <= line.counts["wrench_reprocessed"] <= 16 + STRIDE
     np.testing.assert_array_equal(line.filter.x, plain.filter.x)
 
 
@@ -133,7 +136,7 @@ def test_memory_is_bounded():
     line = pipeline(0.02)
     play(line, shuffled(samples, 15 * MS))
     # One wrench a millisecond.
-    assert 20 <= line.kept[0] <= 20 + 2 * ring.STRIDE
+    assert 20 <= line.kept[0] <= 20 + 2 * STRIDE
 
 
 def test_memory_of_the_fastest_wrench_is_bounded():
@@ -143,7 +146,7 @@ def test_memory_of_the_fastest_wrench_is_bounded():
     kept, words = ring.new_ring(processor.filter.state), processor.words
     state, orientation = processor.filter.state, np.zeros(ORIENTATION)
     r, late = kept.places[0], 0
-    for k in range(2 * ring.MOST_WRENCHES):
+    for k in range(2 * MOST_WRENCHES):
         now = 100_000 * k
         ring.append_wrench(kept, r, now, np.zeros(6))
         if ring.wants_state(r):
@@ -159,13 +162,13 @@ def test_memory_of_the_fastest_wrench_is_bounded():
             assert r["done"] >= r["first"]
             r["done"], r["restored"] = r["last"], 0
             late += 1
-        assert wrenches < ring.MOST_WRENCHES + 2 * ring.STRIDE
+        assert wrenches < MOST_WRENCHES + 2 * STRIDE
         # Of the latest all, and of the others one in eight.
-        assert states <= ring.DENSE + wrenches / ring.STRIDE + 2
+        assert states <= REPROCESSING.recent_snapshots + wrenches / STRIDE + 2
         assert ring.has_state(kept, int(r["first"]))
     assert late > 200
     assert r["reprocessed"] > 1000 * late
-    assert r["last"] - r["first"] > ring.MOST_WRENCHES - 2 * ring.STRIDE
+    assert r["last"] - r["first"] > MOST_WRENCHES - 2 * STRIDE
 
 
 def test_the_longest_delay_is_within_what_is_kept_of_a_fast_wrench():

@@ -9,11 +9,12 @@ import pytest
 from late_samples import total, undoubted
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.engine.processor import LOST
+from peg_on_hole_ros.engine.tuned import KNOWN_MOTION
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from steady_slide import BEGIN, MS, motion, orientation, wrench
 from tiers import at_push
 
+LOST = KNOWN_MOTION.lost
 LOST_MS = round(LOST * 1e3)
 
 

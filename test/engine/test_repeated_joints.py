@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from late_samples import MS, ordered, pipeline, play, shuffled, total
-from peg_on_hole_ros.engine.arrival_order import MAX_STAMPS
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.engine.ring import MOST_WAITING
+from peg_on_hole_ros.engine.tuned import REPROCESSING, STAMP_ORDER
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from simulated import truth
@@ -119,9 +118,9 @@ def test_orientations_ahead_of_a_wrench_that_has_stopped_are_bounded_and_counted
     play(line, samples)
     assert not line.counts["joints_dropped_without_wrench"]
     last = next(s for s in samples[::-1] if isinstance(s, JointSample))
-    ahead = 3 * MAX_STAMPS
+    ahead = 3 * STAMP_ORDER.most_joint_stamps
     play(line, [last._replace(t_ns=samples[-1].t_ns + 1 + k) for k in range(ahead)])
-    assert line.counts["joints_dropped_without_wrench"] == ahead - MOST_WAITING
+    assert line.counts["joints_dropped_without_wrench"] == ahead - REPROCESSING.most_waiting
     # Of the stamps before it the latest are still known.
     play(line, [samples[-2] if isinstance(samples[-2], JointSample) else samples[-3]])
     assert line.counts[REASON] + line.counts["joints_late"] == 1

@@ -5,7 +5,7 @@ import pytest
 
 from estimates import columns
 from late_samples import MS, ordered, pipeline, play, total, undoubted
-from peg_on_hole_ros.engine.ring import MOST_WAITING
+from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.messages.cycles import Cycles
 from peg_on_hole_ros.messages.output import OutputStream
 from peg_on_hole_ros.records import JointSample, WrenchSample
@@ -167,8 +167,8 @@ def test_of_joint_states_without_a_wrench_the_oldest_goes():
     samples = ordered()
     i = of_kind(samples, WrenchSample, AT)
     at, last = samples[i].t_ns, samples[of_kind(samples, JointSample, i)]
-    step_ns = 10 * MS // (MOST_WAITING + 2)
-    ahead = [last._replace(t_ns=at + k * step_ns) for k in range(1, MOST_WAITING + 2)]
+    step_ns = 10 * MS // (REPROCESSING.most_waiting + 2)
+    ahead = [last._replace(t_ns=at + k * step_ns) for k in range(1, REPROCESSING.most_waiting + 2)]
     wrench = samples[i]._replace(t_ns=at + 10 * MS)
 
     def given(waiting):
@@ -176,7 +176,7 @@ def test_of_joint_states_without_a_wrench_the_oldest_goes():
         (outputs,) = play(line, [*samples[: i + 1], *waiting, wrench])[-1:]
         return line.counts, outputs
 
-    assert len(ahead) == MOST_WAITING + 1 == 513
+    assert len(ahead) == REPROCESSING.most_waiting + 1 == 513
     counts, found = given(ahead)
     full, expected = given(ahead[1:])
     assert apart(counts, full) == {"joints_dropped_without_wrench": 1}

@@ -7,8 +7,9 @@ import pytest
 
 from peg_on_hole_ros.config.options import Configuration, FilterOptions, JointInput, MonitorOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.measurements.angles import SMALLEST_SINE, angle_covariance
+from peg_on_hole_ros.measurements.angles import angle_covariance
 from peg_on_hole_ros.measurements.orientation import PegJoints
+from peg_on_hole_ros.measurements.tuned import ANGLE_FLOOR
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import ANGLES, JointSample, WrenchSample
 from under_way import placed, press
@@ -65,8 +66,8 @@ def test_sum_of_turns_is_known_at_any_tilt(gamma):
     # Of an upright peg psi and phi are nothing, and their sum is a rotation about the axis.
     covariance = angle_covariance(gamma, 1e-4)
     total = np.array([0.0, 1.0, 1.0])
-    # Below SMALLEST_SINE an ulp of the cosine is 2e-4 of what it differs from 1 by.
-    tolerance = 1e-3 if gamma <= SMALLEST_SINE else 1e-7
+    # Below the least sine an ulp of the cosine is 2e-4 of what it differs from 1 by.
+    tolerance = 1e-3 if gamma <= ANGLE_FLOOR.least_sine else 1e-7
     expected = 2e-8 / (1 + np.cos(gamma))
     assert total @ covariance @ total == pytest.approx(expected, rel=tolerance)
     assert np.linalg.cholesky(covariance)[2, 2] > 0.0

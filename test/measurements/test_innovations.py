@@ -13,16 +13,12 @@ from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.innovations import (
-    DRIFTS,
-    ENOUGH,
-    MEAN_OF,
     MEDIAN,
-    TOO_LARGE,
-    WINDOW,
     Innovations,
     add_innovation,
     forget_innovations,
 )
+from peg_on_hole_ros.measurements.tuned import INNOVATION_WINDOW
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.ros.diagnostics import ERROR, OK, Diagnostics
 from peg_on_hole_ros.sim.measure import START_NS, measure, sensor_wrench
@@ -31,6 +27,7 @@ from simulated import truth
 from tiers import nightly
 
 MS = 1_000_000
+WINDOW, FEWEST = INNOVATION_WINDOW.settings_count, INNOVATION_WINDOW.fewest
 
 
 def watched(values, white):
@@ -54,7 +51,9 @@ def test_the_median_is_that_of_the_window():
     for n, (told, _) in enumerate(watched(values, np.zeros((1000, 3))), 1):
         expected = np.median(values[max(n - WINDOW, 0) : n])
         assert told.median == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
-        assert told.average == pytest.approx(values[max(n - MEAN_OF, 0) : n].mean())
+        assert told.average == pytest.approx(
+            values[max(n - INNOVATION_WINDOW.mode_count, 0) : n].mean()
+        )
 
 
 def test_the_drift_is_that_of_the_window():
@@ -62,7 +61,7 @@ def test_the_drift_is_that_of_the_window():
     for n, (told, large) in enumerate(watched(np.zeros(1000), white), 1):
         expected = (white[max(n - WINDOW, 0) : n].sum(axis=0) ** 2).sum() / WINDOW
         assert told.drift == pytest.approx(expected if n >= WINDOW else np.nan, nan_ok=True)
-        assert large == (n >= WINDOW and expected > DRIFTS)
+        assert large == (n >= WINDOW and expected > INNOVATION_WINDOW.drift)
 
 
 @pytest.mark.parametrize("friction", ["estimated", "considered"])
@@ -74,31 +73,33 @@ def test_a_friction_that_is_as_stated_alarms_nobody(friction):
     options = replace(configuration.filter, friction=friction)
     pipeline = Pipeline(replace(configuration, scene=scene, filter=options))
     for outputs in pipeline.play(measure(truth("closing_with_slip"), 3)):
-        assert outputs.monitor.get("nis_drift", 0.0) < DRIFTS
+        assert outputs.monitor.get("nis_drift", 0.0) < INNOVATION_WINDOW.drift
     assert pipeline.counts["innovations_too_large"] == 0
 
 
-@pytest.mark.parametrize("count", [ENOUGH, WINDOW])
+@pytest.mark.parametrize("count", [FEWEST, WINDOW])
 def test_noise_alone_is_not_too_large(count):
     # Half of a window above the limit, by chance: once in 1e6 windows.
-    share = chi2(3).sf(MEDIAN + (TOO_LARGE - MEDIAN) * np.sqrt(WINDOW / count))
+    share = chi2(3).sf(
+        MEDIAN + (INNOVATION_WINDOW.large_median - MEDIAN) * np.sqrt(WINDOW / count)
+    )
     assert (0.5 - share) / np.sqrt(share * (1 - share) / count) > 4
-    assert chi2(3).sf(DRIFTS) < 2e-6
+    assert chi2(3).sf(INNOVATION_WINDOW.drift) < 2e-6
 
 
-@pytest.mark.parametrize(("times", "most"), [(4.0, ENOUGH), (2.0, 1.2 * ENOUGH)])
+@pytest.mark.parametrize(("times", "most"), [(4.0, FEWEST), (2.0, 1.2 * FEWEST)])
 def test_what_is_far_too_large_is_so_before_the_window_is_full(times, most):
     draws = (np.random.default_rng(seed).chisquare(3, WINDOW) for seed in range(20))
     first = [larges(times * values).index(True) + 1 for values in draws]
-    assert min(first) == ENOUGH and np.median(first) <= most
+    assert min(first) == FEWEST and np.median(first) <= most
 
 
 def test_what_was_too_large_and_is_over_is_forgotten_before_the_window_is():
     draw = np.random.default_rng(2)
-    before, over, again = (draw.chisquare(3, n) for n in (WINDOW, WINDOW, ENOUGH))
+    before, over, again = (draw.chisquare(3, n) for n in (WINDOW, WINDOW, FEWEST))
     told = larges(np.concatenate([9.0 * before, over, 9.0 * again]))
-    assert told[WINDOW - 1] and told[WINDOW + ENOUGH // 4]
-    assert not any(told[WINDOW + ENOUGH : 2 * WINDOW])
+    assert told[WINDOW - 1] and told[WINDOW + FEWEST // 4]
+    assert not any(told[WINDOW + FEWEST : 2 * WINDOW])
     # Another such fault is told as the first was.
     assert told[-1]
 

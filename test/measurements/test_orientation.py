@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from arm import BENT, JOINTS, OPTIONS, Arm, angles, options, peg_rotation
 from peg_on_hole_ros.measurements.angles import angle_covariance, angle_errors, angles_of
-from peg_on_hole_ros.measurements.orientation import ORIENTATION_FLOOR, RobotJoints
+from peg_on_hole_ros.measurements.orientation import RobotJoints
 from peg_on_hole_ros.measurements.screws import empty_poses
+from peg_on_hole_ros.measurements.tuned import PLAUSIBLE_JOINTS
 from peg_on_hole_ros.records import JointSample
 from tiers import nightly
 
@@ -154,6 +155,7 @@ def test_joints_that_turn_about_one_axis_leave_a_covariance_that_can_be_inverted
     measured = source(sample([-0.3], ["hinge"]))
     assert measured.q == pytest.approx([0.3, 0.0, 0.0], abs=1e-15)
     low, *_ = np.linalg.eigvalsh(measured.covariance)
-    assert low >= 0.4 * ORIENTATION_FLOOR**2
-    variance = OPTIONS.position_stddev**2 + ORIENTATION_FLOOR**2
+    floor = PLAUSIBLE_JOINTS.orientation_stddev
+    assert low >= 0.4 * floor**2
+    variance = OPTIONS.position_stddev**2 + floor**2
     assert measured.covariance[0, 0] == pytest.approx(variance, rel=1e-12)
