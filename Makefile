@@ -71,6 +71,7 @@ format: $(STAMP)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/python tools/output_tables.py
+	$(BIN)/python tools/tuned_table.py
 
 docs: $(STAMP)  ## the documents as a site in site/; a broken link is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build

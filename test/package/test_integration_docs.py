@@ -1,6 +1,5 @@
 """The integration guide keeps up with the code: every count, topic and number of the monitor."""
 
-import importlib.util
 import re
 from collections import Counter
 
@@ -18,19 +17,12 @@ from peg_on_hole_ros.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
 from peg_on_hole_ros.replay import run as replay
+from scripts import loaded
 from simulated import ROOT
 
 PAGES = "integration", "topics", "alarms", "counts"
 TEXT = "\n".join((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8") for page in PAGES)
 QUOTED = set(re.findall(r"`([^`\n]+)`", TEXT))
-
-
-def loaded(path):
-    """Return a module that is no part of the package."""
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def literals(module, pattern):
