@@ -88,7 +88,9 @@ def test_what_was_learnt_outlives_a_pause():
     later = list(measure(motion, 2, START_NS + 8_000_000_000))[:40]
     again = list(pipeline.play(later))[0].monitor
     assert again["clearance"] == pytest.approx(learnt["clearance"], rel=1e-2)
-    assert again["clearance_stddev"] < 2 * learnt["clearance_stddev"]
+    # Nothing is learnt of it in a pause.
+    times = again["clearance_stddev"] / learnt["clearance_stddev"]
+    assert 0.99 < times < 2
 
 
 def test_a_clearance_that_is_only_considered_stays_and_widens_the_bounds():

@@ -134,7 +134,14 @@ def test_time_to_reach_is_where_the_mean_motion_crosses(acceleration):
 
 @pytest.mark.parametrize(
     ("tilt", "rate", "acceleration"),
-    [(0.17, -0.1, 0.0), (0.2, 0.1, 0.0), (0.2, -0.001, 0.0), (0.2, -0.05, 0.5)],
+    # Below the level, rising, not surely falling, at rest before, and after more than LONGEST.
+    [
+        (0.17, -0.1, 0.0),
+        (0.2, 0.1, 0.0),
+        (0.2, -0.001, 0.0),
+        (0.2, -0.05, 0.5),
+        (0.3, -0.003, 0.0),
+    ],
 )
 def test_without_a_motion_that_arrives_there_is_no_time(tilt, rate, acceleration):
     m = new(MotionTrend)
