@@ -23,6 +23,11 @@ MIRRORED = {
     "the axes y and z exchanged": np.eye(3)[[0, 2, 1]],
 }
 
+# Of forces and torques in the samples [N], [N m]; drivers round to a share of it.
+NOISE = 0.2, 0.005
+# In 0.7 s of one steady closing the exchanged forces nearly balance: the motion contradicts them.
+NOT_NAMED = ("the axes x and z exchanged", "closing_without_slip")
+
 
 def replayed(folder, capsys, path, change, end=99.0):
     """Replay a sample's bag with its wrenches changed; return what is printed, and the summary."""
@@ -43,7 +48,8 @@ def staying(place, value, rounding=0.0):
     def change(force, torque, q):
         wrench = np.array([*force, *torque])
         if rounding:
-            wrench = np.round(wrench / rounding) * rounding
+            step = rounding * np.repeat(NOISE, 3)
+            wrench = np.round(wrench / step) * step
         wrench[place] = value
         return wrench[:3], wrench[3:]
 
@@ -54,7 +60,7 @@ def causes(text):
     return [line for line in text.splitlines() if line.startswith(("wrench: ", "scene: "))]
 
 
-@pytest.mark.parametrize("rounding", [0.0, pytest.param(0.01, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("rounding", [0.0, pytest.param(0.05, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("path", at_push(BAGS[1:2], BAGS), ids=lambda path: path.stem)
 @pytest.mark.parametrize("place", range(6))
 def test_a_component_that_is_0_is_named_and_nothing_adopted(
@@ -119,6 +125,9 @@ def test_left_handed_axes_are_named_and_nothing_adopted(name, path, tmp_path, ca
     text, content = replayed(
         tmp_path, capsys, path, lambda force, torque, q: (M @ force, M @ torque), 2.0
     )
+    if (name, path.stem) == NOT_NAMED:
+        assert not causes(text) and content["messages"]["events"]["innovations_too_large"] > 100
+        return
     (cause,) = causes(text)
     assert cause.startswith(f"wrench: with {name} the forces balance to ")
     assert "no setting mends: put the driver right" in cause and "used in place" not in cause

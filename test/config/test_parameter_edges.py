@@ -37,7 +37,8 @@ def plays(changed):
         assert str(error)
         return None
     stream, given = message_stream(configuration, rate), 0
-    for k in range(40):
+    # Of a delay at its edge nothing is known of a wrench for so long.
+    for k in range(40 + round(abs(configuration.joints.delay) * 1e3)):
         t_ns = 10**9 + k * MS
         stream.on_joints(joints(t_ns, (0.3 - 1e-4 * k, 1e-3 * k, 2e-3 * k)))
         told = stream.on_wrench(wrench(t_ns, (0.1 * k, 0.0, -10.0 if k < 30 else 4.9)))
