@@ -138,6 +138,9 @@ def test_after_a_wrench_gap_no_probability_is_negative():
         names = [name for name in monitor if name.startswith("mode_probability")]
         for name in [*names, "three_point_validity", "transition_probability"]:
             assert 0.0 <= monitor[name] <= 1.0 + 1e-12, (name, monitor[name])
+        # One of them holds; which of two points touches is a part of one.
+        whole = [monitor[name] for name in names if not name.endswith("_alone")]
+        assert sum(whole) == pytest.approx(1.0, abs=1e-9)
 
 
 def test_evidence_is_the_ratio_of_its_probabilities_and_bounded():
