@@ -1,9 +1,15 @@
 """The load that contacts carry: the wrench that the motion of the peg does not account for."""
 
-from math import cos, exp, fabs, nan, sin, sqrt
+from math import exp, fabs, nan, sin, sqrt
 
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.mechanics.linear_algebra import (
+    factor_cholesky,
+    peg_rotation,
+    peg_turns,
+    whiten,
+)
 from peg_on_hole_ros.monitor.trend import is_number
 from peg_on_hole_ros.typed_record import Record, Vector3
 
@@ -86,9 +92,9 @@ def carried_load(
 
     """
     p = scene_of(estimate)
-    r = _peg_axes(estimate)
     motion, u = estimate.motion, estimate.wrench
-    s, c, spsi, cpsi = sin(motion.gamma), cos(motion.gamma), sin(motion.psi), cos(motion.psi)
+    turns = peg_turns(motion.gamma, motion.psi, motion.phi)
+    r, (s, c, spsi, cpsi, _, _) = peg_rotation(turns), turns
     w_x = motion.gamma_rate * spsi - motion.phi_rate * s * cpsi
     w_y = -motion.gamma_rate * cpsi - motion.phi_rate * s * spsi
     w_z = motion.psi_rate + motion.phi_rate * c
@@ -137,19 +143,6 @@ def carried_load(
 
 
 @compiled
-def _peg_axes(estimate: Estimate) -> tuple[float, ...]:
-    """Return the peg's axes in those of the hole, by rows."""
-    motion = estimate.motion
-    s, c, sps, cps = sin(motion.gamma), cos(motion.gamma), sin(motion.psi), cos(motion.psi)
-    sp, cp = sin(motion.phi), cos(motion.phi)
-    return (
-        cps * c * cp - sps * sp, -cps * c * sp - sps * cp, -cps * s,
-        sps * c * cp + cps * sp, -sps * c * sp + cps * cp, -sps * s,
-        s * cp, -s * sp, c,
-    )  # fmt: skip
-
-
-@compiled
 def _pull(load: ContactLoad) -> float:
     """Return the force out of the hole [N]: contacts push, but where a squeeze lets them pull."""
     force: float = load.force[2]
@@ -181,11 +174,11 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
         Square of the load that counts as none [N^2].
 
     """
-    over_radius = 2.0 / scene_of(estimate).d
-    r = _peg_axes(estimate)
+    over_radius, motion = 2.0 / scene_of(estimate).d, estimate.motion
+    r = peg_rotation(peg_turns(motion.gamma, motion.psi, motion.phi))
     pull = _pull(load) * (1.0 - 1.0 / LIFT)
-    # A Cholesky factor, and the load whitened by it.
-    root, white = estimate.work[:36].reshape(6, 6), estimate.work[36:42]
+    # The covariance, then its Cholesky factor, and the load, whitened by it.
+    factor, white = estimate.work[:36].reshape(6, 6), estimate.work[36:42]
     # In the peg's axes, in which the noise stands.
     for i in range(3):
         force = couple = 0.0
@@ -197,7 +190,6 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
     # Of six squares as of one.
     room, turned = 6.0 * ROOM * load.share, ROOM * _turned(estimate, time)
     least = floor + ROOM * estimate.bias_load
-    squares = 0.0
     for i in range(6):
         for k in range(i + 1):
             v = room * estimate.wrench_noise[i, k]
@@ -207,12 +199,6 @@ def stands_out(estimate: Estimate, load: ContactLoad, floor: float, time: float)
                 v *= over_radius
             if i == k:
                 v += least + (turned if i > 2 else 0.0)
-            for a in range(k):
-                v -= root[i, a] * root[k, a]
-            root[i, k] = sqrt(max(v, 1e-300)) if i == k else v / root[k, k]
-        v = white[i]
-        for a in range(i):
-            v -= root[i, a] * white[a]
-        white[i] = v / root[i, i]
-        squares += white[i] * white[i]
-    return squares
+            factor[i, k] = v
+    factor_cholesky(factor, 6)
+    return whiten(factor, 6, white, white)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.kernel import closed_forms, compiled
+from peg_on_hole_ros.mechanics.linear_algebra import factor_cholesky, whiten
 from peg_on_hole_ros.monitor.contacts import MOST
 from peg_on_hole_ros.typed_record import Floats, Record
 
@@ -151,19 +152,11 @@ def _misfit(residual: Floats, S: Floats) -> Misfit:
 @compiled
 def _weighed(S: Floats, r: Floats) -> tuple[float, float]:
     """Return r.T inv(S) r and the determinant of a covariance, shape (3, 3)."""
-    L, white, squared, determinant = np.zeros((3, 3)), np.zeros(3), 0.0, 1.0
+    factor, determinant = S.copy(), 1.0
+    factor_cholesky(factor, 3)
+    squared = whiten(factor, 3, r, np.empty(3))
     for i in range(3):
-        for j in range(i + 1):
-            t = S[i, j]
-            for k in range(j):
-                t -= L[i, k] * L[j, k]
-            L[i, j] = sqrt(t) if i == j else t / L[j, j]
-        white[i] = r[i]
-        for k in range(i):
-            white[i] -= L[i, k] * white[k]
-        white[i] /= L[i, i]
-        squared += white[i] * white[i]
-        determinant *= L[i, i] * L[i, i]
+        determinant *= factor[i, i] * factor[i, i]
     return squared, determinant
 
 
