@@ -5,9 +5,10 @@ from collections import namedtuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor import evidence, jamming, states
+from peg_on_hole_ros.monitor import evidence, states
 from peg_on_hole_ros.monitor.alarm_text import alarms_of
 from peg_on_hole_ros.monitor.alarms import clear_alarms, follow_alarms, follow_level
+from peg_on_hole_ros.monitor.dangers.registry import Dangers, parts
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.mode import declare_mode, forget_mode
 from peg_on_hole_ros.monitor.settings import monitor_settings
@@ -21,7 +22,9 @@ def values_of(kind):
     return namedtuple(kind.__name__, dtype_of(kind).names)
 
 
-Shown, Risk = values_of(evidence.Shown), values_of(jamming.Risk)
+Shown = values_of(evidence.Shown)
+# What is published of all dangers, and the contact of the load.
+Risk = namedtuple("Risk", "wedging stall load risk determinant insertion margin loaded")
 
 
 def record_of(kind, values):
@@ -30,6 +33,28 @@ def record_of(kind, values):
     for name, value in values._asdict().items():
         setattr(record, name, value)
     return record
+
+
+def risk_of(dangers):
+    """Return what is published of dangers."""
+    stuck, load = dangers.stuck, dangers.load
+    numbers = dangers.wedging.determinant, stuck.insertion, stuck.margin
+    return Risk(*parts(dangers), dangers.risk, *numbers, load.which)
+
+
+def dangers_of(risk):
+    """Return dangers of which this is published: in the hole where there is an insertion."""
+    dangers = new(Dangers)
+    dangers.wedging.determinant, dangers.risk = risk.determinant, risk.risk
+    dangers.load.probability, dangers.load.which = risk.load, int(risk.loaded)
+    if risk.insertion:
+        stuck = dangers.stuck
+        stuck.wedged, stuck.rests = risk.wedging, risk.stall
+        stuck.probability = max(risk.wedging, risk.stall)
+        stuck.insertion, stuck.margin = risk.insertion, risk.margin
+    else:
+        dangers.wedging.probability, dangers.stall.probability = risk.wedging, risk.stall
+    return dangers
 
 
 class Declared:
@@ -72,7 +97,7 @@ class Alarms(Declared):
     def update(self, t, mode, risk, shown, normal):
         follow_alarms(
             self.memory.alarms, states.Mode(MODES.index(mode)), self.settings, t,
-            record_of(jamming.Risk, risk), record_of(evidence.Shown, shown), np.array(normal),
+            dangers_of(risk), record_of(evidence.Shown, shown), np.array(normal),
         )  # fmt: skip
         return alarms_of(self.memory.alarms.said)
 

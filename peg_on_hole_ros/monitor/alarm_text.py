@@ -2,36 +2,17 @@
 
 import numpy as np
 
+from peg_on_hole_ros.monitor.dangers.registry import ADVICE, IN_HOLE, ON_RIM
 from peg_on_hole_ros.monitor.output_row import NOT_JUDGED
 from peg_on_hole_ros.records import CONTACTS, Alarm
 
-# Places of the causes of jamming, and of a lost contact that is not told apart, or is all of them.
-BY_LOAD, BY_HOLE, BY_STALL, BY_WEDGING = range(4)
+# Places of a lost contact that is not told apart, and of all of them.
 ANY, ALL = 3, 4
 # Which names an alarm's numbers have.
 PLAIN, HOLE = 1, 2
 
 # What each level says, for K, B1 and B2 where one of them is meant: built once, chosen often.
 _NO_JAMMING = "nothing jams the peg ahead"
-# By cause, WARN and ERROR.
-_WEDGING = (
-    "the peg nears the tilt at which friction wedges it: do not close on like this",
-    "the peg wedges, or is about to: stop pushing and reverse the tilt",
-)
-_STALL = (
-    "the push grows and the motion dies: reduce the force on the peg, or turn it about its axis",
-    "the peg stalls against friction: stop pushing, reverse, and try again with less force or "
-    "with slip",
-)
-_LOAD = (
-    "a contact's load nears its limit: reduce the force",
-    "a contact's load passes its limit, or is about to: reduce the force, or reverse",
-)
-_IN_HOLE = (
-    "in the hole the load leaves what slides, by Whitney's diagram: push along the hole, take "
-    "side force and moment away",
-    "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
-)
 # OK, WARN, ERROR; K, B1 or B2 where it is known which, then any of them, then the whole peg.
 _LOST_WHICH = tuple(f"contact {c}" for c in CONTACTS)
 _CONTACT_LOSS = (
@@ -56,23 +37,20 @@ _OVERLOAD = (
     ),
 )
 _TEXTS = (
-    ((_NO_JAMMING,) * 4, *zip(_LOAD, _IN_HOLE, _STALL, _WEDGING)),
+    ((_NO_JAMMING,) * len(ADVICE), *zip(*ADVICE)),
     _CONTACT_LOSS,
     _OVERLOAD,
 )
 # Before what an alarm said, while it is held without a value at its threshold.
 WAS = "no longer above its threshold, and held for a while; it was: "
 _DOUBT = "not judged: the wrench contradicts how it is stated (/diagnostics, filter)"
-_RISK_NAMES = ("jamming_wedging", "jamming_stall", "jamming_load", "jamming_risk")
-_ABOVE_NAMES = (*_RISK_NAMES, "determinant")
-_HOLE_NAMES = (*_RISK_NAMES, "insertion_ratio", "whitney_margin")
 _LOSS_NAMES = (
     *(f"open_probability_{c}" for c in CONTACTS), "opened_probability", "free_probability",
 )  # fmt: skip
 _LOAD_NAMES = (
     "jamming_load", *(f"normal_{c}" for c in CONTACTS), *(f"max_normal_{c}" for c in CONTACTS),
 )  # fmt: skip
-_NAMES = (((), _ABOVE_NAMES, _HOLE_NAMES), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
+_NAMES = (((), ON_RIM, IN_HOLE), ((), _LOSS_NAMES), ((), _LOAD_NAMES))
 ALARM_NAMES = ("jamming", "contact_loss", "overload")
 
 

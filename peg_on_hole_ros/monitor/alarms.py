@@ -5,18 +5,16 @@ from math import nan
 from typing import Annotated
 
 from peg_on_hole_ros.mechanics.kernel import compiled
-from peg_on_hole_ros.monitor.alarm_text import (
-    ALL,
-    ANY,
-    BY_HOLE,
-    BY_LOAD,
-    BY_STALL,
-    BY_WEDGING,
-    HOLE,
-    PLAIN,
+from peg_on_hole_ros.monitor.alarm_text import ALL, ANY, HOLE, PLAIN
+from peg_on_hole_ros.monitor.dangers.load import Load
+from peg_on_hole_ros.monitor.dangers.registry import (
+    Danger,
+    Dangers,
+    is_in_hole,
+    likeliest,
+    put_numbers,
 )
 from peg_on_hole_ros.monitor.evidence import Shown
-from peg_on_hole_ros.monitor.jamming import Risk
 from peg_on_hole_ros.monitor.output_row import CONTACT_LOSS, JAMMING, OVERLOAD
 from peg_on_hole_ros.monitor.settings import MonitorSettings
 from peg_on_hole_ros.monitor.states import AlarmLevel, Mode, since_when
@@ -97,7 +95,7 @@ def clear_alarms(alarms: Alarms) -> None:
         # None has been looked at.
         alarms.said[i].level = -1
     jamming, contact_loss = alarms.kept[JAMMING], alarms.kept[CONTACT_LOSS]
-    jamming.which, jamming.kind = BY_STALL, PLAIN
+    jamming.which, jamming.kind = Danger.STALL, PLAIN
     contact_loss.which, contact_loss.kind = ALL, PLAIN
 
 
@@ -166,22 +164,12 @@ def has_cause(level: Level) -> bool:
 
 
 @compiled
-def jamming_cause(risk: Risk) -> int:
-    """Return the likeliest cause of a risk."""
-    if risk.load >= max(risk.wedging, risk.stall):
-        return BY_LOAD
-    if risk.insertion != 0.0:
-        return BY_HOLE
-    return BY_STALL if risk.stall > risk.wedging else BY_WEDGING
-
-
-@compiled
 def follow_alarms(
     alarms: Alarms,
     mode: Mode,
     settings: MonitorSettings,
     t: float,
-    risk: Risk,
+    dangers: Dangers,
     shown: Shown,
     normal: Floats,
 ) -> None:
@@ -200,36 +188,31 @@ def follow_alarms(
     settings : MonitorSettings
     t : float
         [s].
-    risk : Risk
-        Of jamming, with its causes.
+    dangers : Dangers
+        By the wrench of that time.
     shown : Shown
         Probabilities of the contacts, and the time to gamma0.
     normal : ndarray, shape (3,)
         Reactions [N].
 
     """
-    _follow_jamming(alarms, settings, t, risk)
+    _follow_jamming(alarms, settings, t, dangers)
     _follow_contact_loss(alarms, mode, settings, t, shown)
-    _follow_overload(alarms, mode, settings, t, risk, normal)
+    _follow_overload(alarms, mode, settings, t, dangers.load, normal)
 
 
 @compiled
-def _follow_jamming(alarms: Alarms, settings: MonitorSettings, t: float, risk: Risk) -> None:
+def _follow_jamming(alarms: Alarms, settings: MonitorSettings, t: float, dangers: Dangers) -> None:
     followed, said, kept = alarms.levels[JAMMING], alarms.said[JAMMING], alarms.kept[JAMMING]
     warn, error = settings.jamming_warn, settings.jamming_error
-    level = follow_level(followed, warn, error, settings, t, risk.risk)
+    level = follow_level(followed, warn, error, settings, t, dangers.risk)
     cause = has_cause(followed)
     if cause:
         # It is kept while the alarm is held.
-        kept.which = jamming_cause(risk)
+        kept.which = likeliest(dangers)
     if cause or level == AlarmLevel.OK:
-        numbers = (risk.wedging, risk.stall, risk.load, risk.risk)
-        for i in range(4):
-            kept.numbers[i] = numbers[i]
-        in_hole = risk.insertion != 0.0
-        kept.kind = HOLE if in_hole else PLAIN
-        kept.numbers[4] = risk.insertion if in_hole else risk.determinant
-        kept.numbers[5] = risk.margin
+        put_numbers(dangers, kept.numbers)
+        kept.kind = HOLE if is_in_hole(dangers) else PLAIN
     _say(said, kept, level, cause)
 
 
@@ -251,7 +234,7 @@ def _follow_contact_loss(
     entering = 0.0 <= shown.time < _ENTERING
     # The reactions of a peg that jams are not determined, and say nothing of its contacts.
     jams = alarms.levels[JAMMING].level != AlarmLevel.OK
-    jams = jams and alarms.kept[JAMMING].which != BY_LOAD
+    jams = jams and alarms.kept[JAMMING].which != Danger.LOAD
     opened = 0.0 if entering or jams else shown.opened
     value = opened + shown.free if alarms.three_contacts_there else 0.0
     level = follow_level(followed, _LOSS_WARN, _LOSS_ERROR, settings, t, value)
@@ -293,18 +276,18 @@ def _follow_three_contacts(
 
 @compiled
 def _follow_overload(
-    alarms: Alarms, mode: Mode, settings: MonitorSettings, t: float, risk: Risk, normal: Floats
+    alarms: Alarms, mode: Mode, settings: MonitorSettings, t: float, load: Load, normal: Floats
 ) -> None:
     """Tell of a contact whose load passes its limit."""
     followed, there = alarms.levels[OVERLOAD], mode == Mode.THREE_POINT
     warn, error = settings.jamming_warn, settings.jamming_error
-    level = follow_level(followed, warn, error, settings, t, risk.load if there else 0.0)
+    level = follow_level(followed, warn, error, settings, t, load.probability if there else 0.0)
     cause = has_cause(followed)
     said, kept = alarms.said[OVERLOAD], alarms.kept[OVERLOAD]
     if cause or level == AlarmLevel.OK:
-        kept.which = int(risk.loaded) if cause else 0
+        kept.which = int(load.which) if cause else 0
         kept.kind = PLAIN if there else 0
-        kept.numbers[0] = risk.load
+        kept.numbers[0] = load.probability
         for i in range(3):
             kept.numbers[1 + i] = normal[i]
             kept.numbers[4 + i] = settings.max_normal[i]

@@ -6,8 +6,8 @@ from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.alarms import follow_alarms
 from peg_on_hole_ros.monitor.closed_contacts import is_closed
+from peg_on_hole_ros.monitor.dangers.registry import break_course, fill_row
 from peg_on_hole_ros.monitor.insertion_depth import insertion_depth, insertion_speed
-from peg_on_hole_ros.monitor.jamming import Risk, break_course
 from peg_on_hole_ros.monitor.judgement import follow_orientation, judge
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.memory import Memory, restart_mode
@@ -48,7 +48,7 @@ def take_orientation(
     memory.oriented_ns = t_ns
     follow_orientation(memory, since, q, R, settings)
     if not foreseen:
-        break_course(memory.jamming)
+        break_course(memory.dangers)
 
 
 @compiled
@@ -127,7 +127,7 @@ def assess(
     fill_known(row, shown.below, memory.known, on_contacts > 0)
     _fill_modes(row, memory, t)
     if declared.mode != Mode.OPEN and not blind:
-        _fill_risk(row, memory.jamming.risk)
+        fill_row(memory.dangers, row)
     if on_contacts == 2 and not blind:
         _fill_insertion(row, estimate, memory)
     # Nothing is known of the reactions elsewhere, but how large they can be: none in the air,
@@ -141,8 +141,8 @@ def assess(
         wide = shown.wedged
     describe(estimate, settings.peg_height, on_contacts, wide, row)
     if not blind:
-        risk = memory.jamming.risk
-        follow_alarms(memory.alarms, declared.mode, settings, t, risk, shown, row.normal)
+        dangers = memory.dangers
+        follow_alarms(memory.alarms, declared.mode, settings, t, dangers, shown, row.normal)
     fill_declared(row, memory)
 
 
@@ -195,15 +195,3 @@ def _fill_insertion(row: Row, estimate: Estimate, memory: Memory) -> None:
     row.insertion_depth, row.insertion_depth_stddev = insertion_depth(estimate)
     if row.insertion_depth == row.insertion_depth:
         row.insertion_speed, row.insertion_speed_stddev = insertion_speed(estimate)
-
-
-@compiled
-def _fill_risk(row: Row, risk: Risk) -> None:
-    row.jamming_risk = risk.risk
-    row.jamming_wedging = risk.wedging
-    row.jamming_stall = risk.stall
-    row.jamming_load = risk.load
-    if risk.insertion != 0.0:
-        row.insertion_ratio, row.whitney_margin = risk.insertion, risk.margin
-    else:
-        row.determinant = risk.determinant

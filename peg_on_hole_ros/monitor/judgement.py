@@ -5,9 +5,9 @@ from math import fabs
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.estimator.record import Estimate
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show
-from peg_on_hole_ros.monitor.jamming import assess_risk
 from peg_on_hole_ros.monitor.known_quantities import fill_known
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.motion import follow_motion
@@ -31,7 +31,7 @@ def judge(
     estimate: Estimate, memory: Memory, settings: MonitorSettings, passed: Passed, nis: float
 ) -> None:
     """
-    Fill in what is shown, the risk, and what is known.
+    Fill in what is shown, the dangers, and what is known.
 
     Parameters
     ----------
@@ -44,13 +44,13 @@ def judge(
         Running mean of the normalised innovation squared; below zero: it says nothing.
 
     """
-    evidence, motion, jamming = memory.evidence, memory.motion, memory.jamming
+    evidence, motion, dangers = memory.evidence, memory.motion, memory.dangers
     show(estimate, evidence, motion, settings, passed, nis, memory.place.evidence)
     if estimate.contacts == ContactSet.TWO:
         rate, correlation = settings.mode_change_rate, settings.evidence_time
         weigh_points(memory.points, estimate, passed.dt, rate, correlation)
     else:
         forget_points(memory.points)
-    assess_risk(estimate, jamming, motion, memory.depth, evidence.shown, settings, passed)
-    determinant = min(jamming.risk.determinant, fabs(estimate.determinant))
+    assess_dangers(estimate, dangers, motion, memory.depth, evidence.shown, settings, passed)
+    determinant = min(dangers.wedging.determinant, fabs(estimate.determinant))
     fill_known(memory.known, estimate, determinant, settings.singular_band)

@@ -5,9 +5,9 @@ from typing import Annotated
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor import one_point
 from peg_on_hole_ros.monitor.alarms import Alarms, clear_alarms
+from peg_on_hole_ros.monitor.dangers.registry import Dangers, forget_dangers
 from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, forget_depth
 from peg_on_hole_ros.monitor.evidence import Evidence, forget_evidence
-from peg_on_hole_ros.monitor.jamming import Jamming, forget_jamming
 from peg_on_hole_ros.monitor.known_quantities import Known
 from peg_on_hole_ros.monitor.mode import DeclaredMode, forget_mode
 from peg_on_hole_ros.monitor.motion import MotionTrend, forget_motion
@@ -36,7 +36,7 @@ class Memory(Record):
         Probabilities of the contacts of two points, see `one_point`.
     motion : MotionTrend
     depth : DepthTrend
-    jamming : Jamming
+    dangers : Dangers
     known : Known
     alarms : Alarms
 
@@ -51,7 +51,7 @@ class Memory(Record):
     points: Annotated[Floats, (one_point.COUNT,)]
     motion: MotionTrend
     depth: DepthTrend
-    jamming: Jamming
+    dangers: Dangers
     known: Known
     alarms: Alarms
 
@@ -62,7 +62,7 @@ def begin_memory(memory: Memory) -> None:
     forget(nothing)
     memory.evidence, memory.points = nothing.evidence, nothing.points
     memory.motion, memory.depth = nothing.motion, nothing.depth
-    memory.jamming, memory.known = nothing.jamming, nothing.known
+    memory.dangers, memory.known = nothing.dangers, nothing.known
 
 
 @compiled
@@ -70,7 +70,7 @@ def forget(memory: Memory) -> None:
     """Forget what was seen of contacts and loads, but for the motion."""
     forget_evidence(memory.evidence)
     forget_points(memory.points)
-    forget_jamming(memory.jamming)
+    forget_dangers(memory.dangers)
 
 
 @compiled

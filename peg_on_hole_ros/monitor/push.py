@@ -1,4 +1,4 @@
-"""Whether the push that closes a peg on three contacts grows, is more than usual, and stops it."""
+"""Whether the push that closes a peg on three contacts grows, or is more than usual."""
 
 from math import fabs, sqrt
 from typing import NamedTuple
@@ -6,17 +6,9 @@ from typing import NamedTuple
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, closed_forms, compiled, pose_of
 from peg_on_hole_ros.monitor.contacts import below
-from peg_on_hole_ros.monitor.motion import Measured
-from peg_on_hole_ros.monitor.moving import Moving, Passed
-from peg_on_hole_ros.monitor.stall_ahead import (
-    Stall,
-    follow_push,
-    follow_tilt,
-    forget_stall,
-    stops_ahead,
-)
+from peg_on_hole_ros.monitor.moving import Moving
 from peg_on_hole_ros.monitor.trend import is_number
-from peg_on_hole_ros.typed_record import Record
+from peg_on_hole_ros.typed_record import Floats, Record
 
 # docs/jamming.md, "Stall", has the definition.
 
@@ -28,6 +20,8 @@ _MORE, _MORE_STDDEV = 0.15, 0.03
 _USUAL = 0.2
 # A push is compared with that of a motion that has lasted this long [s].
 _MOVED = 0.03
+# The sum of the reactions is its mean over this time [s].
+_TOTAL_OVER = 0.01
 # Above gamma0 by this share: the closed forms end at gamma0.
 EDGE = 1e-4
 
@@ -52,31 +46,63 @@ class Push(Record):
         Of the share of friction that is against the closing [-].
     moved : float
         For how long the peg has closed [s].
-    stall : Stall
+    total : float
+        Running mean of the sum of the reactions [N]; 0: not seen.
 
     """
 
     force: Means
     against: Means
     moved: float
-    stall: Stall
+    total: float
 
 
-class PushedOn(NamedTuple):
-    """Probabilities that the peg stops, that the push grows, and that it is more than usual."""
+class Pushed(NamedTuple):
+    """
+    The push at a wrench.
 
-    stops: float
+    Attributes
+    ----------
+    taken : bool
+        Whether it is a number; the next three are, then.
+    force, variance : float
+        Generalised force that closes the peg [N m], and its variance.
+    held : float
+        What friction can hold [N m].
+    grows, pushes : float
+        Probabilities that the push grows, and that it grows or is more than usual; 0 before the
+        peg has moved in contact.
+
+    """
+
+    taken: bool
+    force: float
+    variance: float
+    held: float
     grows: float
-    more: float
+    pushes: float
+
+
+# A peg that touches nothing.
+NOT_PUSHED = Pushed(False, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
 def forget_push(push: Push) -> None:
     """Begin anew with the next push."""
-    push.moved = 0.0
+    push.moved = push.total = 0.0
     push.force.quick = push.force.slow = push.force.usual = 0.0
     push.against.quick = push.against.slow = push.against.usual = 0.0
-    forget_stall(push.stall)
+
+
+@compiled
+def follow_total(push: Push, normal: Floats, dt: float) -> None:
+    """Take reactions, shape (3,) [N], a time [s] after the last ones."""
+    total = 0.0
+    for i in range(3):
+        total += fabs(normal[i])
+    share = min(dt / _TOTAL_OVER, 1.0) if push.total > 0.0 else 1.0
+    push.total += share * (total - push.total)
 
 
 @compiled
@@ -100,17 +126,9 @@ def _closing_force(scene: SceneScalars, estimate: Estimate) -> tuple[float, floa
 
 
 @compiled
-def pushed_on(
-    estimate: Estimate,
-    push: Push,
-    measured: Measured,
-    moving: Moving,
-    passed: Passed,
-    total: float,
-    horizon: float,
-) -> PushedOn:
+def pushed_on(estimate: Estimate, push: Push, moving: Moving, dt: float, horizon: float) -> Pushed:
     """
-    Take a wrench of a peg that touches, and return what comes of the push.
+    Take a wrench of a peg that touches, and return the push.
 
     A peg that its holder brings to rest feels a push that changes little, one that stalls is
     pushed ever more; both beside what friction can hold. Nothing is said before the peg has moved
@@ -121,28 +139,19 @@ def pushed_on(
     estimate : Estimate
     push : Push
         Changed.
-    measured : Measured
-        The last orientation, which is taken.
     moving : Moving
-    passed : Passed
-    total : float
-        Sum of the reactions [N]; 0: never seen.
+    dt : float
+        Since the last wrench [s].
     horizon : float
         Ahead [s].
 
     """
-    p, dt = scene_of(estimate), passed.dt
+    p, total = scene_of(estimate), push.total
     force, variance, lever = _closing_force(p, estimate)
     if not (is_number(force) and is_number(variance)):
         # Nothing is taken from it.
-        return PushedOn(0.0, 0.0, 0.0)
+        return NOT_PUSHED
     held = max(0.5 * p.d * p.f * total, 3.0 * sqrt(variance))
-    follow_push(push.stall, force, variance, held, dt)
-    if measured.since != 0.0:
-        follow_tilt(
-            push.stall, measured.tilt, measured.variance, held, measured.since, passed.since
-        )
-        measured.since = 0.0
     # Friction is against closing and turning in their shares of the slip.
     tilting = lever * fabs(moving.rate)
     against = tilting / (tilting + 0.5 * p.d * fabs(moving.turn) + 1e-9)
@@ -155,10 +164,10 @@ def pushed_on(
     _follow_means(push.against, against, dt, closing)
     push.moved += dt * closing
     if push.moved < _MOVED or total == 0.0:
-        return PushedOn(0.0, 0.0, 0.0)
+        return Pushed(True, force, variance, held, 0.0, 0.0)
     noise = variance * min(0.5 * dt / _QUICK, 1.0)
     grows, more = _compared(push, held, noise, horizon)
-    return PushedOn(stops_ahead(push.stall, horizon, moving.rest_rate), grows, more)
+    return Pushed(True, force, variance, held, grows, max(grows, more))
 
 
 @compiled

@@ -3,23 +3,18 @@
 import numpy as np
 
 from peg_on_hole_ros.monitor.closed_contacts import are_closed
+from peg_on_hole_ros.monitor.dangers import registry
 from peg_on_hole_ros.monitor.output_row import NOT_JUDGED
 from peg_on_hole_ros.monitor.states import Mode
 
-_RISKS = (
-    "jamming_risk",
-    "jamming_wedging",
-    "jamming_stall",
-    "jamming_load",
-    "insertion_ratio",
-    "whitney_margin",
+_RESTS_ON_WRENCH = (
+    *registry.OUTPUTS,
     "mode_probability_K_alone",
     "mode_probability_B_alone",
     "insertion_depth",
     "insertion_depth_stddev",
     "insertion_speed",
     "insertion_speed_stddev",
-    "determinant",
     "time_to_transition",
     "time_to_transition_stddev",
 )
@@ -37,7 +32,7 @@ def doubt(rows: np.ndarray, transition: bool) -> None:
         The flag as it was told last: it stays.
 
     """
-    for name in _RISKS:
+    for name in _RESTS_ON_WRENCH:
         rows[name] = np.nan
     rows["reactions_determined"] = 0.0
     mode = rows["contact_mode"]

@@ -10,6 +10,7 @@ from peg_on_hole_ros.bags.estimates import Estimate
 from peg_on_hole_ros.bags.truth import BOUND, Truth
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime, Run
+from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 from peg_on_hole_ros.report.thinning import Rows, most_loaded, thinned
 
@@ -18,7 +19,7 @@ QUANTITIES = (*ANGLES, *CONTACTS)
 LEARNT = ("friction", "clearance")
 _MICRO = {"clearance": 1e6}  # of a metre
 SCALARS = (
-    *("jamming_risk", "jamming_wedging", "jamming_stall", "jamming_load"),
+    *(name for name in MONITOR_NAMES if name.startswith("jamming_")),
     *("transition_probability", "three_point_validity"),
     *("nis_median", "nis_drift"),
 )

@@ -5,16 +5,17 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from judging import risk_of
 from peg_on_hole_ros.config.options import MonitorOptions
 from peg_on_hole_ros.estimator.contact_set import ContactSet
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.monitor.jamming import assess_risk
+from peg_on_hole_ros.monitor.dangers.load import NOTHING, follow_load, over_limit
+from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
+from peg_on_hole_ros.monitor.dangers.stall import Stall, follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitor.judgement import follow_orientation
-from peg_on_hole_ros.monitor.load_ahead import NOTHING, follow_load, over_limit
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.moving import Passed
 from peg_on_hole_ros.monitor.settings import monitor_settings
-from peg_on_hole_ros.monitor.stall_ahead import Stall, follow_push, follow_tilt, stops_ahead
 from peg_on_hole_ros.monitor.trend import Trend
 from peg_on_hole_ros.typed_record import new
 from under_way import move, placed, press
@@ -160,8 +161,9 @@ def foreseen(time, wrench, tilt, slip, limit):
             follow_orientation(memory, since, q, R, settings)
         record = press(kalman, wrench(now), ContactSet.THREE)
         passed = Passed(1e-3, k % 2 * 1e-3)
-        assess_risk(record, memory.jamming, memory.motion, memory.depth, shown, settings, passed)
-        found.append(memory.jamming.risk.copy())
+        dangers = memory.dangers
+        assess_dangers(record, dangers, memory.motion, memory.depth, shown, settings, passed)
+        found.append(risk_of(dangers))
     return found
 
 

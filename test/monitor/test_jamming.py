@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.scenes.draw import Case, plan_of
-from judging import Risk
+from judging import risk_of
 from paper.wedging import wedging
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.config.configuration import from_parameters
@@ -17,7 +17,7 @@ from peg_on_hole_ros.mechanics.reference import solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.messages.decode import joint_sample, wrench_sample
-from peg_on_hole_ros.monitor.jamming import assess_risk
+from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.judgement import follow_orientation
 from peg_on_hole_ros.monitor.memory import Memory
 from peg_on_hole_ros.monitor.moving import Passed
@@ -49,13 +49,13 @@ def risk(
         follow_orientation(memory, since, q, R, settings)
     kalman = placed(end, rates, scene, noise, 1e-10, 1e-6)
     record = press(kalman, wrench)
-    shown, jamming = memory.evidence.shown, memory.jamming
+    shown, dangers = memory.evidence.shown, memory.dangers
     shown.below, shown.time, shown.usable = under, -1.0, under < 0.5
     for _ in range(times):
-        assess_risk(
-            record, jamming, memory.motion, memory.depth, shown, settings, Passed(1e-3, 0.0)
+        assess_dangers(
+            record, dangers, memory.motion, memory.depth, shown, settings, Passed(1e-3, 0.0)
         )
-    return Risk(*jamming.risk.item())
+    return risk_of(dangers)
 
 
 @pytest.mark.parametrize("rates", [(-0.16, 0, 0), (-0.16, 0, 2.0), (0.1, 0, 0), (-0.1, 0.6, -0.4)])

@@ -5,9 +5,9 @@ import numpy as np
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.measurements.orientation import PegJoints
 from peg_on_hole_ros.monitor.contacts import no_knowledge
+from peg_on_hole_ros.monitor.dangers.registry import assess_dangers
 from peg_on_hole_ros.monitor.down_the_hole import follow_depth
 from peg_on_hole_ros.monitor.evidence import show
-from peg_on_hole_ros.monitor.jamming import assess_risk
 from peg_on_hole_ros.monitor.memory import Memory, begin_memory, forget, restart, restart_mode
 from peg_on_hole_ros.monitor.motion import follow_motion
 from peg_on_hole_ros.monitor.moving import Passed
@@ -27,7 +27,7 @@ def test_one_call_does_what_its_parts_do():
     orientation = PegJoints(line.configuration.joints)
     m, own = line.processor.engine.memory, new(Memory)
     begin_memory(own)
-    evidence, jamming = own.evidence, own.jamming
+    evidence, dangers = own.evidence, own.dangers
     oriented_ns = last_ns = None
     on_contacts, waiting, found = False, [], 0
     for sample in measure(motion, 6):
@@ -50,8 +50,8 @@ def test_one_call_does_what_its_parts_do():
         nis = float(line.processor.engine.innovations.misfit) if on_contacts else -1.0
         f, shown = line.filter.record, evidence.shown
         show(f, evidence, own.motion, settings, passed, nis, 0.0)
-        assess_risk(f, jamming, own.motion, own.depth, shown, settings, passed)
-        for part in ("motion", "depth", "evidence", "jamming"):
+        assess_dangers(f, dangers, own.motion, own.depth, shown, settings, passed)
+        for part in ("motion", "depth", "evidence", "dangers"):
             assert getattr(m, part).tobytes() == getattr(own, part).tobytes(), part
         known = m.known
         value, spread = line.filter.friction
@@ -86,7 +86,7 @@ def fill(record, value):
 def test_what_an_estimate_before_showed_is_forgotten_with_it():
     memory, begun = new(Memory), new(Memory)
     forget(begun)
-    for part in (memory.evidence, memory.points, memory.motion, memory.depth, memory.jamming):
+    for part in (memory.evidence, memory.points, memory.motion, memory.depth, memory.dangers):
         if part.dtype.names:
             fill(part, 0.7)
         else:
@@ -94,7 +94,7 @@ def test_what_an_estimate_before_showed_is_forgotten_with_it():
     moves = memory.motion.tobytes()
     restart_mode(memory)
     np.testing.assert_array_equal(memory.evidence.hypotheses, no_knowledge())
-    assert memory.jamming.tobytes() == begun.jamming.tobytes()
+    assert memory.dangers.tobytes() == begun.dangers.tobytes()
     # The peg moves on.
     assert memory.motion.tobytes() == moves
     restart(memory)

@@ -1,11 +1,19 @@
-"""Whether a motion on three contacts leads to where friction makes the equations singular."""
+"""Wedging: a motion on three contacts leads to where friction makes the equations singular."""
 
 from math import fabs, inf, isfinite, sqrt
 
 from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import compiled, determinant_at, with_friction
 from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.dangers.situation import Situation, is_inside, on_rim
 from peg_on_hole_ros.monitor.moving import Moving
+from peg_on_hole_ros.monitor.push import EDGE
+from peg_on_hole_ros.typed_record import Record
+
+ADVICE = (
+    "the peg nears the tilt at which friction wedges it: do not close on like this",
+    "the peg wedges, or is about to: stop pushing and reverse the tilt",
+)
 
 # Slower than any motion a cell makes and faster than rounding: dry friction.
 _COULOMB = (1e-9, 1e-9, 1e-9)
@@ -16,6 +24,43 @@ _PRESLIDING = (1e-5, 1e-5, 1e-5)
 _POINTS, _END = 6, 3e-3
 # How far the determinant of rigid contact is that of a real one [-].
 _DETERMINANT_STDDEV = 0.03
+
+
+class Wedging(Record):
+    """
+    Whether friction wedges the peg.
+
+    Attributes
+    ----------
+    probability : float
+        Within the horizon; 0 in the hole.
+    determinant : float
+        Of the six equations now, over its frictionless value; 0 below gamma0.
+
+    """
+
+    probability: float
+    determinant: float
+
+
+@compiled
+def forget(found: Wedging) -> None:
+    """Begin anew with the next wrench."""
+    found.probability = found.determinant = 0.0
+
+
+@compiled
+def assess(found: Wedging, situation: Situation) -> None:
+    """Take a wrench, see the package."""
+    estimate, moving, shown = situation.estimate, situation.moving, situation.shown
+    path = determinant = 0.0
+    if estimate.motion.gamma > estimate.scene.gamma0 * (1.0 + EDGE):
+        horizon = situation.settings.jamming_horizon
+        path, determinant = wedging_ahead(estimate, moving, horizon)
+    moves = 1.0 - moving.rest if moving.known else 0.0
+    probability = on_rim(shown) * path * (moves + (1.0 - moves) * situation.pushed.pushes)
+    found.probability = 0.0 if is_inside(shown) else probability
+    found.determinant = determinant
 
 
 @compiled

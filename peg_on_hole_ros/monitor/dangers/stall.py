@@ -1,9 +1,15 @@
-"""Whether friction stops a peg that is pushed on: how its tilt follows the push, both ahead."""
+"""Stall: friction stops a peg that is pushed on, by how its tilt follows the push, both ahead."""
 
 from math import exp, sqrt
 
 from peg_on_hole_ros.mechanics.kernel import compiled
 from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.dangers.situation import (
+    Situation,
+    horizon_on_rim,
+    is_inside,
+    on_rim,
+)
 from peg_on_hole_ros.monitor.trend import (
     Trend,
     begin,
@@ -14,6 +20,11 @@ from peg_on_hole_ros.monitor.trend import (
 )
 from peg_on_hole_ros.typed_record import Record
 
+ADVICE = (
+    "the push grows and the motion dies: reduce the force on the peg, or turn it about its axis",
+    "the peg stalls against friction: stop pushing, reverse, and try again with less force or "
+    "with slip",
+)
 # A peg on a compliant holder slides where holder and friction balance: its tilt follows the
 # holder's program, less what the holder gives way to the push, tilt = program + c push. The push
 # is known a hundred times better than the tilt's rate, so c and the push's trend tell when the
@@ -33,10 +44,12 @@ _CALM = 0.01
 
 class Stall(Record):
     """
-    How the tilt follows the push.
+    Whether friction stops the peg, and how the tilt follows the push.
 
     Attributes
     ----------
+    probability : float
+        Within the horizon; 0 in the hole.
     push : Trend
         Generalised force that closes the peg [N m].
     tilt : Trend
@@ -49,6 +62,7 @@ class Stall(Record):
 
     """
 
+    probability: float
     push: Trend
     tilt: Trend
     last_push: float
@@ -56,11 +70,32 @@ class Stall(Record):
 
 
 @compiled
-def forget_stall(stall: Stall) -> None:
+def forget(stall: Stall) -> None:
     """Begin anew with the next push and orientation."""
     forget_trend(stall.push)
     forget_trend(stall.tilt)
-    stall.last_push = stall.calm = 0.0
+    stall.probability = stall.last_push = stall.calm = 0.0
+
+
+@compiled
+def assess(stall: Stall, situation: Situation) -> None:
+    """Take a wrench, see the package."""
+    moving, pushed, passed = situation.moving, situation.pushed, situation.passed
+    measured, shown = situation.measured, situation.shown
+    if pushed.taken:
+        follow_push(stall, pushed.force, pushed.variance, pushed.held, passed.dt)
+        if measured.since != 0.0:
+            follow_tilt(
+                stall, measured.tilt, measured.variance, pushed.held, measured.since, passed.since
+            )
+            measured.since = 0.0
+    probability = 0.0
+    # Before the peg has moved in contact nothing grows.
+    if pushed.pushes > 0.0 and not is_inside(shown):
+        ahead = horizon_on_rim(shown, situation.settings.jamming_horizon)
+        stops = stops_ahead(stall, ahead, moving.rest_rate)
+        probability = min(moving.closing * stops * pushed.grows + moving.rest * pushed.pushes, 1.0)
+    stall.probability = on_rim(shown) * probability
 
 
 @compiled

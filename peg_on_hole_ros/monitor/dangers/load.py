@@ -1,10 +1,25 @@
-"""Whether a reaction passes its limit, now or ahead: each reaction as a trend of its own."""
+"""Load: a reaction passes its limit, now or ahead, each reaction as a trend of its own."""
 
+from collections.abc import Sequence
 from math import exp, sqrt
+from typing import Annotated
 
 from peg_on_hole_ros.mechanics.kernel import compiled
+from peg_on_hole_ros.monitor.contacts import below
+from peg_on_hole_ros.monitor.dangers.situation import (
+    Situation,
+    horizon_on_rim,
+    on_rim,
+    reactions_usable,
+    touches,
+)
 from peg_on_hole_ros.monitor.trend import Trend, begin, carry, correct, forget_trend, mean_after
+from peg_on_hole_ros.typed_record import Record
 
+ADVICE = (
+    "a contact's load nears its limit: reduce the force",
+    "a contact's load passes its limit, or is about to: reduce the force, or reverse",
+)
 # A reaction changes within the first by as much as it is; what its rate changes lasts for the
 # second [s].
 _CHANGES, _MEMORY = 0.2, 0.1
@@ -19,6 +34,81 @@ _LOAD_JUMP = 40.0
 _KNOWN, _OFF = 1.0 / 3.0, 0.1
 # So many standard deviations over: surely not.
 NOTHING = -40.0
+# A trend of the load takes this long to part from its begin [s].
+_LOADED = 0.015
+
+
+class Load(Record):
+    """
+    Whether a contact passes its allowed load.
+
+    Attributes
+    ----------
+    probability : float
+        Within the horizon.
+    which : int
+        Contact of that: 0 K, 1 B1, 2 B2.
+    unbroken : float
+        For how long the reactions were seen without a break [s].
+    trends : sequence of Trend
+        Of the reactions at K, B1, B2 [N].
+
+    """
+
+    probability: float
+    which: int
+    unbroken: float
+    trends: Annotated[Sequence[Trend], (3,)]
+
+
+@compiled
+def forget(found: Load) -> None:
+    """Begin anew with the next wrench."""
+    found.probability, found.which = 0.0, 0
+    break_course(found)
+
+
+@compiled
+def break_course(found: Load) -> None:
+    """
+    Let the course of the reactions begin anew: they are no numbers to use, or jump.
+
+    They do where the peg does not move as predicted: what changes reactions and motion at once,
+    as another friction does, is no trend to go on.
+    """
+    found.unbroken = 0.0
+    for i in range(3):
+        forget_trend(found.trends[i])
+
+
+@compiled
+def assess(found: Load, situation: Situation) -> None:
+    """Take a wrench, see the package."""
+    estimate, shown, settings = situation.estimate, situation.shown, situation.settings
+    found.probability, found.which = 0.0, 0
+    if not (touches(shown) and reactions_usable(estimate, shown)):
+        break_course(found)
+        return
+    normal, covariance, dt = (
+        estimate.reactions.normal,
+        estimate.reactions.covariance,
+        situation.passed.dt,
+    )
+    found.unbroken += dt
+    for i in range(3):
+        limit = settings.max_normal[i]
+        if follow_load(found.trends[i], normal[i], covariance[i, i], limit, dt):
+            found.unbroken = 0.0
+    # A load that jumps shows no course, but it is there.
+    horizon = 0.0
+    if found.unbroken > _LOADED:
+        horizon = horizon_on_rim(shown, settings.load_horizon)
+    most = NOTHING
+    for i in range(3):
+        over = over_limit(found.trends[i], covariance[i, i], settings.max_normal[i], horizon)
+        if over > most:
+            most, found.which = over, i
+    found.probability = on_rim(shown) * below(most)
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Whether a peg in the hole is stuck: pushed, by Whitney's diagram, and at rest along the hole."""
+"""Stuck in the hole: the peg is pushed, by Whitney's diagram, and rests along the hole."""
 
 from math import cos, exp, fabs, log, pi, sin, sqrt
 from typing import NamedTuple
@@ -7,8 +7,15 @@ from peg_on_hole_ros.estimator.record import Estimate, scene_of
 from peg_on_hole_ros.mechanics.kernel import SceneScalars, compiled, pose_of
 from peg_on_hole_ros.mechanics.whitney import jamming_margin
 from peg_on_hole_ros.monitor.contacts import MOST, below
-from peg_on_hole_ros.monitor.down_the_hole import DepthTrend, along_share, rests
+from peg_on_hole_ros.monitor.dangers.situation import Situation, in_hole, is_inside
+from peg_on_hole_ros.monitor.down_the_hole import along_share, rests
 from peg_on_hole_ros.typed_record import Record
+
+ADVICE = (
+    "in the hole the load leaves what slides, by Whitney's diagram: push along the hole, take "
+    "side force and moment away",
+    "the peg is stuck in the hole: stop pushing, take side force and moment away, pull back",
+)
 
 # docs/jamming.md, "In the hole", derives it.
 
@@ -17,29 +24,29 @@ _BEYOND_OVER = 0.01
 _ROOT_TWO_PI = sqrt(2.0 * pi)
 
 
-class BeyondDiagram(Record):
-    """By how many standard deviations the load is surely beyond the diagram, in the mean."""
-
-    deviations: float
-
-
-class Stuck(NamedTuple):
+class Stuck(Record):
     """
-    Whether a peg in the hole is stuck.
+    Whether a peg in the hole is stuck; all numbers of the last wrench are 0 elsewhere.
 
     Attributes
     ----------
-    stuck, wedged : float
-        Probabilities that it is stuck, and that it is wedged.
+    probability : float
+        That it is wedged, or that it rests, whichever is likelier.
+    wedged, rests : float
+        Probabilities that it is wedged, and that it is stuck where it is not wedged.
     insertion, margin : float
         l/d, and Whitney's margin [N].
+    beyond : float
+        By how many standard deviations the load is surely beyond the diagram, in the mean.
 
     """
 
-    stuck: float
+    probability: float
     wedged: float
+    rests: float
     insertion: float
     margin: float
+    beyond: float
 
 
 class OnDiagram(NamedTuple):
@@ -72,45 +79,56 @@ class OnDiagram(NamedTuple):
 
 
 @compiled
-def forget_stuck(mean: BeyondDiagram) -> None:
+def forget(found: Stuck) -> None:
     """Begin anew with the next wrench."""
-    mean.deviations = 0.0
+    _clear(found)
+    found.beyond = 0.0
 
 
 @compiled
-def stuck_in_hole(
-    estimate: Estimate, mean: BeyondDiagram, depth: DepthTrend, threshold: float, dt: float
-) -> Stuck:
-    """
-    Take a wrench, of a peg that touches below gamma0.
+def _clear(found: Stuck) -> None:
+    found.probability = found.wedged = found.rests = found.insertion = found.margin = 0.0
 
-    Parameters
-    ----------
-    estimate : Estimate
-    mean : BeyondDiagram
-        Changed.
-    depth : DepthTrend
-    threshold : float
-        Push that is one [N].
-    dt : float
-        Since the last wrench [s].
 
-    """
-    p, motion = scene_of(estimate), estimate.motion
+@compiled
+def assess(found: Stuck, situation: Situation) -> None:
+    """Take a wrench, see the package."""
+    if not is_inside(situation.shown):
+        _clear(found)
+        return
+    stuck, wedged = _stuck_in_hole(found, situation)
+    touching = in_hole(situation.shown)
+    found.wedged = touching * wedged
+    # Of a peg that is not wedged, so that the risk is that it is stuck.
+    found.rests = (touching * stuck - found.wedged) / max(1.0 - found.wedged, 1e-9)
+    found.probability = max(found.wedged, found.rests)
+
+
+@compiled
+def _stuck_in_hole(found: Stuck, situation: Situation) -> tuple[float, float]:
+    """Return the probabilities that a peg below gamma0 is stuck, and that it is wedged."""
+    estimate, depth = situation.estimate, situation.depth
+    p, motion, threshold = (
+        scene_of(estimate),
+        estimate.motion,
+        situation.settings.contact_force_threshold,
+    )
     around = 0.5 * p.d * (motion.psi_rate + motion.phi_rate)
     f_z = p.f * along_share(depth, p.d, p.D, around)
     load = _by_diagram(p, estimate, f_z, threshold)
+    found.insertion, found.margin = load.insertion, load.margin
     kept = below(load.beyond)
     rest = rests(depth)
-    mean.deviations += min(dt / _BEYOND_OVER, 1.0) * (load.surely - mean.deviations)
+    share = min(situation.passed.dt / _BEYOND_OVER, 1.0)
+    found.beyond += share * (load.surely - found.beyond)
     # A peg that slides is at the diagram's edge; one that rests is anywhere beyond it, up to
     # twice the push, or inside where it can wedge.
-    for_rest = 0.5 * max(mean.deviations, 0.0) ** 2 - (1.0 - load.locks) * log(load.width)
+    for_rest = 0.5 * max(found.beyond, 0.0) ** 2 - (1.0 - load.locks) * log(load.width)
     # Inside says nothing, for friction may be stated too low.
     for_rest = exp(min(max(for_rest, 0.0), MOST))
     rest *= for_rest / (1.0 + rest * (for_rest - 1.0))
     stuck = load.held * load.pressed * rest
-    return Stuck(stuck, stuck * load.locks * (1.0 - kept), load.insertion, load.margin)
+    return stuck, stuck * load.locks * (1.0 - kept)
 
 
 @compiled
