@@ -70,7 +70,7 @@ lint: $(STAMP)
 format: $(STAMP)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/python tools/output_tables.py
+	$(BIN)/python tools/doc_tables.py
 	$(BIN)/python tools/tuned_table.py
 
 docs: $(STAMP)  ## the documents as a site in site/; a broken link is an error

@@ -6,7 +6,8 @@ import numpy as np
 
 ANGLES = ("gamma", "psi", "phi")
 CONTACTS = ("K", "B1", "B2")
-# Settings that a motion may leave untold, by what each would cost (`diagnosis.untold`).
+# Settings that a motion may leave untold, by what each would cost; `diagnosis.suspected` has them
+# in `unobservable`.
 UNTOLD = (
     "friction", "clearance", "force_along", "force_across", "torque", "hole_tilt", "gamma",
     "lever",

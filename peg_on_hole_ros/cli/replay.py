@@ -25,7 +25,7 @@ from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
-from peg_on_hole_ros.diagnosis.untold import words
+from peg_on_hole_ros.diagnosis.suspected.unobservable import words
 from peg_on_hole_ros.errors import BagDamaged, PegOnHoleError
 from peg_on_hole_ros.messages.cycles import json_line
 from peg_on_hole_ros.messages.output import LATCHED, PREFIX

@@ -17,6 +17,8 @@ class Finding(NamedTuple):
         What it is about: wrench, joints or scene.
     voids : bool
         Whether reactions mean nothing where all is as stated.
+    alone : bool
+        Whether one setting is wrong; several that fit together are reported, never adopted.
 
     """
 
@@ -24,3 +26,4 @@ class Finding(NamedTuple):
     found: dict[str, object]
     of: str = "wrench"
     voids: bool = False
+    alone: bool = True

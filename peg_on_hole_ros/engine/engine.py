@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, JointInput
+from peg_on_hole_ros.diagnosis.suspected.suspect import Moment
 from peg_on_hole_ros.engine import arrival_order, ring
 from peg_on_hole_ros.engine.arrival_order import COUNTED, Fate
 from peg_on_hole_ros.engine.findings import Findings
@@ -235,7 +236,7 @@ class Engine:
         else:
             self.findings.lift()
         in_air = None if told is None else bool(told.row["contact_mode"] == Mode.OPEN)
-        if not self.findings.take(sample, measured, still, in_air):
+        if not self.findings.take(Moment(sample, measured, still, in_air)):
             return False
         self._use_found()
         return True

@@ -1,26 +1,29 @@
 """What the data tell of the settings as they come: findings, and what is used in their place."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration, WrenchInput
-from peg_on_hole_ros.diagnosis.dead_component import DeadComponent
-from peg_on_hole_ros.diagnosis.delay import Delay
-from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
 from peg_on_hole_ros.diagnosis.due import Due
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.free_air import FreeAir
-from peg_on_hole_ros.diagnosis.low_pass import LowPass
-from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
-from peg_on_hole_ros.diagnosis.untold import KINDS, Untold
+from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED
+from peg_on_hole_ros.diagnosis.suspected.suspect import (
+    PARTS,
+    Moment,
+    Stated,
+    Suspect,
+    has_part,
+)
+from peg_on_hole_ros.diagnosis.suspected.unobservable import KINDS, Unobservable
 from peg_on_hole_ros.engine.tuned import DIAGNOSIS_STEP
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
-from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 _NOISE = "force_stddev", "torque_stddev"
 _NO_COSTS = np.full(len(KINDS), np.nan)
@@ -28,7 +31,7 @@ _NO_COSTS = np.full(len(KINDS), np.nan)
 
 class Findings:
     """
-    Looks for settings that are wrong, and for what is right.
+    Looks for settings that are wrong, and for what is right: walks all suspected settings.
 
     Parameters
     ----------
@@ -53,10 +56,11 @@ class Findings:
         counts: Counter[str],
         offline: bool = False,
     ) -> None:
-        self._counts, self._offline = counts, offline
+        self._counts = counts
         self.failures = Failures(counts)
         self._due = Due()
-        self._low_pass = self._fenced("low_pass", lambda: LowPass(configuration.wrench))
+        self._members = [member for member in SUSPECTED if offline or not member.OFFLINE]
+        self._looks: dict[type[Suspect], Fenced[Suspect]] = {}
         # What is used in place of what is stated.
         self._adopted: dict[str, Any] = {}
         self._mounted: dict[str, Any] = {}
@@ -70,32 +74,32 @@ class Findings:
         """Begin to look, with what is taken off a wrench as received, shape (6,)."""
         self._configuration = configuration
         self._due.restart()
-        fenced = self._fenced
-        self._dead = fenced("dead_component", lambda: DeadComponent(configuration.wrench))
-        self._diagnosis = fenced("wrong_wrench", lambda: Diagnosis(configuration, taken_off))
-        self._air = fenced("free_air", lambda: FreeAir(configuration, reduction))
-        self._rim = fenced("rim_motion", lambda: RimMotion(configuration))
-        self._delay = None
-        if self._offline:
-            self._delay = fenced("delay", lambda: Delay(configuration, taken_off))
-        self._untold = fenced("unobservable", lambda: Untold(configuration))
+        stated = Stated(configuration, reduction, taken_off)
+        for member in self._members:
+            if not (member.LASTS and member in self._looks):
+                make = partial(member, stated)
+                self._looks[member] = Fenced(member.NAME, make, self.failures)
+        self._with = {part: self._that_have(part) for part in PARTS}
 
-    def _fenced(self, name, make):
-        return Fenced(name, make, self.failures)
+    def _that_have(self, part: str) -> list[Fenced[Suspect]]:
+        """Return the looks that have a part of the interface as their own."""
+        return [look for member, look in self._looks.items() if has_part(member, part)]
 
     def restart(self) -> None:
         """Forget what a motion has told so far."""
         self._due.restart()
-        for look in (
-            self._dead, self._diagnosis, self._air, self._rim, self._delay, self._untold,
-        ):  # fmt: skip
-            if look is not None:
-                look(lambda it: it.restart(), None)
+        for look in self._looks.values():
+            look(lambda it: it.restart(), None)
 
     def forget_zero(self) -> None:
         """Forget what was found of the zero: a tare has taken it."""
-        zero = _finding(self._air)
-        self._found = [finding for finding in self._found if finding is not zero]
+        zero = [
+            finding
+            for member, look in self._looks.items()
+            if member.OF_ZERO
+            for finding in _findings(look)
+        ]
+        self._found = [found for found in self._found if not any(found is each for each in zero)]
 
     def mount(self, xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> None:
         """Take note of another pose of the sensor [m], [rad]."""
@@ -117,13 +121,7 @@ class Findings:
     @property
     def unsure(self) -> bool:
         """Whether nothing sure may be told."""
-        if self._dead(lambda look: look.suspects, False):
-            return True
-        look = self._diagnosis.look
-        if look is None:
-            return False
-        # Of a look that has failed a doubt is dropped; what it found stays.
-        return look.finding is not None if self._diagnosis.failed else look.unsure
+        return any(map(_is_unsure, self._with["unsure"]))
 
     @property
     def due(self) -> tuple[int, int]:
@@ -151,46 +149,32 @@ class Findings:
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
         """Take any wrenches in their order: stamps [ns], force and torque (n, 6)."""
-        self._low_pass(lambda look: look.take_all(t_ns, wrenches), None)
-        if self._delay is not None:
-            self._delay(lambda look: look.pass_by(t_ns, wrenches), None)
+        for look in self._with["pass_by"]:
+            look(lambda it: it.pass_by(t_ns, wrenches), None)
 
     def count(self, wrenches: int) -> None:
         """Take note of so many wrenches whose estimate was given."""
-        self._untold(lambda look: look.count(wrenches), None)
+        for look in self._with["count"]:
+            look(lambda it: it.count(wrenches), None)
 
     def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
-        """Take the estimate at a stamp [ns] on three contacts, see `Untold.take`."""
-        self._untold(lambda look: look.take(t_ns, peg, determined), None)
+        """Take the estimate at a stamp [ns] on three contacts, and whether it is determined."""
+        for look in self._with["take_estimate"]:
+            look(lambda it: it.take_estimate(t_ns, peg, determined), None)
 
     def lift(self) -> None:
         """Take note that the peg is not on three contacts."""
-        self._untold(lambda look: look.restart(), None)
+        for look in self._with["lift"]:
+            look(lambda it: it.lift(), None)
 
     @property
     def costs(self) -> np.ndarray:
-        """What each setting that is off would cost, see `Untold`, shape (8,) [N]."""
-        return self._untold(lambda look: look.costs, _NO_COSTS)
+        """What each setting that is off would cost, see `Unobservable`, shape (8,) [N]."""
+        return self._looks[Unobservable](_costs, _NO_COSTS)
 
-    def take(
-        self,
-        sample: WrenchSample,
-        measured: AngleMeasurement,
-        stands_still: bool,
-        in_air: bool | None,
-    ) -> bool:
+    def take(self, moment: Moment) -> bool:
         """
         Try what else a wrench that is due may mean.
-
-        Parameters
-        ----------
-        sample : WrenchSample
-        measured : AngleMeasurement
-            The latest orientation.
-        stands_still : bool
-            Whether the wrench repeats one value.
-        in_air : bool or None
-            Whether the peg was told to be in the air; None: nothing was told.
 
         Returns
         -------
@@ -198,41 +182,55 @@ class Findings:
             Whether another setting is to be used from here on, see `as_found`.
 
         """
-        known = _finding(self._diagnosis)
-        self._dead(lambda look: look.take(sample), None)
-        self._due.take(sample.t_ns)
-        self._diagnosis(lambda look: look.take(sample, measured), None)
-        unsure = self.unsure
-        if not unsure and not stands_still:
-            self._air(lambda look: look.take(sample, measured.q, in_air is True), None)
-        self._rim(lambda look: look.take(measured, in_air is not False), None)
-        if self._delay is not None:
-            self._delay(lambda look: look.take(measured, in_air is False and not unsure), None)
-        rounded = self._diagnosis(lambda look: look.rounded(), None)
-        found = _finding(self._diagnosis)
-        looks = self._air, self._low_pass, self._rim, self._delay, self._untold
-        told = [rounded, found, *map(_finding, looks)]
-        if self._dead(lambda look: look.suspects, False):
-            # What a wrench without one of its components seems to mean is no setting.
-            told = [_finding(self._dead), _finding(self._rim)]
-        for finding in told:
-            if finding is None or finding is known or finding in self._found:
-                continue
-            self._counts["setting_contradicted"] += 1
-            self._found.append(finding)
-            # Each once: a wrench that fits the one now and the other then has another fault. Two
-            # faults at once are told alone, for more of them fit by chance. And a tare that was
-            # taken by the wrong setting has no meaning by the right one.
-            alone = len(finding.found) == 1 or finding is not found
-            new = alone and finding.found and not finding.found.keys() & self._adopted.keys()
-            adopts = self._configuration.wrench.adopt_found and not self._counts["tare"]
-            if new and adopts:
-                self._adopted |= finding.found
-                self._counts["setting_adopted"] += 1
-                return True
-        return False
+        self._due.take(moment.sample.t_ns)
+        unsure = False
+        for look in self._with["take"]:
+            look(partial(_take, moment, unsure), None)
+            unsure = unsure or _is_unsure(look)
+        hidden = any(look(_hides, False) for look in self._looks.values())
+        return any(
+            self._report(finding, member)
+            for member, look in self._looks.items()
+            if member.WITHOUT_WRENCH or not hidden
+            for finding in _findings(look)
+        )
+
+    def _report(self, finding: Finding, member: type[Suspect]) -> bool:
+        """Report a finding once; return whether what fits is to be used from here on."""
+        if finding in self._found:
+            return False
+        self._counts["setting_contradicted"] += 1
+        self._found.append(finding)
+        # Each once: a wrench that fits the one now and the other then has another fault. And a
+        # tare that was taken by the wrong setting has no meaning by the right one.
+        new = finding.found and not finding.found.keys() & self._adopted.keys()
+        adopts = self._configuration.wrench.adopt_found and not self._counts["tare"]
+        if not (member.ADOPTS and finding.alone and new and adopts):
+            return False
+        self._adopted |= finding.found
+        self._counts["setting_adopted"] += 1
+        return True
 
 
-def _finding(look):
+def _take(moment: Moment, unsure: bool, look: Suspect) -> None:
+    look.take(moment, unsure)
+
+
+def _hides(look: Suspect) -> bool:
+    return look.hides
+
+
+def _costs(look: Suspect) -> np.ndarray:
+    return look.costs if isinstance(look, Unobservable) else _NO_COSTS
+
+
+def _is_unsure(look: Fenced[Suspect]) -> bool:
+    """Return whether a look doubts; of one that has failed that is dropped, but what it found."""
+    found = look.look is not None and look.look.finding is not None
+    return look(lambda it: it.unsure, found)
+
+
+def _findings(look: Fenced[Suspect]) -> Sequence[Finding]:
     """Return what a look has found, whether it has failed since or not."""
-    return None if look is None or look.look is None else look.look.finding
+    found = None if look.look is None else look.look.finding
+    return look(lambda it: it.findings(), () if found is None else (found,))

@@ -11,13 +11,8 @@ from cli_helpers import SCHEMA
 from json_schema import check
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.main import main
-from peg_on_hole_ros.diagnosis.dead_component import DeadComponent
-from peg_on_hole_ros.diagnosis.delay import Delay
-from peg_on_hole_ros.diagnosis.diagnosis import Diagnosis
-from peg_on_hole_ros.diagnosis.free_air import FreeAir
-from peg_on_hole_ros.diagnosis.low_pass import LowPass
-from peg_on_hole_ros.diagnosis.rim_motion import RimMotion
-from peg_on_hole_ros.diagnosis.untold import Untold
+from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED
+from peg_on_hole_ros.diagnosis.suspected.suspect import has_part
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.monitor import still_possible
 from peg_on_hole_ros.replay.loops import Loop
@@ -31,20 +26,14 @@ ERRORS = cycle(
     [np.linalg.LinAlgError("not positive\ndefinite"), KeyError("made up"), TypeError("made up")]
 )
 # Where each look is entered; the last of a recording's looks are asked after its last message.
-LOOKS = {
-    "dead_component": (DeadComponent, "take"),
-    "wrong_wrench": (Diagnosis, "take"),
-    "free_air": (FreeAir, "take"),
-    "rim_motion": (RimMotion, "take"),
-    "delay": (Delay, "take"),
-    "low_pass": (LowPass, "take_all"),
-    "unobservable": (Untold, "take"),
-    "still_possible": (still_possible, "possible"),
-    "oddities": (Oddities, "lines"),
-    "loops": (Loop, "add"),
+ENTERED = "take", "pass_by", "take_estimate"
+MADE = {
+    member.NAME: (member, next(part for part in ENTERED if has_part(member, part)))
+    for member in SUSPECTED
 }
-MADE = [each for each in LOOKS if each not in ("still_possible", "oddities", "loops")]
-NODE_LOOKS = {name: at for name, at in LOOKS.items() if name not in ("delay", "oddities", "loops")}
+BESIDE = {"still_possible": (still_possible, "possible")}
+LOOKS = MADE | BESIDE | {"oddities": (Oddities, "lines"), "loops": (Loop, "add")}
+NODE_LOOKS = {name: at for name, at in MADE.items() if not at[0].OFFLINE} | BESIDE
 ESTIMATE = [
     f"/peg_on_hole/{name}"
     for name in ("state", "state_stddev", "contacts", "contacts_stddev", "contact_mode", "pose")
@@ -103,7 +92,7 @@ def test_a_replay_goes_on_without_a_look_that_fails(name, tmp_path, capsys, monk
     assert estimates(out) == whole
 
 
-@pytest.mark.parametrize("name", at_push(["wrong_wrench", "free_air", "delay"], MADE))
+@pytest.mark.parametrize("name", at_push(["wrong_wrench", "free_air", "delay"], list(MADE)))
 def test_a_look_that_cannot_even_begin(name, tmp_path, capsys, monkeypatch, whole):
     raising(monkeypatch, LOOKS[name][0], "__init__", calls=1)
     code, text, content, out = replayed(tmp_path, name, capsys)
@@ -158,9 +147,8 @@ def live():
     "name", at_push(["wrong_wrench", "unobservable", "still_possible"], list(NODE_LOOKS))
 )
 def test_a_node_goes_on_without_a_look_that_fails(name, monkeypatch, live):
-    method = NODE_LOOKS[name][1]
     once = name == "still_possible"
-    raising(monkeypatch, NODE_LOOKS[name][0], method, calls=1 if once else 5)
+    raising(monkeypatch, *NODE_LOOKS[name], calls=1 if once else 5)
     node = Played()
     assert node.estimates == live.estimates and len(live.estimates) > 500
     key = f"look_failed_{name}"

@@ -1,4 +1,4 @@
-"""Whether wrenches and joint states of one moment bear other stamps than is stated."""
+"""The delay: wrenches and joint states of one moment bear other stamps than is stated."""
 
 from collections import deque
 from collections.abc import Generator
@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.diagnosis.untold import offsets_of, stated_offsets
+from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
+from peg_on_hole_ros.diagnosis.suspected.unobservable import offsets_of, stated_offsets
 from peg_on_hole_ros.identification.likelihood import Likelihood
 from peg_on_hole_ros.identification.quantities import (
     CLEARANCE,
@@ -43,7 +43,7 @@ UNEXPLAINED = 0.002
 # makes a delay differ from a turn of the hole.
 NEAREST_TILT, SLIDES, CHANGES = 1.03, 2.0, 0.5
 ITERATIONS = 3
-# Coordinates of what else may be off, in the order of `untold.KINDS`.
+# Coordinates of what else may be off, in the order of `unobservable.KINDS`.
 KINDS = [FRICTION], [CLEARANCE], [3], [1, 2], [4, 5, 6], [7, 8]
 HYPOTHESES = [], [DELAY], *KINDS
 
@@ -65,7 +65,7 @@ class _Look(NamedTuple):
         return t_ns[0] + since, means, int(counts[-1])
 
 
-class Delay:
+class Delay(Suspect):
     """
     Refits the last second of three sliding contacts at several delays of the joint states.
 
@@ -76,28 +76,33 @@ class Delay:
 
     Parameters
     ----------
-    configuration : Configuration
-    taken_off : ndarray, shape (6,)
-        What is taken off a wrench as received [N], [N m].
-
-    Attributes
-    ----------
-    finding : Finding or None
+    stated : Stated
 
     """
 
-    def __init__(self, configuration: Configuration, taken_off: np.ndarray) -> None:
+    NAME = "delay"
+    TELLS = (
+        (
+            "`joints.delay`: wrench or joint states come 10 to 50 ms late, also behind a filter "
+            "(`replay` alone)",
+            "seconds of slip on three contacts in which a rate changes by half",
+        ),
+    )
+    OFFLINE = True
+
+    def __init__(self, stated: Stated) -> None:
+        configuration = stated.configuration
         self._reduction = WrenchReduction(
             configuration.wrench, configuration.scene, configuration.joints.hole_rpy
         )
         # A tare, in place of the zero that is stated.
-        self._tare = taken_off - self._reduction.taken_off
+        self._tare = stated.taken_off - self._reduction.taken_off
         self._stated = configuration.joints.delay
         # Orientations bear the stamps that the stated delay gives them.
         joints = replace(configuration.joints, delay=0.0)
         self._configuration = replace(configuration, joints=joints)
-        stated = stated_offsets(configuration)
-        self._open = [i for kind, offset in zip(KINDS, stated) if offset > 0.0 for i in kind]
+        offsets = stated_offsets(configuration)
+        self._open = [i for kind, offset in zip(KINDS, offsets) if offset > 0.0 for i in kind]
         self.finding: Finding | None = None
         # By how much a delay is likelier than each hypothesis [nats], what each has come to, and
         # how often in a row a second has decided nothing.
@@ -114,12 +119,13 @@ class Delay:
         self._wait = EVERY
 
     def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take any wrenches, one after another: stamps [ns], and force and torque (n, 6)."""
+        """Take every wrench, see the package."""
         if self.finding is None and len(t_ns):
             self._passed.append((t_ns, wrenches))
 
-    def take(self, measured: AngleMeasurement, touches: bool) -> None:
-        """Look at the latest orientation, and whether the peg was told to touch."""
+    def take(self, moment: Moment, unsure: bool) -> None:
+        """Look at the latest orientation, see the package."""
+        measured, touches = moment.measured, moment.in_air is False and not unsure
         if self.finding is not None or not self._passed:
             return
         if self._kept:

@@ -1,15 +1,16 @@
-"""Says which setting of the wrench is wrong, once the last second is sure of it."""
+"""Another meaning of the wrench: sign, axes, weight, units, or steps in which it is rounded."""
 
+from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis import window
 from peg_on_hole_ros.diagnosis.balance import FRICTIONS, LIKELY_FRICTIONS, UNEXPLAINED
 from peg_on_hole_ros.diagnosis.finding import Finding
 from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
+from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_from_rpy
 from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
@@ -30,27 +31,45 @@ WEIGHT_KNOWN, CENTER_KNOWN = 0.02, 1e-3
 _CARRIED = 1.0 / 3.0
 
 
-class Diagnosis:
+class WrongWrench(Suspect):
     """
     Tries what else a wrench may mean on the last second.
 
     Parameters
     ----------
-    configuration : Configuration
-    taken_off : ndarray, shape (6,)
-        What is taken off a wrench as received [N], [N m].
+    stated : Stated
 
     Attributes
     ----------
     doubtful : bool
         Whether something else fits better by far: nothing sure is to be told of contacts.
-    finding : Finding or None
-        What is wrong, once that is sure.
 
     """
 
-    def __init__(self, configuration: Configuration, taken_off: np.ndarray) -> None:
-        self._taken_off = np.array(taken_off)
+    NAME = "wrong_wrench"
+    ADOPTS = True
+    TELLS = (
+        ("sign", "`wrench.acts_on`"),
+        (
+            "axes of the base, or of the sensor turned by any of 24 quarter and half turns",
+            "`wrench.axes`, `wrench.sensor_rpy`",
+        ),
+        (
+            "left-handed axes: one axis mirrored, or two exchanged, of force and torque alike",
+            "none: put the driver right. A wrong `wrench.acts_on` with a wrong `sensor_rpy` looks "
+            "the same",
+        ),
+        ("weight taken off already", "`wrench.gravity`"),
+        ("force in kN, torque in N mm or kN m", "none: the driver has to send N and N m"),
+        (
+            "numbers rounded more coarsely than the stated noise",
+            "`wrench.force_stddev`, `wrench.torque_stddev`, and `bias_..._stddev`",
+        ),
+    )
+
+    def __init__(self, stated: Stated) -> None:
+        configuration = stated.configuration
+        self._taken_off = np.array(stated.taken_off)
         self._stated = configuration.wrench
         self._all = hypotheses(configuration.wrench)
         self._rows_of = np.array([each.row for each in self._all])
@@ -70,6 +89,7 @@ class Diagnosis:
         """Forget all."""
         self.doubtful = self._coarse = False
         self.finding: Finding | None = None
+        self._is_new = False
         self._rows, self._told = window.ring(len(self._all))
         self._at, self._best = -1, 0
         self._steps = Steps(), Steps()
@@ -80,8 +100,18 @@ class Diagnosis:
         """Whether nothing sure is to be told of contacts."""
         return self.doubtful or self.finding is not None or self._coarse
 
-    def take(self, sample: WrenchSample, measurement: AngleMeasurement) -> None:
-        """Take a wrench and the latest orientation."""
+    def take(self, moment: Moment, unsure: bool) -> None:
+        """Take a wrench and the latest orientation, see the package."""
+        before = self.finding
+        self._take(moment.sample, moment.measured)
+        self._is_new = self.finding is not before
+
+    def findings(self) -> Sequence[Finding]:
+        """Return what the last wrench has shown: what there was before it was reported then."""
+        new = self.finding if self._is_new else None
+        return [finding for finding in (self._rounded(), new) if finding is not None]
+
+    def _take(self, sample: WrenchSample, measurement: AngleMeasurement) -> None:
         t_ns = sample.t_ns
         if self._at < 0 or not self._last_ns < t_ns:
             finding = self.finding
@@ -144,7 +174,8 @@ class Diagnosis:
             others = {self._all[i].mirrored for i in near} - {found.mirrored, ""}
             alike = sorted(others) if found.mirrored else []
             text, instead = said(found, before, after, alike), changed(self._stated, found)
-            self.finding = Finding(text, instead, voids=True)
+            # Several faults at once fit by chance.
+            self.finding = Finding(text, instead, voids=True, alone=len(instead) == 1)
 
     def _balanced(self):
         """Return to how much forces may balance where all is as it should be [N]."""
@@ -152,7 +183,7 @@ class Diagnosis:
         load = float(np.median(np.linalg.norm(rows[:, 1:4], axis=1)))
         return ROOM * sqrt(3.0 * self._settings[window.NOISE]) + UNEXPLAINED * load
 
-    def rounded(self) -> Finding | None:
+    def _rounded(self) -> Finding | None:
         """Return what is to be stated where a driver rounds more coarsely than noise is stated."""
         found, widths = {}, []
         for name, unit, steps in zip(("force", "torque"), ("N", "N m"), self._steps):

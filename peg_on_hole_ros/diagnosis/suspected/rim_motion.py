@@ -1,16 +1,15 @@
-"""Whether a peg moves on the rim as hole and clearance are stated, by where the robot has it."""
+"""Hole and clearance: whether a peg moves on the rim as they are stated, by the robot's pose."""
 
 from collections import deque
 from math import exp, inf
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.measurements.measurement import rotation_from_rpy
 from peg_on_hole_ros.measurements.rotations import rpy_of
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.records import AngleMeasurement
 
 # Orientations that are looked at together, [ns] apart; a silence begins anew.
 KEPT, PERIOD_NS, SILENCE_NS = 50, 20_000_000, 200_000_000
@@ -27,7 +26,7 @@ _THIRD = 20.0
 _STEPS, _SMALL = 8, 1e-4
 
 
-class RimMotion:
+class RimMotion(Suspect):
     """
     Fits the path of the peg's lower end to its tilt, as three contacts have it.
 
@@ -36,16 +35,22 @@ class RimMotion:
 
     Parameters
     ----------
-    configuration : Configuration
-
-    Attributes
-    ----------
-    finding : Finding or None
+    stated : Stated
 
     """
 
-    def __init__(self, configuration: Configuration) -> None:
-        scene, joints = configuration.scene, configuration.joints
+    NAME = "rim_motion"
+    TELLS = (
+        (
+            "`joints.hole_rpy`: the hole leans by 4 to 57 degrees from where it is stated",
+            "a second on the rim in which the tilt changes, with `joints.hole_xyz_stddev` stated",
+        ),
+        ("`hole_diameter - peg_diameter` off by a factor of 1.4 to 10", "the same"),
+    )
+    WITHOUT_WRENCH = True
+
+    def __init__(self, stated: Stated) -> None:
+        scene, joints = stated.configuration.scene, stated.configuration.joints
         self._D, self._clearance = scene.hole_diameter, scene.hole_diameter - scene.peg_diameter
         self._R_RH = rotation_from_rpy(joints.hole_rpy)
         self.restart()
@@ -56,8 +61,9 @@ class RimMotion:
         self._count = 0
         self.finding: Finding | None = None
 
-    def take(self, measurement: AngleMeasurement, free: bool) -> None:
-        """Take an orientation with the peg's place, and whether the peg was told to be free."""
+    def take(self, moment: Moment, unsure: bool) -> None:
+        """Take an orientation with the peg's place, see the package."""
+        measurement, free = moment.measured, moment.in_air is not False
         if measurement.position is None or free or self.finding is not None:
             self._kept.clear()
             return

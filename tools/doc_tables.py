@@ -1,7 +1,10 @@
 """
-Write the tables of outputs in docs/topics.md anew, from peg_on_hole_ros/outputs.py.
+Write the tables of the documents that follow from the package anew.
 
-    python tools/output_tables.py
+    python tools/doc_tables.py
+
+docs/topics.md has the outputs (peg_on_hole_ros/outputs.py), docs/integration.md the suspected
+settings (peg_on_hole_ros/diagnosis/suspected/registry.py).
 """
 
 import re
@@ -11,12 +14,13 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
+from peg_on_hole_ros.diagnosis.suspected.registry import SUSPECTED  # noqa: E402
 from peg_on_hole_ros.monitor.output_row import MONITOR, OUTPUTS  # noqa: E402
 
-PAGE = ROOT / "docs" / "topics.md"
+Rows = list[tuple[str, ...]]
 
 
-def monitor() -> list[tuple[str, ...]]:
+def monitor() -> Rows:
     """Return heading and rows of the numbers of the monitor."""
     rows = [("in `~/monitor`", "unit", "what it means", "when it is NaN")]
     for field, output in MONITOR.items():
@@ -25,7 +29,7 @@ def monitor() -> list[tuple[str, ...]]:
     return rows
 
 
-def others() -> list[tuple[str, ...]]:
+def others() -> Rows:
     """Return heading and rows of what the other topics have of an estimate."""
     rows = [("topic", "field", "unit", "what it means", "when it is NaN")]
     for output in OUTPUTS.values():
@@ -36,18 +40,35 @@ def others() -> list[tuple[str, ...]]:
     return rows
 
 
-def written(text: str) -> str:
+def suspected(adopted: bool) -> Rows:
+    """Return rows of what is found of suspected settings, and used in place of what is stated."""
+    return [row for each in SUSPECTED if adopted == each.ADOPTS for row in each.TELLS]
+
+
+# By page: the tables, by the mark that each stands behind.
+PAGES: dict[Path, dict[str, Rows]] = {
+    ROOT / "docs" / "topics.md": {"outputs: monitor": monitor(), "outputs: others": others()},
+    ROOT / "docs" / "integration.md": {
+        "suspected: adopted": [("tried", "settings"), *suspected(True)],
+        "suspected: reported": [("reported", "where"), *suspected(False)],
+    },
+}
+
+
+def written(page: Path) -> str:
     """Return a page with its tables as they have to be."""
-    for name, rows in (("monitor", monitor()), ("others", others())):
+    text = page.read_text(encoding="utf-8")
+    for name, rows in PAGES[page].items():
         lines = ["| " + " | ".join(row) + " |" for row in rows]
         lines.insert(1, "|" + "---|" * len(rows[0]))
-        begin, end = f"<!-- outputs: {name} -->", "<!-- outputs: end -->"
+        begin, end = f"<!-- {name} -->", f"<!-- {name.partition(':')[0]}: end -->"
         table = "\n".join([begin, "", *lines, "", end])
         text, count = re.subn(f"{begin}.*?{end}", lambda _, t=table: t, text, flags=re.DOTALL)
         if count != 1:
-            raise SystemExit(f"{PAGE}: {begin} is there {count} times")
+            raise SystemExit(f"{page}: {begin} is there {count} times")
     return text
 
 
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for each in PAGES:
+        each.write_text(written(each), encoding="utf-8")

@@ -1,13 +1,12 @@
-"""Whether a driver's low-pass makes the noise of neighbouring wrenches alike."""
+"""A low-pass of the driver: it makes the noise of neighbouring wrenches alike."""
 
 from math import log, pi, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.diagnosis.suspected.suspect import Stated, Suspect
 
 # Wrenches that are looked at together; the quietest of all such stretches counts.
 _STRETCH, _ENOUGH = 500, 3
@@ -19,7 +18,7 @@ _ALIKE = 2.0
 _NOISY = 0.005
 
 
-class LowPass:
+class LowPass(Suspect):
     """
     Compares the noise of neighbours with that of wrenches apart, in forces and in torques.
 
@@ -27,28 +26,30 @@ class LowPass:
 
     Parameters
     ----------
-    wrench : WrenchInput
-
-    Attributes
-    ----------
-    finding : Finding or None
+    stated : Stated
 
     """
 
-    def __init__(self, wrench: WrenchInput) -> None:
-        stated = [wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3
-        self._least = np.square(_NOISY * np.array(stated))
+    NAME = "low_pass"
+    TELLS = (
+        (
+            "`low-pass`: noise of neighbours is alike, with the filter's cut-off",
+            "the quietest half second of 1.5 s and more",
+        ),
+    )
+    LASTS = True
+
+    def __init__(self, stated: Stated) -> None:
+        wrench = stated.configuration.wrench
+        noise = [wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3
+        self._least = np.square(_NOISY * np.array(noise))
         self.finding: Finding | None = None
         self._ratio, self._stretches, self._told = float("inf"), 0, False
         self._taken: list[tuple[ArrayLike, ArrayLike]] = []
         self._room = _STRETCH
 
-    def take(self, sample: WrenchSample) -> None:
-        """Take a wrench, one after another."""
-        self._add(sample.t_ns, (*sample.force, *sample.torque), 1)
-
-    def take_all(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
-        """Take wrenches one after another: stamps [ns] and rows of force and torque."""
+    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+        """Take every wrench, see the package."""
         while len(t_ns):
             room = self._room
             self._add(t_ns[:room], wrenches[:room], min(room, len(t_ns)))

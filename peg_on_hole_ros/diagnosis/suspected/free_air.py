@@ -1,12 +1,11 @@
-"""What a free peg reads beside its weight: the sensor's zero, the payload, or the lever."""
+"""The bias: what a free peg reads beside its weight, also of a payload or a lever."""
 
 from math import hypot, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.mechanics.reference import peg_axes
 from peg_on_hole_ros.records import WrenchSample
 
@@ -25,7 +24,7 @@ _ALONG = 0.98
 _WEIGHT, _CENTER, _CARRIED = 0.03, 2e-3, 0.3
 
 
-class FreeAir:
+class FreeAir(Suspect):
     """
     Looks for what stays the same in the sensor's axes of a peg that surely hangs free.
 
@@ -34,12 +33,23 @@ class FreeAir:
 
     Parameters
     ----------
-    configuration : Configuration
-    reduction : WrenchReduction
+    stated : Stated
 
     """
 
-    def __init__(self, configuration: Configuration, reduction: WrenchReduction) -> None:
+    NAME = "free_air"
+    TELLS = (
+        (
+            "`wrench.bias_force`: a zero that is off, or along gravity `wrench.payload_mass`; "
+            "tare it",
+            "a peg that is told to be free, or turns in the air with its sensor",
+        ),
+        ("`wrench.bias_torque`: the torque alone is off, as by `sensor_xyz`", "the same"),
+    )
+    OF_ZERO = True
+
+    def __init__(self, stated: Stated) -> None:
+        configuration, reduction = stated.configuration, stated.reduction
         scene, wrench = configuration.scene, configuration.wrench
         self._reduction = reduction
         self._about_sensor = np.linalg.inv(reduction.matrix)
@@ -61,19 +71,12 @@ class FreeAir:
         self._taken = 0
         self.finding: Finding | None = None
 
-    def take(self, sample: WrenchSample, q: np.ndarray, free: bool) -> None:
-        """
-        Take a wrench.
+    def take(self, moment: Moment, unsure: bool) -> None:
+        """Take a wrench, see the package."""
+        if not unsure and not moment.stands_still:
+            self._take(moment.sample, moment.measured.q, moment.in_air is True)
 
-        Parameters
-        ----------
-        sample : WrenchSample
-        q : ndarray, shape (3,)
-            gamma, psi, phi [rad].
-        free : bool
-            Whether the peg was told to be free.
-
-        """
+    def _take(self, sample: WrenchSample, q: np.ndarray, free: bool) -> None:
         R_HP = peg_axes(q)
         weight = self._mass * (R_HP.T @ self._gravity_H)
         left = self._reduction.on_peg(sample.force, sample.torque, q)

@@ -1,10 +1,9 @@
-"""Whether a component of the wrench keeps one value while others of its kind change."""
+"""A dead component: one of the wrench keeps one value while others of its kind change."""
 
 import numpy as np
 
-from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.diagnosis.finding import Finding
-from peg_on_hole_ros.records import WrenchSample
+from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 
 # Wrenches with one value, bit for bit, after which a component is suspected, before any other
 # setting can be reported; and after which it is reported itself.
@@ -20,7 +19,7 @@ _FINE = 0.5
 _NAMES = tuple(f"the {kind}'s {axis}" for kind in ("force", "torque") for axis in "xyz")
 
 
-class DeadComponent:
+class DeadComponent(Suspect):
     """
     Looks for components that are 0, or one other value, whatever acts on the peg.
 
@@ -29,17 +28,23 @@ class DeadComponent:
 
     Parameters
     ----------
-    wrench : WrenchInput
-
-    Attributes
-    ----------
-    suspects : bool
-        Whether a component may be dead: no other setting is to be adopted or reported.
-    finding : Finding or None
+    stated : Stated
 
     """
 
-    def __init__(self, wrench: WrenchInput) -> None:
+    NAME = "dead_component"
+    TELLS = (
+        (
+            "`the force's x stays at 0 N while the others change`, or any other component: the "
+            "driver does not fill it in. Meanwhile no other setting is reported or adopted, the "
+            "mode is `unknown`, and `reactions_determined` is 0",
+            "anywhere, after 0.3 s",
+        ),
+    )
+    WITHOUT_WRENCH = True
+
+    def __init__(self, stated: Stated) -> None:
+        wrench = stated.configuration.wrench
         self._noise = np.array([wrench.force_stddev] * 3 + [wrench.torque_stddev] * 3)
         self.restart()
 
@@ -49,18 +54,25 @@ class DeadComponent:
         self._taken = 0
         # Those that are reported, with their values.
         self._dead: dict[int, float] = {}
-        self.suspects = False
+        # Whether a component may be dead: what the wrench seems to mean then is no setting.
+        self.hides = False
         self.finding: Finding | None = None
 
-    def take(self, sample: WrenchSample) -> None:
-        """Take a wrench."""
+    @property
+    def unsure(self) -> bool:
+        """Whether nothing sure of contacts can be published now."""
+        return self.hides
+
+    def take(self, moment: Moment, unsure: bool) -> None:
+        """Take a wrench, see the package."""
+        sample = moment.sample
         now = (*sample.force, *sample.torque)
         self._rows[self._taken % _REPORTED] = now
         self._taken += 1
         # Once reported it is dead for as long as its value stays, however the others move.
         self._dead = {i: value for i, value in self._dead.items() if now[i] == value}
-        self.suspects = bool(self._dead) or bool(self._staying(_SUSPECTED))
-        if self.suspects and not self._dead and (dead := self._staying(_REPORTED)):
+        self.hides = bool(self._dead) or bool(self._staying(_SUSPECTED))
+        if self.hides and not self._dead and (dead := self._staying(_REPORTED)):
             self._dead = {i: now[i] for i in dead}
             which = " and ".join(
                 f"{_NAMES[i]} stays at {now[i]:.4g} {'N' if i < 3 else 'N m'}" for i in dead

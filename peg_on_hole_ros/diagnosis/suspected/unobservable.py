@@ -1,4 +1,4 @@
-"""What settings the present motion cannot tell, and what each that is off would cost."""
+"""Unobservable settings: what each would cost that is off; and a friction that is refuted."""
 
 from math import hypot, nan, sqrt
 from typing import NamedTuple
@@ -7,6 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.diagnosis.suspected.suspect import Stated, Suspect
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_sets import three_on_rim
 from peg_on_hole_ros.estimator.filter_record import FilterRecord
@@ -64,7 +65,7 @@ _FRICTION, _CLEARANCE, _TILT, _GAMMA, _LEVER = 0, 1, slice(8, 10), 10, 11
 _FORCE, _ZERO = slice(2, 5), slice(2, 8)
 
 
-class Untold:
+class Unobservable(Suspect):
     """
     Holds the six equations against settings that may be off, while a peg slides on three contacts.
 
@@ -74,24 +75,32 @@ class Untold:
 
     Parameters
     ----------
-    configuration : Configuration
+    stated : Stated
 
     Attributes
     ----------
     costs : ndarray, shape (8,)
         Of KINDS, at the contact that it moves most [N]; NaN: not on three contacts.
-    finding : Finding or None
-        Where what is learnt of friction refutes what is stated.
 
     """
 
-    def __init__(self, configuration: Configuration) -> None:
+    NAME = "unobservable"
+    TELLS = (
+        (
+            "`scene.friction`: what is learnt is far from what is stated; a force along the peg, "
+            "a lever or a weight that is off looks the same",
+            "three looks in a row on three contacts, where `scene.friction_stddev` is stated",
+        ),
+    )
+
+    def __init__(self, stated: Stated) -> None:
+        configuration = stated.configuration
         scene, wrench = configuration.scene, configuration.wrench
-        options, stated = configuration.filter, stated_offsets(configuration)
+        options, known = configuration.filter, stated_offsets(configuration)
         learns = (
             options.friction, options.clearance, *[options.wrench_bias] * 3, options.hole_tilt,
         )  # fmt: skip
-        learnt = (stated > 0.0) & [*(how == "estimated" for how in learns), False, False]
+        learnt = (known > 0.0) & [*(how == "estimated" for how in learns), False, False]
         offsets = offsets_of(configuration)
         self._prior = 1.0 / np.square(offsets[_KIND_OF])
         self._learnt = learnt[_KIND_OF]
@@ -115,22 +124,16 @@ class Untold:
         self._looked_ns: int | None = None
         self._refuted = self._wrenches = 0
 
+    def lift(self) -> None:
+        """Take note that the peg is not on three contacts."""
+        self.restart()
+
     def count(self, wrenches: int) -> None:
-        """Take note of so many wrenches that were told."""
+        """Take note of so many wrenches whose estimate was given."""
         self._wrenches += wrenches
 
-    def take(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
-        """
-        Take the estimate at a stamp [ns], of a peg that was told to be on three contacts.
-
-        Parameters
-        ----------
-        t_ns : int
-        peg : ContactFilter
-        determined : bool
-            Whether its reactions were told to be known.
-
-        """
+    def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
+        """Take an estimate on three contacts, see the package."""
         if self._looked_ns is not None and 0 <= t_ns - self._looked_ns < PERIOD_NS:
             return
         self._looked_ns, wrenches = t_ns, max(self._wrenches, 1)

@@ -1,0 +1,35 @@
+"""
+Suspected settings: what may be stated wrongly, one module for each way to find that out.
+
+A member of `registry.SUSPECTED` is a class that derives from `suspect.Suspect`, in a module here:
+
+`NAME` : str
+    Names the look in counts: `look_failed_<NAME>` where it fails.
+`TELLS` : tuple of (str, str)
+    What it finds, and where or when: a line each in the table of docs/integration.md.
+`ADOPTS`, `OFFLINE`, `LASTS`, `OF_ZERO`, `WITHOUT_WRENCH` : bool
+    When it looks, and what becomes of its finding; see `suspect`. None is set as a rule.
+`__init__(stated)`
+    Begins to look, by the settings that are used.
+`restart()`
+    Forgets what a motion has shown.
+`pass_by(t_ns, wrenches)`, `count(wrenches)`, `take(moment, unsure)`,
+`take_estimate(t_ns, peg, determined)`, `lift()`
+    What it looks at: every wrench; how many estimates were given; one wrench in 20 ms with the
+    orientation; one estimate in 20 ms on three contacts, and that there is none. A look has those
+    that it needs, and is called for no others.
+`unsure`, `hides` : bool
+    Whether nothing sure of contacts can be published now, and whether findings of other looks
+    cannot be trusted.
+`findings()`
+    What it has found: a `finding.Finding` each, with the sentence, the fields of WrenchInput with
+    the values that fit, and whether these may be used in place of what is stated.
+
+`registry` is the only place that lists them. `engine/findings.py` walks it in order: it builds,
+calls and fences each look, reports and adopts what is found. Counts, causes in `/diagnostics`,
+what is withheld in doubt, and the tables of docs/integration.md follow from it.
+
+To add a member, touch these files: a module here, and `registry.py` (its line). `make format`
+writes its lines into docs/integration.md. What else a wrench may mean (sign, axes, weight, units)
+is one member, `wrong_wrench`, over the list of `diagnosis/hypotheses.py`: a line there adds one.
+"""

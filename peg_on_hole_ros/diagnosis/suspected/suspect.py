@@ -1,0 +1,133 @@
+"""What a look for a wrongly stated setting is given, and what it says: the interface of each."""
+
+from collections.abc import Sequence
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.diagnosis.finding import Finding
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.measurements.measurement import WrenchReduction
+from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
+
+# Parts of the interface that a look need not have.
+PARTS = ("pass_by", "count", "take", "take_estimate", "lift", "unsure")
+
+
+class Stated(NamedTuple):
+    """
+    The settings that are used.
+
+    Attributes
+    ----------
+    configuration : Configuration
+    reduction : WrenchReduction
+    taken_off : ndarray, shape (6,)
+        What is taken off a wrench as received [N], [N m].
+
+    """
+
+    configuration: Configuration
+    reduction: WrenchReduction
+    taken_off: np.ndarray
+
+
+class Moment(NamedTuple):
+    """
+    A wrench that is looked at, with what is known at its stamp.
+
+    Attributes
+    ----------
+    sample : WrenchSample
+    measured : AngleMeasurement
+        The latest orientation.
+    stands_still : bool
+        Whether the wrench repeats one value.
+    in_air : bool or None
+        Whether the published contact mode is `open`; None: nothing was published.
+
+    """
+
+    sample: WrenchSample
+    measured: AngleMeasurement
+    stands_still: bool
+    in_air: bool | None
+
+
+class Suspect:
+    """
+    A look for a wrongly stated setting; each derives from this, and has of it what it needs.
+
+    Parameters
+    ----------
+    stated : Stated
+
+    Attributes
+    ----------
+    NAME : str
+    TELLS : tuple of (str, str)
+        See the package.
+    OFFLINE : bool
+        Whether it takes time that only a replay has.
+    ADOPTS : bool
+        Whether what fits is used in place of what is stated, where `wrench.adopt_found` is set.
+    LASTS : bool
+        Whether it looks at wrenches as received alone: other settings do not make it begin anew.
+    OF_ZERO : bool
+        Whether a tare mends what it finds.
+    WITHOUT_WRENCH : bool
+        Whether its finding stands where another look `hides` findings.
+    finding : Finding or None
+        What it has found; it stays until the look begins anew, or takes it back.
+    unsure : bool
+        Whether nothing sure of contacts can be published now.
+    hides : bool
+        Whether findings of other looks cannot be trusted now.
+
+    """
+
+    NAME: ClassVar[str]
+    TELLS: ClassVar[tuple[tuple[str, str], ...]] = ()
+    OFFLINE: ClassVar[bool] = False
+    ADOPTS: ClassVar[bool] = False
+    LASTS: ClassVar[bool] = False
+    OF_ZERO: ClassVar[bool] = False
+    WITHOUT_WRENCH: ClassVar[bool] = False
+    finding: Finding | None = None
+    hides: bool = False
+
+    def __init__(self, stated: Stated) -> None:
+        """Begin to look."""
+
+    @property
+    def unsure(self) -> bool:
+        """See above."""
+        return False
+
+    def findings(self) -> Sequence[Finding]:
+        """Return what is to be reported; what was reported before is passed over."""
+        return () if self.finding is None else (self.finding,)
+
+    def restart(self) -> None:
+        """Forget what a motion has shown."""
+
+    def pass_by(self, t_ns: np.ndarray, wrenches: np.ndarray) -> None:
+        """Take every wrench, in the order in which they came: stamps [ns], and rows (n, 6)."""
+
+    def count(self, wrenches: int) -> None:
+        """Take note of so many wrenches whose estimate was given."""
+
+    def take(self, moment: Moment, unsure: bool) -> None:
+        """Take a wrench that is due; `unsure`: whether a look before this one is."""
+
+    def take_estimate(self, t_ns: int, peg: ContactFilter, determined: bool) -> None:
+        """Take the estimate at a stamp [ns] on three contacts, and whether reactions are known."""
+
+    def lift(self) -> None:
+        """Take note that the peg is not on three contacts."""
+
+
+def has_part(member: type[Suspect], part: str) -> bool:
+    """Return whether a look has one of PARTS as its own: else it is not called for it."""
+    return getattr(member, part) is not getattr(Suspect, part)
