@@ -61,14 +61,17 @@ def test_the_alarm_has_the_numbers_that_are_published(insertion, names):
     dangers.stuck.insertion, dangers.stuck.margin = insertion, 3.0
     dangers.wedging.determinant, dangers.risk = 0.7, 0.6
     dangers.load.probability = 0.3
-    inside = dangers.stuck if insertion else None
-    if inside is None:
-        dangers.wedging.probability, dangers.stall.probability = 0.1, 0.2
+    if insertion:
+        dangers.stuck.wedged, dangers.stuck.rests = 0.1, 0.2
     else:
-        inside.wedged, inside.rests = 0.1, 0.2
+        dangers.wedging.probability, dangers.stall.probability = 0.1, 0.2
     put_numbers(dangers, numbers)
     fill_row(dangers, at(Row, rows))
+    expected = {
+        "jamming_wedging": 0.1, "jamming_stall": 0.2, "jamming_load": 0.3, "jamming_risk": 0.6,
+        "determinant": 0.7, "insertion_ratio": 0.2, "whitney_margin": 3.0,
+    }  # fmt: skip
     for name, number in zip(names, numbers):
-        assert rows[name][0] == number != 0.0, name
+        assert rows[name][0] == number == expected.get(name, 0.0), name
     for name in set(OUTPUTS) - set(names):
         assert np.isnan(rows[name][0]), name
