@@ -21,7 +21,7 @@ from benchmarks.bag_steps import bag_steps
 from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.estimator.state import FRICTION
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 

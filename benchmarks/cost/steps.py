@@ -27,7 +27,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.config.parameters_file import read_parameters
 from peg_on_hole_ros.estimator import filter_steps
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.kernel import compiled
@@ -60,7 +60,7 @@ class Bench:
         scene = replace(configuration.scene, friction_stddev=0.0)
         if not one_level:
             scene = replace(scene, friction=scene.friction + OFF, friction_stddev=SPREAD)
-        settings = default_settings(**SETTINGS["one_level" if one_level else "mixture"])
+        settings = default_settings(**METHODS["one_level" if one_level else "mixture"].settings)
         reduction = WrenchReduction(configuration.wrench, scene)
         self.kalman = ContactFilter(
             scene, configuration.filter, reduction.covariance, settings=settings

@@ -7,7 +7,7 @@ from math import degrees, isfinite
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.cli.calibration_text import SHOWN, WORDS
 from peg_on_hole_ros.config.options import Configuration
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.identification.observability import (
     NAMES,
     Observability,

@@ -62,6 +62,13 @@ LIVE = (
     "filter.gate_reset_count",
     "markers_rate",
 )
+# Values of `filter.method`, each with what the estimator is; `estimator.methods` has them.
+METHODS = {
+    "mixture": "a mixture of frictions and of levels of acceleration",
+    "one_level": "one level and one friction",
+    "dde_driven": "the wide-prior limit, driven by the dynamic equations",
+    "quasi_static": "no inertia",
+}
 _TYPES = {bool: "bool", int: "integer", float: "double", str: "string"}
 
 
@@ -287,9 +294,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     _filter(
         "method",
-        "the estimator: a mixture of frictions and of levels of acceleration; one level and one "
-        "friction; the wide-prior limit, driven by the dynamic equations; no inertia",
-        choices=("mixture", "one_level", "dde_driven", "quasi_static"),
+        f"the estimator: {'; '.join(METHODS.values())}",
+        choices=tuple(METHODS),
     ),
     _filter(
         "max_gap",

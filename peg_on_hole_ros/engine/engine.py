@@ -1,7 +1,7 @@
 """The estimate with all that it remembers: messages in any order in, rows of outputs out."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from peg_on_hole_ros.engine.findings import Findings
 from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.push import Given, Memory, Stop, Taking, catch_up, push, room_for
 from peg_on_hole_ros.engine.tuned import REPROCESSING
-from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.methods.method import Make
 from peg_on_hole_ros.monitor.outputs import Outputs
 from peg_on_hole_ros.monitor.states import NO_STAMP, Mode
 from peg_on_hole_ros.monitor.while_in_doubt import doubt
@@ -58,7 +58,7 @@ class Engine:
     def __init__(
         self,
         configuration: Configuration,
-        make: Callable[..., ContactFilter],
+        make: Make,
         counts: Counter[str],
         offline: bool = False,
     ) -> None:

@@ -1,7 +1,7 @@
 """From samples, as they arrive, to outputs: the one path that the node and the replay share."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from peg_on_hole_ros.engine.processor import Processor
 from peg_on_hole_ros.engine.requests import Requests
 from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.measurement import wrench_fault
 from peg_on_hole_ros.measurements.orientation import JointOrientation, PegJoints
 from peg_on_hole_ros.monitor.output_row import ROW
@@ -58,7 +59,7 @@ class Pipeline:
         self,
         configuration: Configuration,
         orientation: JointOrientation | None = None,
-        make: Callable[..., ContactFilter] = make_filter,
+        make: Make = make_filter,
         offline: bool = False,
     ) -> None:
         self.scene = configuration.scene

@@ -1,7 +1,7 @@
 """What one wrench and its orientations make of the estimate, and what is told of it."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import sqrt
 from typing import Any
 
@@ -14,7 +14,8 @@ from peg_on_hole_ros.engine.state import COUNTS, EngineState, Rules
 from peg_on_hole_ros.engine.tuned import KNOWN_MOTION
 from peg_on_hole_ros.estimator.contact_filter import CORRECTIONS, ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements import saturation, wrench_noise
 from peg_on_hole_ros.measurements.freshness import causes
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, noise_of
@@ -54,9 +55,7 @@ class Processor:
 
     """
 
-    def __init__(
-        self, configuration: Configuration, make: Callable[..., ContactFilter] = make_filter
-    ) -> None:
+    def __init__(self, configuration: Configuration, make: Make = make_filter) -> None:
         self.configuration = configuration
         scene, kalman, joints = configuration.scene, configuration.filter, configuration.joints
         self.reduction = WrenchReduction(configuration.wrench, scene, joints.hole_rpy)

@@ -18,7 +18,8 @@ from peg_on_hole_ros.diagnosis.fence import Fenced
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.orientation import (
     JointOrientation,
     PegJoints,
@@ -338,7 +339,7 @@ def _told(records):
 def message_stream(
     configuration: Configuration,
     markers_rate: float = 10.0,
-    make: Callable = make_filter,
+    make: Make = make_filter,
     offline: bool = False,
 ) -> MessageStream:
     """

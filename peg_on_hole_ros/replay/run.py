@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -17,7 +18,9 @@ from peg_on_hole_ros.config.configuration import from_parameters, node_options
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.diagnosis.fence import Failures
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.estimator.methods.registry import METHODS, make_filter
+from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.smoother import Smoother
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -240,7 +243,7 @@ def replay_bag(
     orientation_of(configuration.joints)
     warm(configuration)
     stream = message_stream(
-        configuration, markers_rate, Smoother if smoothed else make_filter, offline=True
+        configuration, markers_rate, _maker(configuration, smoothed is not None), offline=True
     )
     seen = Seen(configuration.joints, stream.pipeline.failures)
     unreadable = Counter(bag.undecodable)
@@ -287,6 +290,19 @@ def replay_bag(
         stream.pipeline.void_reactions,
         stream.pipeline.failures,
     )
+
+
+def _maker(configuration: Configuration, smooths: bool) -> Make:
+    """Return what makes the estimator that the settings name, keeping what it smooths or not."""
+    if not smooths:
+        return make_filter
+    method = configuration.filter.method
+    settings = METHODS[method].settings
+    if settings is None:
+        raise PegOnHoleError(
+            f"filter.method = {method!r} cannot be smoothed: leave --smooth out, or name another"
+        )
+    return partial(Smoother, settings=default_settings(**settings))
 
 
 def played(

@@ -5,7 +5,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN
@@ -85,7 +85,7 @@ class Balance(ContactFilter):
         noise: np.ndarray,
         offsets: Offsets | None,
     ) -> None:
-        settings = default_settings(**SETTINGS["one_level"])
+        settings = default_settings(**one_level.SETTINGS)
         super().__init__(scene, options, noise, offsets, settings)
         if self._n != OPEN:
             raise ValueError("a balance learns nothing")

@@ -9,7 +9,9 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import SETTINGS, make_filter
+from peg_on_hole_ros.estimator.methods import dde_driven
+from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -52,7 +54,7 @@ class Estimator(NamedTuple):
 
     name: str
     rate: int
-    make: Callable
+    make: Make
     shown: bool = True
 
     def __str__(self) -> str:
@@ -79,14 +81,14 @@ def make_dde_driven(
 
     With the level of the method `dde_driven`, 1e6, rates are lost before the first wrench is used.
     """
-    settings = default_settings(**SETTINGS["dde_driven"] | {"mode_stddev": (DDE_LEVEL,)})
+    settings = default_settings(**dde_driven.SETTINGS | {"mode_stddev": (DDE_LEVEL,)})
     return ContactFilter(scene, options, wrench_noise, offsets, settings)
 
 
 RATES = (1000, 500, 100)
 DEFAULT = Estimator("default", RATES[0], partial(by_method, "mixture"))
 # Those of which the fastest alone is drawn.
-_OTHERS: dict[str, Callable] = {
+_OTHERS: dict[str, Make] = {
     "no mixture": partial(by_method, "one_level"),
     "quasi-static balance": make_balance,
     "small angle": make_small_angle,

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter, Correction
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import ACCELERATION, ANGLE, RATE
 
@@ -18,7 +18,7 @@ _SLIDE, _SLIP = 1, 2
 
 
 def _make(still, scene, options, noise, offsets=None):
-    settings = default_settings(**SETTINGS["one_level"])
+    settings = default_settings(**one_level.SETTINGS)
     return Fewer(still, scene, options, noise, offsets, settings)
 
 

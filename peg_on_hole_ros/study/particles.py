@@ -7,7 +7,7 @@ import numpy as np
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
@@ -27,7 +27,7 @@ def make_particles(
     scene: Scene, options: FilterOptions, noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Particles":
     """Return the filter; parameters as for `ContactFilter`."""
-    settings = default_settings(**SETTINGS["one_level"])
+    settings = default_settings(**one_level.SETTINGS)
     return Particles(scene, options, noise, offsets, settings)
 
 

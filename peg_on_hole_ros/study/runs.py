@@ -8,7 +8,8 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.method import Make
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.sim.measure import START_NS
 from peg_on_hole_ros.sim.truth import Truth
 from peg_on_hole_ros.study.smoothed import Smoothed
@@ -82,7 +83,7 @@ def told_of_contact(configuration: Configuration) -> Configuration:
 
 
 def run(configuration: Configuration, samples: Sequence, clock: Callable[[], float],
-        make: Callable = make_filter) -> Track:  # fmt: skip
+        make: Make = make_filter) -> Track:  # fmt: skip
     """
     Run the pipeline over samples with an estimator.
 

@@ -8,7 +8,7 @@ from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from peg_on_hole_ros.config.options import FilterOptions
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods import one_level
 from peg_on_hole_ros.estimator.offsets import Offsets
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN
@@ -25,7 +25,7 @@ def make_unscented(
     scene: Scene, options: FilterOptions, wrench_noise: np.ndarray, offsets: Offsets | None = None
 ) -> "Unscented":
     """Return the filter; parameters as for `ContactFilter`."""
-    settings = default_settings(**SETTINGS["one_level"])
+    settings = default_settings(**one_level.SETTINGS)
     return Unscented(scene, options, wrench_noise, offsets, settings)
 
 

@@ -8,7 +8,7 @@ from peg_on_hole_ros.cli import stability as command
 from peg_on_hole_ros.cli.main import main
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.study import stability as study
 from peg_on_hole_ros.study.stability import Place, Verdict, examine, truth_at
 

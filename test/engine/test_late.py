@@ -11,7 +11,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.engine.state import ORIENTATION
 from peg_on_hole_ros.engine.tuned import REPROCESSING
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.estimator.settings import default_settings
 from peg_on_hole_ros.records import JointSample, WrenchSample
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
@@ -84,7 +84,7 @@ class StepByStep(ContactFilter):
 
 
 def step_by_step(scene, options, noise, offsets=None):
-    settings = default_settings(**SETTINGS[options.method])
+    settings = default_settings(**METHODS[options.method].settings)
     return StepByStep(scene, options, noise, offsets, settings)
 
 

@@ -11,7 +11,7 @@ from benchmarks.grid.cells import Motion, first_samples, truth_of, with_noise
 from benchmarks.harness.errors import run_seeds
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.engine.pipeline import Pipeline
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods.registry import METHODS
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.study import scenes
@@ -77,7 +77,7 @@ def test_what_waits_at_a_reset_is_counted_and_no_stamp_is_told_of_twice():
     assert pipeline.on_wrench(last._replace(t_ns=last.t_ns + 10**6)) is not None
 
 
-@pytest.mark.parametrize("method", at_push(["mixture"], SETTINGS))
+@pytest.mark.parametrize("method", at_push(["mixture"], METHODS))
 def test_an_outlier_is_refused_and_leaves_nothing_behind(method):
     """It was let in, by rates that were widened until it fitted: psi 600 deviations off."""
     configuration, samples = sliding()

@@ -6,7 +6,7 @@ import pytest
 from compiled_beside import Compiled, cell_of, samples, with_scene
 from driven_filter import DrivenFilter
 from peg_on_hole_ros.estimator import mixture
-from peg_on_hole_ros.estimator.methods import SETTINGS
+from peg_on_hole_ros.estimator.methods import dde_driven
 from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
 from peg_on_hole_ros.mechanics.reference import peg_axes, solve_contact
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -15,7 +15,7 @@ from tiers import nightly
 
 # The method as it is shipped, with friction along the mean slip as the driven filter has it (a
 # share of zero would leave a peg at rest without any direction), from the first sample on.
-WIDE = SETTINGS["dde_driven"] | {"direction_share": 1e-4, "settling": 0.0}
+WIDE = dde_driven.SETTINGS | {"direction_share": 1e-4, "settling": 0.0}
 
 
 def begin(estimator, row, rates, rate_stddev):

@@ -11,7 +11,7 @@ from measured import recorded
 from peg_on_hole_ros.config.options import WrenchInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.estimator.contact_set import ContactSet
-from peg_on_hole_ros.estimator.methods import make_filter
+from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.measurements.angles import angle_covariance
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import six_equations

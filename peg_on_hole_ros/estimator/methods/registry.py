@@ -1,0 +1,24 @@
+"""Methods by the names that `filter.method` takes: the one place that lists them."""
+
+from peg_on_hole_ros.config.options import FilterOptions
+from peg_on_hole_ros.estimator.contact_filter import ContactFilter
+from peg_on_hole_ros.estimator.methods import dde_driven, mixture, one_level, quasi_static
+from peg_on_hole_ros.estimator.methods.method import Method
+from peg_on_hole_ros.estimator.offsets import Offsets
+from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.typed_record import Floats
+
+# The default comes first.
+METHODS: dict[str, Method] = {
+    "mixture": mixture.METHOD,
+    "one_level": one_level.METHOD,
+    "dde_driven": dde_driven.METHOD,
+    "quasi_static": quasi_static.METHOD,
+}
+
+
+def make_filter(
+    scene: Scene, options: FilterOptions, wrench_noise: Floats, offsets: Offsets | None = None
+) -> ContactFilter:
+    """Return the estimator that the options name, see `method.Make`."""
+    return METHODS[options.method].make(scene, options, wrench_noise, offsets)
