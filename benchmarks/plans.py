@@ -21,7 +21,7 @@ from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.search import judge, plan_motion
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.command import evaluate
-from peg_on_hole_ros.sim.contact_run import contact_samples, run_contact
+from peg_on_hole_ros.sim.contact_run import Start, contact_samples, run_contact
 from peg_on_hole_ros.sim.plan import plan_from_tree
 from peg_on_hole_ros.sim.run import NEAR_TRANSITION, Run
 
@@ -166,7 +166,9 @@ def simulated(drawn: Drawn, motion) -> Came:
     while t < run.knots[-1] - 1e-9 and ended == "end":
         until = min(t + PIECE, run.knots[-1])
         here = samples[(samples > t) & (samples <= until)]
-        found = run_contact(run.model, t, state, here, until, limits, RTOL, LEAD_IN, counted)
+        found = run_contact(
+            run.model, Start(t, state, LEAD_IN), here, until, limits, RTOL, counted
+        )
         t, state, ended = found.t_end, found.state_end, found.ended_by
         if not len(found.t):
             continue

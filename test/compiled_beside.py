@@ -27,7 +27,7 @@ from peg_on_hole_ros.estimator.state import (
 from peg_on_hole_ros.estimator.wrench_update import update_from_wrench
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.measurements.orientation import PegJoints
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import JointSample
 from peg_on_hole_ros.sim.measure import measure
 from peg_on_hole_ros.typed_record import new

@@ -216,25 +216,27 @@ from math import sqrt
 
 import numpy as np
 
+from peg_on_hole_ros.mechanics.scene import SceneScalars
+
 
 def equations(
-    m: float, Ie: float, Iz: float, f: float, d: float, D: float,
-    scales: np.ndarray | tuple[float, float, float], geometry: tuple[float, ...],
-    rates: tuple[float, float, float], wrench: tuple[float, ...], out: np.ndarray,
+    scene: SceneScalars, scales: np.ndarray | tuple[float, float, float],
+    geometry: tuple[float, ...], rates: tuple[float, float, float], wrench: tuple[float, ...],
+    out: np.ndarray,
 ) -> None:
     """Fill out[0:9] with G, out[9:18] with W (rows of 3: K, B1, B2), out[18:24] with r."""
 '''
 DERIVATIVES = '''
 
 def derivatives(
-    m: float, Ie: float, Iz: float, f: float, d: float, D: float,
-    scales: np.ndarray | tuple[float, float, float], geometry: tuple[float, ...],
-    rates: tuple[float, float, float], wrench: tuple[float, ...], y: tuple[float, ...],
-    out: np.ndarray,
+    scene: SceneScalars, scales: np.ndarray | tuple[float, float, float],
+    geometry: tuple[float, ...], rates: tuple[float, float, float], wrench: tuple[float, ...],
+    y: tuple[float, ...], out: np.ndarray,
 ) -> None:
     """Fill out[0:36], rows of 6: residuals by gamma, gamma', psi', phi', f, d at given y."""
 '''
 UNPACK = (
+    "    m, Ie, Iz, f, d, D = scene.m, scene.Ie, scene.Iz, scene.f, scene.d, scene.D\n"
     "    s, c, a1, a2, S1, S2, b, db, h_c, z_c, dh_c, dz_c, ddh_c, ddz_c = geometry\n"
     "    dgamma, dpsi, dphi = rates\n"
     "    scale0, scale1, scale2 = scales\n"

@@ -23,7 +23,7 @@ from numba import njit
 
 from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.mechanics import kernel
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 
 ROOT = Path(__file__).parents[2]
 TURNS = 7
@@ -185,7 +185,7 @@ def main(count: int = 1_000_000) -> None:
     q = np.array([rng.uniform(0.08, 1.2, count), *rng.uniform(-3, 3, (2, count))])
     states = np.vstack([q, rng.uniform(-2, 2, (3, count)), rng.uniform(-5, 5, (6, count))])
     states = np.ascontiguousarray(states.T)
-    p, work, y = kernel.scene_scalars(Scene()), kernel.workspace(), np.zeros(6)
+    p, work, y = scene_scalars(Scene()), kernel.workspace(), np.zeros(6)
     scene, scales = np.array(p), np.full(3, 5e-5)
     with tempfile.TemporaryDirectory() as folder:
         in_c = built(Path(folder)).repeat

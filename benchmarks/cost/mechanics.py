@@ -14,7 +14,7 @@ from numba import njit
 
 from benchmarks.cost.turns import in_turns
 from peg_on_hole_ros.mechanics import kernel, reference
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 
 SCENE = Scene()
 AIM_ONE = 1.5e-6
@@ -38,7 +38,7 @@ def main(count=1_000_000):
     rates = rng.uniform(-2, 2, (3, count))
     wrench = rng.uniform(-5, 5, (6, count))
     states = np.vstack([q, rates, wrench]).T.copy()
-    p, work, y = kernel.scene_scalars(SCENE), kernel.workspace(), np.zeros(6)
+    p, work, y = scene_scalars(SCENE), kernel.workspace(), np.zeros(6)
     scales = np.full(3, 5e-5)
     repeat(p, scales, states[:2], work, y)
 

@@ -17,7 +17,7 @@ from benchmarks.harness.errors import (
 from benchmarks.harness.player import play
 from peg_on_hole_ros.measurements.measurement import WrenchReduction
 from peg_on_hole_ros.mechanics.reference import peg_axes
-from peg_on_hole_ros.study.bound import Meaning, Sensors, posterior_bound
+from peg_on_hole_ros.study.bound import Meaning, Sensors, TrueMotion, posterior_bound
 from peg_on_hole_ros.study.scenes import holder_of
 
 NEAR_GAMMA0 = 1.15
@@ -50,7 +50,7 @@ def bound_along(plan, t_ns, state, wrench):
         np.arange(len(t)) % every == 0,
     )
     return posterior_bound(
-        scene, t, state, wrench, sensors,
+        scene, TrueMotion(t, state, wrench), sensors,
         settings.filter.initial_rate_stddev, plan.slip_velocity_scale,
         holder_of(t, np.asarray(state)[:, 3:]),
         settings.filter.friction_noise if scene.friction_stddev else 0.0,

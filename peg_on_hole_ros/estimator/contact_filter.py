@@ -24,8 +24,7 @@ from peg_on_hole_ros.estimator.snapshot import (
 )
 from peg_on_hole_ros.estimator.start import forget_air
 from peg_on_hole_ros.estimator.state import FRICTION, OPEN, begin_state, mixture_of, places_of
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 from peg_on_hole_ros.typed_record import Floats, at, dtype_of, new
 
 

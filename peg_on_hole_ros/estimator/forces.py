@@ -51,7 +51,7 @@ def contact_forces(
     wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     motion, scales, work = estimate.motion, estimate.friction_scales, estimate.work
     rates = (motion.gamma_rate, motion.psi_rate, motion.phi_rate)
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
+    equations(p, scales, geo, rates, wrench, work)
     s, c = sin(motion.psi), cos(motion.psi)
     force, point = row.contact_wrench, row.contact_point
     for i in range(3):

@@ -8,7 +8,7 @@ import numpy as np
 from peg_on_hole_ros.mechanics import generated, geometry
 from peg_on_hole_ros.mechanics.compiling import compiled, inlined
 from peg_on_hole_ros.mechanics.linear_algebra import hez_rotation
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import SceneScalars
 
 closed_forms = compiled(geometry.closed_forms)
 equations = compiled(generated.equations)
@@ -19,35 +19,19 @@ derivatives = compiled(generated.derivatives)
 WIDTH = 14
 
 
-class SceneScalars(NamedTuple):
-    """A scene as floats, in the paper's letters; see `Scene` for units."""
+class Load(NamedTuple):
+    """What acts on the peg beside the contacts, along (h, e, z), about the mass centre."""
 
-    d: float
-    D: float
-    H_c: float
-    gamma0: float
-    m: float
-    Ie: float
-    Iz: float
-    f: float
-    g_x: float
-    g_y: float
-    g_z: float
+    applied: tuple[float, float, float, float, float, float]
+    weight_h: float
+    weight_e: float
+    weight_z: float
 
 
-def scene_scalars(scene: Scene) -> SceneScalars:
-    """Return the scene for the kernel."""
-    return SceneScalars(
-        scene.peg_diameter,
-        scene.hole_diameter,
-        scene.mass_center_height,
-        scene.gamma0,
-        scene.peg_mass,
-        scene.transverse_inertia,
-        scene.axial_inertia,
-        scene.friction,
-        *(float(component) for component in scene.gravity),
-    )
+@inlined
+def _wrench_with_weight(load):
+    F_h, F_e, F_z, M_h, M_e, M_z = load.applied
+    return F_h + load.weight_h, F_e + load.weight_e, F_z + load.weight_z, M_h, M_e, M_z
 
 
 @compiled
@@ -158,7 +142,7 @@ def _solve(factors, r_gamma, r_psi, r_phi, r_h, r_e, r_z):
 
 @compiled
 def _wrench_in_hez(p, geo, x, u, work):
-    """Turn the applied wrench to (h, e, z), add gravity; the rotation stays in the workspace."""
+    """Turn the applied wrench to (h, e, z), with gravity; the rotation stays in the workspace."""
     s, c = geo[0], geo[1]
     sp, cp = sin(x[2]), cos(x[2])
     spsi, cpsi = sin(x[1]), cos(x[1])
@@ -173,9 +157,9 @@ def _wrench_in_hez(p, geo, x, u, work):
     M_h = work[r] * u[3] + work[r + 1] * u[4] + work[r + 2] * u[5]
     M_e = work[r + 3] * u[3] + work[r + 4] * u[4]
     M_z = work[r + 6] * u[3] + work[r + 7] * u[4] + work[r + 8] * u[5]
-    g_h = p.m * (cpsi * p.g_x + spsi * p.g_y)
-    g_e = p.m * (cpsi * p.g_y - spsi * p.g_x)
-    return (F_h, F_e, F_z, M_h, M_e, M_z), g_h, g_e, p.m * p.g_z
+    weight_h = p.m * (cpsi * p.g_x + spsi * p.g_y)
+    weight_e = p.m * (cpsi * p.g_y - spsi * p.g_x)
+    return Load((F_h, F_e, F_z, M_h, M_e, M_z), weight_h, weight_e, p.m * p.g_z)
 
 
 @compiled
@@ -187,9 +171,7 @@ def pose_of(
 ) -> tuple[tuple[float, ...], tuple[float, float, float, float, float, float]]:
     """Return what the six equations take from angles and wrench."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
-    applied, g_h, g_e, g_z = _wrench_in_hez(p, geo, x, u, work)
-    F_h, F_e, F_z, M_h, M_e, M_z = applied
-    return geo, (F_h + g_h, F_e + g_e, F_z + g_z, M_h, M_e, M_z)
+    return geo, _wrench_with_weight(_wrench_in_hez(p, geo, x, u, work))
 
 
 @compiled
@@ -226,7 +208,7 @@ def accelerate(
     """
     geo, wrench = pose_of(p, x, u, work)
     rates = (x[3], x[4], x[5])
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, work)
+    equations(p, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
     factors, r = _factors(p, geo, work), _R
     y[0], y[1], y[2], y[3], y[4], y[5] = _solve(
@@ -246,7 +228,7 @@ def determinant_at(
     """Return the determinant over its frictionless value, as of `accelerate`; no wrench enters."""
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    equations(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, nothing, work)
+    equations(p, scales, geo, rates, nothing, work)
     return _eliminate(p, geo, work)
 
 
@@ -279,33 +261,31 @@ def accelerate_with_derivatives(
     """
     determinant = accelerate(p, scales, x, u, work, y)
     geo = closed_forms(p.d, p.D, p.H_c, p.gamma0, x[0])
-    applied, g_h, g_e, _ = _wrench_in_hez(p, geo, x, u, work)
-    answer = (y[0], y[1], y[2], y[3], y[4], y[5])
-    factors, rates = _factors(p, geo, work), (x[3], x[4], x[5])
-    _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work, dy)
+    load = _wrench_in_hez(p, geo, x, u, work)
+    answer, rates = (y[0], y[1], y[2], y[3], y[4], y[5]), (x[3], x[4], x[5])
+    _fill_slopes(p, scales, rates, geo, load, answer, work, dy)
     return determinant
 
 
 @inlined
-def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work, dy):
+def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
     """Fill in dy = inv(A) (dr - dA y) of the six equations A y = r at their answer y."""
-    F_h, F_e, F_z, M_h, M_e, M_z = applied
-    wrench = (F_h + g_h, F_e + g_e, F_z + p.m * p.g_z, M_h, M_e, M_z)
+    F_h, F_e, F_z, M_h, M_e, M_z = load.applied
+    wrench, factors = _wrench_with_weight(load), _factors(p, geo, work)
     slopes = work[_SLOPES : _SLOPES + 36]
-    derivatives(p.m, p.Ie, p.Iz, p.f, p.d, p.D, scales, geo, rates, wrench, answer, slopes)
+    derivatives(p, scales, geo, rates, wrench, answer, slopes)
 
     s, c = geo[0], geo[1]
     # The wrench turns with gamma about eps = -e: (F_h, F_e, F_z) -> (-F_z, 0, F_h).
-    _wrench_column(geo, -F_z, 0.0, F_h, -M_z, 0.0, M_h, work, 0)
+    _wrench_column(geo, (-F_z, 0.0, F_h, -M_z, 0.0, M_h), work, 0)
     # Only gravity depends on psi.
-    _wrench_column(geo, g_e, -g_h, 0.0, 0.0, 0.0, 0.0, work, 1)
+    _wrench_column(geo, (load.weight_e, -load.weight_h, 0.0, 0.0, 0.0, 0.0), work, 1)
     # The wrench turns with phi about zeta = (-s, 0, c).
-    _wrench_column(
-        geo,
+    by_phi = (
         -c * F_e, c * F_h + s * F_z, -s * F_e,
         -c * M_e, c * M_h + s * M_z, -s * M_e,
-        work, 2,
     )  # fmt: skip
+    _wrench_column(geo, by_phi, work, 2)
     for i in range(6):
         row = _COLUMNS + WIDTH * i
         work[row] -= slopes[6 * i]
@@ -314,8 +294,8 @@ def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work
         work[row + 12], work[row + 13] = -slopes[6 * i + 4], -slopes[6 * i + 5]
     for j in range(3):
         r_h, r_e, r_z = work[_ROTATION + j], work[_ROTATION + 3 + j], work[_ROTATION + 6 + j]
-        _wrench_column(geo, r_h, r_e, r_z, 0.0, 0.0, 0.0, work, 6 + j)
-        _wrench_column(geo, 0.0, 0.0, 0.0, r_h, r_e, r_z, work, 9 + j)
+        _wrench_column(geo, (r_h, r_e, r_z, 0.0, 0.0, 0.0), work, 6 + j)
+        _wrench_column(geo, (0.0, 0.0, 0.0, r_h, r_e, r_z), work, 9 + j)
     for j in range(WIDTH):
         at = _COLUMNS + j
         (
@@ -330,8 +310,9 @@ def _fill_slopes(p, scales, rates, geo, applied, g_h, g_e, factors, answer, work
 
 
 @inlined
-def _wrench_column(geo, F_h, F_e, F_z, M_h, M_e, M_z, work, column):
+def _wrench_column(geo, wrench, work, column):
     """Put the six equations' right side for a wrench in (h, e, z) into a column."""
+    F_h, F_e, F_z, M_h, M_e, M_z = wrench
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     at = _COLUMNS + column
     work[at] = F_h * dh_c + F_z * dz_c - M_e

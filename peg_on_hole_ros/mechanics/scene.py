@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -111,4 +112,35 @@ def _within(name, value, low, high, unit):
     raise PegOnHoleError(
         f"{name} = {value}{unit} is not within {low:g} to {high:g}{unit}"
         + (f"; {remedy}" if remedy else "")
+    )
+
+
+class SceneScalars(NamedTuple):
+    """A scene as floats, in the paper's letters; see `Scene` for units."""
+
+    d: float
+    D: float
+    H_c: float
+    gamma0: float
+    m: float
+    Ie: float
+    Iz: float
+    f: float
+    g_x: float
+    g_y: float
+    g_z: float
+
+
+def scene_scalars(scene: Scene) -> SceneScalars:
+    """Return the scene for the kernel."""
+    return SceneScalars(
+        scene.peg_diameter,
+        scene.hole_diameter,
+        scene.mass_center_height,
+        scene.gamma0,
+        scene.peg_mass,
+        scene.transverse_inertia,
+        scene.axial_inertia,
+        scene.friction,
+        *(float(component) for component in scene.gravity),
     )

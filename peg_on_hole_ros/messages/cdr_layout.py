@@ -8,24 +8,28 @@ numbers in it. What has no such layout, as big-endian messages, is left to the l
 
 import struct
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from peg_on_hole_ros.messages.definitions import fields
 
-# CDR, little endian; the two bytes behind may be anything.
-_LITTLE_ENDIAN = b"\0\1"
-_ENCAPSULATION = 4
+# CDR, little endian; the last two bytes may be anything.
+ENCAPSULATION = b"\0\1\0\0"
+_LITTLE_ENDIAN = ENCAPSULATION[:2]
 # The stamp of a header is the first that a message has.
-_STAMP, _STAMP_END = _ENCAPSULATION, _ENCAPSULATION + 8
-_SECOND = 1_000_000_000
-_U32 = struct.Struct("<I")
+_STAMP, _STAMP_END = len(ENCAPSULATION), len(ENCAPSULATION) + 8
+_BEGIN_OF_HEADER = ENCAPSULATION + bytes(8)
+SECOND_NS = 1_000_000_000
+U32 = struct.Struct("<I")
 _STAMP_FIELDS, _BIG_ENDIAN_STAMP = struct.Struct("<iI"), struct.Struct(">iI")
 _TIME = "builtin_interfaces/Time"
-_DOUBLE = 8
+_DOUBLE_SIZE = 8
+# In place of a stamp: the message is of another layout. No stamp reaches it.
+_OTHER_LAYOUT = np.iinfo(np.int64).min
 # A longer message has no layout: what is kept of it takes several times as much.
-_MOST_BYTES = 1 << 14
+_MOST_MESSAGE_BYTES = 1 << 14
 
 
 class Template:
@@ -118,21 +122,22 @@ class MessageLayout(Template):
     """
 
     def __init__(self, ros_type: str, payload: bytes) -> None:
-        walk = _Walk(payload)
+        walk = _MessageWalk(payload)
         walk.message(ros_type.replace("/msg/", "/"))
         super().__init__(payload[: walk.at], [_STAMP], walk.numbers)
         self.texts = tuple(text.decode() for text in walk.texts)
         self.counts = tuple(walk.counts)
         self._same = np.array(walk.same, np.int64)
-        self._content = self._bytes[self._same]
         common = np.zeros(walk.at, np.uint8)
-        common[self._same] = self._content
+        common[self._same] = self._bytes[self._same]
         self.common = common.tobytes()
-        self._found = Found(1, len(self.numbers)), np.zeros(1, np.int64), np.zeros(1, np.int64)
+        # Of one message: begin, end, stamp, numbers.
+        none = np.zeros(1, np.int64)
+        self._buffers = none, none.copy(), none.copy(), np.zeros((1, len(self.numbers)), np.uint64)
 
     def read(
         self, data: bytes, start: np.ndarray, end: np.ndarray, numbers: np.ndarray
-    ) -> "Found":
+    ) -> "ReadMessages":
         """
         Read messages.
 
@@ -145,26 +150,25 @@ class MessageLayout(Template):
             Which are read: some of `self.numbers`.
 
         """
-        found = Found(len(start), len(numbers))
-        self._read(data, start, end, numbers, found)
-        return found
+        t_ns = np.empty(len(start), np.int64)
+        words = np.zeros((len(start), len(numbers)), np.uint64)
+        bytes_ = np.frombuffer(data, np.uint8)
+        _read(bytes_, start, end, self._same, self._bytes, numbers, t_ns, words)
+        return ReadMessages(t_ns != _OTHER_LAYOUT, t_ns, words.view(np.float64))
 
     def read_one(self, payload: bytes) -> tuple[int, list[float]] | None:
         """Return stamp [ns] and all numbers of a message; None: it is of another layout."""
-        found, start, end = self._found
+        start, end, t_ns, words = self._buffers
         end[0] = len(payload)
-        self._read(payload, start, end, self.numbers, found)
-        return (int(found.t_ns[0]), found.numbers[0].tolist()) if found.fits[0] else None
-
-    def _read(self, data, start, end, numbers, found):
-        bytes_ = np.frombuffer(data, np.uint8)
-        same, size = (self._same, self._content), len(self.whole)
-        _read(bytes_, start, end, *same, numbers, size, found.fits, found.t_ns, found.words)
+        bytes_ = np.frombuffer(payload, np.uint8)
+        _read(bytes_, start, end, self._same, self._bytes, self.numbers, t_ns, words)
+        stamp = int(t_ns[0])
+        return None if stamp == _OTHER_LAYOUT else (stamp, words.view(np.float64)[0].tolist())
 
 
-class Found:
+class ReadMessages(NamedTuple):
     """
-    What was read.
+    Stamps and numbers of messages.
 
     Attributes
     ----------
@@ -176,11 +180,9 @@ class Found:
 
     """
 
-    def __init__(self, count: int, width: int) -> None:
-        self.fits = np.zeros(count, np.bool_)
-        self.t_ns = np.zeros(count, np.int64)
-        self.words = np.zeros((count, width), np.uint64)
-        self.numbers = self.words.view(np.float64)
+    fits: np.ndarray
+    t_ns: np.ndarray
+    numbers: np.ndarray
 
 
 def stamps(data: bytes, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -194,12 +196,11 @@ def stamps(data: bytes, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray,
         Of each message in `data`.
 
     """
-    found = Found(len(start), 0)
-    none = np.empty(0, np.int64)
-    same = np.arange(2), np.frombuffer(_LITTLE_ENDIAN, np.uint8).copy()
-    bytes_ = np.frombuffer(data, np.uint8)
-    _read(bytes_, start, end, *same, none, _STAMP_END, found.fits, found.t_ns, found.words)
-    return found.fits, found.t_ns
+    bytes_, header = (np.frombuffer(each, np.uint8) for each in (data, _BEGIN_OF_HEADER))
+    same, none = np.arange(len(_LITTLE_ENDIAN)), np.empty(0, np.int64)
+    t_ns, no_words = np.empty(len(start), np.int64), np.zeros((len(start), 0), np.uint64)
+    _read(bytes_, start, end, same, header, none, t_ns, no_words)
+    return t_ns != _OTHER_LAYOUT, t_ns
 
 
 def stamp_ns(payload: bytes) -> int:
@@ -208,16 +209,16 @@ def stamp_ns(payload: bytes) -> int:
         return 0
     stamp = _STAMP_FIELDS if payload[1] & 1 else _BIG_ENDIAN_STAMP
     sec, nanosec = stamp.unpack_from(payload, _STAMP)
-    return sec * _SECOND + nanosec
+    return sec * SECOND_NS + nanosec
 
 
-class _Walk:
+class _MessageWalk:
     """Through the bytes of a message, by its definition: what recurs, and where numbers lie."""
 
     def __init__(self, payload):
-        if payload[:2] != _LITTLE_ENDIAN or len(payload) > _MOST_BYTES:
-            raise ValueError(f"not in little endian, or longer than {_MOST_BYTES} bytes")
-        self._payload, self.at = payload, _ENCAPSULATION
+        if payload[:2] != _LITTLE_ENDIAN or len(payload) > _MOST_MESSAGE_BYTES:
+            raise ValueError(f"not in little endian, or longer than {_MOST_MESSAGE_BYTES} bytes")
+        self._payload, self.at = payload, len(ENCAPSULATION)
         self.same, self.numbers = [0, 1], []
         self.texts: list[bytes] = []
         self.counts: list[int] = []
@@ -237,8 +238,8 @@ class _Walk:
 
     def _part(self, base, count):
         if base == "float64":
-            first = self._begin(_DOUBLE if count else 1, _DOUBLE * count)
-            self.numbers += range(first, self.at, _DOUBLE)
+            first = self._begin(_DOUBLE_SIZE if count else 1, _DOUBLE_SIZE * count)
+            self.numbers += range(first, self.at, _DOUBLE_SIZE)
             return
         if base == _TIME:
             self._begin(4, 8 * count)
@@ -263,11 +264,11 @@ class _Walk:
     def _u32(self):
         first = self._begin(4, 4)
         self.same += range(first, self.at)
-        return _U32.unpack_from(self._payload, first)[0]
+        return U32.unpack_from(self._payload, first)[0]
 
     def _begin(self, size, length):
         """Go on to the next place of a size, and past a length; return that place."""
-        first = self.at + (_ENCAPSULATION - self.at) % size
+        first = self.at + (len(ENCAPSULATION) - self.at) % size
         if first + length > len(self._payload):
             raise ValueError("a message ends before what it has to hold")
         self.at = first + length
@@ -275,23 +276,30 @@ class _Walk:
 
 
 @njit(cache=True)
-def _read(data, start, end, same, content, numbers, size, fits, t_ns, words):
-    """Fill in what `Found` holds, of messages of a size in which some bytes are as they are."""
+def _read(data, start, end, same, whole, numbers, t_ns, words):
+    """
+    Read stamps and numbers of messages.
+
+    A stamp is _OTHER_LAYOUT where a message is shorter than `whole`, differs from it in one of the
+    bytes that are the `same` in all, or has no stamp that can be.
+    """
     for i in range(len(start)):
         at = start[i]
-        fits[i] = end[i] - at >= size
+        fits = end[i] - at >= len(whole)
         k = 0
-        while fits[i] and k < len(same):
-            fits[i] = data[at + same[k]] == content[k]
+        while fits and k < len(same):
+            fits = data[at + same[k]] == whole[same[k]]
             k += 1
-        if not fits[i]:
+        if fits:
+            seconds = np.int64(np.int32(np.uint32(_word(data, at + _STAMP, 4))))
+            nanoseconds = np.int64(_word(data, at + _STAMP + 4, 4))
+            fits = nanoseconds < SECOND_NS
+        if not fits:
+            t_ns[i] = _OTHER_LAYOUT
             continue
-        seconds = np.int64(np.int32(np.uint32(_word(data, at + _STAMP, 4))))
-        nanoseconds = np.int64(_word(data, at + _STAMP + 4, 4))
-        fits[i] = nanoseconds < _SECOND
-        t_ns[i] = seconds * _SECOND + nanoseconds
+        t_ns[i] = seconds * SECOND_NS + nanoseconds
         for k in range(len(numbers)):
-            words[i, k] = _word(data, at + numbers[k], _DOUBLE)
+            words[i, k] = _word(data, at + numbers[k], _DOUBLE_SIZE)
 
 
 @njit(cache=True)
@@ -308,14 +316,14 @@ def _write(whole, stamps, places, t_ns, words, out):
     for i in range(len(t_ns)):
         for k in range(len(whole)):
             out[i, k] = whole[k]
-        seconds = t_ns[i] // _SECOND
-        nanoseconds = t_ns[i] - seconds * _SECOND
+        seconds = t_ns[i] // SECOND_NS
+        nanoseconds = t_ns[i] - seconds * SECOND_NS
         for at in stamps:
             # Seconds are signed: before 1970 they wrap.
             _put(out, i, at, np.uint64(seconds), 4)
             _put(out, i, at + 4, np.uint64(nanoseconds), 4)
         for k in range(len(places)):
-            _put(out, i, places[k], words[i, k], _DOUBLE)
+            _put(out, i, places[k], words[i, k], _DOUBLE_SIZE)
 
 
 @njit(cache=True)

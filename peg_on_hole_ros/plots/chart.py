@@ -106,7 +106,7 @@ def _panel(fig, axis, rows, marks, errors, bound, limit):
     _lines(axis, bound, limit)
     fig.canvas.draw()
     place_labels(
-        fig, axis, list(zip(cost, error)), [_label(one) for one in marks], [8] * len(marks),
+        axis, list(zip(cost, error)), [_label(one) for one in marks], [8] * len(marks),
         ["bold" if one == DEFAULT else "normal" for one in marks],
         radii=[6.0 if one == DEFAULT else 4.0 for one in marks],
         bars=[(cost[b], error[b], error[a]) for a, b in steps],

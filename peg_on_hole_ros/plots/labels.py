@@ -1,10 +1,10 @@
 """Put labels beside points so that none covers another or a point."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 # Where a label may stand beside its point: direction, and from near to far [points].
 _DIRECTIONS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
@@ -12,7 +12,7 @@ _DISTANCES = (5, 10, 17, 26, 38, 54, 74)
 
 
 def place_labels(
-    fig: Figure, axis: Axes, points: Sequence[tuple], texts: Sequence[str],
+    axis: Axes, points: Sequence[tuple], texts: Sequence[str],
     sizes: Sequence[float] | None = None, weights: Sequence[str] | None = None,
     radii: Sequence[float] | None = None, bars: Sequence[tuple] = (), levels: Sequence[tuple] = (),
 ) -> list:  # fmt: skip
@@ -21,10 +21,8 @@ def place_labels(
 
     Parameters
     ----------
-    fig : Figure
-        With its layout done: axes do not move any more.
     axis : Axes
-        With its limits and scales set.
+        With its limits and scales set, in a figure whose layout is done.
     points : sequence of tuple
         (x, y) in data coordinates.
     texts : sequence of str
@@ -43,7 +41,8 @@ def place_labels(
         One a point; where no free place was found the label stands as near as it can.
 
     """
-    renderer = fig.canvas.get_renderer()  # type: ignore[attr-defined]
+    fig: Any = axis.get_figure()
+    renderer = fig.canvas.get_renderer()
     pixels = axis.transData.transform(np.asarray(points, float))
     scale = fig.dpi / 72
     radii = radii or [3.0] * len(texts)

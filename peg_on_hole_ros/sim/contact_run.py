@@ -58,15 +58,33 @@ class Model(NamedTuple):
     scale: float
 
 
+class Start(NamedTuple):
+    """
+    Where a motion on three contacts begins.
+
+    Attributes
+    ----------
+    t : float
+        [s]
+    state : ndarray, shape (6,)
+        gamma, psi, phi [rad] and rates [rad/s].
+    unilateral_from : float
+        Before it contacts may pull: a state to begin from is sought, nothing is recorded [s].
+
+    """
+
+    t: float
+    state: np.ndarray
+    unilateral_from: float = 0.0
+
+
 def run_contact(
     model: Model,
-    t0: float,
-    state: np.ndarray,
+    start: Start,
     samples: np.ndarray,
     t_end: float,
     limits: tuple[float, float],
     rtol: float,
-    unilateral_from: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> ContactRun:
     """
@@ -75,18 +93,15 @@ def run_contact(
     Parameters
     ----------
     model : Model
-    t0, t_end : float
-        [s]
-    state : ndarray, shape (6,)
-        gamma, psi, phi [rad] and rates [rad/s] at t0.
+    start : Start
     samples : ndarray
-        Times wanted, rising, t0 <= t [s].
+        Times wanted, rising, none before the start [s].
+    t_end : float
+        [s]
     limits : tuple of 2 float
         Force [N] and torque [N m] of the holder that end the run.
     rtol : float
         The absolute tolerance is a hundredth of it.
-    unilateral_from : float
-        Before it contacts may pull: a state to begin from is sought, nothing is recorded [s].
     progress : callable, optional
         Told the time reached.
 
@@ -100,8 +115,8 @@ def run_contact(
 
     solver = Radau(
         rate,
-        t0,
-        np.asarray(state, float),
+        start.t,
+        np.asarray(start.state, float),
         t_end,
         max_step=MAX_STEP,
         rtol=rtol,
@@ -131,13 +146,14 @@ def run_contact(
         event = ""
         checks = samples[(samples > solver.t_old) & (samples < solver.t)]
         for t in (*checks, solver.t):
-            margins = _margins(model, limits, t, dense(t), unilateral_from)
+            margins = _margins(model, limits, t, dense(t), start.unilateral_from)
             if margins.min() < 0:
-                event, stop = _locate(model, limits, dense, solver.t_old, t, unilateral_from)
+                event, stop = _locate(model, limits, dense, solver.t_old, t, start.unilateral_from)
                 break
         while k < len(samples) and samples[k] <= stop and samples[k] <= t_end:
             taken.append(samples[k])
-            states.append(dense(samples[k]) if samples[k] > t0 else np.array(state, float))
+            later = samples[k] > start.t
+            states.append(dense(samples[k]) if later else np.array(start.state, float))
             k += 1
         if event:
             return _run(taken, states, stop, dense(stop), event, steps)

@@ -46,15 +46,15 @@ def contact_gaps(
     # The centre of the peg's end.
     P = np.array([a2 * s, 0.0, a1 - a2 * c]) + offset
     points, normals, gaps = np.zeros((3, 3)), np.zeros((3, 3)), np.empty(3)
-    _side(d, D, s, c, P, points[0], normals[0], gaps)
-    for i in range(1, 3):
-        _edge(d, D, s, c, P, -1.0 if i == 1 else 1.0, i, points[i], normals[i], gaps)
+    gaps[0] = _side(d, D, s, c, P, points[0], normals[0])
+    gaps[1] = _edge(d, D, s, c, P, -1.0, points[1], normals[1])
+    gaps[2] = _edge(d, D, s, c, P, 1.0, points[2], normals[2])
     return points, normals, gaps
 
 
 @compiled
-def _side(d, D, s, c, P, point, normal, gaps):
-    """Fill in K: the rim against the peg's side."""
+def _side(d, D, s, c, P, point, normal):
+    """Fill in K, the rim against the peg's side, and return its gap."""
     # The side cuts the rim's plane in an ellipse; K is where it is farthest from the hole's axis.
     A, B = d / (2 * c), d / 2
     h, e = P[0] + P[2] * s / c, P[1]
@@ -78,17 +78,16 @@ def _side(d, D, s, c, P, point, normal, gaps):
     length = np.sqrt(np.sum(w * w))
     for j in range(3):
         normal[j] = -w[j] / length
-    gaps[0] = length - d / 2
+    return length - d / 2
 
 
 @compiled
-def _edge(d, D, s, c, P, side, i, point, normal, gaps):
-    """Fill in B1 or B2: the rim against the edge of the peg's end."""
+def _edge(d, D, s, c, P, side, point, normal):
+    """Fill in B1 or B2, the rim against the edge of the peg's end, and return its gap."""
     cu = -P[2] / (d / 2 * s)
     if abs(cu) >= 1.0:
-        gaps[i] = CLEAR
         normal[2] = 1.0
-        return
+        return CLEAR
     su = side * np.sqrt(1.0 - cu * cu)
     # Where the edge crosses the rim's plane; square to both edges is the normal.
     x, y = P[0] + d / 2 * cu * c, P[1] + d / 2 * su
@@ -99,4 +98,4 @@ def _edge(d, D, s, c, P, side, i, point, normal, gaps):
     length = side * np.sqrt(np.sum(normal * normal))
     for j in range(3):
         normal[j] /= length
-    gaps[i] = (D / 2 - r) * su * s / length
+    return (D / 2 - r) * su * s / length

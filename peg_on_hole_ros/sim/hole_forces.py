@@ -37,28 +37,67 @@ def surface_of(mass: float, stiffness: float) -> Surface:
     return Surface(stiffness, ALONG * stiffness, damping, np.sqrt(ALONG) * damping)
 
 
+class HoleModel(NamedTuple):
+    """
+    What moves a peg in a hole.
+
+    Attributes
+    ----------
+    p : ndarray
+        Scene, from `dynamics.scene_numbers`.
+    height : float
+        Of the peg [m].
+    surface : Surface
+        Of the contacts.
+    holder : ndarray
+        From `holder.holder_numbers`.
+
+    """
+
+    p: np.ndarray
+    height: float
+    surface: Surface
+    holder: np.ndarray
+
+
+class HoleContacts(NamedTuple):
+    """
+    What the contacts do: a row for each slot of `hole_places`.
+
+    Attributes
+    ----------
+    points, forces, strained, slips : ndarray, shape (4, 3)
+        [m]; on the peg [N]; the springs' new strain [m]; velocity along the surfaces [m/s].
+    normal, azimuth, gaps : ndarray, shape (4,)
+        [N], [rad], [m]
+
+    """
+
+    points: np.ndarray
+    forces: np.ndarray
+    strained: np.ndarray
+    slips: np.ndarray
+    normal: np.ndarray
+    azimuth: np.ndarray
+    gaps: np.ndarray
+
+
 @compiled
 def contact_forces(
-    p: np.ndarray,
-    height: float,
-    surface: Surface,
+    model: HoleModel,
     C: np.ndarray,
     R: np.ndarray,
     V: np.ndarray,
     shift: np.ndarray,
     lasts: float,
     before: np.ndarray,
-) -> tuple[np.ndarray, ...]:
+) -> HoleContacts:
     """
     Return what the contacts do at a pose and velocity.
 
     Parameters
     ----------
-    p : ndarray
-        Scene.
-    height : float
-        Of the peg [m].
-    surface : Surface
+    model : HoleModel
     C, R : ndarray, shape (3,), (3, 3)
         Mass centre [m] and axes of the peg, hole axes.
     V : ndarray, shape (6,)
@@ -70,15 +109,9 @@ def contact_forces(
     before : ndarray, shape (4,)
         Azimuth of the slots lately [rad].
 
-    Returns
-    -------
-    points, forces, strained, slips : ndarray, shape (4, 3)
-        [m]; on the peg [N]; the springs' new strain [m]; velocity along the surfaces [m/s].
-    normal, azimuth, gaps : ndarray, shape (4,)
-        [N], [rad], [m]
-
     """
-    points, normals, gaps, azimuth, share = touching_places(p, height, C, R, before)
+    surface = model.surface
+    points, normals, gaps, azimuth, share = touching_places(model.p, model.height, C, R, before)
     forces, strained, slips = np.zeros((SLOTS, 3)), np.zeros((SLOTS, 3)), np.zeros((SLOTS, 3))
     normal = np.zeros(SLOTS)
     for i in range(SLOTS):
@@ -106,7 +139,7 @@ def contact_forces(
             pulled += forces[i, j] ** 2
             length += strained[i, j] ** 2
         pulled, length = np.sqrt(pulled), share[i] * surface.along * np.sqrt(length)
-        most = p[6] * N
+        most = model.p[6] * N
         if pulled > most:
             for j in range(3):
                 # Sliding: the spring keeps what friction carries.
@@ -118,7 +151,7 @@ def contact_forces(
         for j in range(3):
             forces[i, j] += N * n[j]
         normal[i] = N
-    return points, forces, strained, slips, normal, azimuth, gaps
+    return HoleContacts(points, forces, strained, slips, normal, azimuth, gaps)
 
 
 @compiled

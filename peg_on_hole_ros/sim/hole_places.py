@@ -1,5 +1,7 @@
 """Where a peg that is in a hole, or on its rim, touches: rim against side, edge against wall."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from peg_on_hole_ros.mechanics.compiling import compiled
@@ -14,6 +16,81 @@ _STEPS, _LONGEST = 40, 0.2
 # Two places of one pair nearer to one another than the first [rad] share the stiffness of one
 # contact, beyond the second each has its own: so nothing jumps where they become one.
 _TOGETHER, _APART = 0.5, 1.2
+
+
+class TouchingPlaces(NamedTuple):
+    """
+    Where a peg touches, or would: a row for each slot, two on the rim and two on the edge.
+
+    Attributes
+    ----------
+    points, normals : ndarray, shape (4, 3)
+        [m]; on the peg, unit length; hole axes.
+    gaps : ndarray, shape (4,)
+        How far the peg is off there [m], negative where pressed in; CLEAR: no such place.
+    azimuth : ndarray, shape (4,)
+        [rad]
+    share : ndarray, shape (4,)
+        Of a contact's stiffness, 0 to 1.
+
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    gaps: np.ndarray
+    azimuth: np.ndarray
+    share: np.ndarray
+
+
+class _Pose(NamedTuple):
+    """
+    A peg in a hole: diameters, height, sine and cosine of its tilt, and where it tilts to.
+
+    `h_x`, `h_y` is the direction of the tilt, `zeta` the peg's axis, `P` the centre of its lower
+    end [m].
+
+    """
+
+    d: float
+    D: float
+    height: float
+    s: float
+    c: float
+    h_x: float
+    h_y: float
+    zeta: np.ndarray
+    P: np.ndarray
+
+
+class _Nearest(NamedTuple):
+    """
+    Places found of a pair of curves: a row each, of which `count` are filled in.
+
+    `angle` is where they lie on the ellipse that the pair is [rad]; the rest as in
+    `TouchingPlaces`.
+
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    gaps: np.ndarray
+    azimuth: np.ndarray
+    angle: np.ndarray
+
+
+class _Ellipse(NamedTuple):
+    """
+    A pair of curves, seen along the hole: their distance is least where this is greatest.
+
+    alpha cos u + beta sin u + kappa cos(u)^2 [m]; `rise` is how far the edge rises above the rim
+    [m].
+
+    """
+
+    alpha: float
+    beta: float
+    kappa: float
+    rise: float
 
 
 @compiled
@@ -65,7 +142,7 @@ def farthest(alpha: float, beta: float, kappa: float) -> tuple[int, np.ndarray]:
 @compiled
 def touching_places(
     p: np.ndarray, height: float, C: np.ndarray, R: np.ndarray, before: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> TouchingPlaces:
     """
     Return where the peg touches, or would, how far off it is there, and along which normals.
 
@@ -84,11 +161,7 @@ def touching_places(
 
     Returns
     -------
-    points, normals : ndarray, shape (4, 3)
-        Rows: two on the rim, two on the edge [m]; on the peg, unit length; hole axes.
-    gaps, azimuth, share : ndarray, shape (4,)
-        [m], negative where pressed in, CLEAR where there is no such place; [rad]; of a contact's
-        stiffness, 0 to 1.
+    TouchingPlaces
 
     Notes
     -----
@@ -98,59 +171,66 @@ def touching_places(
     against edge there.
 
     """
-    d, D = p[0], p[1]
-    points, normals = np.zeros((SLOTS, 3)), np.zeros((SLOTS, 3))
-    gaps, share = np.full(SLOTS, CLEAR), np.ones(SLOTS)
-    azimuth = before.copy()
-    normals[:, 2] = 1.0
+    slots = TouchingPlaces(
+        np.zeros((SLOTS, 3)),
+        np.zeros((SLOTS, 3)),
+        np.full(SLOTS, CLEAR),
+        before.copy(),
+        np.ones(SLOTS),
+    )
+    slots.normals[:, 2] = 1.0
     zeta = R[:, 2].copy()
-    s, c = np.hypot(zeta[0], zeta[1]), zeta[2]
-    hx, hy = (-zeta[0] / s, -zeta[1] / s) if s > 1e-12 else (1.0, 0.0)
-    P = C - p[2] * zeta
-    # Rows of point, normal, gap, azimuth, angle on the ellipse; what the ellipse is, in metres.
-    found, form = np.zeros((4, 9)), np.zeros(4)
-    count = _rim(d, D, height, s, hx, hy, zeta, P, found, form)
-    _into_slots(found, count, form, 0, before, points, normals, gaps, azimuth, share)
-    count = _edge(d, D, s, c, hx, hy, P, found, form)
-    _into_slots(found, count, form, 2, before, points, normals, gaps, azimuth, share)
-    return points, normals, gaps, azimuth, share
+    s = np.hypot(zeta[0], zeta[1])
+    h_x, h_y = (-zeta[0] / s, -zeta[1] / s) if s > 1e-12 else (1.0, 0.0)
+    pose = _Pose(p[0], p[1], height, s, zeta[2], h_x, h_y, zeta, C - p[2] * zeta)
+    found = _Nearest(np.zeros((4, 3)), np.zeros((4, 3)), np.zeros(4), np.zeros(4), np.zeros(4))
+    count, ellipse = _rim(pose, found)
+    _into_slots(found, count, ellipse, 0, before, slots)
+    count, ellipse = _edge(pose, found)
+    _into_slots(found, count, ellipse, 2, before, slots)
+    return slots
 
 
 @compiled
-def _rim(d, D, height, s, hx, hy, zeta, P, found, form):
-    """Fill rows and form; return how many rows."""
+def _rim(pose, found):
+    """Fill in the places of the rim against the peg's side; return how many, and the ellipse."""
+    D, s, h_x, h_y, zeta, P = pose.D, pose.s, pose.h_x, pose.h_y, pose.zeta, pose.P
     along = np.sum(P * zeta)
     Qx, Qy = P[0] - along * zeta[0], P[1] - along * zeta[1]
-    form[0], form[1], form[2] = Qx * hx + Qy * hy, Qy * hx - Qx * hy, D / 4 * s * s
-    form[3] = 0.0
-    number, u = farthest(form[0], form[1], form[2])
+    ellipse = _Ellipse(Qx * h_x + Qy * h_y, Qy * h_x - Qx * h_y, D / 4 * s * s, 0.0)
+    number, u = farthest(ellipse.alpha, ellipse.beta, ellipse.kappa)
     count = 0
     for i in range(number):
         cu, su = np.cos(u[i]), np.sin(u[i])
-        x, y = D / 2 * (cu * hx - su * hy), D / 2 * (cu * hy + su * hx)
+        x, y = D / 2 * (cu * h_x - su * h_y), D / 2 * (cu * h_y + su * h_x)
         wx, wy, wz = x - P[0], y - P[1], -P[2]
         up = wx * zeta[0] + wy * zeta[1] + wz * zeta[2]
-        if up < 0 or up > height:
+        if up < 0 or up > pose.height:
             continue
         wx, wy, wz = wx - up * zeta[0], wy - up * zeta[1], wz - up * zeta[2]
         length = np.sqrt(wx * wx + wy * wy + wz * wz)
-        row = found[count]
-        row[0], row[1], row[2] = x, y, 0.0
-        row[3], row[4], row[5] = -wx / length, -wy / length, -wz / length
-        row[6], row[7], row[8] = length - d / 2, np.arctan2(y, x), u[i]
+        _put(found.points, count, x, y, 0.0)
+        _put(found.normals, count, -wx / length, -wy / length, -wz / length)
+        found.gaps[count], found.azimuth[count] = length - pose.d / 2, np.arctan2(y, x)
+        found.angle[count] = u[i]
         count += 1
-    return count
+    return count, ellipse
 
 
 @compiled
-def _edge(d, D, s, c, hx, hy, P, found, form):
-    """Fill rows and form; return how many rows."""
-    radius = d / 2
-    Ph, Pe = P[0] * hx + P[1] * hy, P[1] * hx - P[0] * hy
+def _put(rows, i, x, y, z):
+    rows[i, 0], rows[i, 1], rows[i, 2] = x, y, z
+
+
+@compiled
+def _edge(pose, found):
+    """Fill in the places of the lower edge against the wall; return how many, and the ellipse."""
+    D, s, c, h_x, h_y, P = pose.D, pose.s, pose.c, pose.h_x, pose.h_y, pose.P
+    radius = pose.d / 2
+    Ph, Pe = P[0] * h_x + P[1] * h_y, P[1] * h_x - P[0] * h_y
     # By the angle from e, not from h: the edge is an ellipse that is longest across the tilt.
-    form[0], form[1], form[2] = Pe, c * Ph, radius / 2 * s * s
-    form[3] = max(P[2] + radius * s, 0.0)
-    number, v = farthest(form[0], form[1], form[2])
+    ellipse = _Ellipse(Pe, c * Ph, radius / 2 * s * s, max(P[2] + radius * s, 0.0))
+    number, v = farthest(ellipse.alpha, ellipse.beta, ellipse.kappa)
     count = 0
     for i in range(number):
         u = np.pi / 2 - v[i]
@@ -159,17 +239,18 @@ def _edge(d, D, s, c, hx, hy, P, found, form):
             continue
         h, e = Ph + radius * c * np.cos(u), Pe + radius * np.sin(u)
         r = np.hypot(h, e)
-        row = found[count]
-        row[0], row[1], row[2] = h * hx - e * hy, h * hy + e * hx, z
-        row[3], row[4], row[5] = -row[0] / r, -row[1] / r, 0.0
-        row[6], row[7], row[8] = D / 2 - r, np.arctan2(row[1], row[0]), v[i]
+        x, y = h * h_x - e * h_y, h * h_y + e * h_x
+        _put(found.points, count, x, y, z)
+        _put(found.normals, count, -x / r, -y / r, 0.0)
+        found.gaps[count], found.azimuth[count] = D / 2 - r, np.arctan2(y, x)
+        found.angle[count] = v[i]
         count += 1
     if abs(P[2]) >= radius * s:
-        return count
+        return count, ellipse
     cu = -P[2] / (radius * s)
     for side in (-1.0, 1.0):
         su = side * np.sqrt(1.0 - cu * cu)
-        slope = Pe * cu - c * Ph * su + 2 * form[2] * su * cu
+        slope = Pe * cu - c * Ph * su + 2 * ellipse.kappa * su * cu
         if slope * side >= 0 or count == 4:
             # Further down the edge is nearer to the wall: that place is a row of its own.
             continue
@@ -182,27 +263,29 @@ def _edge(d, D, s, c, hx, hy, P, found, form):
         if length < 1e-12:
             nh, ne, nz, length = -ch, -ce, 0.0, 1.0
         nh, ne, nz = nh / length, ne / length, nz / length
-        row = found[count]
-        row[0], row[1], row[2] = D / 2 * (ch * hx - ce * hy), D / 2 * (ch * hy + ce * hx), 0.0
-        row[3], row[4], row[5] = nh * hx - ne * hy, nh * hy + ne * hx, nz
-        row[6], row[7] = (D / 2 - r) * -(nh * ch + ne * ce), np.arctan2(row[1], row[0])
-        row[8] = np.pi / 2 - np.arctan2(su, cu)
+        x, y = D / 2 * (ch * h_x - ce * h_y), D / 2 * (ch * h_y + ce * h_x)
+        _put(found.points, count, x, y, 0.0)
+        _put(found.normals, count, nh * h_x - ne * h_y, nh * h_y + ne * h_x, nz)
+        found.gaps[count] = (D / 2 - r) * -(nh * ch + ne * ce)
+        found.azimuth[count] = np.arctan2(y, x)
+        found.angle[count] = np.pi / 2 - np.arctan2(su, cu)
         count += 1
-    return count
+    return count, ellipse
 
 
 @compiled
-def _height(alpha, beta, kappa, u):
+def _height(ellipse, u):
+    alpha, beta, kappa, _ = ellipse
     return alpha * np.cos(u) + beta * np.sin(u) + kappa * np.cos(u) ** 2
 
 
 @compiled
-def _shares(alpha, beta, kappa, u, v, between):
+def _shares(ellipse, u, v):
     """
     Return the shares of one contact's stiffness of two neighbouring places, the nearer first.
 
     A place that is about to vanish, as no hollow parts it from the nearer one any more, has no
-    share left. `between` [m] is what else parts the two: an edge that rises above the rim.
+    share left. An edge that rises above the rim parts the two as well.
 
     """
     apart = np.arccos(min(max(np.cos(u - v), -1.0), 1.0))
@@ -211,40 +294,39 @@ def _shares(alpha, beta, kappa, u, v, between):
     x = max(apart - _TOGETHER, 0.0) / (_APART - _TOGETHER)
     near = 1 - x * x * (3 - 2 * x)
     middle = np.arctan2(np.sin(u) + np.sin(v), np.cos(u) + np.cos(v))
-    low = _climb(-alpha, -beta, -kappa, middle)
-    high, lower = _height(alpha, beta, kappa, u), _height(alpha, beta, kappa, v)
-    hollow = between
+    low = _climb(-ellipse.alpha, -ellipse.beta, -ellipse.kappa, middle)
+    high, lower = _height(ellipse, u), _height(ellipse, v)
+    hollow = ellipse.rise
     if np.cos(low - middle) > np.cos(apart / 2):
-        hollow += max(lower - _height(alpha, beta, kappa, low), 0.0)
+        hollow += max(lower - _height(ellipse, low), 0.0)
     difference = max(high - lower, 0.0)
     parted = hollow / (hollow + difference) if hollow + difference > 0 else 1.0
     return 1 - 0.5 * near * parted, 0.5 * near * parted + 1 - near
 
 
 @compiled
-def _into_slots(found, count, form, first, before, points, normals, gaps, azimuth, share):
-    """Give the two nearest of what was found to the slots that they were in."""
+def _into_slots(found, count, ellipse, first, before, slots):
+    """Put the two nearest of the places found into the slots that they were in."""
     if count == 0:
         return
+    gaps, azimuth = found.gaps, found.azimuth
     one = 0
     for i in range(1, count):
-        if found[i, 6] < found[one, 6]:
+        if gaps[i] < gaps[one]:
             one = i
     two = -1
     for i in range(count):
-        if i != one and (two < 0 or found[i, 6] < found[two, 6]):
+        if i != one and (two < 0 or gaps[i] < gaps[two]):
             two = i
-    near_one = np.cos(found[one, 7] - before[first]) - np.cos(found[one, 7] - before[first + 1])
+    near_one = np.cos(azimuth[one] - before[first]) - np.cos(azimuth[one] - before[first + 1])
     shares = (1.0, 1.0)
     if two >= 0:
-        near_one -= np.cos(found[two, 7] - before[first]) - np.cos(
-            found[two, 7] - before[first + 1]
-        )
-        shares = _shares(form[0], form[1], form[2], found[one, 8], found[two, 8], form[3])
+        near_one -= np.cos(azimuth[two] - before[first]) - np.cos(azimuth[two] - before[first + 1])
+        shares = _shares(ellipse, found.angle[one], found.angle[two])
     slot = first if near_one >= 0 else first + 1
     other = 2 * first + 1 - slot
     for k, i, weight in ((slot, one, shares[0]), (other, two, shares[1])):
         if i < 0:
             continue
-        points[k], normals[k] = found[i, 0:3], found[i, 3:6]
-        gaps[k], azimuth[k], share[k] = found[i, 6], found[i, 7], weight
+        slots.points[k], slots.normals[k] = found.points[i], found.normals[i]
+        slots.gaps[k], slots.azimuth[k], slots.share[k] = gaps[i], azimuth[i], weight

@@ -6,10 +6,19 @@ Devices 32 (1985) 1992-2007: half of a step by the trapezoidal rule, the rest by
 differences, both with one coefficient.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from peg_on_hole_ros.mechanics.compiling import compiled
-from peg_on_hole_ros.sim.hole_forces import acceleration, commanded, contact_forces, pull
+from peg_on_hole_ros.sim.hole_forces import (
+    HoleContacts,
+    HoleModel,
+    acceleration,
+    commanded,
+    contact_forces,
+    pull,
+)
 
 # Largest step [s], and how often one that finds no solution is halved.
 STEP = 1e-4
@@ -19,6 +28,63 @@ _PART = 2 - np.sqrt(2.0)
 # velocity [m/s], [rad/s].
 _ITERATIONS, _JACOBIANS = 6, 6
 _LEFT, _LEFT_TURNING = 1e-10, 1e-8
+
+
+class Body(NamedTuple):
+    """
+    A peg in the hole at a time.
+
+    Attributes
+    ----------
+    C, R, V : ndarray, shape (3,), (3, 3), (6,)
+        Mass centre [m], axes, velocity [m/s] and angular velocity [rad/s], hole axes.
+    acceleration : ndarray, shape (6,)
+        [m/s^2], [rad/s^2]
+    shift, slips : ndarray, shape (4, 3)
+        Strain of the contacts along the surfaces [m], velocity there [m/s].
+    azimuth : ndarray, shape (4,)
+        Of the contacts' slots [rad].
+    J : ndarray, shape (6, 6)
+        Of the last step's equations.
+
+    """
+
+    C: np.ndarray
+    R: np.ndarray
+    V: np.ndarray
+    acceleration: np.ndarray
+    shift: np.ndarray
+    slips: np.ndarray
+    azimuth: np.ndarray
+    J: np.ndarray
+
+
+class _Stage(NamedTuple):
+    """
+    The equations of one stage, of which the velocity is sought.
+
+    `base` is place, rotation vector and velocity without what the stage adds in `ah` [s]; `R` are
+    the axes that the rotation vector begins at, `shift` and `azimuth` those of the contacts.
+
+    """
+
+    command: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    base: np.ndarray
+    ah: float
+    R: np.ndarray
+    shift: np.ndarray
+    azimuth: np.ndarray
+
+
+class _Evaluated(NamedTuple):
+    """What comes of a velocity: residual, acceleration, place, rotation vector, axes, contacts."""
+
+    residual: np.ndarray
+    acceleration: np.ndarray
+    C: np.ndarray
+    theta: np.ndarray
+    R: np.ndarray
+    contacts: HoleContacts
 
 
 @compiled
@@ -54,18 +120,17 @@ def _turning(theta, w):
 
 
 @compiled
-def _evaluate(model, command, base, ah, R_n, shift, azimuth, V):
-    """Return residual, acceleration, position, rotation vector and contacts at a velocity."""
-    p, height, surface, holder = model
+def _evaluate(model, stage, V):
+    p, base, ah = model.p, stage.base, stage.ah
     C = base[:3] + ah * V[:3]
     theta = base[3:6] + ah * V[3:]
     for _ in range(2):
         theta = base[3:6] + ah * _turning(theta, V[3:])
-    R = turned(theta) @ R_n
-    F, M = pull(p, holder, command, C, R, V)
-    contact = contact_forces(p, height, surface, C, R, V, shift, ah, azimuth)
-    acc = acceleration(p, F, M, C, R, V, contact[0], contact[1])
-    return V - base[6:] - ah * acc, acc, C, theta, R, F, M, contact
+    R = turned(theta) @ stage.R
+    F, M = pull(p, model.holder, stage.command, C, R, V)
+    contacts = contact_forces(model, C, R, V, stage.shift, ah, stage.azimuth)
+    acc = acceleration(p, F, M, C, R, V, contacts.points, contacts.forces)
+    return _Evaluated(V - base[6:] - ah * acc, acc, C, theta, R, contacts)
 
 
 @compiled
@@ -74,16 +139,16 @@ def _small(r):
 
 
 @compiled
-def _solve(model, command, base, ah, R_n, shift, azimuth, V, J):
+def _solve(model, stage, V, J):
     """Return whether a stage was solved, its velocity and the Jacobian used."""
-    r = _evaluate(model, command, base, ah, R_n, shift, azimuth, V)[0]
+    r = _evaluate(model, stage, V).residual
     for tried in range(_JACOBIANS + 1):
         size = np.abs(r).max()
         for _ in range(_ITERATIONS):
             if _small(r):
                 return True, V, J
             trial = V - np.linalg.solve(J, r)
-            new = _evaluate(model, command, base, ah, R_n, shift, azimuth, trial)[0]
+            new = _evaluate(model, stage, trial).residual
             if not np.abs(new).max() < 0.7 * size:
                 break
             V, r, size = trial, new, np.abs(new).max()
@@ -96,15 +161,13 @@ def _solve(model, command, base, ah, R_n, shift, azimuth, V, J):
             step = 1e-7 if j < 3 else 1e-6
             there = V.copy()
             there[j] += step
-            J[:, j] = (
-                _evaluate(model, command, base, ah, R_n, shift, azimuth, there)[0] - r
-            ) / step
+            J[:, j] = (_evaluate(model, stage, there).residual - r) / step
         # The first step with a new Jacobian is taken as far as it helps.
         along = np.linalg.solve(J, r)
         length = 1.0
         for _ in range(8):
             trial = V - length * along
-            new = _evaluate(model, command, base, ah, R_n, shift, azimuth, trial)[0]
+            new = _evaluate(model, stage, trial).residual
             if np.abs(new).max() < size:
                 break
             length /= 2
@@ -113,84 +176,64 @@ def _solve(model, command, base, ah, R_n, shift, azimuth, V, J):
 
 
 @compiled
-def _step(model, knots, coefficients, t, h, C, R, V, acc, shift, slips, azimuth, J):
-    """Return whether a step succeeded, and the state behind it."""
-    p = model[0]
+def _step(model, knots, coefficients, t, h, body):
+    """Return whether a step succeeded, and the body behind it."""
+    C, R, V, acc, shift, slips, azimuth, J = body
     ah = _PART / 2 * h
     base = np.empty(12)
     base[:3], base[3:6], base[6:] = C + ah * V[:3], ah * V[3:], V + ah * acc
-    command = commanded(p, knots, coefficients, t + _PART * h)
-    strained = shift + ah * slips
-    good, V1, J = _solve(model, command, base, ah, R, strained, azimuth, V, J)
+    command = commanded(model.p, knots, coefficients, t + _PART * h)
+    stage = _Stage(command, base, ah, R, shift + ah * slips, azimuth)
+    good, V1, J = _solve(model, stage, V, J)
     if not good:
-        return False, C, R, V, acc, shift, slips, azimuth, J
-    _, acc1, C1, theta1, _, _, _, contact = _evaluate(
-        model, command, base, ah, R, strained, azimuth, V1
-    )
+        return False, body
+    half = _evaluate(model, stage, V1)
     one = 1 / (_PART * (2 - _PART))
     two = one - 1
-    base[:3], base[3:6], base[6:] = one * C1 - two * C, one * theta1, one * V1 - two * V
-    strained = one * contact[2] - two * shift
-    azimuth1 = contact[5]
-    command = commanded(p, knots, coefficients, t + h)
-    guess = V1 + (1 - _PART) * h * acc1
-    good, V2, J = _solve(model, command, base, ah, R, strained, azimuth1, guess, J)
+    base[:3], base[3:6], base[6:] = one * half.C - two * C, one * half.theta, one * V1 - two * V
+    command = commanded(model.p, knots, coefficients, t + h)
+    strained = one * half.contacts.strained - two * shift
+    stage = _Stage(command, base, ah, R, strained, half.contacts.azimuth)
+    good, V2, J = _solve(model, stage, V1 + (1 - _PART) * h * half.acceleration, J)
     if not good:
-        return False, C, R, V, acc, shift, slips, azimuth, J
-    _, acc2, C2, _, R2, _, _, contact = _evaluate(
-        model, command, base, ah, R, strained, azimuth1, V2
+        return False, body
+    end = _evaluate(model, stage, V2)
+    contacts = end.contacts
+    return True, Body(
+        end.C, end.R, V2, end.acceleration, contacts.strained, contacts.slips, contacts.azimuth, J
     )
-    return True, C2, R2, V2, acc2, contact[2], contact[3], contact[5], J
 
 
 @compiled
 def advance(
-    model: tuple,
+    model: HoleModel,
     knots: np.ndarray,
     coefficients: np.ndarray,
     t: float,
     end: float,
     largest: float,
-    C: np.ndarray,
-    R: np.ndarray,
-    V: np.ndarray,
-    acc: np.ndarray,
-    shift: np.ndarray,
-    slips: np.ndarray,
-    azimuth: np.ndarray,
-    J: np.ndarray,
-) -> tuple[bool, tuple]:
+    body: Body,
+) -> tuple[bool, Body]:
     """
-    Return the state at a later time, and whether it was reached.
+    Return whether a later time was reached, and the body then, or where it stayed.
 
     Parameters
     ----------
-    model : tuple
-        Scene numbers, height of the peg [m], `Surface`, holder numbers.
+    model : HoleModel
     knots, coefficients : ndarray
         Of the commanded place, for `hole_forces.commanded`.
     t, end, largest : float
         From when until when, and the largest step [s].
-    C, R, V, acc : ndarray, shape (3,), (3, 3), (6,), (6,)
-        Mass centre, axes, velocities and accelerations, hole axes.
-    shift, slips : ndarray, shape (4, 3)
-        Strain of the contacts' springs along the surfaces [m], velocity there [m/s].
-    azimuth : ndarray, shape (4,)
-        Of the slots [rad].
-    J : ndarray, shape (6, 6)
-        Jacobian of an earlier step, to begin with.
+    body : Body
+        At t; its Jacobian is that of an earlier step, to begin with.
 
     """
-    state = (C, R, V, acc, shift, slips, azimuth, J)
     number = max(1, int(np.ceil((end - t) / largest - 1e-6)))
     h, left = (end - t) / number, 0
     whole, done, level = h, 0.0, 0
     while done < end - t - 1e-12:
-        good, C, R, V, acc, shift, slips, azimuth, J = _step(
-            model, knots, coefficients, t + done, h, *state
-        )
+        good, body = _step(model, knots, coefficients, t + done, h, body)
         if good:
-            state = (C, R, V, acc, shift, slips, azimuth, J)
             done += h
             left -= 1
             if level and left <= 0:
@@ -198,8 +241,8 @@ def advance(
                 level, h = 0, whole
         else:
             if level == _HALVINGS:
-                return False, state
+                return False, body
             left = 2 * max(left, 1) if level else 2
             level += 1
             h /= 2
-    return True, state
+    return True, body

@@ -7,6 +7,8 @@ import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.hole_forces import (
+    HoleContacts,
+    HoleModel,
     Surface,
     acceleration,
     commanded,
@@ -14,41 +16,12 @@ from peg_on_hole_ros.sim.hole_forces import (
     pull,
 )
 from peg_on_hole_ros.sim.hole_places import SLOTS, touching_places
-from peg_on_hole_ros.sim.hole_steps import STEP, advance
+from peg_on_hole_ros.sim.hole_steps import STEP, Body, advance
 
 # Newton's steps to the place where the contacts carry given loads.
 _CORRECTIONS = 5
 # Slower than this [m/s] a contact that is taken over is at rest, and holds nothing yet.
 _AT_REST = 1e-7
-
-
-class Body(NamedTuple):
-    """
-    A peg in the hole at a time.
-
-    Attributes
-    ----------
-    C, R, V : ndarray, shape (3,), (3, 3), (6,)
-        Mass centre [m], axes, velocity [m/s] and angular velocity [rad/s], hole axes.
-    acceleration : ndarray, shape (6,)
-        [m/s^2], [rad/s^2]
-    shift, slips : ndarray, shape (4, 3)
-        Strain of the contacts along the surfaces [m], velocity there [m/s].
-    azimuth : ndarray, shape (4,)
-        Of the contacts' slots [rad].
-    J : ndarray, shape (6, 6)
-        Of the last step's equations.
-
-    """
-
-    C: np.ndarray
-    R: np.ndarray
-    V: np.ndarray
-    acceleration: np.ndarray
-    shift: np.ndarray
-    slips: np.ndarray
-    azimuth: np.ndarray
-    J: np.ndarray
 
 
 class Rows(NamedTuple):
@@ -123,7 +96,7 @@ class Insertion:
     def take(self, p: np.ndarray) -> None:
         """Let another scene, with another friction, hold from now on."""
         self.p = p
-        self.model = (p, self.height, self.surface, self.holder)
+        self.model = HoleModel(p, self.height, self.surface, self.holder)
 
     def body(
         self,
@@ -153,17 +126,17 @@ class Insertion:
         C = np.array(C, float)
         if normal is not None:
             C, shift, azimuth = self._loaded(C, R, V, normal, azimuth)
-        _, _, _, slips, _, azimuth, _ = self._contact(C, R, V, shift, azimuth)
+        first = self._contacts(C, R, V, shift, azimuth)
         F, M = pull(self.p, self.holder, self._command(t), C, R, V)
-        points, forces = self._contact(C, R, V, shift, azimuth)[:2]
-        acc = acceleration(self.p, F, M, C, R, V, points, forces)
-        return Body(C, R.copy(), V.copy(), acc, shift, slips, azimuth, np.eye(6))
+        now = self._contacts(C, R, V, shift, first.azimuth)
+        acc = acceleration(self.p, F, M, C, R, V, now.points, now.forces)
+        return Body(C, R.copy(), V.copy(), acc, shift, first.slips, first.azimuth, np.eye(6))
 
     def _command(self, t):
         return commanded(self.p, self.knots, self.coefficients, float(t))
 
-    def _contact(self, C, R, V, shift, azimuth):
-        return contact_forces(self.p, self.height, self.surface, C, R, V, shift, 0.0, azimuth)
+    def _contacts(self, C, R, V, shift, azimuth) -> HoleContacts:
+        return contact_forces(self.model, C, R, V, shift, 0.0, azimuth)
 
     def _loaded(self, C, R, V, normal, azimuth):
         k = self.surface.normal
@@ -175,7 +148,7 @@ class Insertion:
             rows = [i for i in (0, 2, 3) if gaps[i] < 0.5]
             wanted = -np.maximum(carries[rows], 0.0) / (k * share[rows])
             C = C + np.linalg.lstsq(normals[rows], wanted - gaps[rows], rcond=1e-6)[0]
-        slips = self._contact(C, R, V, np.zeros((SLOTS, 3)), azimuth)[3]
+        slips = self._contacts(C, R, V, np.zeros((SLOTS, 3)), azimuth).slips
         shift = np.zeros((SLOTS, 3))
         for i in rows:
             speed = np.linalg.norm(slips[i])
@@ -237,21 +210,20 @@ class Insertion:
         return Rows(*(np.array(part) for part in zip(*found))) if found else None, body, t, ended
 
     def _to(self, t, end, body):
-        good, state = advance(self.model, self.knots, self.coefficients, t, end, self.step, *body)
+        good, after = advance(self.model, self.knots, self.coefficients, t, end, self.step, body)
         if not good:
             tilt = np.arctan2(np.hypot(*body.R[:2, 2]), body.R[2, 2])
             raise PegOnHoleError(
                 f"no step of {self.step:g} s or shorter solves the contacts in the hole at "
                 f"{t:.6f} s, tilt {tilt:.6g} rad: slow the phase, or soften the holder"
             )
-        return Body(*state)
+        return after
 
     def _row(self, t, body):
         C, R, V = body.C, body.R, body.V
         F, M = pull(self.p, self.holder, self._command(t), C, R, V)
-        points, forces, _, slips, normal, azimuth, gaps = self._contact(
-            C, R, V, body.shift, body.azimuth
-        )
+        c = self._contacts(C, R, V, body.shift, body.azimuth)
         return (
-            t, C, V, body.acceleration, R, F, M, points, forces, slips, normal, azimuth, gaps
+            t, C, V, body.acceleration, R, F, M,
+            c.points, c.forces, c.slips, c.normal, c.azimuth, c.gaps,
         )  # fmt: skip

@@ -13,7 +13,7 @@ from peg_on_hole_ros.sim.blocks import (
     stuck_block,
 )
 from peg_on_hole_ros.sim.command import evaluate, quintic
-from peg_on_hole_ros.sim.contact_run import Model, contact_samples, run_contact
+from peg_on_hole_ros.sim.contact_run import Model, Start, contact_samples, run_contact
 from peg_on_hole_ros.sim.dynamics import scene_numbers
 from peg_on_hole_ros.sim.guided import Guidance, guided_state
 from peg_on_hole_ros.sim.holder import holder_numbers
@@ -181,13 +181,11 @@ def _contact(run):
     total = run.knots[-1]
     result = run_contact(
         model,
-        run.t,
-        run.state,
+        Start(run.t, run.state, plan.lead_in),
         samples[samples <= end + 1e-9],
         end,
         limits,
         plan.rtol,
-        plan.lead_in,
         (lambda t: run.progress(t / total)) if run.progress else None,
     )
     run.blocks.append(contact_block(model, result.t, result.states))

@@ -15,10 +15,9 @@ from peg_on_hole_ros.mechanics.kernel import (
     compiled,
     determinant_at,
     scene_of,
-    scene_scalars,
     workspace,
 )
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 
 # Angles, rates, accelerations; friction and peg diameter; the wrench's noise.
 _MOTION, _SIZE, _ALL = 9, 11, 17
@@ -74,6 +73,26 @@ class Bound(NamedTuple):
     meaning: np.ndarray
     slip_speed: np.ndarray
     determinant: np.ndarray
+
+
+class TrueMotion(NamedTuple):
+    """
+    A motion that is known.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Times of the wrench's samples [s].
+    state : ndarray, shape (n, 6)
+        gamma, psi, phi [rad] and their rates [rad/s].
+    wrench : ndarray, shape (n, 6)
+        About the mass centre, peg axes, without noise [N], [N m].
+
+    """
+
+    t: np.ndarray
+    state: np.ndarray
+    wrench: np.ndarray
 
 
 class Sensors(NamedTuple):
@@ -142,9 +161,7 @@ def smoothness(t: np.ndarray, accelerations: np.ndarray) -> Smoothness:
 
 def posterior_bound(
     scene: Scene,
-    t: np.ndarray,
-    state: np.ndarray,
-    wrench: np.ndarray,
+    motion: TrueMotion,
     sensors: Sensors,
     initial_rate_stddev: float = 1.0,
     slip_velocity_scale: float = 1e-5,
@@ -159,12 +176,7 @@ def posterior_bound(
     scene : Scene
         As it truly is; of friction and peg diameter no more is known before the first sample than
         `friction_stddev` and `clearance_stddev` say.
-    t : ndarray, shape (n,)
-        Times of the wrench's samples [s].
-    state : ndarray, shape (n, 6)
-        The true motion: gamma, psi, phi [rad] and their rates [rad/s].
-    wrench : ndarray, shape (n, 6)
-        The true wrench about the mass centre, peg axes [N], [N m].
+    motion : TrueMotion
     sensors : Sensors
     initial_rate_stddev : float
         What is known of the rates before the first sample [rad/s].
@@ -206,15 +218,15 @@ def posterior_bound(
     of 1 are thus what a best estimator would have; of one motion, they may lie below by chance.
 
     """
+    motion = TrueMotion(*(np.ascontiguousarray(part, float) for part in motion))
+    _check(scene, motion, sensors)
+    t, state, _ = motion
     n = len(t)
-    t, state, wrench = (np.ascontiguousarray(a, float) for a in (t, state, wrench))
-    _check(scene, t, state, wrench, sensors)
     scales = np.full(3, float(slip_velocity_scale))
     measured = np.asarray(sensors.measured, bool)
     R = np.zeros((n, 3, 3))
     for k in np.flatnonzero(measured):
         R[k] = angle_covariance(state[k, 0], sensors.orientation_stddev)
-    scalars = np.array(scene_scalars(scene))
     if holder is None:
         holder = smoothness(t, np.gradient(state[:, 3:], t, axis=0))
     P = np.zeros((_SIZE, _SIZE))
@@ -224,11 +236,16 @@ def posterior_bound(
     P[range(9, 11), range(9, 11)] = scene.friction_stddev**2, scene.clearance_stddev**2
     steps, which = np.unique(np.round(np.diff(t, prepend=t[0]) * 1e9), return_inverse=True)
     F, Q = (np.array(part) for part in zip(*(_moved(step * 1e-9, holder) for step in steps)))
+    noise = np.ascontiguousarray(sensors.wrench_noise, float)
     states, reactions, parameters, determinant = _recursion(
-        scalars, scales, t, state, wrench, P,
-        np.ascontiguousarray(sensors.wrench_noise, float), R, measured,
-        F, Q, which, float(friction_noise) ** 2, workspace(),
-    )  # fmt: skip
+        np.array(scene_scalars(scene)),
+        scales,
+        motion,
+        P,
+        _Noise(noise, R, measured),
+        _Process(F, Q, which, float(friction_noise) ** 2),
+        workspace(),
+    )
     speed, spread = _slip(scene, state, states)
     slow = speed < np.maximum(SPREADS * spread, CREEP_SCALES * slip_velocity_scale)
     meaning = np.full(n, Meaning.SOUND)
@@ -254,7 +271,8 @@ def _moved(dt, holder: Smoothness):
     return F, 0.5 * (Q + Q.T)
 
 
-def _check(scene, t, state, wrench, sensors):
+def _check(scene, motion, sensors):
+    t, state, wrench = motion
     n = len(t)
     for name, value, width in (("state", state, 6), ("wrench", wrench, 6)):
         if value.shape != (n, width):
@@ -280,11 +298,32 @@ def _check(scene, t, state, wrench, sensors):
         )
 
 
+class _Noise(NamedTuple):
+    """Covariances of the wrench and of each orientation, and at which samples there is one."""
+
+    wrench: np.ndarray
+    orientation: np.ndarray
+    measured: np.ndarray
+
+
+class _Process(NamedTuple):
+    """
+    Transitions and covariances of the motion, one for each period between samples.
+
+    `which` is the period before each sample, `friction` the density of friction's walk [1/s].
+
+    """
+
+    F: np.ndarray
+    Q: np.ndarray
+    which: np.ndarray
+    friction: float
+
+
 @compiled
-def _recursion(
-    scalars, scales, t, state, wrench, P, noise, R, measured, F, Q, which, friction_density, work
-):
+def _recursion(scalars, scales, motion, P, noise, process, work):
     p = scene_of(scalars)
+    t, state, wrench = motion
     n = len(t)
     states, reactions = np.zeros((n, 6, 6)), np.zeros((n, 3, 3))
     parameters = np.zeros((n, 2, 2))
@@ -297,16 +336,16 @@ def _recursion(
         # A new wrench brings its own noise.
         Z[_SIZE:, :] = 0.0
         Z[:, _SIZE:] = 0.0
-        Z[_SIZE:, _SIZE:] = noise
+        Z[_SIZE:, _SIZE:] = noise.wrench
         if k > 0:
-            step = F[which[k]]
+            step = process.F[process.which[k]]
             Z[:_MOTION, :_SIZE] = step @ Z[:_MOTION, :_SIZE].copy()
             Z[:_SIZE, :_MOTION] = Z[:_SIZE, :_MOTION].copy() @ step.T.copy()
-            Z[:_MOTION, :_MOTION] += Q[which[k]]
-            Z[9, 9] += friction_density * (t[k] - t[k - 1])
-        if measured[k] and k > 0:
+            Z[:_MOTION, :_MOTION] += process.Q[process.which[k]]
+            Z[9, 9] += process.friction * (t[k] - t[k - 1])
+        if noise.measured[k] and k > 0:
             seen = Z[:3, :].copy()
-            Z -= seen.T.copy() @ np.linalg.solve(Z[:3, :3] + R[k], seen)
+            Z -= seen.T.copy() @ np.linalg.solve(Z[:3, :3] + noise.orientation[k], seen)
         rates = (state[k, 3], state[k, 4], state[k, 5])
         determinants[k] = determinant_at(p, coulomb, state[k, 0], rates, work)
         accelerate_with_derivatives(p, scales, state[k], wrench[k], work, y, dy)

@@ -15,6 +15,7 @@ from peg_on_hole_ros.study.bound import (
     Meaning,
     Sensors,
     Smoothness,
+    TrueMotion,
     posterior_bound,
     smoothness,
 )
@@ -162,7 +163,7 @@ def bound_along(truth: Truth) -> Bound:
     learnt = scene.friction_stddev > 0.0 and options.friction == "estimated"
     t = truth.t_ns * 1e-9
     return posterior_bound(
-        scene, t, np.hstack([truth.q, truth.rates]), true_wrench(truth), sensors,
+        scene, TrueMotion(t, np.hstack([truth.q, truth.rates]), true_wrench(truth)), sensors,
         options.initial_rate_stddev, truth.plan.slip_velocity_scale,
         holder_of(t, truth.rates),
         options.friction_noise if learnt else 0.0,

@@ -10,6 +10,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     compiled,
     equations,
     pose_of,
+    with_friction,
 )
 
 # Friction is Coulomb's: what is not known of its direction is for the method to find [m/s].
@@ -60,7 +61,8 @@ def unbalance(
         geo = small_forms(p.d, p.D, p.H_c, p.gamma0, gamma)
     scales = (_SHARP, _SHARP, _SHARP)
     rates = (x[RATE], x[RATE + 1], x[RATE + 2])
-    equations(p.m, p.Ie, p.Iz, max(x[FRICTION], 0.0), p.d, p.D, scales, geo, rates, wrench, work)
+    sliding = with_friction(p, max(x[FRICTION], 0.0))
+    equations(sliding, scales, geo, rates, wrench, work)
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     g, a, b = x[ACCELERATION], x[ACCELERATION + 1], x[ACCELERATION + 2]
     out[0] = (p.m * (dh_c**2 + dz_c**2) + p.Ie) * g

@@ -290,7 +290,7 @@ def test_labels_cover_neither_points_nor_each_other():
     axis.plot(*points.T, "o", markersize=6)
     axis.set(xlim=(0, 1), ylim=(0, 1))
     fig.canvas.draw()
-    labels = place_labels(fig, axis, points, [f"label {k}" for k in range(18)])
+    labels = place_labels(axis, points, [f"label {k}" for k in range(18)])
     renderer = fig.canvas.get_renderer()
     # Of the text alone, without the pale ground behind it.
     extents = []

@@ -15,9 +15,8 @@ from peg_on_hole_ros.estimator.orientation import (
     fill_orientation_residual,
 )
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, OPEN, places_of
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
 from peg_on_hole_ros.mechanics.reference import peg_axes, six_equations
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 
 LOAD = 60.0
 NOISE = np.diag([0.04] * 3 + [2.5e-5] * 3)

@@ -14,8 +14,7 @@ from peg_on_hole_ros.engine.pipeline import Pipeline
 from peg_on_hole_ros.estimator.contact_sets import two_in_hole
 from peg_on_hole_ros.estimator.state import ACCELERATION, FRICTION, RATE
 from peg_on_hole_ros.measurements.orientation import PegJoints
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 from peg_on_hole_ros.sim.measure import START_NS, measure
 from peg_on_hole_ros.sim.truth import integrate
 from tiers import nightly

@@ -7,9 +7,9 @@ from compiled_beside import Compiled, cell_of, samples, with_scene
 from driven_filter import DrivenFilter
 from peg_on_hole_ros.estimator import mixture
 from peg_on_hole_ros.estimator.methods import dde_driven
-from peg_on_hole_ros.mechanics.kernel import accelerate, scene_scalars, workspace
+from peg_on_hole_ros.mechanics.kernel import accelerate, workspace
 from peg_on_hole_ros.mechanics.reference import peg_axes, solve_contact
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 from simulated import truth
 from tiers import nightly
 

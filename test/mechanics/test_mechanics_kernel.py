@@ -10,7 +10,7 @@ import pytest
 
 from peg_on_hole_ros.mechanics import kernel
 from peg_on_hole_ros.mechanics.reference import friction_cubic, six_equations
-from peg_on_hole_ros.mechanics.scene import Scene
+from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 from simulated import ROOT
 from tiers import nightly
 
@@ -62,7 +62,7 @@ def test_kernel_equals_the_reference_model(seed):
         if abs(expected_determinant) < 1e-2:
             continue
         compared += 1
-        p = kernel.scene_scalars(scene)
+        p = scene_scalars(scene)
         determinant = kernel.accelerate_with_derivatives(p, SCALES, x, u, work, y, dy)
         expected = solve_reference(scene, np.concatenate([x, u]))
         # 1e-9 of the largest acceleration and of the largest reaction.
@@ -87,7 +87,7 @@ def test_kernel_equals_the_reference_model(seed):
 def test_values_do_not_depend_on_whether_derivatives_are_asked_for():
     rng = np.random.default_rng(11)
     scene, x, u = random_case(rng)
-    p, work = kernel.scene_scalars(scene), kernel.workspace()
+    p, work = scene_scalars(scene), kernel.workspace()
     y, with_slopes, dy = np.zeros(6), np.zeros(6), np.zeros((6, kernel.WIDTH))
     first = kernel.accelerate(p, SCALES, x, u, work, y)
     second = kernel.accelerate_with_derivatives(p, SCALES, x, u, work, with_slopes, dy)
@@ -97,7 +97,7 @@ def test_values_do_not_depend_on_whether_derivatives_are_asked_for():
 
 def test_a_tilt_below_gamma0_is_nan_and_no_exception():
     scene = Scene()
-    p = kernel.scene_scalars(scene)
+    p = scene_scalars(scene)
     x = np.array([scene.gamma0 * 0.99, 0, 0, -0.1, 0, 0])
     y = np.zeros(6)
     kernel.accelerate(p, SCALES, x, np.zeros(6), kernel.workspace(), y)

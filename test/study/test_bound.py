@@ -19,6 +19,7 @@ from peg_on_hole_ros.study.bound import (
     Meaning,
     Sensors,
     Smoothness,
+    TrueMotion,
     posterior_bound,
     smoothness,
 )
@@ -30,14 +31,15 @@ HOLDER = Smoothness(np.array([3.0, 5.0, 8.0]), np.array([0.05, 0.02, 0.1]))
 
 
 def motion(name="closing_with_slip", count=120, known=(0.0, 0.0)):
-    """Scene, times, states, wrenches and sensors of the first samples of a truth."""
+    """Scene, motion and sensors of the first samples of a truth."""
     cut = first_samples(truth(name), count)
     scene = replace(
         cut.plan.configuration.scene, friction_stddev=known[0], clearance_stddev=known[1]
     )
     noise = WrenchReduction(WrenchInput(), scene).covariance
     sensors = Sensors(noise, STDDEV, np.arange(count) % 2 == 0)
-    return scene, cut.t_ns * 1e-9, np.hstack([cut.q, cut.rates]), true_wrench(cut), sensors
+    state = np.hstack([cut.q, cut.rates])
+    return scene, TrueMotion(cut.t_ns * 1e-9, state, true_wrench(cut)), sensors
 
 
 def equations(scene, full):
@@ -75,7 +77,7 @@ def singer(level, time):
 @pytest.mark.parametrize("known, walk", [((0.0, 0.0), 0.0), ((0.05, 2e-6), 0.002)])
 def test_equals_kalman_covariance_of_the_linearised_motion(known, walk):
     given = motion(count=60, known=known)
-    scene, t, state, wrench, sensors = given
+    scene, (t, state, wrench), sensors = given
     bound = posterior_bound(*given, RATE_STDDEV, SCALE, HOLDER, walk)
     # Angles, rates, accelerations, friction, diameter; reactions, of which nothing is known.
     kalman = KalmanFilter(dim_x=14, dim_z=6)
@@ -129,7 +131,7 @@ def test_a_steadier_holder_leaves_less():
     assert (np.linalg.eigvalsh(wild.reactions - steady.reactions) > -1e-9).all()
     # Where nothing else is said, the holder is as steady as the motion was.
     own = posterior_bound(*given, 1.0, SCALE)
-    _, t, state, *_ = given
+    t, state, _ = given[1]
     said = smoothness(t, np.gradient(state[:, 3:], t, axis=0))
     np.testing.assert_array_equal(own.state, posterior_bound(*given, 1.0, SCALE, said).state)
 
@@ -145,20 +147,20 @@ def test_friction_is_learnt_and_costs():
 
 
 def test_scales_with_the_noise():
-    scene, t, state, wrench, sensors = motion(count=40)
-    one = posterior_bound(scene, t, state, wrench, sensors, 1.0, SCALE, HOLDER)
+    scene, moved, sensors = motion(count=40)
+    one = posterior_bound(scene, moved, sensors, 1.0, SCALE, HOLDER)
     twice = Sensors(4 * sensors.wrench_noise, 2 * STDDEV, sensors.measured)
     wilder = HOLDER._replace(level=2 * HOLDER.level)
-    two = posterior_bound(scene, t, state, wrench, twice, 2.0, SCALE, wilder)
+    two = posterior_bound(scene, moved, twice, 2.0, SCALE, wilder)
     np.testing.assert_allclose(two.state, 4 * one.state, rtol=1e-6, atol=1e-16)
     np.testing.assert_allclose(two.reactions, 4 * one.reactions, rtol=1e-6, atol=1e-10)
 
 
 def test_more_orientations_leave_less():
-    scene, t, state, wrench, sensors = motion(count=80)
-    some = posterior_bound(scene, t, state, wrench, sensors, 1.0, SCALE, HOLDER)
+    scene, moved, sensors = motion(count=80)
+    some = posterior_bound(scene, moved, sensors, 1.0, SCALE, HOLDER)
     every = sensors._replace(measured=np.ones(80, bool))
-    more = posterior_bound(scene, t, state, wrench, every, 1.0, SCALE, HOLDER)
+    more = posterior_bound(scene, moved, every, 1.0, SCALE, HOLDER)
     assert (np.linalg.eigvalsh(some.state - more.state) > -1e-15).all()
 
 
@@ -172,7 +174,8 @@ def test_the_estimator_comes_near_it_in_steady_sliding_and_does_not_beat_it():
         np.arange(300) % 2 == 0,
     )
     state = np.hstack([cut.q, cut.rates])
-    bound = posterior_bound(scene, cut.t_ns * 1e-9, state, true_wrench(cut), sensors)
+    moved = TrueMotion(cut.t_ns * 1e-9, state, true_wrench(cut))
+    bound = posterior_bound(scene, moved, sensors)
     errors = []
     for seed in range(6):
         record = recorded(cut, 8100 + seed)
@@ -195,26 +198,26 @@ def test_the_estimator_comes_near_it_in_steady_sliding_and_does_not_beat_it():
 
 
 def test_says_where_it_means_nothing():
-    scene, t, state, wrench, sensors = motion(count=40)
+    scene, moved, sensors = motion(count=40)
+    state = moved.state
     still = state.copy()
     still[20:, 3:] = 1e-7
-    bound = posterior_bound(scene, t, still, wrench, sensors, 1.0, SCALE, HOLDER)
+    bound = posterior_bound(scene, moved._replace(state=still), sensors, 1.0, SCALE, HOLDER)
     assert (bound.meaning[20:] == Meaning.SLOW).all()
     low = state.copy()
     low[30:, 0] = scene.gamma0 + 2e-5
-    bound = posterior_bound(scene, t, low, wrench, sensors, 1.0, SCALE, HOLDER)
+    bound = posterior_bound(scene, moved._replace(state=low), sensors, 1.0, SCALE, HOLDER)
     assert np.isin(bound.meaning[30:], (Meaning.TRANSITION, Meaning.SLOW)).all()
     assert (bound.meaning[30:] == Meaning.TRANSITION).any()
     wedged = state.copy()
     wedged[30:, 0], wedged[30:, 3:] = 0.0645, (-16.0, 0.0, 0.0)
-    bound = posterior_bound(scene, t, wedged, wrench, sensors, 1.0, SCALE, HOLDER)
+    bound = posterior_bound(scene, moved._replace(state=wedged), sensors, 1.0, SCALE, HOLDER)
     assert (bound.determinant[30:] < 0.05).all()
     assert (bound.meaning[30:] != Meaning.SOUND).all()
 
 
 def test_slip_speed_is_the_truths():
-    scene, t, state, wrench, sensors = motion(count=20)
-    bound = posterior_bound(scene, t, state, wrench, sensors)
+    bound = posterior_bound(*motion(count=20))
     np.testing.assert_allclose(
         bound.slip_speed, truth("closing_with_slip").slip_speed[:20], rtol=1e-9
     )
@@ -230,17 +233,15 @@ def test_slip_speed_is_the_truths():
     ],
 )
 def test_refuses_what_is_no_motion(change, text):
-    scene, t, state, wrench, sensors = motion(count=30)
+    scene, moved, sensors = motion(count=30)
     with pytest.raises(PegOnHoleError, match=text):
-        posterior_bound(
-            scene, **({"t": t, "state": state, "wrench": wrench, "sensors": sensors} | change)
-        )
+        posterior_bound(scene, moved._replace(**change), sensors)
 
 
 def test_begins_at_an_orientation():
-    scene, t, state, wrench, sensors = motion(count=30)
+    scene, moved, sensors = motion(count=30)
     later = sensors._replace(measured=np.arange(30) % 2 == 1)
     with pytest.raises(PegOnHoleError, match=r"measured\[0\] is False: .* cut the motion"):
-        posterior_bound(scene, t, state, wrench, later)
+        posterior_bound(scene, moved, later)
     later = later._replace(measured=later.measured[1:])
-    posterior_bound(scene, t[1:], state[1:], wrench[1:], later)
+    posterior_bound(scene, TrueMotion(*(part[1:] for part in moved)), later)

@@ -12,7 +12,7 @@ from peg_on_hole_ros.diagnosis.hypotheses import changed, hypotheses, said
 from peg_on_hole_ros.diagnosis.steps import Steps
 from peg_on_hole_ros.diagnosis.suspected.suspect import Moment, Stated, Suspect
 from peg_on_hole_ros.measurements.measurement import WrenchReduction, rotation_from_rpy
-from peg_on_hole_ros.mechanics.kernel import scene_scalars
+from peg_on_hole_ros.mechanics.scene import scene_scalars
 from peg_on_hole_ros.records import AngleMeasurement, WrenchSample
 
 # Wrenches of one second tell one another's news: together they count as so many.

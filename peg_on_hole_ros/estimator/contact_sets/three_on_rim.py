@@ -24,6 +24,7 @@ from peg_on_hole_ros.mechanics.kernel import (
     compiled,
     derivatives,
     equations,
+    with_friction,
 )
 from peg_on_hole_ros.typed_record import Floats
 
@@ -86,12 +87,10 @@ def linearise(
     if places.friction_k >= 0:
         f_K += x[places.friction_k]
         # They are linear in each reaction.
-        equations(
-            scene.m, scene.Ie, scene.Iz, f_K, scene.d, scene.D, scales, geo, rates, wrench, work
-        )
+        equations(with_friction(scene, f_K), scales, geo, rates, wrench, work)
         for i in range(6):
             scratch.column_K[i] = work[3 * i]
-    equations(scene.m, scene.Ie, scene.Iz, f, scene.d, scene.D, scales, geo, rates, wrench, work)
+    equations(with_friction(scene, f), scales, geo, rates, wrench, work)
     for i in range(6):
         if places.friction_k >= 0:
             work[3 * i] = scratch.column_K[i]
@@ -106,10 +105,7 @@ def linearise(
     if places.friction_k >= 0:
         _differentiate_apart(kalman, scene, geo, rates, wrench, y, (f, f_K))
     else:
-        derivatives(
-            scene.m, scene.Ie, scene.Iz, f, scene.d, scene.D, scales, geo, rates, wrench, y,
-            work[24:60],
-        )  # fmt: skip
+        derivatives(with_friction(scene, f), scales, geo, rates, wrench, y, work[24:60])
     for i in range(6):
         E[i, FRICTION] = work[24 + 6 * i + 4]
         for j in range(3):
@@ -194,10 +190,8 @@ def _differentiate_apart(
     # K alone with its friction, less what does not depend on K, and both others.
     parts = ((f_K, y[3], 0.0, 0.0, 1.0), (f_K, 0.0, 0.0, 0.0, -1.0), (f, 0.0, y[4], y[5], 1.0))
     for friction, N_K, N_B1, N_B2, sign in parts:
-        derivatives(
-            scene.m, scene.Ie, scene.Iz, friction, scene.d, scene.D, scales, geo, rates, wrench,
-            (y[0], y[1], y[2], N_K, N_B1, N_B2), found,
-        )  # fmt: skip
+        answer = (y[0], y[1], y[2], N_K, N_B1, N_B2)
+        derivatives(with_friction(scene, friction), scales, geo, rates, wrench, answer, found)
         for i in range(36):
             total[i] += sign * found[i]
         if N_K != 0.0:
