@@ -16,7 +16,7 @@ from pathlib import Path
 
 from benchmarks.families import FAMILIES, family_of, module_of
 from benchmarks.harness import runner, tables
-from peg_on_hole_ros.numba_cache import PACKAGE
+from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
 
 
 def parser_of(name: str) -> argparse.ArgumentParser:
@@ -58,8 +58,8 @@ def main(arguments=None) -> int:
     if wrong:
         parser.error(wrong)
     other = options.against if family.against else None
-    if other and not (other / PACKAGE.name).is_dir():
-        parser.error(f"--against {other}: no folder {PACKAGE.name} there")
+    if other and not (other / PACKAGE_FOLDER.name).is_dir():
+        parser.error(f"--against {other}: no folder {PACKAGE_FOLDER.name} there")
     members = [
         member
         for member in family.members(options)

@@ -1,7 +1,7 @@
 """The one error type that impossible input raises, and a remedy that several of them name."""
 
 # How many times its limit a value is, at least, that is taken for one of another unit.
-FAR = 5.0
+SLIPPED_RATIO = 5.0
 
 
 class PegOnHoleError(ValueError):
@@ -37,9 +37,9 @@ def slipped(value: float, unit: str, low: float, high: float) -> str:
     """
     Return the remedy for a value in the thousandth unit; empty where it is just out of range.
 
-    Of such a value a thousandth is in range, and it lies beyond by `FAR` times the limit.
+    Of such a value a thousandth is in range, and it is `SLIPPED_RATIO` times the limit or more.
     """
-    far = value > FAR * high if value > high else value < -FAR * abs(low)
+    far = value > SLIPPED_RATIO * high if value > high else value < -SLIPPED_RATIO * abs(low)
     if not unit or not far or not low <= value / 1000 <= high:
         return ""
     return f"{value / 1000:g} {unit} would be: the units look slipped by 1000"

@@ -7,7 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-PACKAGE = Path(__file__).parent
+PACKAGE_FOLDER = Path(__file__).parent
 # Where functions that numba compiles stand, or what goes into them. The table of outputs does not:
 # the type of a row, which comes of it, is a part of what numba keys its code on.
 COMPILED = (
@@ -26,8 +26,8 @@ def source_key() -> str:
     """
     digest = hashlib.sha256()
     for part in COMPILED:
-        for path in sorted((PACKAGE / part).rglob("*.py")) or [PACKAGE / part]:
-            name = path.relative_to(PACKAGE).as_posix()
+        for path in sorted((PACKAGE_FOLDER / part).rglob("*.py")) or [PACKAGE_FOLDER / part]:
+            name = path.relative_to(PACKAGE_FOLDER).as_posix()
             digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 

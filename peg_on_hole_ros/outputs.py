@@ -15,7 +15,7 @@ from peg_on_hole_ros.typed_record import Floats, Matrix3, Matrix6, Record, Vecto
 
 
 @dataclass(frozen=True)
-class Output:
+class Entry:
     """
     An entry of the table.
 
@@ -60,23 +60,23 @@ _BIAS_KNOWN = "where no bias is uncertain"
 _TILT_KNOWN = "where the hole's tilt is not uncertain"
 _NOT_ON_THREE = "unless the contact mode is `three_point`, and until enough has been seen"
 
-BIAS = tuple(f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
-TILT = ("hole_tilt_x", "hole_tilt_y")
+BIAS_NAMES = tuple(f"bias_{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz")
+TILT_NAMES = ("hole_tilt_x", "hole_tilt_y")
 
 
-def _monitor(unit: str, meaning: str, missing: str = "", names: tuple[str, ...] = ()) -> Output:
-    return Output("monitor", "position", unit, meaning, missing, names)
+def _monitor(unit: str, meaning: str, missing: str = "", names: tuple[str, ...] = ()) -> Entry:
+    return Entry("monitor", "position", unit, meaning, missing, names)
 
 
 class AlarmRow(Record):
     """An alarm as numbers; `monitor.alarm_text` has the words."""
 
     # Below zero: nobody has looked at it.
-    level: Annotated[int, Output("alarms", "status.level", "", "0 OK, 1 WARN, 2 ERROR")]
-    which: Annotated[int, Output("", "", "", "which of its texts")]
-    held: Annotated[int, Output("", "", "", "1: held without a cause; NOT_JUDGED")]
-    kind: Annotated[int, Output("", "", "", "which names its numbers have; 0: none")]
-    numbers: Annotated[Floats, (7,), Output("alarms", "status.values", "", "what is behind it")]
+    level: Annotated[int, Entry("alarms", "status.level", "", "0 OK, 1 WARN, 2 ERROR")]
+    which: Annotated[int, Entry("", "", "", "which of its texts")]
+    held: Annotated[int, Entry("", "", "", "1: held without a cause; NOT_JUDGED")]
+    kind: Annotated[int, Entry("", "", "", "which names its numbers have; 0: none")]
+    numbers: Annotated[Floats, (7,), Entry("alarms", "status.values", "", "what is behind it")]
 
 
 class Row(Record):
@@ -89,7 +89,7 @@ class Row(Record):
 
     state: Annotated[
         Vector6,
-        Output(
+        Entry(
             "state",
             "position velocity",
             "rad, rad/s",
@@ -99,7 +99,7 @@ class Row(Record):
     ]
     state_stddev: Annotated[
         Vector6,
-        Output(
+        Entry(
             "state_stddev",
             "position velocity",
             "rad, rad/s",
@@ -109,7 +109,7 @@ class Row(Record):
     ]
     closed: Annotated[
         Vector3,
-        Output(
+        Entry(
             "contacts",
             "position",
             "",
@@ -118,17 +118,17 @@ class Row(Record):
         ),
     ]
     slip_speed: Annotated[
-        Vector3, Output("contacts", "velocity", "m/s", "slip speed", names=CONTACTS)
+        Vector3, Entry("contacts", "velocity", "m/s", "slip speed", names=CONTACTS)
     ]
     normal: Annotated[
         Vector3,
-        Output(
+        Entry(
             "contacts", "effort", "N", "normal reaction, 0 in the air", NOT_DETERMINED, CONTACTS
         ),
     ]
     slip_speed_stddev: Annotated[
         Vector3,
-        Output(
+        Entry(
             "contacts_stddev",
             "velocity",
             "m/s",
@@ -138,7 +138,7 @@ class Row(Record):
     ]
     normal_stddev: Annotated[
         Vector3,
-        Output(
+        Entry(
             "contacts_stddev",
             "effort",
             "N",
@@ -284,12 +284,14 @@ class Row(Record):
     ]
     bias: Annotated[
         Vector6,
-        _monitor("N, N m", "what the unloaded sensor reads", _NO_BIAS, BIAS),
+        _monitor("N, N m", "what the unloaded sensor reads", _NO_BIAS, BIAS_NAMES),
     ]
     hole_tilt: Annotated[
         Floats,
         (2,),
-        _monitor("rad", "how far the hole leans from the configured axis", _TILT_KNOWN, TILT),
+        _monitor(
+            "rad", "how far the hole leans from the configured axis", _TILT_KNOWN, TILT_NAMES
+        ),
     ]
     bias_stddev: Annotated[
         Vector6,
@@ -297,7 +299,7 @@ class Row(Record):
             "N, N m",
             "standard deviations of the bias",
             _BIAS_KNOWN,
-            tuple(f"{name}_stddev" for name in BIAS),
+            tuple(f"{name}_stddev" for name in BIAS_NAMES),
         ),
     ]
     hole_tilt_stddev: Annotated[
@@ -307,7 +309,7 @@ class Row(Record):
             "rad",
             "standard deviations of the hole's tilt",
             _TILT_KNOWN,
-            tuple(f"{name}_stddev" for name in TILT),
+            tuple(f"{name}_stddev" for name in TILT_NAMES),
         ),
     ]
     doubt: Annotated[
@@ -324,7 +326,7 @@ class Row(Record):
     contact_wrench: Annotated[
         Floats,
         (3, 6),
-        Output(
+        Entry(
             "contact/k contact/b1 contact/b2",
             "wrench.force wrench.torque",
             "N, N m",
@@ -334,16 +336,16 @@ class Row(Record):
     ]
     position: Annotated[
         Vector3,
-        Output("pose", "pose.pose.position", "m", "origin of the peg in `hole`"),
+        Entry("pose", "pose.pose.position", "m", "origin of the peg in `hole`"),
     ]
     orientation: Annotated[
         Floats,
         (4,),
-        Output("pose", "pose.pose.orientation", "", "peg axes in hole axes as x, y, z, w; w >= 0"),
+        Entry("pose", "pose.pose.orientation", "", "peg axes in hole axes as x, y, z, w; w >= 0"),
     ]
     pose_covariance: Annotated[
         Matrix6,
-        Output(
+        Entry(
             "pose",
             "pose.covariance",
             "m^2, m rad, rad^2",
@@ -355,7 +357,7 @@ class Row(Record):
     # What is published on change or from time to time.
     contact_mode: Annotated[
         int,
-        Output(
+        Entry(
             "contact_mode",
             "data",
             "",
@@ -364,15 +366,15 @@ class Row(Record):
     ]
     transition: Annotated[
         bool,
-        Output("transition", "data", "", "three-point contact has become two-point contact"),
+        Entry("transition", "data", "", "three-point contact has become two-point contact"),
     ]
     alarms: Annotated[
         Sequence[AlarmRow],
         (3,),
-        Output("alarms", "status", "", "`jamming`, `contact_loss`, `overload`"),
+        Entry("alarms", "status", "", "`jamming`, `contact_loss`, `overload`"),
     ]
 
     # What the package reads, and does not publish.
-    state_covariance: Annotated[Matrix6, Output("", "", "rad^2, rad^2/s", "of the state")]
-    contact_point: Annotated[Matrix3, Output("", "", "m", "K, B1, B2 (rows) in `hole`")]
-    rotation: Annotated[Matrix3, Output("", "", "", "R_HP, peg axes in hole axes")]
+    state_covariance: Annotated[Matrix6, Entry("", "", "rad^2, rad^2/s", "of the state")]
+    contact_point: Annotated[Matrix3, Entry("", "", "m", "K, B1, B2 (rows) in `hole`")]
+    rotation: Annotated[Matrix3, Entry("", "", "", "R_HP, peg axes in hole axes")]

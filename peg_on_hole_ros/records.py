@@ -6,6 +6,9 @@ import numpy as np
 
 ANGLES = ("gamma", "psi", "phi")
 CONTACTS = ("K", "B1", "B2")
+# The quantities that estimates are compared in: the angles, and the reaction at each contact.
+SIX_QUANTITIES = (*ANGLES, *CONTACTS)
+ALARM_LEVELS = ("OK", "WARN", "ERROR")
 # Settings that a motion may leave untold, by what each would cost; `diagnosis.suspected` has them
 # in `unobservable`.
 UNTOLD = (

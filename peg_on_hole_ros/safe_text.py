@@ -3,7 +3,7 @@
 import re
 
 # Of a value: more of it tells no more.
-MOST = 80
+MOST_SHOWN = 80
 # Control characters, lone surrogates (bytes of a file's name that are no text), separators of
 # lines, and marks that turn the direction of what follows.
 _UNFIT = re.compile(
@@ -27,13 +27,13 @@ def _escaped(match):
     return f"\\x{number:02x}" if number <= 0xFF else f"\\u{number:04x}"
 
 
-def cut(text: str, most: int = MOST) -> str:
+def cut(text: str, most: int = MOST_SHOWN) -> str:
     """Return a text of at most so many characters; one that was longer ends with `...`."""
     return text if len(text) <= most else text[: most - 3] + "..."
 
 
 def shown(value: object) -> str:
-    """Return a value as Python writes it, printable and cut to `MOST` characters."""
+    """Return a value as Python writes it, printable and cut to `MOST_SHOWN` characters."""
     try:
         text = repr(value)
     except ValueError:  # an integer of thousands of digits

@@ -31,7 +31,7 @@ class Record:
     """
 
 
-R = TypeVar("R", bound=Record)
+RecordType = TypeVar("RecordType", bound=Record)
 
 # Each record's type is made once: that takes a millisecond.
 _DTYPES: dict[type[Record], np.dtype[np.void]] = {}
@@ -92,13 +92,13 @@ def _unknown(record, name, of):
     return TypeError(f"{record.__name__}.{name} is {of}: a record has no such field")
 
 
-def new(record: type[R]) -> R:
+def new(record: type[RecordType]) -> RecordType:
     """Return a record of zeros, as compiled code takes it (a `numpy.record`, one element)."""
     made: Any = np.zeros(1, dtype_of(record)).view(np.recarray)[0]
     return made
 
 
-def at(record: type[R], memory: NDArray[np.void]) -> R:
+def at(record: type[RecordType], memory: NDArray[np.void]) -> RecordType:
     """Return the record that an array of one holds, shape (1,): the same memory."""
-    found: R = memory.view(np.recarray)[0]
+    found: RecordType = memory.view(np.recarray)[0]
     return found

@@ -39,7 +39,7 @@ from peg_on_hole_ros.records import WrenchSample  # noqa: E402
 from peg_on_hole_ros.replay.run import stored_configuration  # noqa: E402
 from peg_on_hole_ros.sim.truth import integrate  # noqa: E402
 from peg_on_hole_ros.study import limit, runs, scenes  # noqa: E402
-from peg_on_hole_ros.study.chart import ESTIMATORS, RATES  # noqa: E402
+from peg_on_hole_ros.study.chart import ESTIMATORS, WRENCH_RATES  # noqa: E402
 from simulated import contact_plan, plan  # noqa: E402
 
 NAME = "closing_with_slip"
@@ -63,7 +63,7 @@ def estimator() -> None:
     runs.run(configuration, samples[:FEW], perf_counter)
     told = runs.told_of_contact(configuration)
     for each in ESTIMATORS:
-        if each.rate == RATES[0]:
+        if each.rate == WRENCH_RATES[0]:
             runs.run(told, samples[:FEW], perf_counter, each.make)
     limit.arithmetic(told, samples[:FEW], perf_counter)
     _steps(configuration)

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.faults.play import Said
 from benchmarks.faults.scenes import Scene
-from peg_on_hole_ros.bags.truth import BOUND, THREE_POINT, TWO_POINT
+from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, THREE_POINT, TWO_POINT
 
 # A flag may come so much before the transition, and has to be there so long after it [s].
 EARLY, LATE = 0.02, 0.05
@@ -136,7 +136,7 @@ def _judged(scene, said, begin, end):
 def _shares(scene, said, begin, end):
     """Return the least shares within bounds of angles and reactions, in both."""
     error = _errors(scene, said)[0]
-    inside, found = np.abs(error) <= BOUND * said.stddev, {}
+    inside, found = np.abs(error) <= BOUND_STDDEVS * said.stddev, {}
     for which, suffix in zip(_judged(scene, said, begin, end), ("", "_after")):
         numbers, good = which.sum(axis=0), (which & inside).sum(axis=0)
         for name, three in (("angles", slice(3)), ("reactions", slice(3, 6))):

@@ -62,7 +62,7 @@ class Event(NamedTuple):
     onset: float
 
 
-class Labels(NamedTuple):
+class SceneLabels(NamedTuple):
     """
     The truth of a scene as it is scored.
 
@@ -94,7 +94,7 @@ def stretches(chosen: np.ndarray) -> list[tuple[int, int]]:
     return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def score_run(labels: Labels, record: Record) -> dict:
+def score_run(labels: SceneLabels, record: Record) -> dict:
     """Return everything that the tables need of one run."""
     return {
         "duration": float(labels.t[-1]),

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from benchmarks.families import family_of, module_of
-from peg_on_hole_ros.numba_cache import PACKAGE
+from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
 
 # What figures come from; tables and runs may change beside them.
 HARNESS = [
@@ -22,7 +22,9 @@ HARNESS = [
 
 
 @cache
-def sources_key(parts: tuple[str, ...], files: tuple[Path, ...], package: Path = PACKAGE) -> str:
+def sources_key(
+    parts: tuple[str, ...], files: tuple[Path, ...], package: Path = PACKAGE_FOLDER
+) -> str:
     """
     Return a name for the state of everything that figures come from.
 
@@ -77,7 +79,7 @@ class Kept:
     def asked(self, member) -> dict:
         """Return what the file has to say of itself: sources, and all that the member states."""
         checkout = getattr(member, "checkout", "")
-        package = Path(checkout) / PACKAGE.name if checkout else PACKAGE
+        package = Path(checkout) / PACKAGE_FOLDER.name if checkout else PACKAGE_FOLDER
         files = (each if isinstance(each, Path) else Path(each.__file__) for each in self.sources)
         key = sources_key(self.family.parts, (*HARNESS, *files), package)
         return {"key": key, "member": json.loads(json.dumps(member, default=str))}

@@ -48,7 +48,7 @@ class Stop(NamedTuple):
     freed: bool
 
 
-class Labels(NamedTuple):
+class InsertionLabels(NamedTuple):
     """
     The truth of an insertion as it is scored.
 
@@ -76,7 +76,7 @@ class Labels(NamedTuple):
     events: tuple[Stop, ...]
 
 
-def labels_of(truth) -> Labels:
+def labels_of(truth) -> InsertionLabels:
     """Return the labels of a truth."""
     t, scene = truth.t_ns * 1e-9, truth.plan.configuration.scene
     push, margin = _whitney(truth)
@@ -93,7 +93,7 @@ def labels_of(truth) -> Labels:
         events.append(Stop("wedged" if wedged else "jammed", t[first], t[last], bool(went_on)))
     below = (truth.q[:, 0] < scene.gamma0) & touches
     transition = float(t[below.argmax()]) if below.any() else None
-    return Labels(t, truth.mode, stuck, push, margin, transition, tuple(events))
+    return InsertionLabels(t, truth.mode, stuck, push, margin, transition, tuple(events))
 
 
 def _load(truth):

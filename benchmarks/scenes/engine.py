@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from benchmarks.harness.draw import Draw
-from benchmarks.harness.events import Labels, score_run
+from benchmarks.harness.events import SceneLabels, score_run
 from benchmarks.harness.truths import play
 from benchmarks.scenes.draw import told_wrongly
 from benchmarks.scenes.setting import D
@@ -56,7 +56,7 @@ def truth_of(number: int):
     )
 
 
-def labels_of(truth) -> Labels:
+def labels_of(truth) -> SceneLabels:
     """
     Return what truly happened, by tilt and contact forces.
 
@@ -75,7 +75,7 @@ def labels_of(truth) -> Labels:
     if passed.size:
         k = passed[0]
         transition = float(t[k] + gamma[k] / (gamma[k] - gamma[k + 1]) * (t[k + 1] - t[k]))
-    return Labels(t, kind, gamma < 0, transition, ())
+    return SceneLabels(t, kind, gamma < 0, transition, ())
 
 
 def score(number: int, variant: str) -> dict:

@@ -6,7 +6,7 @@ No label looks at a determinant, a risk, or anything that the monitor computes.
 
 import numpy as np
 
-from benchmarks.harness.events import NEAR_STALL, Event, Labels, stretches
+from benchmarks.harness.events import NEAR_STALL, Event, SceneLabels, stretches
 from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.plan import holder_program
 
@@ -27,7 +27,7 @@ SHORTEST_LOSS = 0.01
 HELD = 2.0
 
 
-def labels_of(truth) -> Labels:
+def labels_of(truth) -> SceneLabels:
     """Return the labels of a truth."""
     t = truth.t_ns * 1e-9
     gamma, gamma0 = truth.q[:, 0], truth.plan.configuration.scene.gamma0
@@ -48,7 +48,7 @@ def labels_of(truth) -> Labels:
             Event(cause, float(t[first]), float(t[last]), max(float(begins[phase]), 0.0))
         )
     below = gamma < gamma0
-    return Labels(t, kind, below, _transition(t, gamma - gamma0, kind), tuple(events))
+    return SceneLabels(t, kind, below, _transition(t, gamma - gamma0, kind), tuple(events))
 
 
 def _transition(t, margin, kind):

@@ -8,7 +8,7 @@ from mcap.records import MessageIndex
 from mcap.writer import Writer
 
 # What stands before a message's payload, from the record's first byte on.
-_HEAD = np.dtype(
+_MESSAGE_HEAD = np.dtype(
     [
         ("opcode", "u1"),
         ("length", "<u8"),
@@ -80,7 +80,7 @@ class BulkWriter(Writer):
 
         """
         records = np.hstack([_records(t_ns, column) for column in columns])
-        ends = np.cumsum([_HEAD.itemsize + column.payloads.shape[1] for column in columns])
+        ends = np.cumsum([_MESSAGE_HEAD.itemsize + column.payloads.shape[1] for column in columns])
         offsets = [0, *ends[:-1].tolist()]
         first = 0
         while first < len(t_ns):
@@ -115,9 +115,9 @@ class BulkWriter(Writer):
 
 
 def _records(t_ns, column):
-    head = np.empty(len(t_ns), _HEAD)
+    head = np.empty(len(t_ns), _MESSAGE_HEAD)
     head["opcode"] = Opcode.MESSAGE
-    head["length"] = _HEAD.itemsize - _BEFORE_CHANNEL + column.payloads.shape[1]
+    head["length"] = _MESSAGE_HEAD.itemsize - _BEFORE_CHANNEL + column.payloads.shape[1]
     head["channel"], head["sequence"] = column.channel, 0
     head["log"] = head["publish"] = t_ns
     return np.hstack([head.view(np.uint8).reshape(len(t_ns), -1), column.payloads])

@@ -14,7 +14,7 @@ from peg_on_hole_ros.bags.storage.bag_files import (
     listed,
 )
 from peg_on_hole_ros.bags.storage.decoders import decoders_of
-from peg_on_hole_ros.bags.storage.first_pass import Found, TopicInfo
+from peg_on_hole_ros.bags.storage.first_pass import FileContent, TopicInfo
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
 from peg_on_hole_ros.bags.storage.storages import OpenFiles, storage_of
 from peg_on_hole_ros.bags.storage.time_order import in_order, part_of
@@ -91,7 +91,7 @@ class Bag:
         self.undecodable: Counter[str] = Counter()
         self.damage = ""
         self.metadata: dict[str, dict[str, str]] = {}
-        self._scans: list[Found] = []
+        self._scans: list[FileContent] = []
         self._most = most_chunk
         files = bag_files(path)
         self.unnamed, self._stands_for = files.unnamed, files.stands_for

@@ -5,15 +5,15 @@ from math import isfinite, nan, pi, sqrt
 
 import numpy as np
 
-from peg_on_hole_ros.bags.truth import BOUND, THREE_POINT, TWO_POINT, Truth
+from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, THREE_POINT, TWO_POINT, RecordedTruth
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.records import ANGLES, CONTACTS
+from peg_on_hole_ros.records import CONTACTS, SIX_QUANTITIES
 
-NAMES = (*ANGLES, *CONTACTS)
 # What goes below a table of errors, so that its numbers are read as they are meant.
-EXPLAINED = (
-    f"inside 95 % bounds: share of the samples whose error is at most {BOUND:.2f} stated standard "
-    "deviations; 95 % is right, less means bounds that are too narrow, more too wide"
+TABLE_NOTES = (
+    "inside 95 % bounds: share of the samples whose error is at most "
+    f"{BOUND_STDDEVS:.2f} stated standard deviations; 95 % is right, less means bounds that are "
+    "too narrow, more too wide"
 )
 UNDETERMINED = (
     "not determined (reactions_determined = 0): the wrench does not tell these reactions, as at "
@@ -21,7 +21,7 @@ UNDETERMINED = (
 )
 
 
-class Errors:
+class ErrorSums:
     """
     Sums over errors of the six quantities.
 
@@ -45,7 +45,7 @@ class Errors:
         self._square += np.where(counted, error**2, 0.0)
         self._stddev += np.where(counted, stddev, 0.0)
         self._mean += np.where(counted, truth, 0.0)
-        self._inside += counted & (np.abs(error) <= BOUND * stddev)
+        self._inside += counted & (np.abs(error) <= BOUND_STDDEVS * stddev)
 
     def rmse(self) -> dict[str, float | None]:
         """Return the RMS error by name [rad], [N]; None where nothing could be compared."""
@@ -65,11 +65,12 @@ class Errors:
 
     def _each(self, of: Callable[[int], float]) -> dict[str, float | None]:
         # A truth that is damaged may be no number, or one that no sum holds.
-        found = (float(of(i)) if self.count[i] else nan for i in range(len(NAMES)))
-        return {name: value if isfinite(value) else None for name, value in zip(NAMES, found)}
+        found = [float(of(i)) if count else nan for i, count in enumerate(self.count)]
+        rows = zip(SIX_QUANTITIES, found, strict=True)
+        return {name: value if isfinite(value) else None for name, value in rows}
 
 
-class Score(Errors):
+class Score(ErrorSums):
     """
     Compares estimates with truth one stamp after the other; takes a replay's output as it comes.
 
@@ -78,21 +79,21 @@ class Score(Errors):
 
     Parameters
     ----------
-    truth : Truth
+    truth : RecordedTruth
 
     Attributes
     ----------
-    undetermined : Errors
+    undetermined : ErrorSums
         Of the reactions that the estimate does not call determined.
     unstated : int
         Samples among these in which it states no number at all.
 
     """
 
-    def __init__(self, truth: Truth) -> None:
+    def __init__(self, truth: RecordedTruth) -> None:
         super().__init__()
         self.truth = truth
-        self.undetermined, self.unstated = Errors(), 0
+        self.undetermined, self.unstated = ErrorSums(), 0
         self._flag: bool | None = None
         self._flag_right = self._flag_count = 0
         self.rises_ns: list[int] = []
@@ -196,7 +197,7 @@ def score_table(score: Score) -> list[tuple[str, ...]]:
 
 
 def _row(errors, i, end, unstated=0):
-    name = NAMES[i]
+    name = SIX_QUANTITIES[i]
     label, unit = (name, "rad") if i < 3 else (f"N_{name}{end}", "N")
     rmse, stddev, coverage = (
         column[name] for column in (errors.rmse(), errors.stddev(), errors.coverage95())
@@ -210,7 +211,7 @@ def _row(errors, i, end, unstated=0):
 def score_lines(score: Score) -> list[str]:
     """Return what the rows of `score_table` mean, a line each."""
     undetermined = score.unstated or score.undetermined.count.any()
-    return [EXPLAINED, *([UNDETERMINED] if undetermined else [])]
+    return [TABLE_NOTES, *([UNDETERMINED] if undetermined else [])]
 
 
 def flag_lines(score: Score) -> list[str]:

@@ -21,7 +21,7 @@ SENSOR_FRAME = "sensor"
 # Of a peg that is inserted: where its lower end's centre is, and every place where it touches.
 PLACE_TOPIC = "/truth/place"
 HOLE_CONTACTS_TOPIC = "/truth/hole_contacts"
-PLACE = ("x", "y", "depth")
+PLACE_NAMES = ("x", "y", "depth")
 HOLE_CONTACTS = ("rim_1", "rim_2", "edge_1", "edge_2")
 SIMULATION_METADATA = "peg_on_hole_simulation"
 
@@ -74,7 +74,7 @@ def write_bag(
             if truth.known[i]:
                 bag.write(CONTACTS_TOPIC, JOINT_STATE, _contacts(truth, i, t_ns), t_ns)
             if inserts:
-                where = joint_state(t_ns, PLACE, place[i], place_rate[i])
+                where = joint_state(t_ns, PLACE_NAMES, place[i], place_rate[i])
                 bag.write(PLACE_TOPIC, JOINT_STATE, where, t_ns)
                 bag.write(HOLE_CONTACTS_TOPIC, JOINT_STATE, _touching(truth, i, t_ns), t_ns)
             if truth.mode[i] != mode:

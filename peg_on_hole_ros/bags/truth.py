@@ -9,7 +9,7 @@ from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.messages.output import JOINT_STATE, STRING
-from peg_on_hole_ros.messages.passed_time import Run
+from peg_on_hole_ros.messages.passed_time import StampRun
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 STATE_TOPIC = "/truth/state"
@@ -17,13 +17,13 @@ CONTACTS_TOPIC = "/truth/contacts"
 MODE_TOPIC = "/truth/contact_mode"
 TYPES = {STATE_TOPIC: JOINT_STATE, CONTACTS_TOPIC: JOINT_STATE, MODE_TOPIC: STRING}
 
-BOUND = 1.959963984540054  # of a standard normal: 95 % lie within
+BOUND_STDDEVS = 1.959963984540054  # of a standard normal: 95 % lie within
 # A simulator is silent on reactions where its own model does not determine them.
 UNKNOWN = (float("nan"),) * 3
 THREE_POINT, TWO_POINT = "three_point", "two_point"
 
 
-class Truth:
+class RecordedTruth:
     """
     What a simulated bag says about itself, at its own stamps.
 
@@ -73,7 +73,7 @@ class Truth:
         i = int(np.searchsorted(self.mode_ns, t_ns, side="right"))
         return self.modes[i - 1] if i else ""
 
-    def mode_changes(self, runs: Iterable[Run]) -> list[tuple[int, str]]:
+    def mode_changes(self, runs: Iterable[StampRun]) -> list[tuple[int, str]]:
         """Return the passed time [ns] of each change of mode along stamps, and the mode."""
         changes = []
         for run in runs:
@@ -89,7 +89,9 @@ class Truth:
         return [int(t) for old, new, t in pairs if (old, new) == (THREE_POINT, TWO_POINT)]
 
 
-def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None) -> Truth | None:
+def read_truth(
+    bag: Bag, progress: Callable[[float], None] = lambda share: None
+) -> RecordedTruth | None:
     """
     Return the truth in a bag, or None where it has none.
 
@@ -129,7 +131,7 @@ def read_truth(bag: Bag, progress: Callable[[float], None] = lambda share: None)
         raise BagError(f"{bag.path}: {STATE_TOPIC} and {CONTACTS_TOPIC} have no stamp in common")
     t_ns = sorted(states)
     values = [[*states[t], *normals.get(t, UNKNOWN)] for t in t_ns]
-    return Truth(t_ns, values, *zip(*modes.changes()))
+    return RecordedTruth(t_ns, values, *zip(*modes.changes()))
 
 
 def _messages(bag, batch):

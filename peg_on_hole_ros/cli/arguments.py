@@ -26,7 +26,7 @@ class _Parser(argparse.ArgumentParser):
         return parsed, rest
 
 
-_DESCRIPTION = """\
+_PROGRAM_DESCRIPTION = """\
 Contact state of a cylindrical peg being set on a hole: angles, reactions at the three contact
 points, transition to two-point contact and risk of jamming, from wrench and joint states."""
 
@@ -43,7 +43,7 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of all subcommands."""
     top = _Parser(
         prog=PROGRAM,
-        description=_DESCRIPTION,
+        description=_PROGRAM_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

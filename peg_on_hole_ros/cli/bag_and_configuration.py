@@ -10,7 +10,7 @@ from typing import NamedTuple
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
-from peg_on_hole_ros.bags.truth import Truth, read_truth
+from peg_on_hole_ros.bags.truth import RecordedTruth, read_truth
 from peg_on_hole_ros.cli.places import check_places
 from peg_on_hole_ros.cli.progress import Progress
 from peg_on_hole_ros.cli.settings import load, remark
@@ -19,14 +19,14 @@ from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 from peg_on_hole_ros.replay.bag_settings import settled
 from peg_on_hole_ros.replay.run import stored_configuration, stored_options
-from peg_on_hole_ros.robot.urdf_source import TOPIC, urdf_path
+from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, urdf_path
 from peg_on_hole_ros.safe_text import printable
 
 # Of --max-chunk [MiB].
 _LEAST_CHUNK, _GREATEST_CHUNK = 0.001, 4096.0
 
 
-class Recording(NamedTuple):
+class ConfiguredBag(NamedTuple):
     """
     A bag that has been read through, and how it is to be understood.
 
@@ -114,7 +114,7 @@ def open_recording(
     bags: Iterable[str | None] = (),
     texts: Iterable[str | None] = (),
     reading: Reading = AS_IT_IS,
-) -> Recording:
+) -> ConfiguredBag:
     """
     Read a bag and its configuration, once every place to write has been checked.
 
@@ -147,7 +147,7 @@ def open_recording(
     configuration, line = settled(bag, reading.of_topics(configuration))
     if line:
         print_line(line)
-    return Recording(bag, configuration, node, stored is not None)
+    return ConfiguredBag(bag, configuration, node, stored is not None)
 
 
 def configuration_in(bag: Bag, any_urdf: bool = False) -> Configuration | None:
@@ -164,7 +164,7 @@ def print_line(text: str) -> None:
     print(printable(text), file=sys.stderr)
 
 
-def truth_in(bag: Bag) -> Truth | None:
+def truth_in(bag: Bag) -> RecordedTruth | None:
     """Return the truth that a bag carries, or None; say so where it has one of no use."""
     try:
         with Progress(f"reading the truth in {bag.path}") as progress:
@@ -178,5 +178,5 @@ def truth_in(bag: Bag) -> Truth | None:
 def _described_by(configuration):
     """Return the URDF of a robot as a list, which is empty without one."""
     joints = configuration.joints
-    file = joints.source == "robot" and joints.urdf != TOPIC and not joints.description
+    file = joints.source == "robot" and joints.urdf != FROM_TOPIC and not joints.description
     return [urdf_path(joints)] if file else []

@@ -25,7 +25,7 @@ from peg_on_hole_ros.replay.advice import apart
 from peg_on_hole_ros.replay.run import check_bag
 
 # For what is smoothed over some tens of them; how many slide steadily is told later.
-_FEWEST = 50
+_FEWEST_SAMPLES = 50
 _WRITTEN = "written: {0}; use it with `peg-on-hole replay BAG --config {0}`"
 
 
@@ -140,7 +140,7 @@ def read_recording(
         sound_wrenches(wrenches, left_out), sound_orientations(measurements, left_out)
     )
     counts = len(record.wrench_t), len(record.joint_t)
-    if min(counts) < _FEWEST:
+    if min(counts) < _FEWEST_SAMPLES:
         raise BagError(
             f"{bag.path}: {counts[0]} wrenches and {counts[1]} joint states with stamps of their "
             "own can be used, a calibration needs at least "

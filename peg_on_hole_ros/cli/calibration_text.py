@@ -23,7 +23,7 @@ WORDS = {
     "position_stddev": "noise of the orientation",
 }
 # Parameters that a calibration may change.
-PARAMETERS = (
+CALIBRATED_PARAMETERS = (
     "scene.peg_diameter",
     "scene.friction",
     "scene.gravity",
@@ -36,7 +36,7 @@ PARAMETERS = (
     "joints.hole_rpy",
 )
 # Turns both ways tell the clearance below so many times gamma0 (docs/command_line.md).
-NEAR = 2.0
+NEAR_TILT = 2.0
 # Of a wrench's noise: a bias that is known better than this needs no states.
 WORTH = 0.1
 SHOWN = {"rad": ("mrad", 1e3), "s": ("ms", 1e3), "m": ("um", 1e6)}
@@ -45,7 +45,9 @@ SHOWN = {"rad": ("mrad", 1e3), "s": ("ms", 1e3), "m": ("um", 1e6)}
 def parameters(found: Calibration, start: dict[str, object]) -> dict[str, object]:
     """Return the parameters that differ from the start's, which are given in full."""
     now = to_parameters(found.configuration)
-    values = {name: _short(now[name]) for name in PARAMETERS if now[name] != start[name]}
+    values = {
+        name: _short(now[name]) for name in CALIBRATED_PARAMETERS if now[name] != start[name]
+    }
     spreads = {"clearance": "scene.clearance_stddev", "delay": "joints.delay_stddev"}
     for one in found.estimates:
         if one.name in spreads and one.changed:
@@ -142,12 +144,12 @@ def _clearance(found):
     if not found.both_ways:
         return (
             "told from friction, tilt and biases best while the peg turns both ways about its "
-            f"axis, which it did not: record turns both ways below {NEAR:g} times gamma0"
+            f"axis, which it did not: record turns both ways below {NEAR_TILT:g} times gamma0"
         )
-    if tilt > NEAR:
+    if tilt > NEAR_TILT:
         return (
             f"the peg turned both ways, but while it slid steadily the tilt came no nearer to "
-            f"gamma0 than {tilt:.2f} times; record such turns below {NEAR:g} times gamma0"
+            f"gamma0 than {tilt:.2f} times; record such turns below {NEAR_TILT:g} times gamma0"
         )
     return (
         f"the peg turned both ways, and while it slid steadily the tilt came to {tilt:.2f} times "

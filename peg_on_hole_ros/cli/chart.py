@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> int:
     state = f"# {source_key()} {len(cases)} {len(seeds)} {asdict(configuration)}"
     chosen = [one for one in chart.ESTIMATORS if one.shown or not arguments.quick]
     each = len(chosen) + 2
-    rows = PartialTable(folder / "chart.csv", chart.Score._fields, state, each)
+    rows = PartialTable(folder / "chart.csv", chart.ChartScore._fields, state, each)
     try:
         with Progress("chart") as progress:
             for k, case in enumerate(cases):
@@ -65,9 +65,9 @@ def _scores(chosen, case, truth, seeds):
     ]
 
 
-def scores_of(rows: Iterable[Sequence]) -> list[chart.Score]:
+def scores_of(rows: Iterable[Sequence]) -> list[chart.ChartScore]:
     """Return the scores in rows of `chart.csv`."""
-    return [chart.Score(*row[:2], *_numbers(row[2:])) for row in rows]
+    return [chart.ChartScore(*row[:2], *_numbers(row[2:])) for row in rows]
 
 
 def _numbers(row):

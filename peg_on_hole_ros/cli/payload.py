@@ -10,7 +10,7 @@ from peg_on_hole_ros.identification.payload import Payload, find_payload
 from peg_on_hole_ros.identification.recording import Recording
 
 # Of a normal distribution, 95 % on both sides.
-INTERVAL = 1.96
+INTERVAL_STDDEVS = 1.96
 
 
 def found_payload(record: Recording, configuration: Configuration) -> tuple[dict, str]:
@@ -74,4 +74,4 @@ def _text(found: Payload):
 
 
 def _spread(stddev):
-    return f"+- {INTERVAL * stddev:.2g}"
+    return f"+- {INTERVAL_STDDEVS * stddev:.2g}"

@@ -8,7 +8,7 @@ from peg_on_hole_ros.mechanics.any_side import ACCELERATIONS, REACTIONS, quantit
 from peg_on_hole_ros.mechanics.scene import Scene
 
 # Beyond, squares overflow.
-_MOST = 1e9
+_LARGEST_VALUE = 1e9
 
 
 def solve(
@@ -82,10 +82,11 @@ def _given(texts):
             raise PegOnHoleError(
                 f"--known {part.strip()} is not NAME=VALUE with a number, such as N_K=20"
             ) from None
-        if not abs(number) <= _MOST:
+        if not abs(number) <= _LARGEST_VALUE:
             raise PegOnHoleError(
                 f"--known {part.strip()}: {number:g} {_unit(name)} is not within "
-                f"-{_MOST:g} to {_MOST:g} {_unit(name)}; quantities are in SI units"
+                f"-{_LARGEST_VALUE:g} to {_LARGEST_VALUE:g} {_unit(name)}; "
+                "quantities are in SI units"
             )
         if name in given:
             raise PegOnHoleError(f"--known {name} is given twice: leave one of them out")

@@ -7,7 +7,7 @@ from peg_on_hole_ros.config.parameters_file import load_yaml, read_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.sim.plan import Plan, plan_from_tree
 
-PART, _BODY = "simulation", "ros__parameters"
+SIMULATION_PART, _BODY = "simulation", "ros__parameters"
 
 
 def read_plan(path: str | Path) -> Plan:
@@ -23,14 +23,14 @@ def read_plan(path: str | Path) -> Plan:
     """
     path = Path(path)
     parameters = read_parameters(path)
-    part = load_yaml(path).get(PART)
+    part = load_yaml(path).get(SIMULATION_PART)
     if not isinstance(part, dict) or list(part) != [_BODY] or not isinstance(part[_BODY], dict):
         raise PegOnHoleError(
-            f"{path} has no part '{PART}:' with '{_BODY}:' below it, so it says nothing of what "
-            "to simulate; config/working_cycle.yaml is an example"
+            f"{path} has no part '{SIMULATION_PART}:' with '{_BODY}:' below it, so it says "
+            "nothing of what to simulate; config/working_cycle.yaml is an example"
         )
     try:
-        _check_lists(part[_BODY], f"{PART}.")
+        _check_lists(part[_BODY], f"{SIMULATION_PART}.")
         return plan_from_tree(from_parameters(parameters), part[_BODY])
     except PegOnHoleError as error:
         raise PegOnHoleError(f"{path}: {error}") from None

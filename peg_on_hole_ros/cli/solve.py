@@ -14,15 +14,15 @@ from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.records import ANGLES, CONTACTS
 
 # Beyond, no peg is; squares of what is far beyond overflow. The tilt has a range of its own.
-_STATE = (1e6, 1e6, 1e6, 1e4, 1e4, 1e4)
-_WRENCH = (1e6,) * 6
-_NO_WRENCH = "0,0,0,0,0,0"
+_LARGEST_STATE = (1e6, 1e6, 1e6, 1e4, 1e4, 1e4)
+_LARGEST_WRENCH = (1e6,) * 6
+_WRENCH_DEFAULT = "0,0,0,0,0,0"
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print motion and reactions, or what is declared unknown."""
     configuration, _ = load(arguments.config)
-    state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s", _STATE)
+    state = _six("--state", arguments.state, "rad, rad, rad, rad/s, rad/s, rad/s", _LARGEST_STATE)
     if arguments.unknown is not None:
         return _any_side(configuration.scene, state, arguments)
     for name in ("known", "frame"):
@@ -31,7 +31,9 @@ def run(arguments: argparse.Namespace) -> int:
                 f"--{name} needs --unknown: name what is asked for, such as --unknown "
                 "N_K,N_B1,N_B2"
             )
-    wrench = _six("--wrench", arguments.wrench or _NO_WRENCH, "N, N, N, N m, N m, N m", _WRENCH)
+    wrench = _six(
+        "--wrench", arguments.wrench or _WRENCH_DEFAULT, "N, N, N, N m, N m, N m", _LARGEST_WRENCH
+    )
     result = solve(configuration.scene, state, wrench)
     print(to_json(result) if arguments.json else _text(result))
     return 0

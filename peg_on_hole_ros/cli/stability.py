@@ -13,9 +13,9 @@ from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.numba_cache import source_key
 from peg_on_hole_ros.study import stability as study
 
-COUNT, QUICK_COUNT = 8, 3
-SEEDS, QUICK_SEEDS = 3, 1
-FIRST_SEED = 500
+MAP_PLACES, QUICK_MAP_PLACES = 8, 3
+MAP_SEEDS, QUICK_MAP_SEEDS = 3, 1
+FIRST_MAP_SEED = 500
 
 
 def run(arguments: Namespace) -> int:
@@ -23,10 +23,12 @@ def run(arguments: Namespace) -> int:
     needed()
     configuration, _ = load(arguments.config)
     folder = out_folder(arguments.out, arguments.config)
-    count = QUICK_COUNT if arguments.quick else COUNT
-    seeds = range(FIRST_SEED, FIRST_SEED + (QUICK_SEEDS if arguments.quick else SEEDS))
+    count = QUICK_MAP_PLACES if arguments.quick else MAP_PLACES
+    seeds = range(
+        FIRST_MAP_SEED, FIRST_MAP_SEED + (QUICK_MAP_SEEDS if arguments.quick else MAP_SEEDS)
+    )
     state = f"# {source_key()} {count} {len(seeds)} {asdict(configuration)}"
-    rows = PartialTable(folder / "stability.csv", study.COLUMNS, state, len(study.METHODS))
+    rows = PartialTable(folder / "stability.csv", study.MAP_COLUMNS, state, len(study.METHODS))
     try:
         found = _examine_all(rows, count, seeds, configuration)
     except BaseException:
@@ -48,7 +50,7 @@ def run(arguments: Namespace) -> int:
 def _examine_all(rows, count, seeds, configuration):
     width, done = len(study.METHODS), 0
     with Progress("stability") as progress:
-        for axis in study.AXES:
+        for axis in study.MAP_AXES:
             for place in axis.places(count):
                 if done * width >= len(rows.rows):
                     rows.add(
@@ -56,13 +58,13 @@ def _examine_all(rows, count, seeds, configuration):
                         for result in study.examine(place, configuration, seeds)
                     )
                 done += 1
-                progress(done / (count * len(study.AXES)))
+                progress(done / (count * len(study.MAP_AXES)))
     return found_in(rows.rows)
 
 
 def found_in(rows: Sequence[Sequence]) -> dict:
     """Return what the picture draws of the rows of `stability.csv`."""
-    found, width, first = {}, len(study.METHODS), len(study.Place._fields) + 1
+    found, width, first = {}, len(study.METHODS), len(study.MapPlace._fields) + 1
     for begun in range(0, len(rows), width):
         place = rows[begun : begun + width]
         found.setdefault(place[0][0], []).append([_result(row[first:]) for row in place])

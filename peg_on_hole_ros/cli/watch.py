@@ -14,11 +14,11 @@ from peg_on_hole_ros.startup.interrupt import note_signals
 PAGE_PORT = 8470
 # Where the app looks unless told otherwise.
 FOXGLOVE_PORT = 8765
-_LIBRARIES = {
+_INSTALL_COMMANDS = {
     "websockets": "pip install websockets",
     "foxglove": "pip install foxglove-sdk",
 }
-_NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+_NODE_NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
         port = FOXGLOVE_PORT if arguments.foxglove else PAGE_PORT
     if not 0 <= port <= 65535:
         raise PegOnHoleError(f"--port = {port} is not within 0 to 65535")
-    if not _NAME.fullmatch(arguments.node):
+    if not _NODE_NAME.fullmatch(arguments.node):
         raise PegOnHoleError(
             f"--node = {arguments.node} is not the full name of a node, such as /cell/peg_on_hole"
         )
@@ -80,7 +80,7 @@ def _needed(module):
         name = error.name or ""
         if not name or name.startswith("peg_on_hole_ros"):
             raise
-        remedy = _LIBRARIES.get(
+        remedy = _INSTALL_COMMANDS.get(
             name.split(".")[0],
             "source ROS 2's setup.bash, or install its wheels: pip install '.[ros]'",
         )

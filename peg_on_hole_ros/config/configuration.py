@@ -15,7 +15,7 @@ from typing import Any
 from peg_on_hole_ros.config.options import Configuration, NodeOptions, Topics
 from peg_on_hole_ros.config.parameter_table import OLD_METHODS, PARAMETERS, SUPERSEDED, Parameter
 from peg_on_hole_ros.errors import PegOnHoleError, slipped
-from peg_on_hole_ros.safe_text import MOST, cut, printable, shown
+from peg_on_hole_ros.safe_text import MOST_SHOWN, cut, printable, shown
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
 
@@ -219,7 +219,7 @@ def _unknown(name):
     if name.rsplit(".", 1)[-1].isdigit():
         return f"unknown parameter {shown(name)}; a number has a point, not a comma: 0.2"
     # Words misspelt, or the right words in the wrong group.
-    given, name = name, name[:MOST]
+    given, name = name, name[:MOST_SHOWN]
     near = difflib.get_close_matches(name, BY_NAME, n=3, cutoff=0.7)
     last = {row.rsplit(".", 1)[-1]: row for row in BY_NAME}
     for word in difflib.get_close_matches(name.rsplit(".", 1)[-1], last, n=3, cutoff=0.75):

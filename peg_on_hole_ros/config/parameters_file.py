@@ -14,7 +14,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.safe_text import cut, printable, shown
 
 # A file of more holds no parameters, or never ends (/dev/zero) [bytes].
-MOST_BYTES = 1 << 20
+MOST_FILE_BYTES = 1 << 20
 
 
 class NoPart(PegOnHoleError):
@@ -101,10 +101,10 @@ def load_yaml(path: Path) -> Any:
     try:
         check_no_pipe(path)
         with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
+            data = file.read(MOST_FILE_BYTES + 1)
+        if len(data) > MOST_FILE_BYTES:
             raise PegOnHoleError(
-                f"{path} is larger than {MOST_BYTES} bytes, so that it is no parameters file"
+                f"{path} is larger than {MOST_FILE_BYTES} bytes, so that it is no parameters file"
             )
         return load(data.decode())
     except FileNotFoundError:

@@ -15,10 +15,10 @@ _NULL = ("", "~", "null", "Null", "NULL")
 _BOOL = re.compile("(y|yes|true|on)|(n|no|false|off)")
 # As strtol, which takes 0x for sixteen and 0 for eight.
 _INTEGER = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)")
-_DOUBLE = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_DOUBLE_TEXT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NO_NUMBER = re.compile(r"([-+]?)\.?(inf|infinity|nan)", re.IGNORECASE)
 # Beyond, a text is no number for ROS 2 either.
-_LONGEST = 1000
+_LONGEST_NUMBER = 1000
 _SMALLEST = 2.2250738585072014e-308
 
 
@@ -162,7 +162,7 @@ def value_of(text: str) -> bool | int | float | str | None:
     """Return what ROS 2 reads of a value without quotes; None: no value, or YAML's null."""
     if text in _NULL:
         return None
-    if len(text) > _LONGEST:
+    if len(text) > _LONGEST_NUMBER:
         return text
     truth = _BOOL.fullmatch(text.lower())
     if truth and text in (text.lower(), text.upper(), text.title()):
@@ -176,7 +176,7 @@ def value_of(text: str) -> bool | int | float | str | None:
     if special:
         value = nan if special[2].lower() == "nan" else inf
         return -value if special[1] == "-" else value
-    return _double(text, text) if _DOUBLE.fullmatch(text) else text
+    return _double(text, text) if _DOUBLE_TEXT.fullmatch(text) else text
 
 
 def _double(number, text):

@@ -11,7 +11,7 @@ one that Python calls.
 
 import fcntl
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 from numba.core import types
 from numba.core.caching import FunctionCache
@@ -21,8 +21,7 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
-P = ParamSpec("P")
-R = TypeVar("R")
+from peg_on_hole_ros.mechanics.compiling import Parameters, Result
 
 
 class _Part(JITCodeLibrary):
@@ -104,7 +103,9 @@ class _Dispatcher(CPUDispatcher):
         return self.part.get_overload(sig)
 
 
-def compiled_in_parts(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:
+def compiled_in_parts(
+    function: Callable[Parameters, Result], options: dict[str, Any]
+) -> Callable[Parameters, Result]:
     """Return a function that is compiled with all that it calls, by numba's options."""
     dispatcher = _Dispatcher(function, targetoptions=options | {"no_cfunc_wrapper": True})
     dispatcher.part = _PartDispatcher(

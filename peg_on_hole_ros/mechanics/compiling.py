@@ -11,15 +11,17 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 
-P = ParamSpec("P")
-R = TypeVar("R")
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
 
 # The first numba whose private classes `compiled_parts` has not been tested with.
 FIRST_UNKNOWN = (0, 69)
 IN_PARTS = tuple(int(part) for part in numba.__version__.split(".")[:2]) < FIRST_UNKNOWN
 
 
-def compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
+def compiled(
+    function: Callable[Parameters, Result], **options: Any
+) -> Callable[Parameters, Result]:
     """
     Return a function, compiled when it is first called with arguments of a kind.
 
@@ -32,10 +34,10 @@ def compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
 
         return compiled_in_parts(function, options)
     by_numba: Any = numba.jit(cache=True, **options)
-    plain: Callable[P, R] = by_numba(function)
+    plain: Callable[Parameters, Result] = by_numba(function)
     return plain
 
 
-def inlined(function: Callable[P, R]) -> Callable[P, R]:
+def inlined(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
     """Return a compiled function for the bodies of loops that shall become vector instructions."""
     return compiled(function, forceinline=True)

@@ -16,7 +16,7 @@ derivatives = compiled(generated.derivatives)
 
 # Columns of the derivatives: six of the state, six of the wrench in peg axes, then friction and
 # peg diameter.
-WIDTH = 14
+JACOBIAN_WIDTH = 14
 
 
 class Load(NamedTuple):
@@ -49,16 +49,16 @@ def with_friction(p: SceneScalars, f: float) -> SceneScalars:
 
 def workspace() -> np.ndarray:
     """Return the scratch memory that every call of the kernel needs."""
-    return np.zeros(_COLUMNS + 6 * WIDTH)
+    return np.zeros(_COLUMNS + 6 * JACOBIAN_WIDTH)
 
 
 # Places in the scratch memory, so that the hot path allocates nothing.
-_G, _W, _R = 0, 9, 18
+_G_AT, _W_AT, _R_AT = 0, 9, 18
 _SLOPES = 24
 _INVERSE = 60
 _WEIGHTS = 69
 _ROTATION = 78
-# Right sides of the derivatives, (6, WIDTH) by rows, and then the derivatives.
+# Right sides of the derivatives, (6, JACOBIAN_WIDTH) by rows, and then the derivatives.
 _COLUMNS = 87
 
 
@@ -76,11 +76,11 @@ def _eliminate(p, geo, work):
     along_e = p.m * h_c / inertia_psi
     along_z = p.m * dz_c / inertia_gamma
     for i in range(3):
-        G_gamma = work[_G + i]
-        G_psi = work[_G + 3 + i] - geo[1] * work[_G + 6 + i]
-        work[_WEIGHTS + i] = work[_W + i] - along_h * G_gamma
-        work[_WEIGHTS + 3 + i] = work[_W + 3 + i] - along_e * G_psi
-        work[_WEIGHTS + 6 + i] = work[_W + 6 + i] - along_z * G_gamma
+        G_gamma = work[_G_AT + i]
+        G_psi = work[_G_AT + 3 + i] - geo[1] * work[_G_AT + 6 + i]
+        work[_WEIGHTS + i] = work[_W_AT + i] - along_h * G_gamma
+        work[_WEIGHTS + 3 + i] = work[_W_AT + 3 + i] - along_e * G_psi
+        work[_WEIGHTS + 6 + i] = work[_W_AT + 6 + i] - along_z * G_gamma
     k00, k01, k02 = work[_WEIGHTS], work[_WEIGHTS + 1], work[_WEIGHTS + 2]
     k10, k11, k12 = work[_WEIGHTS + 3], work[_WEIGHTS + 4], work[_WEIGHTS + 5]
     k20, k21, k22 = work[_WEIGHTS + 6], work[_WEIGHTS + 7], work[_WEIGHTS + 8]
@@ -108,7 +108,7 @@ def _factors(p, geo, work):
     inertia_gamma = p.m * (dh_c * dh_c + dz_c * dz_c) + p.Ie
     inertia_psi = p.m * h_c * h_c + p.Ie * s * s
     inverse = _nine(work, _INVERSE)
-    G = _nine(work, _G)
+    G = _nine(work, _G_AT)
     scalars = (1.0 / inertia_gamma, 1.0 / inertia_psi, 1.0 / p.Iz, c)
     return scalars, (p.m * dh_c, p.m * h_c, p.m * dz_c), inverse, G
 
@@ -210,7 +210,7 @@ def accelerate(
     rates = (x[3], x[4], x[5])
     equations(p, scales, geo, rates, wrench, work)
     determinant = _eliminate(p, geo, work)
-    factors, r = _factors(p, geo, work), _R
+    factors, r = _factors(p, geo, work), _R_AT
     y[0], y[1], y[2], y[3], y[4], y[5] = _solve(
         factors, work[r], work[r + 1], work[r + 2], work[r + 3], work[r + 4], work[r + 5]
     )
@@ -287,7 +287,7 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
     )  # fmt: skip
     _wrench_column(geo, by_phi, work, 2)
     for i in range(6):
-        row = _COLUMNS + WIDTH * i
+        row = _COLUMNS + JACOBIAN_WIDTH * i
         work[row] -= slopes[6 * i]
         for j in range(3):
             work[row + 3 + j] = -slopes[6 * i + 1 + j]
@@ -296,7 +296,7 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
         r_h, r_e, r_z = work[_ROTATION + j], work[_ROTATION + 3 + j], work[_ROTATION + 6 + j]
         _wrench_column(geo, (r_h, r_e, r_z, 0.0, 0.0, 0.0), work, 6 + j)
         _wrench_column(geo, (0.0, 0.0, 0.0, r_h, r_e, r_z), work, 9 + j)
-    for j in range(WIDTH):
+    for j in range(JACOBIAN_WIDTH):
         at = _COLUMNS + j
         (
             work[at], work[at + 14], work[at + 28], work[at + 42], work[at + 56], work[at + 70],
@@ -305,8 +305,8 @@ def _fill_slopes(p, scales, rates, geo, load, answer, work, dy):
             work[at], work[at + 14], work[at + 28], work[at + 42], work[at + 56], work[at + 70],
         )  # fmt: skip
     for i in range(6):
-        for j in range(WIDTH):
-            dy[i, j] = work[_COLUMNS + WIDTH * i + j]
+        for j in range(JACOBIAN_WIDTH):
+            dy[i, j] = work[_COLUMNS + JACOBIAN_WIDTH * i + j]
 
 
 @inlined
@@ -316,8 +316,8 @@ def _wrench_column(geo, wrench, work, column):
     s, c, h_c, dh_c, dz_c = geo[0], geo[1], geo[8], geo[10], geo[11]
     at = _COLUMNS + column
     work[at] = F_h * dh_c + F_z * dz_c - M_e
-    work[at + WIDTH] = F_e * h_c + M_z
-    work[at + 2 * WIDTH] = c * M_z - s * M_h
-    work[at + 3 * WIDTH] = F_h
-    work[at + 4 * WIDTH] = F_e
-    work[at + 5 * WIDTH] = F_z
+    work[at + JACOBIAN_WIDTH] = F_e * h_c + M_z
+    work[at + 2 * JACOBIAN_WIDTH] = c * M_z - s * M_h
+    work[at + 3 * JACOBIAN_WIDTH] = F_h
+    work[at + 4 * JACOBIAN_WIDTH] = F_e
+    work[at + 5 * JACOBIAN_WIDTH] = F_z

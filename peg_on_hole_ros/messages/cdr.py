@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from peg_on_hole_ros.messages.cdr_layout import MessageLayout
+from peg_on_hole_ros.messages.cdr_layout import ENCAPSULATION, SECOND_NS, U32, MessageLayout
 from peg_on_hole_ros.messages.definitions import fields
 
 # Code of struct, size, default.
@@ -25,12 +25,10 @@ _PRIMITIVES = {
     "float32": ("f", 4, 0.0),
     "float64": ("d", 8, 0.0),
 }
-_ENCAPSULATION = b"\0\1\0\0"
-_U32 = struct.Struct("<I")
 # Seconds of a stamp have 32 bits with their sign.
-_LEAST, _SECOND = -(1 << 31), 1_000_000_000
+_LEAST_SECOND = -(1 << 31)
 # Texts that change with every message would fill the memory.
-_MOST_LAYOUTS = 256
+_MOST_KEPT_LAYOUTS = 256
 
 
 class Encoder:
@@ -60,13 +58,13 @@ class Encoder:
             sec, nanosec = stamp["sec"], stamp["nanosec"]
         except (KeyError, TypeError):
             return self.walk(message)
-        if not (_LEAST <= sec < -_LEAST and 0 <= nanosec < _SECOND):
+        if not (_LEAST_SECOND <= sec < -_LEAST_SECOND and 0 <= nanosec < SECOND_NS):
             return self.walk(message)
         layout = self._known.get(key)
         if layout is None:
             layout = self._learn(key, message)
         # Of what is no number numpy would make one, and an array does not.
-        return layout.write_one(sec * _SECOND + nanosec, np.frombuffer(array("d", numbers)))
+        return layout.write_one(sec * SECOND_NS + nanosec, np.frombuffer(array("d", numbers)))
 
     def many(self, message: dict, t_ns: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         """
@@ -90,13 +88,13 @@ class Encoder:
 
     def walk(self, message: dict) -> bytes:
         """Return the encoded message by its definition."""
-        buffer = bytearray(_ENCAPSULATION)
+        buffer = bytearray(ENCAPSULATION)
         self._write(buffer, message)
         return bytes(buffer)
 
     def _learn(self, key, message):
         layout = self.layout(message)
-        if len(self._known) >= _MOST_LAYOUTS:
+        if len(self._known) >= _MOST_KEPT_LAYOUTS:
             self._known.clear()
         self._known[key] = layout
         return layout
@@ -131,7 +129,7 @@ _SPLITS = {
 
 def _pad(buffer, size):
     # Offsets count from behind the encapsulation, whose four bytes do not matter up to size 4.
-    buffer.extend(bytes((len(_ENCAPSULATION) - len(buffer)) % size))
+    buffer.extend(bytes((len(ENCAPSULATION) - len(buffer)) % size))
 
 
 @cache
@@ -172,7 +170,7 @@ def _element(base, default):
 def _write_string(buffer, value):
     data = (value or "").encode() + b"\0"
     _pad(buffer, 4)
-    buffer.extend(_U32.pack(len(data)))
+    buffer.extend(U32.pack(len(data)))
     buffer.extend(data)
 
 
@@ -181,7 +179,7 @@ def _array(write, length):
         values = [None] * (length or 0) if values is None else values
         if length is None:
             _pad(buffer, 4)
-            buffer.extend(_U32.pack(len(values)))
+            buffer.extend(U32.pack(len(values)))
         elif len(values) != length:
             raise ValueError(f"{len(values)} values for a field of {length}")
         for value in values:

@@ -9,15 +9,14 @@ import numpy as np
 
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.records import CONTACTS
+from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
 
 # Contact that is lost for less than this belongs to one try [ns].
 PAUSE_NS = 200_000_000
 # Without a wrench for longer a peg may have gone, and another come [ns].
-SILENCE_NS = 1_000_000_000
-LEVELS = ("OK", "WARN", "ERROR")
+PEG_CHANGE_NS = 1_000_000_000
 # An alarm that flickers would fill the record; further ones are only counted.
-MOST_ALARMS = 100
+MOST_CYCLE_ALARMS = 100
 # Decimals of seconds, far below a wrench's period, and of newtons, below any sensor's noise.
 _SECONDS, _NEWTONS = 6, 3
 
@@ -88,7 +87,7 @@ class Cycles:
             else:
                 ended += self._fall_silent()
             ended += self._take(held_ns, held)
-        silent = self._seen_ns is not None and t_ns - self._seen_ns > SILENCE_NS
+        silent = self._seen_ns is not None and t_ns - self._seen_ns > PEG_CHANGE_NS
         if silent and self._start_ns is not None:
             self._held = t_ns, came
             return ended
@@ -101,7 +100,7 @@ class Cycles:
             place: {topic: message for topic, _, message in messages}
             for place, messages in columns.said
         }
-        silent = np.flatnonzero(np.diff(t_ns) > SILENCE_NS) + 1 if len(t_ns) > 1 else t_ns[1:]
+        silent = np.flatnonzero(np.diff(t_ns) > PEG_CHANGE_NS) + 1 if len(t_ns) > 1 else t_ns[1:]
         alone = sorted({0, *said, *silent.tolist()})
         while first < len(t_ns):
             if first and first not in said and self._held is None:
@@ -213,12 +212,12 @@ class Cycles:
             if status["level"] <= before or self._start_ns is None:
                 continue
             self._alarm_count += 1
-            if len(self._alarms) < MOST_ALARMS:
+            if len(self._alarms) < MOST_CYCLE_ALARMS:
                 self._alarms.append(
                     {
                         "time": _seconds(t_ns - self._start_ns),
                         "name": status["name"],
-                        "level": LEVELS[status["level"]],
+                        "level": ALARM_LEVELS[status["level"]],
                         "message": status["message"],
                     }
                 )

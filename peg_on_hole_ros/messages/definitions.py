@@ -128,7 +128,7 @@ float32 u
 float32 v""",
 }
 
-_PRIMITIVE = {"bool", "byte", "float32", "float64", "int32", "string", "uint8", "uint32"}
+_PRIMITIVES_USED = {"bool", "byte", "float32", "float64", "int32", "string", "uint8", "uint32"}
 
 
 def definition(ros_type: str) -> str:
@@ -172,7 +172,7 @@ def fields(name: str) -> list[tuple[str, str, str | None]]:
         kind, field, *default = line.split()
         if "=" not in line:
             base, bracket, length = kind.partition("[")
-            if base not in _PRIMITIVE and "/" not in base:
+            if base not in _PRIMITIVES_USED and "/" not in base:
                 base = f"{name.split('/')[0]}/{base}"
             found.append((base + bracket + length, field, default[0] if default else None))
     return found
@@ -181,5 +181,5 @@ def fields(name: str) -> list[tuple[str, str, str | None]]:
 def _contained(name):
     for kind, _, _ in fields(name):
         base = kind.split("[")[0]
-        if base not in _PRIMITIVE:
+        if base not in _PRIMITIVES_USED:
             yield base

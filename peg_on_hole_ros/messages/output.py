@@ -54,7 +54,7 @@ SMOOTHED = {"smoothed_state": JOINT_STATE, "smoothed_state_stddev": JOINT_STATE}
 ALARM_PERIOD_NS = 100_000_000
 # Of markers, where their rate is next to none: 30 years, which is no int64 beside a stamp if more.
 _LONGEST_NS = 10**18
-_NEVER = np.iinfo(np.int64).max
+_NEVER_NS = np.iinfo(np.int64).max
 HARDWARE_ID = "peg_on_hole"
 
 Message = tuple[str, str, dict]
@@ -185,7 +185,7 @@ class OutputStream:
     def _dues(self):
         """Return the stamps from which on alarms and markers are due again [ns]."""
         # What is made at the next stamp is due whenever that is.
-        dues = [_NEVER, *([-_NEVER] if self._made_due else [])]
+        dues = [_NEVER_NS, *([-_NEVER_NS] if self._made_due else [])]
         if self._alarms_ns is not None:
             dues.append(self._alarms_ns + ALARM_PERIOD_NS)
         if self._markers_period_ns is not None:

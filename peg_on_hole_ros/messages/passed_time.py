@@ -10,7 +10,7 @@ Stamps = TypeVar("Stamps", int, np.ndarray)
 
 
 @dataclass
-class Run:
+class StampRun:
     """
     Stamps from one fall to the next.
 
@@ -41,12 +41,12 @@ class PassedTime:
 
     Attributes
     ----------
-    runs : list of Run
+    runs : list of StampRun
 
     """
 
     def __init__(self) -> None:
-        self.runs: list[Run] = []
+        self.runs: list[StampRun] = []
         self._before_ns: int | None = None
 
     @property
@@ -67,13 +67,13 @@ class PassedTime:
     def take(self, t_ns: int) -> bool:
         """Take the next stamp [ns]; return whether the clock went back."""
         if not self.runs:
-            self.runs.append(Run(t_ns, t_ns, 0))
+            self.runs.append(StampRun(t_ns, t_ns, 0))
             return False
         run = self.runs[-1]
         if t_ns < run.last_ns and self._before_ns is not None and t_ns > self._before_ns:
             run.last_ns = self._before_ns
         if t_ns < run.last_ns:
-            self.runs.append(Run(t_ns, t_ns, self.ns))
+            self.runs.append(StampRun(t_ns, t_ns, self.ns))
             self._before_ns = None
             return True
         if t_ns > run.last_ns:

@@ -13,7 +13,7 @@ from peg_on_hole_ros.outputs import NOT_DETERMINED
 _BYTES = np.dtype(np.float64).itemsize
 
 
-class Layout(NamedTuple):
+class TopicNumbers(NamedTuple):
     """
     The numbers of a topic among those that are published.
 
@@ -39,7 +39,7 @@ class Layout(NamedTuple):
     def message(self, t_ns: int, numbers: np.ndarray) -> dict:
         """Return the message of a stamp [ns] whose numbers are given."""
         values = {name: numbers[at].tolist() for name, at in self.fields.items()}
-        return _MESSAGES[self.ros_type](t_ns, self.names, values)
+        return _MESSAGE_OF_TYPE[self.ros_type](t_ns, self.names, values)
 
 
 def _joint_state(t_ns, names, values):
@@ -60,12 +60,12 @@ def _pose(t_ns, _, values):
     }
 
 
-_MESSAGES: dict[str, Any] = {JOINT_STATE: _joint_state, WRENCH: _wrench, POSE: _pose}
+_MESSAGE_OF_TYPE: dict[str, Any] = {JOINT_STATE: _joint_state, WRENCH: _wrench, POSE: _pose}
 
 
-def _layouts() -> dict[str, Layout]:
+def _layouts() -> dict[str, TopicNumbers]:
     """Return where the numbers of each topic stand in a row, by the name of the topic."""
-    found: dict[str, Layout] = {}
+    found: dict[str, TopicNumbers] = {}
     for name, output in OUTPUTS.items():
         kind, offset = ROW.fields[name][:2]  # type: ignore[index]
         topics, fields = output.topic.split(), output.field.split()
@@ -75,7 +75,7 @@ def _layouts() -> dict[str, Layout]:
         share = size // len(topics)
         part = share // len(fields)
         for topic in topics:
-            before = found.get(topic, Layout(topic, TOPICS[topic], slice(at, at), (), {}))
+            before = found.get(topic, TopicNumbers(topic, TOPICS[topic], slice(at, at), (), {}))
             begin = before.at.start
             places = dict(before.fields)
             for k, field in enumerate(fields):
@@ -84,7 +84,9 @@ def _layouts() -> dict[str, Layout]:
             # The entries of every field of a JointState have the same names.
             news = output.names or (name,)
             names = before.names + news if fields[0] == next(iter(places)) else before.names
-            found[topic] = Layout(topic, before.ros_type, slice(begin, at + share), names, places)
+            found[topic] = TopicNumbers(
+                topic, before.ros_type, slice(begin, at + share), names, places
+            )
             at += share
     return found
 

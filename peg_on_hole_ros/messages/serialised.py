@@ -5,7 +5,7 @@ A driver's messages differ in stamp and numbers alone. So a message of the layou
 one, which ROS has read, needs no reading of its texts.
 """
 
-from peg_on_hole_ros.messages.cdr_layout import MessageLayout
+from peg_on_hole_ros.messages.cdr_layout import ENCAPSULATION, MessageLayout
 from peg_on_hole_ros.messages.decode import (
     JOINTS_TYPE,
     WRENCH_TYPE,
@@ -15,11 +15,8 @@ from peg_on_hole_ros.messages.decode import (
 )
 from peg_on_hole_ros.records import JointSample, WrenchSample
 
-# Where the last two bytes are others, they say how much of the end is none of the message's.
-_ENCAPSULATION = b"\0\1\0\0"
 
-
-class _Learnt:
+class _LearntReader:
     """The layout of a message that ROS has read; None: it has none."""
 
     ros_type = ""
@@ -34,12 +31,13 @@ class _Learnt:
             self._layout = None
 
     def _read(self, payload):
-        if self._layout is None or payload[:4] != _ENCAPSULATION:
+        # Where the last two bytes are others, they say how much of the end is padding.
+        if self._layout is None or payload[: len(ENCAPSULATION)] != ENCAPSULATION:
             return None
         return self._layout.read_one(payload)
 
 
-class WrenchReader(_Learnt):
+class WrenchReader(_LearntReader):
     """Reads serialised geometry_msgs/WrenchStamped like one that was learnt."""
 
     ros_type = WRENCH_TYPE
@@ -57,7 +55,7 @@ class WrenchReader(_Learnt):
         return checked_wrench(WrenchSample(t_ns, tuple(numbers[:3]), tuple(numbers[3:])))
 
 
-class JointsReader(_Learnt):
+class JointsReader(_LearntReader):
     """
     Reads serialised sensor_msgs/JointState like one that was learnt.
 

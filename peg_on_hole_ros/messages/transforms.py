@@ -5,10 +5,10 @@ from collections.abc import Callable
 from peg_on_hole_ros.messages.plain import HOLE_FRAME
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-TOPIC = "/tf"
+TRANSFORM_TOPIC = "/tf"
 PEG_FRAME = "peg"
 # Between two of them [ns].
-PERIOD_NS = 20_000_000
+TRANSFORM_PERIOD_NS = 20_000_000
 
 
 class Transforms:
@@ -31,7 +31,7 @@ class Transforms:
         """
         last_ns = self._last_ns
         # Stamps may jump back: a bag played again, a simulator started again.
-        if last_ns is not None and last_ns <= t_ns < last_ns + PERIOD_NS:
+        if last_ns is not None and last_ns <= t_ns < last_ns + TRANSFORM_PERIOD_NS:
             return None
         self._last_ns = t_ns
         pose = pose_of()

@@ -11,7 +11,7 @@ from peg_on_hole_ros.messages.stream import message_stream
 from peg_on_hole_ros.records import ANGLES
 
 # Samples.
-REST = 60
+REST_SAMPLES = 60
 
 
 def warm(configuration: Configuration, convert: Callable = lambda _, fields: fields) -> None:
@@ -37,9 +37,9 @@ def warm(configuration: Configuration, convert: Callable = lambda _, fields: fie
     # points.
     declared = 20 + round(2e3 * configuration.monitor.mode_dwell)
     count = 180 + declared
-    for n in range(count + REST):
+    for n in range(count + REST_SAMPLES):
         t_ns = 1_000_000_000 + n * 1_000_000
-        k = n - min(max(n - declared, 0), REST)
+        k = n - min(max(n - declared, 0), REST_SAMPLES)
         gamma = scene.gamma0 * (1.5 - 0.6 * k / count)
         if k % 8 == 0:
             # Now and then a surprise, which has code of its own.

@@ -4,17 +4,17 @@ from typing import get_type_hints
 
 import numpy as np
 
-from peg_on_hole_ros.outputs import Output, Row
+from peg_on_hole_ros.outputs import Entry, Row
 from peg_on_hole_ros.typed_record import Record, dtype_of
 
 ROW = dtype_of(Row)
 
 
-def entries(record: type[Record]) -> dict[str, Output]:
+def entries(record: type[Record]) -> dict[str, Entry]:
     """Return the entries of the table by the name of their field, in order."""
     hints = get_type_hints(record, include_extras=True)
     return {
-        name: next(each for each in hint.__metadata__ if isinstance(each, Output))
+        name: next(each for each in hint.__metadata__ if isinstance(each, Entry))
         for name, hint in hints.items()
     }
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.mechanics.planning.cell import Cell
-from peg_on_hole_ros.mechanics.planning.motion import NEAREST
+from peg_on_hole_ros.mechanics.planning.motion import NEAREST_TO_GAMMA0
 from peg_on_hole_ros.mechanics.planning.steady import holder_law, steady_loads
 from peg_on_hole_ros.mechanics.planning.words import advice
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -86,7 +86,7 @@ def possible(outputs: Outputs, configuration: Configuration) -> str:
 
     """
     scene, gamma = _known(outputs, configuration.scene), float(outputs.state[0])
-    if outputs.contact_mode != "three_point" or not gamma > scene.gamma0 + NEAREST:
+    if outputs.contact_mode != "three_point" or not gamma > scene.gamma0 + NEAREST_TO_GAMMA0:
         return ""
     rates = _rates(outputs, scene)
     push = _push(outputs, scene, configuration.plan, rates)

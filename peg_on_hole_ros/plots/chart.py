@@ -10,20 +10,20 @@ from peg_on_hole_ros.plots.labels import place_labels
 from peg_on_hole_ros.study.chart import (
     DEFAULT,
     ESTIMATORS,
-    LEAST_COVERAGE,
     LEAST_DETERMINED,
+    OVERCONFIDENT_COVERAGE,
     Limits,
     Overall,
     front,
 )
 
 # Okabe and Ito's, with a marker for each rate.
-_DEFAULT, _OTHER, _FRONT = "#009e73", "#0072b2", "#9a9a9a"
+_DEFAULT_COLOR, _OTHER_COLOR, _FRONT_COLOR = "#009e73", "#0072b2", "#9a9a9a"
 _MARKERS = {1000: "o", 500: "s", 100: "^"}
 # Of the whole picture [in], and the panels' places in it.
 _WIDE = (9.0, 4.7), ((0.052, 0.21, 0.44, 0.68), (0.55, 0.21, 0.44, 0.68))
 _NARROW = (3.9, 8.2), ((0.115, 0.605, 0.86, 0.345), (0.115, 0.165, 0.86, 0.345))
-_DPI = 160
+_CHART_DPI = 160
 
 
 def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
@@ -41,7 +41,7 @@ def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
 
     """
     size, places = _NARROW if narrow else _WIDE
-    fig = Figure(figsize=size, dpi=_DPI)
+    fig = Figure(figsize=size, dpi=_CHART_DPI)
     FigureCanvasAgg(fig)
     drawn = {str(one): one for one in ESTIMATORS if one.shown}
     rows = [row for row in rows if row.name in drawn]
@@ -63,13 +63,17 @@ def figure(rows: list[Overall], limits: Limits, narrow: bool = False) -> Figure:
 
 def _legend(fig, narrow):
     marks = [
-        Line2D([], [], color=_DEFAULT, marker="o", linestyle="", markersize=8, label="default"),
-        Line2D([], [], color=_OTHER, marker="o", linestyle="", label="other methods, at 1 kHz"),
         Line2D(
-            [], [], color=_OTHER, marker="o", linestyle="", markerfacecolor="white",
+            [], [], color=_DEFAULT_COLOR, marker="o", linestyle="", markersize=8, label="default"
+        ),
+        Line2D(
+            [], [], color=_OTHER_COLOR, marker="o", linestyle="", label="other methods, at 1 kHz"
+        ),
+        Line2D(
+            [], [], color=_OTHER_COLOR, marker="o", linestyle="", markerfacecolor="white",
             label="hollow: its bounds do not hold, or it tells little",
         ),
-        Line2D([], [], color=_FRONT, linewidth=2, label="front: none is cheaper and better"),
+        Line2D([], [], color=_FRONT_COLOR, linewidth=2, label="front: none is cheaper and better"),
     ]  # fmt: skip
     fig.legend(
         handles=marks, loc="lower center", ncols=1 if narrow else len(marks), fontsize=8,
@@ -86,11 +90,11 @@ def _panel(fig, axis, rows, marks, errors, bound, limit):
     axis.set(xscale="log", yscale="log", xlim=(least / 1.5, cost.max() * 2.6))
     axis.set_ylim(np.nanmin([error.min(), bound]) / 1.5, error.max() * 1.8)
     kept = [sure[k] for k in front(cost[sure], error[sure])]
-    axis.step(cost[kept], error[kept], where="post", color=_FRONT, linewidth=2, zorder=1)
+    axis.step(cost[kept], error[kept], where="post", color=_FRONT_COLOR, linewidth=2, zorder=1)
     steps = list(zip(kept, kept[1:]))
     for k, one in enumerate(marks):
         default = one.name == DEFAULT.name
-        color = _DEFAULT if default else _OTHER
+        color = _DEFAULT_COLOR if default else _OTHER_COLOR
         axis.plot(
             cost[k], error[k], _MARKERS[one.rate], color=color, zorder=3,
             markersize=10 if one == DEFAULT else 7 if default else 6,
@@ -139,5 +143,5 @@ def _keeps(row):
     """Return whether an estimator's word on its reactions counts."""
     if np.isnan(row.reactions):
         return not row.lost
-    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= LEAST_COVERAGE
+    sure = row.determined >= LEAST_DETERMINED and row.reactions_inside >= OVERCONFIDENT_COVERAGE
     return bool(sure) and not row.lost

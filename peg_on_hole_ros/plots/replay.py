@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from peg_on_hole_ros.bags.truth import BOUND, Truth
-from peg_on_hole_ros.plots.series import COLUMNS, MONITORED, Series
+from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, RecordedTruth
+from peg_on_hole_ros.plots.series import MONITORED, Series
+from peg_on_hole_ros.records import SIX_QUANTITIES
 
-COLORS = ("#1b6ca8", "#c2571a", "#2e7d32")
+TRACE_COLORS = ("#1b6ca8", "#c2571a", "#2e7d32")
 MODE_COLORS = {
     "three_point": "#2e7d32",
     "two_point": "#c2571a",
@@ -19,7 +20,9 @@ MODE_COLORS = {
 TRUTH = {"color": "black", "linewidth": 0.8, "linestyle": (0, (4, 3))}
 
 
-def figure(series: Series, title: str, gamma0: float, truth: Truth | None = None) -> Figure:
+def figure(
+    series: Series, title: str, gamma0: float, truth: RecordedTruth | None = None
+) -> Figure:
     """
     Draw a run.
 
@@ -30,7 +33,7 @@ def figure(series: Series, title: str, gamma0: float, truth: Truth | None = None
     title : str
     gamma0 : float
         Tilt at which three-point contact ends [rad].
-    truth : Truth, optional
+    truth : RecordedTruth, optional
         Drawn as broken lines.
 
     """
@@ -59,14 +62,14 @@ def png(fig: Figure) -> bytes:
 
 
 def _band(axis, t, values, stddev, i, color, sure=True):
-    label = COLUMNS[i] if i < 3 else f"N_{COLUMNS[i]}"
-    value, bound = values[:, i], BOUND * stddev[:, i]
+    label = SIX_QUANTITIES[i] if i < 3 else f"N_{SIX_QUANTITIES[i]}"
+    value, bound = values[:, i], BOUND_STDDEVS * stddev[:, i]
     axis.fill_between(t, value - bound, value + bound, color=color, alpha=0.25, linewidth=0)
     axis.plot(t, np.where(sure, value, np.nan), color=color, linewidth=1.0, label=label)
 
 
 def _gamma(axis, t, values, stddev, gamma0):
-    _band(axis, t, values, stddev, 0, COLORS[0])
+    _band(axis, t, values, stddev, 0, TRACE_COLORS[0])
     axis.axhline(gamma0, color="grey", linewidth=0.8, label="gamma0")
     axis.set_ylabel("tilt [rad]")
     axis.legend(loc="upper right", ncols=3)
@@ -76,7 +79,7 @@ def _turns(axis, t, values, stddev):
     turned = values.copy()
     turned[:, 1:3] = np.unwrap(values[:, 1:3], axis=0)
     for i in (1, 2):
-        _band(axis, t, turned, stddev, i, COLORS[i])
+        _band(axis, t, turned, stddev, i, TRACE_COLORS[i])
     axis.set_ylabel("turns [rad]")
     axis.legend(loc="upper left", ncols=3)
 
@@ -86,7 +89,7 @@ def _reactions(axis, t, values, stddev, monitor):
     undetermined = monitor[:, MONITORED.index("reactions_determined")] == 0.0
     sure = ~(undetermined & (stddev[:, 3:] > 0.0).any(axis=1))
     for i in (3, 4, 5):
-        _band(axis, t, values, stddev, i, COLORS[i - 3], sure)
+        _band(axis, t, values, stddev, i, TRACE_COLORS[i - 3], sure)
     # Near wedging bounds have no limit; the picture is for what is known.
     told = values[np.isfinite(values[:, 3:]).all(axis=1), 3:]
     top = 1.3 * max(float(np.percentile(told, 99.5)) if told.size else 0.0, 1.0)

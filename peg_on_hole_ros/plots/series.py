@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from peg_on_hole_ros.messages.passed_time import PassedTime, Run
-from peg_on_hole_ros.records import ANGLES, CONTACTS
+from peg_on_hole_ros.messages.passed_time import PassedTime, StampRun
 
 MOST_ROWS = 40_000  # more than a plot has pixels
 MONITORED = (
@@ -15,7 +14,6 @@ MONITORED = (
     "three_point_validity",
     "reactions_determined",
 )
-COLUMNS = (*ANGLES, *CONTACTS)
 
 
 class Series:
@@ -41,7 +39,7 @@ class Series:
         self._time = PassedTime()
 
     @property
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[StampRun]:
         """Stamps from one fall to the next."""
         return self._time.runs
 
@@ -95,7 +93,7 @@ class Series:
         passed_ns : ndarray of int64, shape (n,)
             Never less than the one before.
         values, stddev : ndarray, shape (n, 6)
-            In the order of COLUMNS.
+            In the order of `records.SIX_QUANTITIES`.
         monitor : ndarray, shape (n, 4)
             In the order of MONITORED; NaN where a value does not exist, which a plot leaves out.
 

@@ -9,7 +9,7 @@ from peg_on_hole_ros.study import stability as study
 from peg_on_hole_ros.study.stability import Verdict
 
 # Told apart by those who see fewer colours, and in print: Okabe and Ito's.
-COLORS = {
+VERDICT_COLORS = {
     Verdict.HOLDS: "#009e73",
     Verdict.UNTOLD: "#8fd0f0",
     Verdict.ERRS: "#f0e442",
@@ -17,9 +17,9 @@ COLORS = {
     Verdict.NONE: "#e4e4e4",
 }
 _CODES = {verdict: i for i, verdict in enumerate(Verdict)}
-_SHOWN = ListedColormap([COLORS[verdict] for verdict in Verdict])
+_VERDICT_MAP = ListedColormap([VERDICT_COLORS[verdict] for verdict in Verdict])
 _NORM = BoundaryNorm(np.arange(len(Verdict) + 1) - 0.5, len(Verdict))
-_DPI = 160
+_MAP_DPI = 160
 
 
 def figure(found: dict, narrow: bool = False) -> Figure:
@@ -36,11 +36,11 @@ def figure(found: dict, narrow: bool = False) -> Figure:
     """
     columns = 1 if narrow else 3
     rows = -(-len(study.METHODS) // columns)
-    fig = Figure(figsize=(3.9, 9.6) if narrow else (9.0, 4.6), dpi=_DPI)
+    fig = Figure(figsize=(3.9, 9.6) if narrow else (9.0, 4.6), dpi=_MAP_DPI)
     axes = fig.subplots(rows, columns, squeeze=False)
     edges = (0.42, 0.125, 0.98, 0.965) if narrow else (0.18, 0.16, 0.99, 0.92)
     fig.subplots_adjust(*edges, wspace=0.06, hspace=0.28 if narrow else 0.3)
-    quantities = [quantity for quantity in study.AXES if quantity.name in found]
+    quantities = [quantity for quantity in study.MAP_AXES if quantity.name in found]
     for n, (axis, name) in enumerate(zip(axes.flat, study.METHODS)):
         verdicts = [[place[n].verdict for place in found[q.name]] for q in quantities]
         _panel(axis, verdicts, [q.label for q in quantities] if n % columns == 0 else [])
@@ -50,7 +50,7 @@ def figure(found: dict, narrow: bool = False) -> Figure:
             axis.set_xlabel("low  →  high", fontsize=8)
     for axis in axes.flat[len(study.METHODS) :]:
         axis.set_axis_off()
-    patches = [Patch(color=COLORS[verdict], label=verdict.value) for verdict in Verdict]
+    patches = [Patch(color=VERDICT_COLORS[verdict], label=verdict.value) for verdict in Verdict]
     fig.legend(
         handles=patches, loc="lower center", ncols=1 if narrow else len(patches), fontsize=8,
         frameon=False, columnspacing=1.2, borderpad=0.0,
@@ -60,7 +60,7 @@ def figure(found: dict, narrow: bool = False) -> Figure:
 
 def _panel(axis, verdicts, labels):
     codes = np.array([[_CODES[verdict] for verdict in row] for row in verdicts])
-    axis.pcolormesh(codes, cmap=_SHOWN, norm=_NORM, edgecolors="white", linewidth=1.0)
+    axis.pcolormesh(codes, cmap=_VERDICT_MAP, norm=_NORM, edgecolors="white", linewidth=1.0)
     axis.invert_yaxis()
     axis.set_xticks([])
     axis.set_yticks(np.arange(len(labels)) + 0.5, labels, fontsize=8)

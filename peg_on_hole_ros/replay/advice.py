@@ -22,7 +22,7 @@ _NO_STAMPS = "those of one are all zero: its driver does not set them, and has t
 _CLOCKS = "synchronise the clocks of the drivers, or state joints.delay"
 _LOOP = "they come again, as in a recording that was played in a loop"
 # By the end of a reason's name; docs/counts.md has the rest.
-_REMEDIES = {
+_REMEDY_BY_REASON = {
     "missing_joint": "joints.names has to name joints of the joint states: it is {names}, the "
     "first joint state has {lacking}",
     "joints_dropped_out_of_range": "angles are in radians: degrees? the order of joints.names? a "
@@ -46,20 +46,26 @@ _REMEDIES = {
     "without_orientation": "the joint states stopped, or none of them could be used any more",
     "before_joints": "joint states begin late, or their stamps are of another clock",
 }
-_SHARED = (
+_SHARED_TOPIC = (
     "usual where another driver shares the topic: joints.names is {names}, the first joint state "
     "without all of them has {lacking}"
 )
 # Where others share the topic or the robot is elsewhere these are usual; half of the messages tell
 # of them, and a tenth of all else.
-_USUAL = ("missing_joint", "outside_joint_limits", "pointing_away", "before_joints", "last_wrench")
+_USUAL_REASONS = (
+    "missing_joint",
+    "outside_joint_limits",
+    "pointing_away",
+    "before_joints",
+    "last_wrench",
+)
 # Longer than a mode takes [s].
 _DECLARED = 0.3
 _UNKNOWN = (
     "contact mode: unknown throughout, so the wrench fits no contact of this peg: check "
     "wrench.acts_on (the sign), the tare, sensor_xyz, units (N, N m), hole_diameter - peg_diameter"
 )
-_NEVER = (
+_NEVER_THREE_POINT = (
     "contact mode: two_point, and never three_point before, as gamma stayed below gamma0 = {:.4g} "
     "rad: if the peg rested on the rim, check hole_diameter - peg_diameter and joints.hole_rpy"
 )
@@ -226,10 +232,10 @@ def remedy(dropped: dict[str, int], names: Sequence[str], seen: Seen) -> str:
 
     """
     for reason in sorted(dropped, key=lambda reason: ("before" in reason, -dropped[reason])):
-        for end, text in _REMEDIES.items():
+        for end, text in _REMEDY_BY_REASON.items():
             if reason.endswith(end):
                 if end == "missing_joint" and seen.complete:
-                    text = _SHARED
+                    text = _SHARED_TOPIC
                 if _CLOCKS in text and seen.loop:
                     text = _LOOP
                 return text.format(names=list(names), lacking=seen.lacking)
@@ -263,7 +269,11 @@ def lines(
         dropped = {k: n for k, n in result["messages"]["dropped"].items() if k.startswith(source)}
         lost, odd = sum(dropped.values()), {}
         if 2 * lost <= count:
-            odd = {k: n for k, n in dropped.items() if 10 * n > count and not k.endswith(_USUAL)}
+            odd = {
+                k: n
+                for k, n in dropped.items()
+                if 10 * n > count and not k.endswith(_USUAL_REASONS)
+            }
         if 2 * lost > count or odd:
             what = remedy(odd or dropped, configuration.joints.names, seen)
             told.append(f"{lost} of {count} messages of {source} were not used: {what}")
@@ -274,7 +284,7 @@ def lines(
     shares = result["contact_mode"]
     known = 1.0 - shares.get("unknown", 0.0)
     if shares.get("two_point", 0.0) > 0.5 * known and not shares.get("three_point"):
-        told.append(_NEVER.format(configuration.scene.gamma0))
+        told.append(_NEVER_THREE_POINT.format(configuration.scene.gamma0))
     misfit = result["messages"]["events"].get(MISFIT_COUNT)
     odd_lines = [f"{source}: {line}" for source in read for line in seen.odd(source)]
     told += [line for line in odd_lines if line not in told]

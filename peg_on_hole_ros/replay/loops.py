@@ -4,7 +4,7 @@ import numpy as np
 
 # Farther back than messages are late [ns].
 _BACK_NS = 100_000_000
-_FEWEST = 20
+_FEWEST_BEHIND = 20
 # One stamp in eight is remembered, by a multiplicative hash.
 _FACTOR, _SHIFT = np.uint64(0x9E3779B97F4A7C15), np.uint64(61)
 
@@ -45,5 +45,5 @@ class Loop:
     @property
     def seconds(self) -> float:
         """How far stamps went back, at most, to come again [s]; 0: there is no loop."""
-        some = self._behind >= _FEWEST and self._asked > 0
+        some = self._behind >= _FEWEST_BEHIND and self._asked > 0
         return self._back_ns * 1e-9 if some and 2 * self._again > self._asked else 0.0

@@ -35,7 +35,7 @@ from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.records import Arrivals
 from peg_on_hole_ros.replay.advice import Seen, remedy
 from peg_on_hole_ros.replay.bag_settings import settled
-from peg_on_hole_ros.robot.urdf_source import TOPIC, check_regular, urdf_path
+from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, check_regular, urdf_path
 
 _REMEDY = (
     "name the topics by --wrench-topic and --joints-topic, or in the configuration "
@@ -153,7 +153,7 @@ def stored_configuration(bag: Bag, any_urdf: bool = False) -> Configuration | No
         return configuration
     joints = configuration.joints
     text = bag.metadata.get(URDF_METADATA, {}).get("text", "")
-    if joints.urdf == TOPIC:
+    if joints.urdf == FROM_TOPIC:
         # A bag of its own, or its metadata, has it: no file is read.
         return replace(configuration, joints=replace(joints, description=text))
     if not text:

@@ -14,7 +14,7 @@ _RESERVOIR = 4096
 # Messages that may be overtaken by ones that came later; one whose stamp falls by more is of
 # another recording [ns].
 _OVERTAKEN = 256
-_FALL_NS = 1_000_000_000
+_NEW_RECORDING_NS = 1_000_000_000
 
 
 class ByStamp:
@@ -37,7 +37,7 @@ class ByStamp:
         if len(self._t_ns):
             t_ns = np.concatenate([self._t_ns, t_ns])
             rows = np.concatenate([self._rows, rows])
-        part = np.cumsum(np.diff(t_ns, prepend=t_ns[:1]) < -_FALL_NS)
+        part = np.cumsum(np.diff(t_ns, prepend=t_ns[:1]) < -_NEW_RECORDING_NS)
         order = np.lexsort((t_ns, part))
         t_ns, rows = t_ns[order], rows[order]
         first = max(len(t_ns) - _OVERTAKEN, 0)

@@ -4,13 +4,13 @@ import numpy as np
 
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.passed_time import PassedTime
-from peg_on_hole_ros.records import CONTACTS, UNTOLD
+from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS, UNTOLD
 
 VERSION = 1
 # Why no reaction is told, though the outputs had some.
 VOID = "they would rest on what the data contradict"
 # An alarm that flickers would fill the summary; further changes are only counted.
-MOST_ALARMS = 1000
+MOST_ALARM_CHANGES = 1000
 
 
 class Summary:
@@ -77,12 +77,12 @@ class Summary:
             if status["level"] == before:
                 continue
             self._alarm_changes += 1
-            if len(self._alarms) < MOST_ALARMS:
+            if len(self._alarms) < MOST_ALARM_CHANGES:
                 self._alarms.append(
                     {
                         "time": passed,
                         "name": status["name"],
-                        "level": ("OK", "WARN", "ERROR")[status["level"]],
+                        "level": ALARM_LEVELS[status["level"]],
                         "message": status["message"],
                     }
                 )

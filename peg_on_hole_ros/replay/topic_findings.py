@@ -14,12 +14,12 @@ from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.replay.stamps import ByStamp
 
 # A sensor's noise, and most encoders', changes the last digits within so many messages.
-_ALIKE = 100
+_MOST_REPEATS = 100
 # A joint that turns faster, or by more than a step of the encoder between two messages, is two
 # joints [rad/s], [rad]; once in a while one that counts within a turn begins anew.
-_FASTEST, _STEP = 100.0, 0.01
-_OFTEN = 0.1
-_SHOWN = 4
+_FASTEST_JOINT, _ENCODER_STEP = 100.0, 0.01
+_OFTEN_SHARE = 0.1
+_NAMES_SHOWN = 4
 # More tell no more of a sensor's noise.
 _MOST_STEPS = 2000
 _OF_WRENCH = {"force": slice(0, 3), "torque": slice(3, 6)}
@@ -93,7 +93,7 @@ class Oddities:
         else:
             way = np.abs(np.diff(values, axis=0)).max(axis=1, initial=0.0)
         # Where stamps fall another recording begins.
-        jumps = (seconds >= 0.0) & (way > np.maximum(_STEP, _FASTEST * seconds))
+        jumps = (seconds >= 0.0) & (way > np.maximum(_ENCODER_STEP, _FASTEST_JOINT * seconds))
         self._jumps += int(jumps.sum())
         self._widest = max(self._widest, float(way[jumps].max(initial=0.0)))
 
@@ -102,7 +102,7 @@ class Oddities:
         steps = self._steps[name]
         # Half of the steps of three noisy components are longer than sqrt(2 * 2.37) deviations; a
         # motion makes them longer still.
-        return median(steps) / sqrt(4.73) if len(steps) >= _ALIKE else None
+        return median(steps) / sqrt(4.73) if len(steps) >= _MOST_REPEATS else None
 
     def lines(self) -> list[str]:
         """Return what a user has to look at, a line for each oddity."""
@@ -112,19 +112,21 @@ class Oddities:
         repeated = "" if self._repeats is None else said(self._repeats)
         told = [repeated] if repeated else []
         if len(self._frames) > 1:
-            frames = ", ".join(f"{name!r} ({n})" for name, n in self._frames.most_common(_SHOWN))
+            frames = ", ".join(
+                f"{name!r} ({n})" for name, n in self._frames.most_common(_NAMES_SHOWN)
+            )
             told.append(
                 f"messages of {len(self._frames)} frames, {frames}, count as one's: two publish "
                 "on one topic; give each a topic of its own"
             )
-        if self._jumps > _OFTEN * self._count:
+        if self._jumps > _OFTEN_SHARE * self._count:
             told.append(
                 f"positions jump {self._jumps} times in {self._count} messages, by up to "
-                f"{self._widest:.3g} and faster than {_FASTEST:g} a second: two publish joints of "
-                "the same names on one topic, or the stamps are wrong"
+                f"{self._widest:.3g} and faster than {_FASTEST_JOINT:g} a second: two publish "
+                "joints of the same names on one topic, or the stamps are wrong"
             )
         for name, value in self._first.items():
-            if self._count >= _ALIKE and name not in self._changed:
+            if self._count >= _MOST_REPEATS and name not in self._changed:
                 shown = ", ".join(f"{x:.6g}" for x in value)
                 why = (
                     "the peg rests throughout, or the driver repeats an old one"

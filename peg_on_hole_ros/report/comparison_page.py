@@ -6,6 +6,7 @@ import numpy as np
 
 from peg_on_hole_ros.bags.estimates import Estimate
 from peg_on_hole_ros.config.options import Configuration
+from peg_on_hole_ros.records import SIX_QUANTITIES
 from peg_on_hole_ros.report.markup import html, points, section, table
 from peg_on_hole_ros.report.model import model
 from peg_on_hole_ros.report.page import document
@@ -16,9 +17,9 @@ from peg_on_hole_ros.report.panels import (
     with_data,
 )
 from peg_on_hole_ros.report.provenance import made_at, versions
-from peg_on_hole_ros.report.thinning import Rows
-from peg_on_hole_ros.report.tracks import MOST_DRAWN, QUANTITIES, Tracks, named
-from peg_on_hole_ros.report.words import Place
+from peg_on_hole_ros.report.thinning import ThinnedRows
+from peg_on_hole_ros.report.tracks import MOST_DRAWN, Tracks, named
+from peg_on_hole_ros.report.words import Remark
 
 # Of the values of an estimate: angles and reactions.
 _DRAWN = (0, 1, 2, 6, 7, 8)
@@ -30,7 +31,7 @@ class Overlay:
 
     def __init__(self) -> None:
         self.a, self.b = Tracks(), Tracks()
-        self._difference = Rows(len(QUANTITIES))
+        self._difference = ThinnedRows(len(SIX_QUANTITIES))
 
     def add(self, a: Estimate, b: Estimate) -> None:
         """Take the estimates of one stamp."""
@@ -48,7 +49,7 @@ class Overlay:
     def tables(self) -> dict[str, dict[str, np.ndarray]]:
         """Return the columns of `a`, `b` and `difference` [stddev]."""
         a, b = self.a.columns(), self.b.columns()
-        for name in QUANTITIES[1:_ANGLES]:
+        for name in SIX_QUANTITIES[1:_ANGLES]:
             # Both begin within half a turn of zero, not always on the same side.
             turns = 2 * pi * np.round((a[name][0] - b[name][0]) / (2 * pi))
             for end in ("", "_low", "_high"):
@@ -56,7 +57,7 @@ class Overlay:
         return {
             "a": a,
             "b": b,
-            "difference": named(*self._difference.arrays(MOST_DRAWN), QUANTITIES),
+            "difference": named(*self._difference.arrays(MOST_DRAWN), SIX_QUANTITIES),
         }
 
 
@@ -115,11 +116,11 @@ def _headline(result):
 
 def _summary(result):
     stamps = result["stamps"]
-    yield Place(
+    yield Remark(
         f"{stamps['common']} stamps are in both, {stamps['only_a']} in A alone, "
         f"{stamps['only_b']} in B alone."
     )
-    yield Place(
+    yield Remark(
         f"The contact mode agrees at {result['contact_mode_agrees']:.2%} of them, the transition "
         f"at {result['transition_agrees']:.2%}."
     )

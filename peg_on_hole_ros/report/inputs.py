@@ -9,17 +9,17 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.messages.columns import OutputColumns
 from peg_on_hole_ros.messages.stream import orientation_of
 from peg_on_hole_ros.records import AngleMeasurement, Arrivals, JointSample, WrenchSample
-from peg_on_hole_ros.report.thinning import Rows
+from peg_on_hole_ros.report.thinning import ThinnedRows
 from peg_on_hole_ros.report.tracks import MOST_DRAWN, Tracks, named
 
-WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+WRENCH_COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 # A measurement is held against an estimate no further from it [ns]: rates do not last.
 _NEAR_NS = 100_000_000
 # Width of what is held of an orientation: angles and their covariance.
 _ORIENTATION = 12
 _MOST_WAITING = 10_000
 # The stamp of a wrench that was before all others [ns].
-_NONE = np.iinfo(np.int64).min
+_BEFORE_ALL = np.iinfo(np.int64).min
 
 
 class _Waiting(NamedTuple):
@@ -63,10 +63,10 @@ class Inputs:
         self._orientation = orientation_of(configuration.joints)
         self._delay_ns = round(configuration.joints.delay * 1e9)
         self._rows = {
-            "wrench": Rows(len(WRENCH)),
-            "innovations": Rows(1),
-            "wrench_interval": Rows(1),
-            "joints_interval": Rows(1),
+            "wrench": ThinnedRows(len(WRENCH_COMPONENTS)),
+            "innovations": ThinnedRows(1),
+            "wrench_interval": ThinnedRows(1),
+            "joints_interval": ThinnedRows(1),
         }
         self._latest = dict.fromkeys(self._rows, 0)
         self._last_ns: dict[str, int] = {}
@@ -75,13 +75,13 @@ class Inputs:
         # before them, and row.
         self._stamps = self._behind = np.empty(0, np.int64)
         self._measured = np.empty((0, _ORIENTATION))
-        self._wrench_ns = _NONE
+        self._wrench_ns = _BEFORE_ALL
 
     def read(self, sample: object) -> None:
         """Take a wrench or a joint state; one that cannot be read is left out."""
         if isinstance(sample, WrenchSample):
             row = np.array([[*sample.force, *sample.torque]])
-            self._take_wrenches(np.array([sample.t_ns]), row, np.array([_NONE]))
+            self._take_wrenches(np.array([sample.t_ns]), row, np.array([_BEFORE_ALL]))
             self._wrench_ns = sample.t_ns
             return
         if not isinstance(sample, JointSample):
@@ -90,7 +90,10 @@ class Inputs:
         if isinstance(measured, AngleMeasurement):
             t_ns = np.array([sample.t_ns - self._delay_ns])
             self._take_orientations(
-                t_ns, measured.row.reshape(1, -1), np.array([self._wrench_ns]), np.array([_NONE])
+                t_ns,
+                measured.row.reshape(1, -1),
+                np.array([self._wrench_ns]),
+                np.array([_BEFORE_ALL]),
             )
 
     def take_inputs(self, arrivals: Arrivals, begin: int, end: int) -> None:
@@ -100,9 +103,9 @@ class Inputs:
         last = first + int(np.count_nonzero(of_wrench))
         rows = arrivals.orientations[begin - first : end - last]
         # Of those given at once stamps rise; what came before them all is behind any output.
-        wrench_ns = np.concatenate([[_NONE], t_ns[of_wrench]])
+        wrench_ns = np.concatenate([[_BEFORE_ALL], t_ns[of_wrench]])
         behind_ns = wrench_ns[np.cumsum(of_wrench)[~of_wrench]]
-        after = np.where(behind_ns == _NONE, self._wrench_ns, behind_ns)
+        after = np.where(behind_ns == _BEFORE_ALL, self._wrench_ns, behind_ns)
         self._take_wrenches(t_ns[of_wrench], arrivals.wrenches[first:last], wrench_ns[:-1])
         self._take_orientations(t_ns[~of_wrench], rows, after, behind_ns)
         self._wrench_ns = int(wrench_ns[-1]) if last > first else self._wrench_ns
@@ -149,7 +152,9 @@ class Inputs:
             k = int(np.count_nonzero(first < len(t_ns)))
             self._draw(name, stamps[:k], rows[:k], t_ns[first[:k]])
             if k < len(stamps):
-                self._wait(_Waiting(name, stamps[k:], rows[k:], np.full(len(stamps) - k, _NONE)))
+                self._wait(
+                    _Waiting(name, stamps[k:], rows[k:], np.full(len(stamps) - k, _BEFORE_ALL))
+                )
 
     def _draw(self, name, stamps, rows, output_ns):
         """Draw rows at their stamps: what is late where it came, nothing ahead of its output."""
@@ -171,8 +176,8 @@ class Inputs:
         self._draw("innovations", stamps[near], squared.reshape(-1, 1), t_ns[near])
 
     def tables(self, most: int = MOST_DRAWN) -> dict[str, dict[str, np.ndarray]]:
-        """Return columns by table and name: WRENCH [N], [N m], `squared`, `interval` [ms]."""
-        columns = {"wrench": WRENCH, "innovations": ("squared",)}
+        """Return columns by table and name: the wrench [N], [N m], `squared`, `interval` [ms]."""
+        columns = {"wrench": WRENCH_COMPONENTS, "innovations": ("squared",)}
         return {
             name: named(*rows.arrays(most), columns.get(name, ("interval",)))
             for name, rows in self._rows.items()

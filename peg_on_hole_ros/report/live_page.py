@@ -4,7 +4,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.report.markup import html, section
 from peg_on_hole_ros.report.page import bare_page, views_and_readings
 
-_SCRIPTS = ("theme.js", "drawing.js", "readings.js", "strips.js", "live.js")
+_LIVE_SCRIPTS = ("theme.js", "drawing.js", "readings.js", "strips.js", "live.js")
 _STRIPS = (
     ("tilt", "Tilt", "mrad, with gamma0"),
     ("reactions", "Normal reactions", "N; a gap: not determined"),
@@ -29,7 +29,7 @@ def live_page(name: str) -> str:
         '<div class="plots">\n' + "\n".join(strips) + "\n</div>\n</div></section>",
         section("alarms", "Alarms", '<ul id="alarmlist"><li>none</li></ul>'),
     ]
-    return bare_page(f"{name} live", body, _SCRIPTS)
+    return bare_page(f"{name} live", body, _LIVE_SCRIPTS)
 
 
 def drawn(configuration: Configuration) -> dict:

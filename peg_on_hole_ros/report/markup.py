@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from peg_on_hole_ros.report.words import Place
+from peg_on_hole_ros.report.words import Remark
 
 
 def shown(text: str) -> str:
@@ -37,13 +37,13 @@ def jump(text: str, start: float, end: float | None = None, kind: str = "jump") 
     )
 
 
-def sentence(place: Place) -> str:
+def sentence(place: Remark) -> str:
     """Return a sentence, with a button that brings to its time."""
     button = "" if place.t is None else " " + jump("show", place.t, kind="jump show")
     return html(place.text) + button
 
 
-def points(places: Iterable[Place]) -> str:
+def points(places: Iterable[Remark]) -> str:
     """Return a list of sentences."""
     items = "\n".join(f"<li>{sentence(place)}</li>" for place in places)
     return f"<ul>\n{items}\n</ul>"

@@ -13,7 +13,7 @@ import numpy as np
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.report.markup import html
 
-_SCRIPTS = ("packed.js", "theme.js", "plots.js", "drawing.js", "readings.js", "page.js")
+_REPORT_SCRIPTS = ("packed.js", "theme.js", "plots.js", "drawing.js", "readings.js", "page.js")
 # Of a column's range: finer than a pixel, far into a zoom.
 _DIGITS = 6
 _READINGS = (
@@ -65,7 +65,7 @@ def document(title: str, before: list[str], model: dict, after: list[str]) -> st
 
     """
     desk = _desk(model["panels"], "moving" in model)
-    return standing_alone(title, [*before, desk, *after], model, _SCRIPTS)
+    return standing_alone(title, [*before, desk, *after], model, _REPORT_SCRIPTS)
 
 
 def standing_alone(title: str, body: list[str], model: dict, scripts: tuple[str, ...]) -> str:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.records import ANGLES, CONTACTS
-from peg_on_hole_ros.report.tracks import LEARNT, QUANTITIES
+from peg_on_hole_ros.report.tracks import LEARNT
 
 _MODE_NOTE = "What the contact was declared to be, from moment to moment."
 
@@ -192,7 +192,7 @@ def input_panels(configuration: Configuration) -> list[dict]:
 def difference_panels() -> list[dict]:
     """Return the plots of B - A of two outputs, in the smaller of their deviations."""
     source = Source("difference")
-    angles, reactions = QUANTITIES[:3], QUANTITIES[3:]
+    angles, reactions = ANGLES, CONTACTS
     note = "Difference over the smaller of both stated standard deviations."
     return [
         panel(

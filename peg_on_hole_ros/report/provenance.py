@@ -11,14 +11,13 @@ from peg_on_hole_ros import __version__
 from peg_on_hole_ros.config.configuration import BY_NAME, to_parameters
 from peg_on_hole_ros.config.options import Configuration
 
-_LIBRARIES = ("numpy", "numba", "scipy", "mcap", "plotly")
-_PIECE = 1 << 20
+_NAMED_LIBRARIES = ("numpy", "numba", "scipy", "mcap", "plotly")
 
 
 def versions() -> list[tuple[str, str]]:
     """Return names and versions of what has made the report."""
     found = [("peg_on_hole_ros", __version__), ("Python", platform.python_version())]
-    for name in _LIBRARIES:
+    for name in _NAMED_LIBRARIES:
         try:
             found.append((name, version(name)))
         except PackageNotFoundError:
@@ -39,14 +38,19 @@ def stamp_text(t: float) -> str:
         return f"{t:.3f} s"
 
 
+def hash_file(digest: "hashlib._Hash", path: Path) -> None:
+    """Add the content of a file to a hash, in pieces: a bag may be larger than the memory."""
+    with path.open("rb") as stream:
+        while piece := stream.read(1 << 20):
+            digest.update(piece)
+
+
 def hashes(files: Iterable[Path]) -> list[tuple[str, str]]:
     """Return name and SHA-256 of each file."""
     found = []
     for path in files:
         digest = hashlib.sha256()
-        with path.open("rb") as stream:
-            while piece := stream.read(_PIECE):
-                digest.update(piece)
+        hash_file(digest, path)
         found.append((path.name, digest.hexdigest()))
     return found
 

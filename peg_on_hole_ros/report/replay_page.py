@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_table
-from peg_on_hole_ros.bags.truth import BOUND
+from peg_on_hole_ros.bags.truth import BOUND_STDDEVS
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.records import CONTACTS
 from peg_on_hole_ros.report import words
@@ -119,7 +119,7 @@ def _loads(peaks, limits):
     rows = [
         (
             name,
-            f"{peaks[name].normal:.4g} ± {BOUND * peaks[name].stddev:.2g}",
+            f"{peaks[name].normal:.4g} ± {BOUND_STDDEVS * peaks[name].stddev:.2g}",
             f"{peaks[name].normal / limit:.0%}",
             jump(f"{peaks[name].t_ns * 1e-9:.3f} s", peaks[name].t_ns * 1e-9),
         )

@@ -8,7 +8,7 @@ from peg_on_hole_ros.report.markup import html, section, table
 from peg_on_hole_ros.report.page import standing_alone
 from peg_on_hole_ros.report.provenance import made_at, versions
 
-_SCRIPTS = ("packed.js", "theme.js", "shift.js")
+_SHIFT_SCRIPTS = ("packed.js", "theme.js", "shift.js")
 _PLOTS = (
     (
         "outcomes",
@@ -28,7 +28,7 @@ _PLOTS = (
         tuple((f"peak_{name}", f"N_{name}", i) for i, name in enumerate(CONTACTS)),
     ),
 )
-_HEAD = ("bag", "outcome of its tries", "transition [s]", "peak [N]", "alarms", "remarks")
+_TABLE_HEAD = ("bag", "outcome of its tries", "transition [s]", "peak [N]", "alarms", "remarks")
 
 
 def shift_page(results: list[dict], rows: list[dict]) -> str:
@@ -67,7 +67,7 @@ def shift_page(results: list[dict], rows: list[dict]) -> str:
             "origin", "Where this comes from", table(("", ""), [("made", made_at()), *versions()])
         ),
     ]
-    return standing_alone("Many bags", body, model, _SCRIPTS)
+    return standing_alone("Many bags", body, model, _SHIFT_SCRIPTS)
 
 
 def _report(result):
@@ -112,7 +112,7 @@ def _bags(results, rows):
     of = {}
     for row in rows:
         of.setdefault(row["folder"], []).append(row)
-    return table(_HEAD, [_bag(result, of[result["name"]]) for result in results], raw=(0,))
+    return table(_TABLE_HEAD, [_bag(result, of[result["name"]]) for result in results], raw=(0,))
 
 
 def _bag(result, rows):

@@ -63,7 +63,7 @@ def thinned(
     return t, values
 
 
-class Rows:
+class ThinnedRows:
     """
     Rows of numbers with their times, as many as come; beyond `most` all are thinned alike.
 

@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.bags.estimates import Estimate
-from peg_on_hole_ros.bags.truth import BOUND, Truth
+from peg_on_hole_ros.bags.truth import BOUND_STDDEVS, RecordedTruth
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.passed_time import PassedTime, Run
+from peg_on_hole_ros.messages.passed_time import PassedTime, StampRun
 from peg_on_hole_ros.monitor.output_row import MONITOR_NAMES
-from peg_on_hole_ros.records import ANGLES, CONTACTS
-from peg_on_hole_ros.report.thinning import Rows, most_loaded, thinned
+from peg_on_hole_ros.records import ANGLES, CONTACTS, SIX_QUANTITIES
+from peg_on_hole_ros.report.thinning import ThinnedRows, most_loaded, thinned
 
-QUANTITIES = (*ANGLES, *CONTACTS)
 # Scalars of the monitor that are drawn, where they are there; those with a deviation have a band.
 LEARNT = ("friction", "clearance")
 _MICRO = {"clearance": 1e6}  # of a metre
@@ -24,8 +23,8 @@ SCALARS = (
     *("nis_median", "nis_drift"),
 )
 _MONITORED = (*LEARNT, *(f"{name}_stddev" for name in LEARNT), *SCALARS, "reactions_determined")
-_BANDS = (*QUANTITIES, *LEARNT)
-COLUMNS = (
+_BANDS = (*SIX_QUANTITIES, *LEARNT)
+TRACK_COLUMNS = (
     *(name + end for name in _BANDS for end in ("", "_low", "_high")),
     *SCALARS,
 )
@@ -43,7 +42,7 @@ MOST_DRAWN = 6_000  # rows of a plot: more than a screen has pixels
 MOST_MOMENTS = 2_400  # of the drawing
 
 
-class Peak(NamedTuple):
+class PeakReaction(NamedTuple):
     """The greatest reaction at a contact: value and standard deviation [N], passed time [ns]."""
 
     normal: float
@@ -63,7 +62,7 @@ class Tracks:
         Passed time [ns] and the contact mode from there on.
     flags : list of (int, bool)
         The same of the transition.
-    peaks : dict of str to Peak
+    peaks : dict of str to PeakReaction
         Where reactions are determined; a contact without is not there.
 
     """
@@ -71,10 +70,10 @@ class Tracks:
     def __init__(self) -> None:
         self.modes: list[tuple[int, str]] = []
         self.flags: list[tuple[int, bool]] = []
-        self.peaks: dict[str, Peak] = {}
+        self.peaks: dict[str, PeakReaction] = {}
         self._time = PassedTime()
-        self._rows = Rows(len(COLUMNS))
-        self._moments = Rows(len(MOMENTS), most_loaded)
+        self._rows = ThinnedRows(len(TRACK_COLUMNS))
+        self._moments = ThinnedRows(len(MOMENTS), most_loaded)
         self._turned = [0.0, 0.0]
         self._before: tuple[float, float] | None = None
         self._resting = self._unknown = 0
@@ -85,7 +84,7 @@ class Tracks:
         return self._unknown / self._resting if self._resting else None
 
     @property
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[StampRun]:
         """Stamps from one fall to the next."""
         return self._time.runs
 
@@ -163,11 +162,11 @@ class Tracks:
         values = (gamma, *self._unwrapped(psi, phi), *normal)
         row = []
         for value, deviation in zip(values, stddev):
-            row += (value, value - BOUND * deviation, value + BOUND * deviation)
+            row += (value, value - BOUND_STDDEVS * deviation, value + BOUND_STDDEVS * deviation)
         for name in LEARNT:
             unit = _MICRO.get(name, 1.0)
             # What is stated to be known is not learnt.
-            spread = BOUND * unit * (monitor.get(name + "_stddev", nan) or nan)
+            spread = BOUND_STDDEVS * unit * (monitor.get(name + "_stddev", nan) or nan)
             value = unit * monitor.get(name, nan) + 0.0 * spread
             row += (value, value - spread, value + spread)
         self._rows.add(passed, (*row, *(monitor.get(name, nan) for name in SCALARS)))
@@ -189,11 +188,11 @@ class Tracks:
     def _note_peaks(self, passed, normal, stddev):
         for name, value, deviation in zip(CONTACTS, normal, stddev):
             if value > self.peaks.get(name, (0.0,))[0]:
-                self.peaks[name] = Peak(value, deviation, passed)
+                self.peaks[name] = PeakReaction(value, deviation, passed)
 
     def columns(self, most: int = MOST_DRAWN) -> dict[str, np.ndarray]:
-        """Return `t` [s] and COLUMNS, those alone that have a number anywhere."""
-        return named(*self._rows.arrays(most), COLUMNS)
+        """Return `t` [s] and TRACK_COLUMNS, those alone that have a number anywhere."""
+        return named(*self._rows.arrays(most), TRACK_COLUMNS)
 
     def moments(self) -> dict[str, np.ndarray]:
         """Return `t` [s] and MOMENTS: whole rows, near each other those with the most load."""
@@ -211,15 +210,15 @@ def named(t_ns: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict[st
 
 
 def true_columns(
-    truth: Truth, runs: list[Run], estimate: dict[str, np.ndarray]
+    truth: RecordedTruth, runs: list[StampRun], estimate: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """
-    Return `t` [s] and QUANTITIES as they truly were.
+    Return `t` [s] and SIX_QUANTITIES as they truly were.
 
     Parameters
     ----------
-    truth : Truth
-    runs : list of Run
+    truth : RecordedTruth
+    runs : list of StampRun
         Of the outputs.
     estimate : dict of str to ndarray
         Columns of the outputs: the turns of the truth are drawn beside theirs.
@@ -239,4 +238,4 @@ def true_columns(
         rows.append(values)
     if not times:
         return {"t": np.empty(0)}
-    return named(*thinned(np.concatenate(times), np.concatenate(rows), MOST_DRAWN), QUANTITIES)
+    return named(*thinned(np.concatenate(times), np.concatenate(rows), MOST_DRAWN), SIX_QUANTITIES)

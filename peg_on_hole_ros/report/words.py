@@ -3,25 +3,24 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from peg_on_hole_ros.messages.passed_time import Run
-from peg_on_hole_ros.records import CONTACTS
-from peg_on_hole_ros.report.tracks import Peak
+from peg_on_hole_ros.messages.passed_time import StampRun
+from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
+from peg_on_hole_ros.report.tracks import PeakReaction
 
 # A clock that goes back a little belongs to the stamps about it [ns].
 _BESIDE_NS = 1_000_000_000
-_LEVELS = {"OK": 0, "WARN": 1, "ERROR": 2}
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")
 _MOST_ALARMS = 8
 
 
-class Place(NamedTuple):
+class Remark(NamedTuple):
     """A sentence, and the time in the recording that it is about [s]; None: all of it."""
 
     text: str
     t: float | None = None
 
 
-def tries_at(cycles: list[dict], runs: list[Run]) -> list[float]:
+def tries_at(cycles: list[dict], runs: list[StampRun]) -> list[float]:
     """Return when each try begins, in passed time [s]: their records have stamps alone."""
     times, at, before_ns = [], 0, None
     for cycle in cycles:
@@ -37,7 +36,7 @@ def tries_at(cycles: list[dict], runs: list[Run]) -> list[float]:
     return times
 
 
-def headline(cycles: list[dict], begun: list[float], judged: bool) -> Place:
+def headline(cycles: list[dict], begun: list[float], judged: bool) -> Remark:
     """
     Return whether the peg went in, and when.
 
@@ -52,9 +51,9 @@ def headline(cycles: list[dict], begun: list[float], judged: bool) -> Place:
 
     """
     if not judged:
-        return Place("Whether the peg went in was not judged: monitor.modes is false.")
+        return Remark("Whether the peg went in was not judged: monitor.modes is false.")
     if not cycles:
-        return Place("No try to insert the peg: contact never came.")
+        return Remark("No try to insert the peg: contact never came.")
     last, t, count = cycles[-1], begun[-1], len(cycles)
     among = "" if count == 1 else f", in the {_ordinal(count)} of {count} tries"
     peg = {
@@ -64,28 +63,30 @@ def headline(cycles: list[dict], begun: list[float], judged: bool) -> Place:
         "unfinished": "The recording ends before the peg was in",
     }[last["outcome"]]
     if last["transition_time"] is None:
-        return Place(f"{peg}{among}.", t)
+        return Remark(f"{peg}{among}.", t)
     at = t + last["transition_time"]
     when = f", {last['transition_time']:.3f} s after first contact" if among == "" else ""
-    return Place(f"{peg}{among}: transition at {at:.3f} s{when}.", at)
+    return Remark(f"{peg}{among}: transition at {at:.3f} s{when}.", at)
 
 
 def _ordinal(n):
     return _ORDINALS[n - 1] if n <= len(_ORDINALS) else f"{n}th"
 
 
-def load_line(peaks: dict[str, Peak], limits: Sequence[float], void: str | None = None) -> Place:
+def load_line(
+    peaks: dict[str, PeakReaction], limits: Sequence[float], void: str | None = None
+) -> Remark:
     """Return the worst load against its limit [N], or `void`, why none is told."""
     if void:
-        return Place(f"No load is told: {void}.")
+        return Remark(f"No load is told: {void}.")
     if not peaks:
-        return Place("No load is known: the reactions were determined nowhere.")
+        return Remark("No load is known: the reactions were determined nowhere.")
     shares = {name: peaks[name].normal / limit for name, limit in _limited(peaks, limits)}
     worst = max(shares, key=shares.get)  # type: ignore[arg-type]
     peak, limit = peaks[worst], dict(_limited(peaks, limits))[worst]
     over = "over its limit" if shares[worst] > 1 else f"{shares[worst]:.0%} of its limit"
     text = f"Worst load: {peak.normal:.3g} N at {worst}, {over} of {limit:g} N."
-    return Place(text, peak.t_ns * 1e-9)
+    return Remark(text, peak.t_ns * 1e-9)
 
 
 def _limited(peaks, limits):
@@ -99,7 +100,7 @@ def risen(alarms: Sequence[dict]) -> list[bool]:
     for alarm in alarms:
         of_name = levels.setdefault(alarm["name"], [0])
         at.append(len(of_name))
-        of_name.append(_LEVELS[alarm["level"]])
+        of_name.append(ALARM_LEVELS.index(alarm["level"]))
     return [
         levels[alarm["name"]][i] > levels[alarm["name"]][i - 1]
         and levels[alarm["name"]][i] >= max(levels[alarm["name"]][i : i + 2])
@@ -107,7 +108,7 @@ def risen(alarms: Sequence[dict]) -> list[bool]:
     ]
 
 
-def alarm_lines(alarms: list[dict], changes: int) -> list[Place]:
+def alarm_lines(alarms: list[dict], changes: int) -> list[Remark]:
     """Return each alarm with what to do, where it rose; one that comes again is counted."""
     found: dict[tuple, list[float]] = {}
     for alarm, told in zip(alarms, risen(alarms)):
@@ -115,15 +116,15 @@ def alarm_lines(alarms: list[dict], changes: int) -> list[Place]:
             key = alarm["name"], alarm["level"], alarm["message"]
             found.setdefault(key, []).append(alarm["time"])
     if not found:
-        return [Place("No alarm.")]
+        return [Remark("No alarm.")]
     # The graver ones first.
-    ordered = sorted(found.items(), key=lambda item: (-_LEVELS[item[0][1]], item[1][0]))
+    ordered = sorted(found.items(), key=lambda item: (-ALARM_LEVELS.index(item[0][1]), item[1][0]))
     told = [
-        Place(f"{name} {level} at {times[0]:.3f} s{_times(times)}: {message}.", times[0])
+        Remark(f"{name} {level} at {times[0]:.3f} s{_times(times)}: {message}.", times[0])
         for (name, level, message), times in ordered[:_MOST_ALARMS]
     ]
     left = len(ordered) - len(told) + max(0, changes - len(alarms))
-    return [*told, *([Place(f"And {left} more, in the table of alarms.")] if left else [])]
+    return [*told, *([Remark(f"And {left} more, in the table of alarms.")] if left else [])]
 
 
 def _times(times):
@@ -131,7 +132,7 @@ def _times(times):
     return f" and {more} more time{'s' if more > 1 else ''}" if more else ""
 
 
-def doubt_lines(doubts: list[str], undetermined: float | None) -> list[Place]:
+def doubt_lines(doubts: list[str], undetermined: float | None) -> list[Remark]:
     """
     Return what makes the numbers doubtful, the likeliest cause first.
 
@@ -143,14 +144,14 @@ def doubt_lines(doubts: list[str], undetermined: float | None) -> list[Place]:
         Share of three-point contact in which reactions are not determined.
 
     """
-    told = [Place(f"{_sentence(text)}.") for text in doubts]
+    told = [Remark(f"{_sentence(text)}.") for text in doubts]
     if told:
-        told[0] = Place(f"Likeliest cause: {doubts[0]}.")
+        told[0] = Remark(f"Likeliest cause: {doubts[0]}.")
     else:
-        told = [Place("Nothing speaks against the settings.")]
+        told = [Remark("Nothing speaks against the settings.")]
     if undetermined:
         told.append(
-            Place(
+            Remark(
                 f"In {undetermined:.1%} of three-point contact the wrench does not determine the "
                 "reactions: they are left out of plots and figures there."
             )
@@ -158,13 +159,13 @@ def doubt_lines(doubts: list[str], undetermined: float | None) -> list[Place]:
     return told
 
 
-def dropped_line(messages: dict) -> Place:
+def dropped_line(messages: dict) -> Remark:
     """Return how many messages were used, and why others were not."""
     read, used, dropped = messages["read"], messages["used"], messages["dropped"]
     if not dropped:
-        return Place(f"Nothing was dropped: all {read} messages were used.")
+        return Remark(f"Nothing was dropped: all {read} messages were used.")
     reasons = ", ".join(f"{count} {reason}" for reason, count in dropped.items())
-    return Place(f"{used} of {read} messages were used. Dropped: {reasons}.")
+    return Remark(f"{used} of {read} messages were used. Dropped: {reasons}.")
 
 
 def _sentence(text):

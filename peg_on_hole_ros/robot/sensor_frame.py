@@ -14,8 +14,8 @@ from peg_on_hole_ros.robot.urdf_source import awaited, description_of, named
 from peg_on_hole_ros.safe_text import shown
 
 # By so much a stated pose may differ from that of the URDF [m], [rad].
-NEAR, ALIKE = 1e-3, 0.01
-_DEFAULT = WrenchInput()
+NEAR_POSITION, NEAR_ANGLE = 1e-3, 0.01
+_DEFAULT_INPUT = WrenchInput()
 
 
 class Mounting(NamedTuple):
@@ -72,7 +72,7 @@ def mounting(configuration: Configuration, frame: str) -> Mounting:
 
 
 def _is_stated(wrench, name):
-    return getattr(wrench, name) != getattr(_DEFAULT, name)
+    return getattr(wrench, name) != getattr(_DEFAULT_INPUT, name)
 
 
 def _said(wrench):
@@ -84,9 +84,11 @@ def _said(wrench):
 
 def _alike(stated, found, name):
     if name == "sensor_xyz":
-        return bool(np.linalg.norm(np.subtract(stated.sensor_xyz, found.sensor_xyz)) <= NEAR)
+        return bool(
+            np.linalg.norm(np.subtract(stated.sensor_xyz, found.sensor_xyz)) <= NEAR_POSITION
+        )
     turn = rotation_from_rpy(stated.sensor_rpy).T @ rotation_from_rpy(found.sensor_rpy)
-    return bool(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0)) <= ALIKE)
+    return bool(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0)) <= NEAR_ANGLE)
 
 
 def _on_peg(joints: JointInput, frame: str):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from peg_on_hole_ros.config.options import JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
-from peg_on_hole_ros.robot.urdf_source import MOST_BYTES, description_of, named
+from peg_on_hole_ros.robot.urdf_source import MOST_URDF_BYTES, description_of, named
 from peg_on_hole_ros.safe_text import cut, printable, shown
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -146,9 +146,10 @@ def parts(text: str, path: str) -> tuple[list[str], dict[str, Joint]]:
         It is no URDF, has xacro in it, or is larger than what Pinocchio can be given.
 
     """
-    if len(text) > MOST_BYTES:
+    if len(text) > MOST_URDF_BYTES:
         raise PegOnHoleError(
-            f"joints.urdf: {path} has {len(text)} characters, a description at most {MOST_BYTES}"
+            f"joints.urdf: {path} has {len(text)} characters, a description at most "
+            f"{MOST_URDF_BYTES}"
         )
     parser = ElementTree.XMLParser(target=_Bounded(path))
     try:

@@ -9,20 +9,20 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.safe_text import printable, shown
 
 # A robot's description has some 100 kB.
-MOST_BYTES = 16 * 10**6
-PACKAGE = "package://"
+MOST_URDF_BYTES = 16 * 10**6
+PACKAGE_SCHEME = "package://"
 # Value of `joints.urdf` for a description that comes by topics.robot_description.
-TOPIC = "topic"
+FROM_TOPIC = "topic"
 
 
 def awaited(options: JointInput) -> bool:
     """Return whether a description is needed that a topic has yet to bring."""
-    return options.source == "robot" and options.urdf == TOPIC and not options.description
+    return options.source == "robot" and options.urdf == FROM_TOPIC and not options.description
 
 
 def named(options: JointInput) -> str:
     """Return what messages call the description; raises PegOnHoleError for what is no path."""
-    return "the robot's description" if options.urdf == TOPIC else str(urdf_path(options))
+    return "the robot's description" if options.urdf == FROM_TOPIC else str(urdf_path(options))
 
 
 def urdf_path(options: JointInput) -> Path:
@@ -34,8 +34,8 @@ def urdf_path(options: JointInput) -> Path:
         raise PegOnHoleError(f"joints.urdf: there is no user for {shown(user)}") from None
     if "\0" in options.urdf:
         raise PegOnHoleError(f"joints.urdf = {shown(options.urdf)} is no name of a file")
-    if options.urdf.startswith(PACKAGE):
-        name, _, rest = options.urdf.removeprefix(PACKAGE).partition("/")
+    if options.urdf.startswith(PACKAGE_SCHEME):
+        name, _, rest = options.urdf.removeprefix(PACKAGE_SCHEME).partition("/")
         raise PegOnHoleError(
             f"joints.urdf = {shown(options.urdf)} names a package; give the file's path: "
             f"`ros2 pkg prefix --share {printable(name)}` prints the folder that has "
@@ -58,7 +58,7 @@ def beside(urdf: str, files: Iterable[str | Path]) -> str:
     """
     try:
         if (
-            urdf in ("", TOPIC)
+            urdf in ("", FROM_TOPIC)
             or Path(urdf).is_absolute()
             or urdf.startswith("~")
             or Path(urdf).exists()
@@ -78,7 +78,7 @@ def description_of(options: JointInput) -> str:
     Raises
     ------
     PegOnHoleError
-        No such file, none that is regular, one above MOST_BYTES, or no text.
+        No such file, none that is regular, one above MOST_URDF_BYTES, or no text.
 
     """
     if awaited(options):
@@ -104,8 +104,8 @@ def check_regular(path: Path) -> None:
         return
     if not stat.S_ISREG(found.st_mode):
         raise PegOnHoleError(f"joints.urdf: {path} is no regular file, so it is not opened")
-    if found.st_size > MOST_BYTES:
+    if found.st_size > MOST_URDF_BYTES:
         raise PegOnHoleError(
             f"joints.urdf: {path} has {found.st_size / 1e6:.6g} MB, a description at most "
-            f"{MOST_BYTES / 1e6:g} MB"
+            f"{MOST_URDF_BYTES / 1e6:g} MB"
         )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 
 
-class Arrivals:
+class WaitingMessages:
     """
     DDS keeps no order between topics: behind a busy moment all wrenches may come first.
 

@@ -10,7 +10,7 @@ from peg_on_hole_ros.bags.arrival_record import ArrivalRecord
 from peg_on_hole_ros.config.options import Configuration, NodeOptions, Topics
 
 
-class Recording:
+class ArrivalsFile:
     """
     Keeps what arrives in a file; where it cannot be written that ends, with a line in the log.
 

@@ -4,12 +4,12 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 
+from peg_on_hole_ros.config.node_parts import NODE
 from peg_on_hole_ros.messages.output import HARDWARE_ID
 from peg_on_hole_ros.messages.plain import header
 from peg_on_hole_ros.replay.advice import MISFIT, MISFIT_COUNT
 
 OK, WARN, ERROR = 0, 1, 2
-NAME = "peg_on_hole"
 
 _INPUTS = "wrench", "joints"
 # Reports without a message of an input until that is logged: a driver may start later.
@@ -20,7 +20,7 @@ _CHECK = "check topic names, QoS and domain"
 _LOST = re.compile("_(dropped|gated)")
 _OWN_ERROR = "_internal_error"
 _FIGURE = re.compile(r"-?\d[\d.e+-]*")
-_OVERLOAD = "_dropped_overload"
+_OVERLOAD_COUNT = "_dropped_overload"
 # Of the time; what the rest goes to is not the node's own work.
 _BUSY = 0.9
 # What seems so many times noisier than stated is no noise: values mean something else.
@@ -35,12 +35,12 @@ _NOT_ALONE = (
 )
 # Stamps that far from the node's clock are another clock's: a latency is none [s].
 _OTHER_CLOCK = 1.0
-_USUAL = re.compile(
+_USUAL_COUNTS = re.compile(
     "^(reset|tare|.*_used|(joints|wrench)_late|joints_reordered|went_back|wrench_reprocessed"
     "|settings_changed|expected|tare_automatic|look_failed_.*)$"
 )
 # Of another driver on the topic, as a gripper's, where joint states that can be used come too.
-_SHARED = "joints_dropped_missing_joint"
+_SHARED_COUNT = "joints_dropped_missing_joint"
 
 
 class Diagnostics:
@@ -133,7 +133,7 @@ class Diagnostics:
         new = self._new(counts)
         lost = {name: count for name, count in new.items() if _LOST.search(name)}
         load = self._busy_ns / elapsed_ns
-        busy = load > _BUSY or any(name.endswith(_OVERLOAD) for name in new)
+        busy = load > _BUSY or any(name.endswith(_OVERLOAD_COUNT) for name in new)
         output, joined = self._output()
         silent, unheard = self._silent()
         status = [
@@ -157,9 +157,9 @@ class Diagnostics:
         """Return what is new and worth telling since the last call."""
         new = {name: count - self._counts.get(name, 0) for name, count in counts.items()}
         self._counts = dict(counts)
-        self._shared = new.pop(_SHARED, 0) if new.get("joints_used", 0) > 0 else 0
+        self._shared = new.pop(_SHARED_COUNT, 0) if new.get("joints_used", 0) > 0 else 0
         # What a late message changed may also have undone something.
-        return {name: n for name, n in new.items() if n > 0 and not _USUAL.search(name)}
+        return {name: n for name, n in new.items() if n > 0 and not _USUAL_COUNTS.search(name)}
 
     def _new_causes(self, causes):
         """Return the causes that no report before had; their figures may change every second."""
@@ -184,7 +184,7 @@ class Diagnostics:
         seconds = elapsed_ns * 1e-9
         came = Counter(self._received)
         for name in came:
-            came[name] += lost.get(name + _OVERLOAD, 0)
+            came[name] += lost.get(name + _OVERLOAD_COUNT, 0)
         values = {f"{name}_rate": came[name] / seconds for name in _INPUTS}
         publishers = self._wrench_publishers()
         if silent:
@@ -266,7 +266,7 @@ def _lines(new):
 def _status(name, level, message, values):
     return {
         "level": level,
-        "name": f"{NAME}: {name}",
+        "name": f"{NODE}: {name}",
         "message": message,
         "hardware_id": HARDWARE_ID,
         "values": [{"key": key, "value": f"{value:.9g}"} for key, value in values.items()],

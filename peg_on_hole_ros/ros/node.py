@@ -20,6 +20,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from peg_on_hole_ros.config.configuration import half_stated
+from peg_on_hole_ros.config.node_parts import NODE
 from peg_on_hole_ros.engine.announced_motion import MODES, NOTHING
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
@@ -35,8 +36,8 @@ from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.robot.urdf_source import awaited
 from peg_on_hole_ros.ros import parameters as node_parameters
 from peg_on_hole_ros.ros import process
-from peg_on_hole_ros.ros.arrivals import Arrivals
-from peg_on_hole_ros.ros.arrivals_file import Recording
+from peg_on_hole_ros.ros.arrivals import WaitingMessages
+from peg_on_hole_ros.ros.arrivals_file import ArrivalsFile
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 from peg_on_hole_ros.ros.lifecycle import aloud
 from peg_on_hole_ros.ros.lost_messages import subscribe, take_waiting
@@ -49,8 +50,7 @@ from peg_on_hole_ros.startup.compiling import in_quarters, watched
 from peg_on_hole_ros.startup.interrupt import ended_by_signals, note_signals
 from peg_on_hole_ros.startup.one_line import exit_code
 
-NAME = "peg_on_hole"
-QUIET = 60.0  # [s] between two tracebacks in the log
+TRACEBACK_PERIOD = 60.0  # [s] between two tracebacks in the log
 NO_CLOCK = (
     "use_sim_time is set, but no /clock has come: estimates go on by the stamps of the messages, "
     "their latency is unknown"
@@ -81,14 +81,14 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         self.arguments = arguments
         self._stream: MessageStream | None = None
         super().__init__(
-            NAME,
+            NODE,
             automatically_declare_parameters_from_overrides=True,
             start_parameter_services=False,
         )
         serve_parameters(self)
-        self._recording: Recording | None = None
+        self._recording: ArrivalsFile | None = None
         self._outputs: Publishers | None = None
-        self.arrivals = Arrivals()
+        self.arrivals = WaitingMessages()
         self._while_active: list = []
         self._timer: Timer | None = None
         self._clock_missed = False
@@ -114,8 +114,8 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         import_module("scipy.special")
         self.get_logger().info(f"kernel ready after {time.perf_counter() - begun:.1f} s")
         self._stream = message_stream(self.configuration, self.options.markers_rate)
-        self.arrivals = Arrivals(self.options.qos_depth, self._stream.pushed_out)
-        self._recording = Recording(self, self.configuration, self.options)
+        self.arrivals = WaitingMessages(self.options.qos_depth, self._stream.pushed_out)
+        self._recording = ArrivalsFile(self, self.configuration, self.options)
         self._outputs = Publishers(self, self.options.qos_depth)
         if awaited(self.configuration.joints):
             self._description = RobotDescription(self, self.configuration, self._describe)
@@ -304,7 +304,7 @@ class PegOnHoleNode(node_parameters.FilesChecked, node_parameters.Explained, Lif
         text = "".join(format_exception(error))
         self.get_logger().error(
             f"an error of the program at {what}: {error!r}; {then}\n{text}",
-            throttle_duration_sec=QUIET,
+            throttle_duration_sec=TRACEBACK_PERIOD,
         )
 
     def _log_cycles(self, said):

@@ -30,10 +30,10 @@ from peg_on_hole_ros.messages.ros_messages import message_class
 
 # For the node to start [s]: a cold compilation included, on a machine with other work.
 PATIENCE = 600.0
-SILENCE = 3.0  # [s] without an estimate while some are awaited, then these are lost
+LOST_AFTER = 3.0  # [s] without an estimate while some are awaited, then these are lost
 # Most time of stamps that the node may be behind; its queues hold 200 messages by default.
 AHEAD_NS = 80_000_000
-DEPTH = 20_000
+QUEUE_DEPTH = 20_000
 _WITHOUT_HEADER = (BOOL, UINT8, STRING, MARKERS)
 
 
@@ -63,7 +63,7 @@ class Player:
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
         # Best effort, as force-torque drivers send; the node takes both.
-        qos = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+        qos = QoSProfile(depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
         self._inputs = {
             topic: self._node.create_publisher(message_class(ros_type), topic, qos)
             for topic, ros_type in ((wrench_topic, WRENCH_TYPE), (joints_topic, JOINTS_TYPE))
@@ -76,7 +76,7 @@ class Player:
         self._outputs = [self._subscribe(*item) for item in outputs.items()]
 
     def _subscribe(self, topic, ros_type):
-        qos = QoSProfile(depth=DEPTH)
+        qos = QoSProfile(depth=QUEUE_DEPTH)
         if topic.removeprefix(PREFIX) in LATCHED:
             qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
         stamped = ros_type not in _WITHOUT_HEADER
@@ -196,11 +196,11 @@ class Player:
         begun = time.monotonic()
         if self._newest_ns >= t_ns or not self._newest_ns:
             return 0.0
-        end, seen = begun + SILENCE, self._newest_ns
+        end, seen = begun + LOST_AFTER, self._newest_ns
         while self._newest_ns < t_ns and time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.02)
             if self._newest_ns != seen:
-                seen, end = self._newest_ns, time.monotonic() + SILENCE
+                seen, end = self._newest_ns, time.monotonic() + LOST_AFTER
         return time.monotonic() - begun
 
     def _drain(self):

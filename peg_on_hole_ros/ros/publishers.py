@@ -10,7 +10,7 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS, Message
 from peg_on_hole_ros.messages.ros_messages import message_class, to_ros
 from peg_on_hole_ros.messages.stream import Published
-from peg_on_hole_ros.messages.transforms import TOPIC, TRANSFORMS, Transforms
+from peg_on_hole_ros.messages.transforms import TRANSFORM_TOPIC, TRANSFORMS, Transforms
 
 # For who listens to acknowledge what is said last.
 _HEARD = Duration(seconds=1.0)
@@ -48,9 +48,13 @@ class Publishers:
         try:
             kind = message_class(TRANSFORMS)
         except ModuleNotFoundError:
-            node.get_logger().info(f"nothing on {TOPIC}: the package tf2_msgs is not installed")
+            node.get_logger().info(
+                f"nothing on {TRANSFORM_TOPIC}: the package tf2_msgs is not installed"
+            )
         else:
-            self._tf = node.create_lifecycle_publisher(kind, TOPIC, QoSProfile(depth=100))
+            self._tf = node.create_lifecycle_publisher(
+                kind, TRANSFORM_TOPIC, QoSProfile(depth=100)
+            )
             self._encode_tf = Encoder(TRANSFORMS)
 
     def publish(self, published: Published) -> None:

@@ -11,7 +11,7 @@ _FILE = re.compile(r"'--params-file (.+)'\. Error: ", re.DOTALL)
 _RULE = re.compile(r"'-p (.*)'\. Error: ", re.DOTALL)
 _NAMED = re.compile(r"(?:[^:]*:(?!=))?([^:]+):=(.*)", re.DOTALL)
 # For what lies outside this node's part of a file.
-_REMEDIES = {
+_REMEDY_BY_MESSAGE = {
     "Sequence should be of same type": "a list holds doubles or integers, not both: write 1.0 "
     "for 1; y, n, yes, no, on and off are bools, unless within quotes",
     "No value at": "a name has no value: give it one, or take the line out",
@@ -44,5 +44,5 @@ def explained(text: str) -> str:
         pass  # It is another program's file that ROS 2 does not read
     except PegOnHoleError as error:
         return f"-p {rule[1]}: {error}" if rule else str(error)
-    remedies = [remedy for words, remedy in _REMEDIES.items() if words in text]
+    remedies = [remedy for words, remedy in _REMEDY_BY_MESSAGE.items() if words in text]
     return "; ".join([text.strip(), *remedies])

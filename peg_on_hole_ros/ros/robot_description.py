@@ -10,7 +10,7 @@ from peg_on_hole_ros.config.options import Configuration, JointInput
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.output import STRING
 from peg_on_hole_ros.messages.ros_messages import message_class
-from peg_on_hole_ros.robot.urdf_source import MOST_BYTES
+from peg_on_hole_ros.robot.urdf_source import MOST_URDF_BYTES
 from peg_on_hole_ros.safe_text import printable
 
 
@@ -61,8 +61,8 @@ class RobotDescription:
             return
         self._text = text
         try:
-            if len(text) > MOST_BYTES:
-                raise PegOnHoleError(f"it has {len(text)} characters, more than {MOST_BYTES}")
+            if len(text) > MOST_URDF_BYTES:
+                raise PegOnHoleError(f"it has {len(text)} characters, more than {MOST_URDF_BYTES}")
             self._take(replace(self._joints, description=text))
         except PegOnHoleError as error:
             self.waiting = f"no estimate: what came on {self._topic} cannot be used: {error}"

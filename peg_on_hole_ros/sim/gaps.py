@@ -4,15 +4,14 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.compiling import compiled
 from peg_on_hole_ros.sim.dynamics import three_points
+from peg_on_hole_ros.sim.hole_places import CLEAR
 
 # To first order in the offset from the touching pose a gap would be the offset's share along the
 # normal of that pose. That is not enough: the normals at B1 and B2 turn by a tenth while the peg
 # slides 0.3 mm to the side, and contacts of 1e8 N/m made 2000 N out of the 20 um that it left out.
 
 # Newton's steps to where the peg's side comes nearest to the rim, and how far one goes [rad].
-_STEPS, _LONGEST, _FURTHEST = 30, 0.1, 1.2
-# A rim that the peg's end does not cross is clear of it.
-CLEAR = 1.0
+_SIDE_STEPS, _LONGEST_TURN, _FURTHEST = 30, 0.1, 1.2
 
 
 @compiled
@@ -59,12 +58,12 @@ def _side(d, D, s, c, P, point, normal):
     A, B = d / (2 * c), d / 2
     h, e = P[0] + P[2] * s / c, P[1]
     u = 0.0
-    for _ in range(_STEPS):
+    for _ in range(_SIDE_STEPS):
         su, cu = np.sin(u), np.cos(u)
         slope = A * h * su - B * e * cu + (B * B - A * A) * su * cu
         bend = A * h * cu + B * e * su + (B * B - A * A) * (cu * cu - su * su)
-        step = -slope / bend if bend < 0 else np.sign(slope) * _LONGEST
-        u = min(max(u + min(max(step, -_LONGEST), _LONGEST), -_FURTHEST), _FURTHEST)
+        step = -slope / bend if bend < 0 else np.sign(slope) * _LONGEST_TURN
+        u = min(max(u + min(max(step, -_LONGEST_TURN), _LONGEST_TURN), -_FURTHEST), _FURTHEST)
         if abs(step) < 1e-14:
             break
     x, y = h - A * np.cos(u), e - B * np.sin(u)

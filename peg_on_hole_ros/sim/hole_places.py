@@ -8,14 +8,14 @@ from peg_on_hole_ros.mechanics.compiling import compiled
 
 # Slots: two of the rim against the peg's side, two of the peg's lower edge against the wall.
 SLOTS = 4
-RIM, EDGE = slice(0, 2), slice(2, 4)
+RIM_SLOTS, EDGE_SLOTS = slice(0, 2), slice(2, 4)
 # What does not meet is clear of it [m].
 CLEAR = 1.0
 # Newton's steps to where two curves come nearest, and how far one goes [rad].
-_STEPS, _LONGEST = 40, 0.2
+_CLIMB_STEPS, _LONGEST_CLIMB = 40, 0.2
 # Two places of one pair nearer to one another than the first [rad] share the stiffness of one
 # contact, beyond the second each has its own: so nothing jumps where they become one.
-_TOGETHER, _APART = 0.5, 1.2
+_ONE_CONTACT, _TWO_CONTACTS = 0.5, 1.2
 
 
 class TouchingPlaces(NamedTuple):
@@ -96,12 +96,12 @@ class _Ellipse(NamedTuple):
 @compiled
 def _climb(alpha, beta, kappa, u):
     """Return the local maximum of alpha cos u + beta sin u + kappa cos(u)^2 uphill of u."""
-    for _ in range(_STEPS):
+    for _ in range(_CLIMB_STEPS):
         su, cu = np.sin(u), np.cos(u)
         slope = beta * cu - alpha * su - 2 * kappa * su * cu
         bend = -alpha * cu - beta * su - 2 * kappa * (cu * cu - su * su)
-        step = -slope / bend if bend < 0 else np.sign(slope) * _LONGEST
-        step = min(max(step, -_LONGEST), _LONGEST)
+        step = -slope / bend if bend < 0 else np.sign(slope) * _LONGEST_CLIMB
+        step = min(max(step, -_LONGEST_CLIMB), _LONGEST_CLIMB)
         u += step
         if abs(step) < 1e-13:
             break
@@ -289,9 +289,9 @@ def _shares(ellipse, u, v):
 
     """
     apart = np.arccos(min(max(np.cos(u - v), -1.0), 1.0))
-    if apart >= _APART:
+    if apart >= _TWO_CONTACTS:
         return 1.0, 1.0
-    x = max(apart - _TOGETHER, 0.0) / (_APART - _TOGETHER)
+    x = max(apart - _ONE_CONTACT, 0.0) / (_TWO_CONTACTS - _ONE_CONTACT)
     near = 1 - x * x * (3 - 2 * x)
     middle = np.arctan2(np.sin(u) + np.sin(v), np.cos(u) + np.cos(v))
     low = _climb(-ellipse.alpha, -ellipse.beta, -ellipse.kappa, middle)

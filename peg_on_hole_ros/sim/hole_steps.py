@@ -23,11 +23,11 @@ from peg_on_hole_ros.sim.hole_forces import (
 # Largest step [s], and how often one that finds no solution is halved.
 STEP = 1e-4
 _HALVINGS = 12
-_PART = 2 - np.sqrt(2.0)
+_TRAPEZOIDAL_PART = 2 - np.sqrt(2.0)
 # Newton's iteration: with one Jacobian, Jacobians, and what is left of a velocity and an angular
 # velocity [m/s], [rad/s].
 _ITERATIONS, _JACOBIANS = 6, 6
-_LEFT, _LEFT_TURNING = 1e-10, 1e-8
+_VELOCITY_RESIDUAL, _TURNING_RESIDUAL = 1e-10, 1e-8
 
 
 class Body(NamedTuple):
@@ -135,7 +135,7 @@ def _evaluate(model, stage, V):
 
 @compiled
 def _small(r):
-    return np.abs(r[:3]).max() < _LEFT and np.abs(r[3:]).max() < _LEFT_TURNING
+    return np.abs(r[:3]).max() < _VELOCITY_RESIDUAL and np.abs(r[3:]).max() < _TURNING_RESIDUAL
 
 
 @compiled
@@ -179,22 +179,22 @@ def _solve(model, stage, V, J):
 def _step(model, knots, coefficients, t, h, body):
     """Return whether a step succeeded, and the body behind it."""
     C, R, V, acc, shift, slips, azimuth, J = body
-    ah = _PART / 2 * h
+    ah = _TRAPEZOIDAL_PART / 2 * h
     base = np.empty(12)
     base[:3], base[3:6], base[6:] = C + ah * V[:3], ah * V[3:], V + ah * acc
-    command = commanded(model.p, knots, coefficients, t + _PART * h)
+    command = commanded(model.p, knots, coefficients, t + _TRAPEZOIDAL_PART * h)
     stage = _Stage(command, base, ah, R, shift + ah * slips, azimuth)
     good, V1, J = _solve(model, stage, V, J)
     if not good:
         return False, body
     half = _evaluate(model, stage, V1)
-    one = 1 / (_PART * (2 - _PART))
+    one = 1 / (_TRAPEZOIDAL_PART * (2 - _TRAPEZOIDAL_PART))
     two = one - 1
     base[:3], base[3:6], base[6:] = one * half.C - two * C, one * half.theta, one * V1 - two * V
     command = commanded(model.p, knots, coefficients, t + h)
     strained = one * half.contacts.strained - two * shift
     stage = _Stage(command, base, ah, R, strained, half.contacts.azimuth)
-    good, V2, J = _solve(model, stage, V1 + (1 - _PART) * h * half.acceleration, J)
+    good, V2, J = _solve(model, stage, V1 + (1 - _TRAPEZOIDAL_PART) * h * half.acceleration, J)
     if not good:
         return False, body
     end = _evaluate(model, stage, V2)

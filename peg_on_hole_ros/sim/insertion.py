@@ -19,12 +19,12 @@ from peg_on_hole_ros.sim.hole_places import SLOTS, touching_places
 from peg_on_hole_ros.sim.hole_steps import STEP, Body, advance
 
 # Newton's steps to the place where the contacts carry given loads.
-_CORRECTIONS = 5
+_LOADING_STEPS = 5
 # Slower than this [m/s] a contact that is taken over is at rest, and holds nothing yet.
 _AT_REST = 1e-7
 
 
-class Rows(NamedTuple):
+class InsertionRows(NamedTuple):
     """
     Samples of an insertion.
 
@@ -140,7 +140,7 @@ class Insertion:
 
     def _loaded(self, C, R, V, normal, azimuth):
         k = self.surface.normal
-        for _ in range(_CORRECTIONS):
+        for _ in range(_LOADING_STEPS):
             points, normals, gaps, azimuth, share = touching_places(
                 self.p, self.height, C, R, azimuth
             )
@@ -165,7 +165,7 @@ class Insertion:
         t_end: float,
         limits: tuple[float, float],
         progress: Callable | None = None,
-    ) -> tuple[Rows | None, Body, float, str]:
+    ) -> tuple[InsertionRows | None, Body, float, str]:
         """
         Simulate until a time, and return rows at samples, the body then, and what ended it.
 
@@ -183,7 +183,7 @@ class Insertion:
 
         Returns
         -------
-        rows : Rows
+        rows : InsertionRows
         body : Body
         t : float
             Reached [s].
@@ -207,7 +207,12 @@ class Insertion:
             found.append(row)
             if progress and k % 64 == 0:
                 progress(t)
-        return Rows(*(np.array(part) for part in zip(*found))) if found else None, body, t, ended
+        return (
+            InsertionRows(*(np.array(part) for part in zip(*found))) if found else None,
+            body,
+            t,
+            ended,
+        )
 
     def _to(self, t, end, body):
         good, after = advance(self.model, self.knots, self.coefficients, t, end, self.step, body)

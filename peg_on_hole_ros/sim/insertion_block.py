@@ -3,13 +3,13 @@
 import numpy as np
 
 from peg_on_hole_ros.sim.blocks import empty_block
-from peg_on_hole_ros.sim.hole_places import EDGE, RIM
-from peg_on_hole_ros.sim.insertion import Rows
+from peg_on_hole_ros.sim.hole_places import EDGE_SLOTS, RIM_SLOTS
+from peg_on_hole_ros.sim.insertion import InsertionRows
 
 # An edge this near below the rim, of the hole's diameter, and the rim beside it are one contact.
 _AT_RIM = 0.005
 # Of sin(gamma): psi and phi of an upright peg are one angle, and their rates have no bound.
-_UPRIGHT = 1e-9
+_UPRIGHT_SINE = 1e-9
 
 
 def euler_angles(R: np.ndarray) -> np.ndarray:
@@ -29,7 +29,7 @@ def euler_rates(q: np.ndarray, w: np.ndarray, alpha: np.ndarray) -> tuple[np.nda
         Angles, angular velocity and acceleration in hole axes.
 
     """
-    s, c = np.maximum(np.sin(q[:, 0]), _UPRIGHT), np.cos(q[:, 0])
+    s, c = np.maximum(np.sin(q[:, 0]), _UPRIGHT_SINE), np.cos(q[:, 0])
     sp, cp = np.sin(q[:, 1]), np.cos(q[:, 1])
     zero = np.zeros(len(q))
     h, eps = np.column_stack([cp, sp, zero]), np.column_stack([sp, -cp, zero])
@@ -69,12 +69,12 @@ def modes_of(
     """
     loaded = normal > 0
     place = normal[:, :, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=2)
-    edge = place[:, EDGE].sum(axis=1)
-    every, K = np.arange(len(normal)), normal[:, RIM].argmax(axis=1)
+    edge = place[:, EDGE_SLOTS].sum(axis=1)
+    every, K = np.arange(len(normal)), normal[:, RIM_SLOTS].argmax(axis=1)
     rim, other = place[every, K], place[every, 1 - K]
     with_edge = at_rim & ((other * edge).sum(axis=1) > 0) & ((other * rim).sum(axis=1) < 0)
     loaded[every, 1 - K] &= ~with_edge
-    rims, edges = loaded[:, RIM].sum(axis=1), loaded[:, EDGE].sum(axis=1)
+    rims, edges = loaded[:, RIM_SLOTS].sum(axis=1), loaded[:, EDGE_SLOTS].sum(axis=1)
     one_edge = (edges == 1) | ((edges == 2) & (np.cos(azimuth[:, 2] - azimuth[:, 3]) > 0))
     opposite = (rim * edge).sum(axis=1) < 0
     mode = np.full(len(normal), "unknown", dtype="U12")
@@ -87,7 +87,7 @@ def modes_of(
     return mode
 
 
-def insertion_block(p: np.ndarray, rows: Rows) -> dict:
+def insertion_block(p: np.ndarray, rows: InsertionRows) -> dict:
     """Return the samples; in the hole B1 and B2 carry half of what the edge does each."""
     n = len(rows.t)
     block = empty_block(rows.t, "unknown")
@@ -107,12 +107,12 @@ def insertion_block(p: np.ndarray, rows: Rows) -> dict:
     )
     above = q[:, 0] > p[7]
     every = np.arange(n)
-    K = rows.normal[:, RIM].argmax(axis=1)
-    B = 2 + rows.normal[:, EDGE].argmax(axis=1)
+    K = rows.normal[:, RIM_SLOTS].argmax(axis=1)
+    B = 2 + rows.normal[:, EDGE_SLOTS].argmax(axis=1)
     at_rim = rows.points[every, B, 2] > -_AT_RIM * p[1]
     block["mode"] = modes_of(rows.normal, rows.azimuth, above, at_rim)
     # Above gamma0 the edge meets the rim in B1 and B2: e is negative at B1.
-    first = 2 + (np.sin(rows.azimuth[:, EDGE] - q[:, 1:2])).argmin(axis=1)
+    first = 2 + (np.sin(rows.azimuth[:, EDGE_SLOTS] - q[:, 1:2])).argmin(axis=1)
     of = {0: (K, K), 1: (first, B), 2: (5 - first, B)}
     for contact, (upper, lower) in of.items():
         slot = np.where(above, upper, lower)
@@ -138,5 +138,5 @@ def _by_side(rows, K):
         other = values[every, 1 - K]
         apart = across.reshape(-1, *[1] * (other.ndim - 1))
         found.append(values[every, K] + np.where(apart, 0, other))
-        found.append(values[:, EDGE].sum(axis=1) + np.where(apart, other, 0))
+        found.append(values[:, EDGE_SLOTS].sum(axis=1) + np.where(apart, other, 0))
     return total, loads

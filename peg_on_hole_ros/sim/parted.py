@@ -26,7 +26,7 @@ CONTACT_DAMPING = 0.3
 # A peg this far off the rim has lost more than a contact [m].
 LARGEST_GAP = 5e-4
 # Newton's steps to the offset that presses the contacts in by given depths.
-_CORRECTIONS = 3
+_PRESSING_STEPS = 3
 # The geometry of three points ends at gamma0 [rad].
 TILT_LEFT = 1e-5
 
@@ -71,7 +71,7 @@ def parted_state(
     out = np.zeros(12)
     out[:3], out[6:9] = state[:3], state[3:]
     pressed = -np.maximum(normal, 0.0) / stiffness
-    for _ in range(_CORRECTIONS):
+    for _ in range(_PRESSING_STEPS):
         _, normals, gaps = contact_gaps(model.p, state[0], out[3:6].copy())
         # Near gamma0 two normals are all but one: the smallest offset that fits.
         out[3:6] += np.linalg.lstsq(normals, pressed - gaps, rcond=1e-6)[0]

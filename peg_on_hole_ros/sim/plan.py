@@ -13,7 +13,7 @@ from peg_on_hole_ros.sim.plan_checks import check_motion, check_together
 
 # Of steel on steel, about [N/m]: 100 N press 1 um in.
 CONTACT_STIFFNESS = 1e8
-KINDS = {
+PHASE_KINDS = {
     "free": "the holder guides the peg, nothing touches",
     "contact": "the peg moves on three contacts, the holder gives way",
     "lift_off": "as contact, until the contacts let go; then as free",
@@ -42,7 +42,7 @@ class Phase:
     Attributes
     ----------
     name, kind : str
-        The kind is one of `KINDS`.
+        The kind is one of `PHASE_KINDS`.
     duration : float
         [s]
     angles : tuple of 3 float or None
@@ -151,7 +151,7 @@ _RANGES = {
     "depth_rate": (-1.0, 1.0, "m/s"),
     "place": (-0.1, 0.1, "m"),
 }
-_REMEDIES = {
+_REMEDY_BY_UNIT = {
     "rad": "angles are in radians: 10 degrees are 0.1745",
     "rad/s": "rates are in radians a second: 10 degrees a second are 0.1745",
     "s": "times are in seconds: 10 ms are 0.01",
@@ -239,7 +239,7 @@ def _number(name, value, where):
     unit = f" {unit}" if unit else ""
     if type(value) not in (int, float) or not isfinite(value) or not low <= value <= high:
         shown = f"{value!r}{unit}" if type(value) in (int, float) else repr(value)
-        remedy = _REMEDIES.get(unit.strip())
+        remedy = _REMEDY_BY_UNIT.get(unit.strip())
         raise PegOnHoleError(
             f"{where} = {shown} is not a number within {low:g} to {high:g}{unit}"
             + (f"; {remedy}" if remedy else "")
@@ -250,8 +250,8 @@ def _number(name, value, where):
 def _phase(name, tree, where):
     _known(tree, ("kind", *_NUMBERS, *_LENGTHS), where)
     kind = tree.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise PegOnHoleError(f"{where}.kind = {kind!r} is not one of {', '.join(KINDS)}")
+    if not isinstance(kind, str) or kind not in PHASE_KINDS:
+        raise PegOnHoleError(f"{where}.kind = {kind!r} is not one of {', '.join(PHASE_KINDS)}")
     if "duration" not in tree:
         raise PegOnHoleError(f"{where}.duration is missing [s]")
     values = {k: _number(k, tree[k], f"{where}.{k}") for k in _NUMBERS if k in tree}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from peg_on_hole_ros.errors import PegOnHoleError
+from peg_on_hole_ros.records import ANGLES
 
 if TYPE_CHECKING:
     from peg_on_hole_ros.sim.plan import Plan
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 MOST_RATE = 100.0
 # What rounding leaves of a path that ends upright [rad].
 _ROUNDING = 1e-9
-_NAMES = ("gamma", "psi", "phi")
 
 
 def check_together(plan: Plan) -> None:
@@ -156,7 +156,7 @@ def check_motion(plan: Plan, knots: np.ndarray, coefficients: np.ndarray) -> Non
                     "phase goes on at the mean of the rates at its ends"
                 )
         fastest = np.abs(rates).max(axis=0)
-        name, rate = _NAMES[fastest.argmax()], fastest.max()
+        name, rate = ANGLES[fastest.argmax()], fastest.max()
         if rate > MOST_RATE:
             raise PegOnHoleError(
                 f"{where} turns {name} at up to {rate:.4g} rad/s, which is not within "

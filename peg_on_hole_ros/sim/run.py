@@ -19,7 +19,7 @@ from peg_on_hole_ros.sim.guided import Guidance, guided_state
 from peg_on_hole_ros.sim.holder import holder_numbers
 from peg_on_hole_ros.sim.insertion_phases import insert
 from peg_on_hole_ros.sim.parted import parted_state, run_parted
-from peg_on_hole_ros.sim.plan import KINDS, Plan, holder_program
+from peg_on_hole_ros.sim.plan import PHASE_KINDS, Plan, holder_program
 
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 NEAR_TRANSITION = 2e-3
@@ -31,7 +31,7 @@ PARTED_ENDS = {
     "torque limit": "the holder's torque limit is reached",
 }
 # Where it stands among the scene's numbers.
-FRICTION = 6
+FRICTION_INDEX = 6
 # How far a guided peg may cut into the rim [m]: what a newton makes the holder give way.
 OVERLAP = 5e-5
 
@@ -104,7 +104,7 @@ class Run:
         friction = self.plan.phases[self.phase_index(self.t)].friction
         if friction is not None:
             p = self.model.p.copy()
-            p[FRICTION] = friction
+            p[FRICTION_INDEX] = friction
             self.model = self.model._replace(p=p)
 
     def done(self) -> bool:
@@ -295,7 +295,7 @@ def _stuck(run):
     whole = True
     while whole and run.t < run.knots[-1] - 1e-9:
         run.take_friction()
-        end = run.stretch_end(tuple(KINDS))
+        end = run.stretch_end(tuple(PHASE_KINDS))
         samples = run.until(end)
         block, stays, reason = stuck_block(run.model, samples, run.state, limits)
         run.blocks.append(block)

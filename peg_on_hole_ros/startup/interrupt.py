@@ -18,7 +18,7 @@ _PLAIN = (signal.default_int_handler, signal.SIG_DFL, signal.SIG_IGN)
 # by SIGABRT, or go on.
 _NOT_WITHIN = ("numba", "llvmlite")
 # Put off by so long [s], at most so often: compiling takes minutes.
-_LATER, _OFTEN = 0.02, 50
+_RETRY_AFTER, _MOST_RETRIES = 0.02, 50
 
 
 class _Interrupt:
@@ -31,11 +31,11 @@ class _Interrupt:
     def __call__(self, number: int, frame: FrameType | None) -> None:
         while frame is not None and not _within(frame):
             frame = frame.f_back
-        if frame is None or self._times >= _OFTEN:
+        if frame is None or self._times >= _MOST_RETRIES:
             raise KeyboardInterrupt
         self._times += 1
         again = threading.main_thread().ident, number
-        self._timer = threading.Timer(_LATER, signal.pthread_kill, again)
+        self._timer = threading.Timer(_RETRY_AFTER, signal.pthread_kill, again)
         self._timer.daemon = True
         self._timer.start()
 

@@ -15,7 +15,7 @@ INTERRUPTED = 130
 INTERNAL = 70
 # Set to anything, it has the traceback of such a fault printed too.
 TRACEBACK = "PEG_ON_HOLE_TRACEBACK"
-_MOST = 400
+_LONGEST_TEXT = 400
 
 
 def exit_code(act: Callable[[], int | None]) -> int:
@@ -71,7 +71,7 @@ def tell(text: str) -> None:
 
 def described(error: BaseException) -> str:
     """Return an unforeseen error as a short text, with the place where it was raised."""
-    said = cut(printable(error), _MOST)
+    said = cut(printable(error), _LONGEST_TEXT)
     frames = traceback.extract_tb(error.__traceback__, limit=-1)
     place = f" at {os.path.basename(frames[-1].filename)}:{frames[-1].lineno}" if frames else ""
     return f"{type(error).__name__}{': ' if said else ''}{said}{place}"

@@ -10,7 +10,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.measurements.angles import angle_covariance
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, velocity_jacobians
 from peg_on_hole_ros.mechanics.kernel import (
-    WIDTH,
+    JACOBIAN_WIDTH,
     accelerate_with_derivatives,
     compiled,
     determinant_at,
@@ -20,7 +20,7 @@ from peg_on_hole_ros.mechanics.kernel import (
 from peg_on_hole_ros.mechanics.scene import Scene, scene_scalars
 
 # Angles, rates, accelerations; friction and peg diameter; the wrench's noise.
-_MOTION, _SIZE, _ALL = 9, 11, 17
+_MOTION_SIZE, _STATE_SIZE, _ALL = 9, 11, 17
 # A tangent tells nothing of a function within three standard deviations of its kink or pole.
 SPREADS = 3.0
 # Slip below so many velocity scales of friction is creep of the regularised law, not sliding.
@@ -229,7 +229,7 @@ def posterior_bound(
         R[k] = angle_covariance(state[k, 0], sensors.orientation_stddev)
     if holder is None:
         holder = smoothness(t, np.gradient(state[:, 3:], t, axis=0))
-    P = np.zeros((_SIZE, _SIZE))
+    P = np.zeros((_STATE_SIZE, _STATE_SIZE))
     P[:3, :3] = angle_covariance(state[0, 0], sensors.orientation_stddev)
     P[range(3, 6), range(3, 6)] = initial_rate_stddev**2
     P[range(6, 9), range(6, 9)] = np.square(holder.level)
@@ -257,7 +257,7 @@ def posterior_bound(
 
 def _moved(dt, holder: Smoothness):
     """Return transition and covariance of angles, rates and accelerations over dt [s], (9, 9)."""
-    F, Q = np.eye(_MOTION), np.zeros((_MOTION, _MOTION))
+    F, Q = np.eye(_MOTION_SIZE), np.zeros((_MOTION_SIZE, _MOTION_SIZE))
     if dt == 0.0:
         return F, Q
     for i, (level, time) in enumerate(zip(holder.level, holder.time)):
@@ -265,7 +265,7 @@ def _moved(dt, holder: Smoothness):
         drive = np.diag([0.0, 0.0, 2.0 * level**2 / time])
         # Van Loan (IEEE Trans. Automatic Control 23, 1978).
         both = expm(np.block([[-A, drive], [np.zeros((3, 3)), A.T]]) * dt)
-        here = np.ix_(range(i, _MOTION, 3), range(i, _MOTION, 3))
+        here = np.ix_(range(i, _MOTION_SIZE, 3), range(i, _MOTION_SIZE, 3))
         F[here] = both[3:, 3:].T
         Q[here] = both[3:, 3:].T @ both[:3, 3:]
     return F, 0.5 * (Q + Q.T)
@@ -328,20 +328,20 @@ def _recursion(scalars, scales, motion, P, noise, process, work):
     states, reactions = np.zeros((n, 6, 6)), np.zeros((n, 3, 3))
     parameters = np.zeros((n, 2, 2))
     determinants = np.zeros(n)
-    y, dy = np.zeros(6), np.zeros((6, WIDTH))
+    y, dy = np.zeros(6), np.zeros((6, JACOBIAN_WIDTH))
     coulomb = (1e-9, 1e-9, 1e-9)
     Z, H, D = np.zeros((_ALL, _ALL)), np.zeros((3, _ALL)), np.zeros((3, _ALL))
-    Z[:_SIZE, :_SIZE] = P
+    Z[:_STATE_SIZE, :_STATE_SIZE] = P
     for k in range(n):
         # A new wrench brings its own noise.
-        Z[_SIZE:, :] = 0.0
-        Z[:, _SIZE:] = 0.0
-        Z[_SIZE:, _SIZE:] = noise.wrench
+        Z[_STATE_SIZE:, :] = 0.0
+        Z[:, _STATE_SIZE:] = 0.0
+        Z[_STATE_SIZE:, _STATE_SIZE:] = noise.wrench
         if k > 0:
             step = process.F[process.which[k]]
-            Z[:_MOTION, :_SIZE] = step @ Z[:_MOTION, :_SIZE].copy()
-            Z[:_SIZE, :_MOTION] = Z[:_SIZE, :_MOTION].copy() @ step.T.copy()
-            Z[:_MOTION, :_MOTION] += process.Q[process.which[k]]
+            Z[:_MOTION_SIZE, :_STATE_SIZE] = step @ Z[:_MOTION_SIZE, :_STATE_SIZE].copy()
+            Z[:_STATE_SIZE, :_MOTION_SIZE] = Z[:_STATE_SIZE, :_MOTION_SIZE].copy() @ step.T.copy()
+            Z[:_MOTION_SIZE, :_MOTION_SIZE] += process.Q[process.which[k]]
             Z[9, 9] += process.friction * (t[k] - t[k - 1])
         if noise.measured[k] and k > 0:
             seen = Z[:3, :].copy()
@@ -352,7 +352,7 @@ def _recursion(scalars, scales, motion, P, noise, process, work):
         for i in range(3):
             for j in range(6):
                 H[i, j], D[i, j] = -dy[i, j], dy[3 + i, j]
-                H[i, _SIZE + j], D[i, _SIZE + j] = -dy[i, 6 + j], dy[3 + i, 6 + j]
+                H[i, _STATE_SIZE + j], D[i, _STATE_SIZE + j] = -dy[i, 6 + j], dy[3 + i, 6 + j]
             for j in range(3):
                 H[i, 6 + j] = 1.0 if i == j else 0.0
             for j in range(2):

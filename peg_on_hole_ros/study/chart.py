@@ -29,7 +29,7 @@ from peg_on_hole_ros.study.unscented import make_unscented
 # Samples that an estimator runs over before it is timed: what it needs beyond others is compiled.
 WARM = 150
 # Below this, 95 % bounds are sure and wrong.
-LEAST_COVERAGE = 0.9
+OVERCONFIDENT_COVERAGE = 0.9
 # Of the samples; an estimator that determines less tells nothing.
 LEAST_DETERMINED = 0.5
 # Thousands of times what one wrench tells of an acceleration [rad/s^2].
@@ -85,10 +85,10 @@ def make_dde_driven(
     return ContactFilter(scene, options, wrench_noise, offsets, settings)
 
 
-RATES = (1000, 500, 100)
-DEFAULT = Estimator("default", RATES[0], partial(by_method, "mixture"))
+WRENCH_RATES = (1000, 500, 100)
+DEFAULT = Estimator("default", WRENCH_RATES[0], partial(by_method, "mixture"))
 # Those of which the fastest alone is drawn.
-_OTHERS: dict[str, Make] = {
+_OTHER_METHODS: dict[str, Make] = {
     "no mixture": partial(by_method, "one_level"),
     "quasi-static balance": make_balance,
     "small angle": make_small_angle,
@@ -100,13 +100,16 @@ _OTHERS: dict[str, Make] = {
     "smoother": make_smoothed,
 }
 ESTIMATORS = (
-    *(DEFAULT._replace(rate=rate) for rate in RATES),
+    *(DEFAULT._replace(rate=rate) for rate in WRENCH_RATES),
     *(
-        Estimator(name, rate, make, rate == RATES[0])
-        for name, make in _OTHERS.items()
-        for rate in RATES
+        Estimator(name, rate, make, rate == WRENCH_RATES[0])
+        for name, make in _OTHER_METHODS.items()
+        for rate in WRENCH_RATES
     ),
-    *(Estimator("no inertia", rate, partial(by_method, "quasi_static"), False) for rate in RATES),
+    *(
+        Estimator("no inertia", rate, partial(by_method, "quasi_static"), False)
+        for rate in WRENCH_RATES
+    ),
 )
 
 
@@ -114,7 +117,7 @@ ESTIMATORS = (
 LIMIT, BOUND = "C limit, 1 kHz", "bound, 1 kHz"
 
 
-class Score(NamedTuple):
+class ChartScore(NamedTuple):
     """
     One estimator over one motion, median over the seeds.
 
@@ -155,9 +158,9 @@ def scores(
     truth: Truth,
     seeds: Iterable[int],
     clock: Callable[[], float],
-) -> list[Score]:
+) -> list[ChartScore]:
     """
-    Return the Score of each estimator over one motion.
+    Return the ChartScore of each estimator over one motion.
 
     They are told that the peg is on three contacts, so that none is scored for when it believes
     it. They take turns, so that what slows the machine for a while slows all of them.
@@ -199,7 +202,7 @@ def scores(
             seconds.append(1e6 * total / duration_ms)
     usual = float(np.median(spent[0]))
     return [
-        Score(  # type: ignore[call-arg]
+        ChartScore(  # type: ignore[call-arg]
             case, str(estimator),
             *(_median([getattr(e, name) for e in own]) for name in
               ("reactions", "tilt_rate", "reactions_inside", "determined")),
@@ -212,20 +215,20 @@ def scores(
 
 def limit_score(
     case: str, truth: Truth, seeds: Iterable[int], clock: Callable[[], float]
-) -> Score:
+) -> ChartScore:
     """Return what the default's arithmetic alone costs; parameters as for `scores`."""
     configuration = told_of_contact(truth.plan.configuration)
     duration_ms = (truth.t_ns[-1] - truth.t_ns[0]) * 1e-6
     seconds = [arithmetic(configuration, list(measure(truth, seed)), clock) for seed in seeds]
     nothing = float("nan")
-    return Score(case, LIMIT, *(nothing,) * 4, 0.0, 1e6 * _median(seconds) / duration_ms)
+    return ChartScore(case, LIMIT, *(nothing,) * 4, 0.0, 1e6 * _median(seconds) / duration_ms)
 
 
-def bound_score(case: str, truth: Truth) -> Score:
+def bound_score(case: str, truth: Truth) -> ChartScore:
     """Return the least errors of any estimator at 1 kHz over a motion; NaN: no bound is sound."""
     least = least_errors(truth, bound_along(truth))
     nothing = float("nan")
-    return Score(case, BOUND, *least, *(nothing,) * 2, 0.0, nothing)
+    return ChartScore(case, BOUND, *least, *(nothing,) * 2, 0.0, nothing)
 
 
 def _median(values):
@@ -259,7 +262,7 @@ class Overall(NamedTuple):
     microseconds: float
 
 
-def overall(found: list[Score]) -> list[Overall]:
+def overall(found: list[ChartScore]) -> list[Overall]:
     """Return each estimator over all motions."""
     rows = []
     for name in dict.fromkeys(score.name for score in found):

@@ -15,7 +15,7 @@ from peg_on_hole_ros.mechanics.kernel import workspace
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.study.unbalance import unbalanced, wrench_noise
 
-COUNT = 300
+PARTICLES = 300
 # Of the tangents' covariance, what particles are drawn from: they reach a little further.
 _WIDER = 1.5
 # Of a correlation: what is known exactly still has a square root.
@@ -57,8 +57,8 @@ class Particles(ContactFilter):
             return
         x, P = mixture.x[0], mixture.P[0]
         middle, wide = x[:n].copy(), _WIDER * P[:n, :n]
-        points = np.zeros((COUNT, n + 3))
-        normal = self._drawn.standard_normal((COUNT, n))
+        points = np.zeros((PARTICLES, n + 3))
+        normal = self._drawn.standard_normal((PARTICLES, n))
         points[:, :n] = middle + normal @ _root(wide).T
         points[:, FRICTION] = np.maximum(points[:, FRICTION], 0.0)
         log = _log_normal(points[:, :n] - before, spread) + 0.5 * np.sum(normal**2, axis=1)

@@ -17,8 +17,8 @@ from peg_on_hole_ros.study.smoothed import Smoothed
 # The estimate begins with one orientation and no rates [ns].
 SETTLE_NS = 50_000_000
 # An orientation further off at the end than so many standard deviations of a measured one.
-LOST = 10.0
-INTERVAL = 1.959964
+LOST_STDDEVS = 10.0
+INSIDE_STDDEVS = 1.959964
 
 
 class Track(NamedTuple):
@@ -60,7 +60,7 @@ class Errors(NamedTuple):
     determined : float
         Share of samples.
     lost : bool
-        Something is not finite, or the orientation ends LOST deviations off.
+        Something is not finite, or the orientation ends LOST_STDDEVS deviations off.
 
     """
 
@@ -131,7 +131,7 @@ def errors(truth: Truth, track: Track) -> Errors:
     # A NaN of what is told is no answer; one of what is not is left out.
     reacts = np.isfinite(error[:, 6:]).any()
     finite = bool(np.isfinite(error[:, : 9 if reacts else 6]).all())
-    inside = np.abs(error) <= INTERVAL * stddev
+    inside = np.abs(error) <= INSIDE_STDDEVS * stddev
     known = inside[determined, 6:]
     return Errors(
         _rms(error[:, 6:]) / float(truth.normal.mean()) if reacts else float("nan"),
@@ -139,7 +139,7 @@ def errors(truth: Truth, track: Track) -> Errors:
         float(inside[:, :6].mean(axis=0).min()),
         float(known.mean(axis=0).min()) if reacts and len(known) else float("nan"),
         float(determined.mean()) if reacts else float("nan"),
-        not finite or _off(truth, rows[-1], error[-1]) > LOST,
+        not finite or _off(truth, rows[-1], error[-1]) > LOST_STDDEVS,
     )
 
 

@@ -34,7 +34,7 @@ _MOTIONS: dict[str, Any] = {
     ),
 }
 LEG = 0.15
-NAMES = tuple(_MOTIONS)
+MOTION_NAMES = tuple(_MOTIONS)
 
 
 class Case(NamedTuple):
@@ -45,7 +45,7 @@ class Case(NamedTuple):
     ----------
     name : str
     motion : str
-        Of NAMES.
+        Of MOTION_NAMES.
     clearance, friction, speed, noise : float
         Factors of the clearance, the friction coefficient, the rates and all sensors' noise.
 
@@ -60,7 +60,7 @@ class Case(NamedTuple):
 
 
 CASES = (
-    *(Case(name, name) for name in NAMES),
+    *(Case(name, name) for name in MOTION_NAMES),
     Case("slow", "closing with slip", speed=1 / 16),
     Case("fast", "closing with slip", speed=4.0),
     Case("narrow", "closing with slip", clearance=0.2),

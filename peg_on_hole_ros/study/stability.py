@@ -17,7 +17,7 @@ from peg_on_hole_ros.study.balance import make_balance
 from peg_on_hole_ros.study.chart import LEAST_DETERMINED, by_method, make_dde_driven
 from peg_on_hole_ros.study.particles import make_particles
 from peg_on_hole_ros.study.runs import errors, run, told_of_contact
-from peg_on_hole_ros.study.scenes import first_samples
+from peg_on_hole_ros.study.scenes import LEAD_IN, LEG, first_samples
 from peg_on_hole_ros.study.unscented import make_unscented
 
 METHODS = {
@@ -30,7 +30,6 @@ METHODS = {
 }
 # Of 95 % bounds, of the least covered quantity.
 LEAST_COVERAGE = 0.85
-LEAD_IN, LEG = 0.05, 0.15
 # Turns as fast as the paper's go with its closing: 2 rad/s with 0.16 rad/s.
 _TURN = 12.5
 # Rates at the ends of the legs, in the speed of closing: turns that reverse, and tilt once too.
@@ -49,7 +48,7 @@ class Verdict(Enum):
     NONE = "no motion on three contacts"
 
 
-class Place(NamedTuple):
+class MapPlace(NamedTuple):
     """
     A cell and a motion in it.
 
@@ -79,7 +78,7 @@ class Place(NamedTuple):
 
 class Axis(NamedTuple):
     """
-    A quantity of the map: its field in `Place`, a label, and its range in the units of `Place`.
+    A quantity of the map: its field in `MapPlace`, a label, and its range in the units there.
 
     Where there are values that sensors have, the nearest of them are taken.
     """
@@ -90,26 +89,26 @@ class Axis(NamedTuple):
     high: float
     usual: tuple[float, ...] = ()
 
-    def places(self, count: int) -> Iterator[Place]:
+    def places(self, count: int) -> Iterator[MapPlace]:
         """Yield places along the axis, all else as usual."""
         for value in np.geomspace(self.low, self.high, count).tolist():
             near = min(self.usual, key=lambda one: abs(np.log(one / value)), default=value)
-            yield Place(**{self.name: near})
+            yield MapPlace(**{self.name: near})
 
 
 # Those of force-torque sensors [Hz].
-RATES = (100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0, 2500.0, 4000.0, 5000.0)
-AXES = (
-    Axis("rate", "wrench, 100–5000 Hz", 100.0, 5000.0, RATES),
+SENSOR_RATES = (100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0, 2500.0, 4000.0, 5000.0)
+MAP_AXES = (
+    Axis("rate", "wrench, 100–5000 Hz", 100.0, 5000.0, SENSOR_RATES),
     Axis("size", "diameter, 4–100 mm", 0.004, 0.1),
     Axis("lever", "sensor lever, 20–400 mm", 0.02, 0.4),
     Axis("speed", "closing, 0.01–0.64 rad/s", 0.01, 0.64),
     Axis("friction", "friction, 0.05–0.6", 0.05, 0.6),
     Axis("clearance", "clearance, 0.04–4 %", 0.04, 4.0),
 )
-COLUMNS = (
-    "axis", *Place._fields, "method", "verdict", "reactions", "states_inside", "reactions_inside",
-    "determined",
+MAP_COLUMNS = (
+    "axis", *MapPlace._fields,
+    "method", "verdict", "reactions", "states_inside", "reactions_inside", "determined",
 )  # fmt: skip
 
 
@@ -138,7 +137,7 @@ class Result(NamedTuple):
     determined: float
 
 
-def truth_at(place: Place, configuration: Configuration) -> Truth | None:
+def truth_at(place: MapPlace, configuration: Configuration) -> Truth | None:
     """Return the motion at a place as far as it keeps three contacts; None: it does not begin."""
     D, scaled = place.size, place.size / _HOLE
     scene = replace(
@@ -178,7 +177,7 @@ def truth_at(place: Place, configuration: Configuration) -> Truth | None:
     return first_samples(truth, count) if count * 1000 >= _SHORTEST * rate else None
 
 
-def examine(place: Place, configuration: Configuration, seeds: Iterable[int]) -> list[Result]:
+def examine(place: MapPlace, configuration: Configuration, seeds: Iterable[int]) -> list[Result]:
     """Return what becomes of each method at a place."""
     truth = truth_at(place, configuration)
     if truth is None:

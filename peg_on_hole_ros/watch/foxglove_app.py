@@ -22,9 +22,9 @@ from peg_on_hole_ros.messages.definitions import definition
 from peg_on_hole_ros.messages.output import DIAGNOSTICS, LATCHED, TOPICS
 from peg_on_hole_ros.watch.taking import subscribe, taken
 
-PERIOD = 0.02  # [s] between two looks at what has come
+LOOK_PERIOD = 0.02  # [s] between two looks at what has come
 # For so long the apps may take their leave [s].
-CLOSING = 0.5
+LEAVE_TIME = 0.5
 # What may wait for an app: a second of all topics at 1 kHz.
 _WAITING = 16 * 1024
 
@@ -131,11 +131,11 @@ def run(
                 new = topic.name in asked.topics
                 asked.topics.discard(topic.name)
                 topic.forward(new)
-            time.sleep(PERIOD)
+            time.sleep(LOOK_PERIOD)
     finally:
         # It waits for every client, also for one that does not read or never sends its request.
         ending = threading.Thread(target=server.stop, daemon=True)
         ending.start()
-        ending.join(CLOSING)
+        ending.join(LEAVE_TIME)
         node.destroy_node()
         rclpy.try_shutdown(context=context)

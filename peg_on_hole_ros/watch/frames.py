@@ -6,19 +6,18 @@ from math import isfinite
 import numpy as np
 
 from peg_on_hole_ros.mechanics.scene import Scene
-from peg_on_hole_ros.records import ANGLES, CONTACTS
+from peg_on_hole_ros.records import ALARM_LEVELS, ANGLES, CONTACTS
 from peg_on_hole_ros.report.drawing import moving
 from peg_on_hole_ros.watch.thinned import Reader, Table, peaks
 
 # Read whole; of the other topics the last message serves.
 WHOLE = ("state", "contacts", "monitor")
 RISKS = ("jamming_risk", "transition_probability")
-_LEVELS = ("OK", "WARN", "ERROR")
 # Kept for a page that is opened, or comes back [s].
-KEPT = 30.0
+HISTORY = 30.0
 _MOST_KEPT = 2000
 # Stamps that fall by more begin anew [ns].
-_FALL_NS = 1_000_000
+_NEW_STAMPS_NS = 1_000_000
 
 
 class Frames:
@@ -28,7 +27,7 @@ class Frames:
     Attributes
     ----------
     kept : deque of dict
-        The frames of the last `KEPT` seconds.
+        The frames of the last `HISTORY` seconds.
 
     """
 
@@ -62,7 +61,7 @@ class Frames:
         frame: dict = {}
         state = tables.get("state")
         if state is not None:
-            if self._begun_ns is None or state.t_ns[-1] < self._last_ns - _FALL_NS:
+            if self._begun_ns is None or state.t_ns[-1] < self._last_ns - _NEW_STAMPS_NS:
                 self.kept.clear()
                 self._tables.clear()
                 self._begun_ns, frame["anew"] = int(state.t_ns[0]), True
@@ -142,7 +141,7 @@ class Frames:
 
     def _keep(self, frame):
         self.kept.append(frame)
-        while frame["t"] - self.kept[0]["t"] > KEPT:
+        while frame["t"] - self.kept[0]["t"] > HISTORY:
             gone = self.kept.popleft()
             # The mode that holds from before the first frame on.
             if gone.get("modes") and "modes" not in self.kept[0]:
@@ -154,7 +153,7 @@ def _has(contacts, name):
 
 
 def _level(number):
-    return _LEVELS[number] if number < len(_LEVELS) else _LEVELS[-1]
+    return ALARM_LEVELS[min(number, len(ALARM_LEVELS) - 1)]
 
 
 def _number(value):

@@ -15,7 +15,7 @@ from peg_on_hole_ros.startup.one_line import PROGRAM, described
 STREAM = "/stream"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _HOST = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([A-Za-z0-9._-]+))(?::[0-9]{1,5})?")
-_MOST = 300
+_LONGEST_LINE = 300
 
 
 def answer(host: str, page: str, request: Request) -> Response | None:
@@ -113,5 +113,5 @@ class _Lines(logging.Handler):
 
 
 def _log(text):
-    line = cut(printable(f"{PROGRAM}: {text}"), _MOST)
+    line = cut(printable(f"{PROGRAM}: {text}"), _LONGEST_LINE)
     print(line, file=sys.stderr, flush=True)

@@ -14,9 +14,9 @@ from websockets.http11 import Request, Response
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.watch.requests import Connection, answer, logger, report_refusal
 
-PERIOD = 0.05  # [s] between two frames
+FRAME_PERIOD = 0.05  # [s] between two frames
 # From the end of the frames until connections are cut whose other side does not close them [s].
-CLOSING = 0.5
+CUT_AFTER = 0.5
 
 
 async def run(
@@ -29,7 +29,7 @@ async def run(
     stopping: Sequence[int],
 ) -> None:
     """
-    Serve until stopped, and end within some `CLOSING`, whatever the browsers do.
+    Serve until stopped, and end within some `CUT_AFTER`, whatever the browsers do.
 
     Parameters
     ----------
@@ -40,13 +40,13 @@ async def run(
     page : str
         HTML.
     frame : callable
-        Returns what all pages are told, every `PERIOD`.
+        Returns what all pages are told, every `FRAME_PERIOD`.
     hello : callable
         Returns what a page is told first; without `status` it is the same for all.
     ready : callable
         Is given the page's address.
     stopping : sequence of int
-        Of `note_signals`; is looked at every `PERIOD`.
+        Of `note_signals`; is looked at every `FRAME_PERIOD`.
 
     Raises
     ------
@@ -93,11 +93,11 @@ async def run(
         while not stopping:
             broadcast(pages, json.dumps(frame(), allow_nan=False))
             # What took longer is not made up for.
-            due = max(due + PERIOD, clock())
+            due = max(due + FRAME_PERIOD, clock())
             await asyncio.sleep(due - clock())
     finally:
         server.close()
-        await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=CLOSING)
+        await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=CUT_AFTER)
         # What is left does not read, or has not yet sent a whole request.
         for connection in connections:
             connection.transport.abort()

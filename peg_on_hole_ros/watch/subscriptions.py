@@ -20,10 +20,10 @@ from peg_on_hole_ros.messages.output import LATCHED, TOPICS
 from peg_on_hole_ros.watch.frames import WHOLE, Frames
 from peg_on_hole_ros.watch.taking import DEPTH, subscribe, taken
 
-LAST = ("contacts_stddev", "pose", "contact/k", "contact/b1", "contact/b2")
-CHANGES = ("contact_mode", "alarms")
+LATEST_ONLY = ("contacts_stddev", "pose", "contact/k", "contact/b1", "contact/b2")
+EVERY_CHANGE = ("contact_mode", "alarms")
 # Without an estimate for so long it is said [s].
-SILENCE = 1.0
+SILENT_AFTER = 1.0
 
 
 class Watched:
@@ -57,7 +57,7 @@ class Watched:
         self._parameters = AsyncParameterClient(self._asking, name)
         self._answer: Future | None = None
         self._subscriptions = {
-            topic: self._subscribe(topic) for topic in (*WHOLE, *LAST, *CHANGES)
+            topic: self._subscribe(topic) for topic in (*WHOLE, *LATEST_ONLY, *EVERY_CHANGE)
         }
         self._latest: dict[str, object] = {}
         self._arrived_at = time.monotonic()
@@ -65,15 +65,15 @@ class Watched:
 
     def _subscribe(self, topic):
         latched = topic in LATCHED
-        depth = 1 if topic in LAST else 100 if topic in CHANGES else DEPTH
+        depth = 1 if topic in LATEST_ONLY else 100 if topic in EVERY_CHANGE else DEPTH
         name = f"{self.name}/{topic}"
         return subscribe(self._node, name, TOPICS[topic], latched, topic in WHOLE, depth)
 
     def frame(self) -> dict:
         """Take what has arrived; return a frame, ready for JSON, see `Frames`, with `status`."""
         self._ask()
-        arrived = {topic: taken(self._subscriptions[topic]) for topic in (*WHOLE, *CHANGES)}
-        for topic in LAST:
+        arrived = {topic: taken(self._subscriptions[topic]) for topic in (*WHOLE, *EVERY_CHANGE)}
+        for topic in LATEST_ONLY:
             for message in taken(self._subscriptions[topic]):
                 self._latest[topic] = message
         scene = (self.configuration or Configuration()).scene
@@ -112,7 +112,7 @@ class Watched:
         silent = time.monotonic() - self._arrived_at
         if not self._publishers():
             return f"no node {self.name} is active: start it, or name another with --node"
-        if silent > SILENCE:
+        if silent > SILENT_AFTER:
             return (
                 f"no estimate for {silent:.0f} s: does the wrench come, do joint states? "
                 "/diagnostics says what became of them"

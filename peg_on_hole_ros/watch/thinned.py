@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
-from peg_on_hole_ros.bags.storage.message_rows import Rows
+from peg_on_hole_ros.bags.storage.message_rows import MessageRows
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE
 
 
@@ -40,7 +40,7 @@ class Reader:
         ends = np.cumsum([len(payload) for payload in payloads])
         starts = ends - [len(payload) for payload in payloads]
         none = np.zeros(len(payloads), np.int64)
-        rows = Rows(b"".join(payloads), none, none, starts, ends)
+        rows = MessageRows(b"".join(payloads), none, none, starts, ends)
         found = self._layouts.columns(JOINTS_TYPE, rows)
         which = found.layout == found.layout[-1]
         if found.layout[-1] == NO_LAYOUT:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.mutated_bags import KINDS, Outcome
-from peg_on_hole_ros.bags.score import Errors
+from peg_on_hole_ros.bags.score import ErrorSums
 from simulated import ROOT
 
 
@@ -45,7 +45,7 @@ def test_what_counts_as_a_fault():
 
 
 def test_a_truth_that_is_no_number_has_no_error():
-    errors = Errors()
+    errors = ErrorSums()
     truth = np.array([0.3, np.nan, 0.0, np.inf, 1e200, 5.0])
     with np.errstate(over="ignore"):
         errors.count_in(np.ones(6, bool), truth, np.ones(6), truth)

@@ -196,7 +196,7 @@ def test_front_keeps_what_nothing_beats():
 
 
 def made_up(name, reactions, case="a", lost=0.0, microseconds=10.0):
-    return chart.Score(case, name, reactions, 0.01, 0.95, 1.0, lost, microseconds)
+    return chart.ChartScore(case, name, reactions, 0.01, 0.95, 1.0, lost, microseconds)
 
 
 def test_motions_are_put_together():

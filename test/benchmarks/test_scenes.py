@@ -13,7 +13,7 @@ from benchmarks.harness.events import (
     CLASSES,
     NEAR_STALL,
     Event,
-    Labels,
+    SceneLabels,
     judge_alarm,
     score_run,
     stretches,
@@ -285,7 +285,7 @@ def labelled(**changes):
         "transition": 0.2,
         "events": (),
     }
-    return Labels(**rows | changes)
+    return SceneLabels(**rows | changes)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.estimator.contact_filter import ContactFilter
 from peg_on_hole_ros.estimator.methods.registry import make_filter
 from peg_on_hole_ros.study import stability as study
-from peg_on_hole_ros.study.stability import Place, Verdict, examine, truth_at
+from peg_on_hole_ros.study.stability import MapPlace, Verdict, examine, truth_at
 
 pytest.importorskip("matplotlib.figure")
 SEED = 3
@@ -47,7 +47,7 @@ def unwound(scene, options, noise, offsets=None):
 def test_what_holds_what_errs_and_what_diverges(monkeypatch):
     methods = {"default": make_filter, "surer": surer, "unwound": unwound}
     monkeypatch.setattr(study, "METHODS", methods)
-    found = {result.method: result for result in examine(Place(), Configuration(), [SEED])}
+    found = {result.method: result for result in examine(MapPlace(), Configuration(), [SEED])}
     assert found["default"].verdict is Verdict.HOLDS
     assert found["default"].reactions_inside > 0.9 and found["default"].states_inside > 0.9
     assert found["surer"].verdict is Verdict.ERRS
@@ -68,7 +68,7 @@ def test_the_worst_seed_is_told(monkeypatch):
         return track
 
     monkeypatch.setattr(study, "run", second_is_off)
-    (result,) = examine(Place(), Configuration(), [SEED, 4, 5])
+    (result,) = examine(MapPlace(), Configuration(), [SEED, 4, 5])
     assert len(calls) == 3 and result.verdict is Verdict.DIVERGED
 
 
@@ -82,13 +82,13 @@ def test_reactions_that_are_not_told_are_no_error(monkeypatch):
     run = study.run
     monkeypatch.setattr(study, "run", silent)
     monkeypatch.setattr(study, "METHODS", {"default": make_filter})
-    (result,) = examine(Place(), Configuration(), [SEED])
+    (result,) = examine(MapPlace(), Configuration(), [SEED])
     assert result.verdict is Verdict.UNTOLD and result.determined == 0.0
 
 
 @pytest.mark.nightly
 def test_a_place_is_what_is_simulated():
-    truth = truth_at(Place(rate=400.0, size=0.02, lever=0.1, friction=0.3), Configuration())
+    truth = truth_at(MapPlace(rate=400.0, size=0.02, lever=0.1, friction=0.3), Configuration())
     plan = truth.plan
     scene = plan.configuration.scene
     assert plan.wrench_rate == 400 and plan.joint_rate == 400
@@ -97,22 +97,22 @@ def test_a_place_is_what_is_simulated():
     assert plan.configuration.wrench.sensor_xyz == (0.0, 0.0, 0.1)
     # At the begin; the holder gives, and slows down from there on.
     assert -truth.rates[0, 0] == pytest.approx(0.16, rel=0.02)
-    for axis in study.AXES:
+    for axis in study.MAP_AXES:
         for far in axis.places(2):
             assert truth_at(far, Configuration()) is not None, far
     # A peg that the rim cannot hold from the begin on.
-    assert truth_at(Place(speed=3.0), Configuration()) is None
+    assert truth_at(MapPlace(speed=3.0), Configuration()) is None
 
 
 def test_rates_are_those_of_sensors():
-    rates = [place.rate for place in study.AXES[0].places(8)]
-    assert rates == sorted(set(rates)) and set(rates) <= set(study.RATES)
+    rates = [place.rate for place in study.MAP_AXES[0].places(8)]
+    assert rates == sorted(set(rates)) and set(rates) <= set(study.SENSOR_RATES)
 
 
 @pytest.fixture
 def tiny(monkeypatch):
-    monkeypatch.setattr(command, "QUICK_COUNT", 2)
-    monkeypatch.setattr(study, "AXES", (study.AXES[0], study.AXES[4]))
+    monkeypatch.setattr(command, "QUICK_MAP_PLACES", 2)
+    monkeypatch.setattr(study, "MAP_AXES", (study.MAP_AXES[0], study.MAP_AXES[4]))
     monkeypatch.setattr(study, "METHODS", {"default": make_filter, "surer": surer})
 
 

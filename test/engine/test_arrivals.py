@@ -9,7 +9,7 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.ros_messages import to_ros
-from peg_on_hole_ros.ros.arrivals import Arrivals
+from peg_on_hole_ros.ros.arrivals import WaitingMessages
 
 encode = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
 times = st.lists(st.integers(0, 50), max_size=20)
@@ -17,7 +17,7 @@ times = st.lists(st.integers(0, 50), max_size=20)
 
 def taken(wrenches, joint_states):
     """Return (source, stamp) as they are handed on, all wrenches having come first."""
-    arrivals = Arrivals()
+    arrivals = WaitingMessages()
     for t in wrenches:
         arrivals.wrench(encode["wrench"](wrench(t)))
     for t in joint_states:

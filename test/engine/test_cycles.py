@@ -14,7 +14,7 @@ from peg_on_hole_ros.bags.simulated_bag import write_bag
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.config.options import NodeOptions
 from peg_on_hole_ros.messages.columns import OutputColumns
-from peg_on_hole_ros.messages.cycles import PAUSE_NS, SILENCE_NS, Cycles, json_line
+from peg_on_hole_ros.messages.cycles import PAUSE_NS, PEG_CHANGE_NS, Cycles, json_line
 from peg_on_hole_ros.messages.output import BOOL, DIAGNOSTICS, STRING
 from peg_on_hole_ros.monitor.output_row import NOTHING
 from peg_on_hole_ros.records import Rows
@@ -153,7 +153,7 @@ def test_a_clock_that_goes_back_ends_a_try():
     assert record["outcome"] == "unfinished"
 
 
-SILENCE_MS = SILENCE_NS // MS
+SILENCE_MS = PEG_CHANGE_NS // MS
 
 
 def inserted():

@@ -51,7 +51,7 @@ def solve_reference(scene, xu):
 @pytest.mark.parametrize("seed", [0, *nightly(1, 2, 3)])
 def test_kernel_equals_the_reference_model(seed):
     rng = np.random.default_rng(seed)
-    work, y, dy = kernel.workspace(), np.zeros(6), np.zeros((6, kernel.WIDTH))
+    work, y, dy = kernel.workspace(), np.zeros(6), np.zeros((6, kernel.JACOBIAN_WIDTH))
     compared = 0
     while compared < 100:
         scene, x, u = random_case(rng)
@@ -71,8 +71,8 @@ def test_kernel_equals_the_reference_model(seed):
             np.testing.assert_allclose(y[part], expected[part], rtol=0, atol=1e-9 * size)
         np.testing.assert_allclose(determinant, expected_determinant, rtol=1e-9)
 
-        slopes = np.empty((6, kernel.WIDTH))
-        for i in range(kernel.WIDTH):
+        slopes = np.empty((6, kernel.JACOBIAN_WIDTH))
+        for i in range(kernel.JACOBIAN_WIDTH):
             moved = np.concatenate([x, u, [scene.friction, scene.peg_diameter]]).astype(complex)
             # No difference is formed, so the step may be as small as it likes.
             moved[i] += 1e-30j
@@ -88,7 +88,7 @@ def test_values_do_not_depend_on_whether_derivatives_are_asked_for():
     rng = np.random.default_rng(11)
     scene, x, u = random_case(rng)
     p, work = scene_scalars(scene), kernel.workspace()
-    y, with_slopes, dy = np.zeros(6), np.zeros(6), np.zeros((6, kernel.WIDTH))
+    y, with_slopes, dy = np.zeros(6), np.zeros(6), np.zeros((6, kernel.JACOBIAN_WIDTH))
     first = kernel.accelerate(p, SCALES, x, u, work, y)
     second = kernel.accelerate_with_derivatives(p, SCALES, x, u, work, with_slopes, dy)
     assert first == second

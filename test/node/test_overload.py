@@ -10,7 +10,7 @@ from peg_on_hole_ros.messages.cdr import Encoder
 from peg_on_hole_ros.messages.cdr_layout import stamp_ns
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.ros import process
-from peg_on_hole_ros.ros.arrivals import Arrivals
+from peg_on_hole_ros.ros.arrivals import WaitingMessages
 from peg_on_hole_ros.ros.diagnostics import Diagnostics
 
 ENCODE = {"wrench": Encoder(WRENCH_TYPE), "joints": Encoder(JOINTS_TYPE)}
@@ -38,7 +38,7 @@ class Busy:
     """A node to which `rate` messages come while it works one off, and a call in between."""
 
     def __init__(self, rate, stopping):
-        self.arrivals = Arrivals(200)
+        self.arrivals = WaitingMessages(200)
         self.rate, self.stopping = rate, stopping
         self.worked, self.answered_after = 0, None
         self.events = Events(self)
@@ -91,7 +91,7 @@ def test_a_call_does_not_wait_behind_the_messages_of_an_overloaded_node(rate, mo
 
 def test_what_there_is_no_room_for_is_pushed_out_in_the_order_of_stamps_and_counted():
     lost = []
-    arrivals = Arrivals(3, lost.append)
+    arrivals = WaitingMessages(3, lost.append)
     for t in range(1, 5):
         arrivals.joints(ENCODE["joints"](joints(2 * t)))
         arrivals.wrench(ENCODE["wrench"](wrench(2 * t - 1)))

@@ -94,7 +94,7 @@ def test_a_clock_that_goes_back_takes_no_time():
 
 
 def test_alarms_that_flicker_are_counted_but_not_all_listed(monkeypatch):
-    monkeypatch.setattr(module, "MOST_ALARMS", 4)
+    monkeypatch.setattr(module, "MOST_ALARM_CHANGES", 4)
     summary = Summary()
     for i in range(10):
         summary.take(columns(i * MS, [alarms(jamming=(i + 1) % 2)]))

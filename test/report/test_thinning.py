@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from peg_on_hole_ros.report.thinning import Rows, most_loaded, peaks, thinned
+from peg_on_hole_ros.report.thinning import ThinnedRows, most_loaded, peaks, thinned
 
 # Such as an array of float32 holds exactly.
 NUMBERS = st.one_of(st.integers(-1000, 1000).map(float), st.just(float("nan")))
@@ -67,7 +67,7 @@ def test_rows_of_the_drawing_stay_whole():
 
 @pytest.mark.parametrize("count", [5, 8192, 8193, 70_000])
 def test_a_long_recording_is_held_evenly_and_with_its_peaks(count):
-    rows = Rows(2, most=4000)
+    rows = ThinnedRows(2, most=4000)
     for k in range(count):
         rows.add(1000 * k, (np.sin(k / 3e3), 50.0 if k == count // 3 else 1.0))
     t, values = rows.arrays(1000)
@@ -80,7 +80,7 @@ def test_a_long_recording_is_held_evenly_and_with_its_peaks(count):
 
 
 def test_a_row_of_a_stamp_that_was_wrong_is_let_go():
-    rows = Rows(1)
+    rows = ThinnedRows(1)
     # The third had leapt ahead.
     for t, value in ((1, 10.0), (2, 20.0), (900, 99.0), (3, 30.0)):
         rows.add(t, (value,))

@@ -2,8 +2,8 @@
 
 import pytest
 
-from peg_on_hole_ros.messages.passed_time import Run
-from peg_on_hole_ros.report.tracks import Peak
+from peg_on_hole_ros.messages.passed_time import StampRun
+from peg_on_hole_ros.report.tracks import PeakReaction
 from peg_on_hole_ros.report.words import (
     alarm_lines,
     doubt_lines,
@@ -52,11 +52,11 @@ def test_where_modes_are_off_the_headline_says_so():
 
 def test_the_worst_load_is_the_one_nearest_to_its_limit():
     # Not the greatest one.
-    peaks = {"K": Peak(210.0, 1.0, S), "B1": Peak(150.0, 1.0, 2 * S)}
+    peaks = {"K": PeakReaction(210.0, 1.0, S), "B1": PeakReaction(150.0, 1.0, 2 * S)}
     found = load_line(peaks, LIMITS)
     assert found.text == "Worst load: 150 N at B1, 75% of its limit of 200 N."
     assert found.t == 2.0
-    over = load_line({"B2": Peak(250.0, 1.0, 0)}, LIMITS)
+    over = load_line({"B2": PeakReaction(250.0, 1.0, 0)}, LIMITS)
     assert over.text == "Worst load: 250 N at B2, over its limit of 200 N."
     assert "determined nowhere" in load_line({}, LIMITS).text
 
@@ -106,7 +106,7 @@ def test_drops_have_their_reasons():
 
 def test_tries_are_found_on_the_time_that_has_passed_where_the_clock_went_back():
     # Stamps of 10 to 20 s come twice.
-    runs = [Run(10 * S, 20 * S, 0), Run(10 * S, 20 * S, 10 * S)]
+    runs = [StampRun(10 * S, 20 * S, 0), StampRun(10 * S, 20 * S, 10 * S)]
     cycles = [
         cycle("aborted", start=12.0),
         cycle("aborted", start=19.0),

@@ -18,7 +18,7 @@ from peg_on_hole_ros.config.configuration import from_parameters
 from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.robot.kinematics import UrdfKinematics
 from peg_on_hole_ros.robot.urdf_file import MOST_DEPTH, MOST_FREEDOMS, MOST_LINKS, read_chain
-from peg_on_hole_ros.robot.urdf_source import MOST_BYTES
+from peg_on_hole_ros.robot.urdf_source import MOST_URDF_BYTES
 from recorded import STORE, Row, motion, write, writer
 from tiers import at_push
 
@@ -83,7 +83,7 @@ DEADLY = {
     "links": (leaves(MOST_LINKS + 1), f"has {MOST_LINKS + 1} links"),
     "nested": (robot("<a>" * 10**5, "</a>" * 10**5), "no description of a robot"),
     "elements": (robot("<a/>" * 10**6), "no description of a robot"),
-    "large": (robot("<!--", "x" * MOST_BYTES, "-->"), "a description at most 16000000"),
+    "large": (robot("<!--", "x" * MOST_URDF_BYTES, "-->"), "a description at most 16000000"),
     "entities": (f"<!DOCTYPE r [{BILLION}]><robot>&e11;</robot>", "has a DOCTYPE"),
     "encoding": ("<?xml version='1.0' encoding='big5'?><robot/>", "is not XML: "),
     "no axis": (with_joint("<axis xyz='1e-200 0 0'/>"), "turns about no axis: '1e-200 0 0'"),

@@ -6,7 +6,8 @@ import pytest
 from peg_on_hole_ros.mechanics.geometry import contact_geometry, contact_points, normals
 from peg_on_hole_ros.mechanics.scene import Scene
 from peg_on_hole_ros.sim.dynamics import scene_numbers, three_points
-from peg_on_hole_ros.sim.gaps import CLEAR, contact_gaps
+from peg_on_hole_ros.sim.gaps import contact_gaps
+from peg_on_hole_ros.sim.hole_places import CLEAR
 
 pytestmark = pytest.mark.xdist_group("simulation")
 SCENE = Scene(peg_diameter=0.04984)

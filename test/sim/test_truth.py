@@ -9,7 +9,7 @@ import pytest
 from estimates import SCENE, columns, estimate
 from peg_on_hole_ros.bags.reader import Bag
 from peg_on_hole_ros.bags.score import Score, flag_lines, score_lines, score_table
-from peg_on_hole_ros.bags.truth import Truth, read_truth
+from peg_on_hole_ros.bags.truth import RecordedTruth, read_truth
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.messages.output import JOINT_STATE, STRING, OutputStream, joint_state
@@ -27,7 +27,7 @@ def truth(modes=((0, "three_point"),), seconds=10):
     t_ns = np.arange(seconds + 1) * S
     values = np.repeat(t_ns[:, None] * 1e-9, 6, axis=1)
     values[:, :3] = (values[:, :3] + pi) % (2 * pi) - pi
-    return Truth(t_ns, values, *zip(*modes))
+    return RecordedTruth(t_ns, values, *zip(*modes))
 
 
 def test_truth_is_linear_between_stamps_and_unwrapped():
@@ -40,7 +40,7 @@ def test_truth_is_linear_between_stamps_and_unwrapped():
 
 def test_in_the_hole_the_lower_edge_has_one_contact_under_two_names():
     values = [[0.1, 0.0, 0.0, 5.0, 6.0, 8.0], [0.1, 0.0, 0.0, 5.0, 0.0, 8.0]]
-    truth = Truth([0, 10], values, [0, 5], ["three_point", "two_point"])
+    truth = RecordedTruth([0, 10], values, [0, 5], ["three_point", "two_point"])
     assert truth.values[:, 3:].tolist() == [[5.0, 6.0, 8.0], [5.0, 4.0, 4.0]]
 
 
@@ -145,7 +145,7 @@ def test_a_flag_that_never_had_to_rise_and_never_did_is_not_called_right():
 def test_score_takes_the_outputs_of_a_replay():
     outputs = estimate(t_ns=S, psi=0.4)
     values = [*outputs.state[:3], *outputs.normal]
-    score = Score(Truth([0, 2 * S], [values, values], [0], ["three_point"]))
+    score = Score(RecordedTruth([0, 2 * S], [values, values], [0], ["three_point"]))
     score.take(columns(OutputStream(SCENE), outputs))
     assert list(score.rmse().values()) == pytest.approx([0.0] * 6, abs=1e-12)
     assert score.stddev()["gamma"] == pytest.approx(1e-5, rel=1e-12)

@@ -11,12 +11,12 @@ from peg_on_hole_ros.bags.storage.rosbag2_folder import Description, read_descri
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
 # As a recorder names the parts of a recording in the folder rec: rec_0.mcap, rec_1.mcap, ...
-_PART = re.compile(r"(.+)_(\d+)\.(mcap|db3)(\.zstd|\.zst)?")
+_PART_NAME = re.compile(r"(.+)_(\d+)\.(mcap|db3)(\.zstd|\.zst)?")
 _MOST_LISTED = 10
 _STORED = (".mcap", ".db3")
 _PACKED = (".zstd", ".zst")
 # Packed as a whole by what nobody records with, and the command that unpacks it.
-_OTHERS = {".lz4": "lz4 -d", ".gz": "gunzip -k", ".xz": "unxz -k", ".bz2": "bunzip2 -k"}
+_UNREAD_PACKINGS = {".lz4": "lz4 -d", ".gz": "gunzip -k", ".xz": "unxz -k", ".bz2": "bunzip2 -k"}
 # A recorder that splits may put messages that came together into either file, and leaves no gap
 # but that between two messages [ns].
 _APART_NS = 1_000_000_000
@@ -99,10 +99,10 @@ def _files(path):
         raise BagError(f"there is no bag {path}{points}")
     if not path.is_dir():
         _check_regular(path)
-        if path.suffix in _OTHERS:
+        if path.suffix in _UNREAD_PACKINGS:
             raise BagError(
                 f"{path} is packed as a whole, in a way that is not read; unpack it: "
-                f"{_OTHERS[path.suffix]} {quote(str(path))}"
+                f"{_UNREAD_PACKINGS[path.suffix]} {quote(str(path))}"
             )
         return BagFiles(path, (path,))
     description = path / "metadata.yaml"
@@ -156,7 +156,7 @@ def _in_bags():
 def _one_recording(found):
     for file in found.files:
         _check_regular(file)
-    parts = [_PART.fullmatch(file.name) for file in found.files]
+    parts = [_PART_NAME.fullmatch(file.name) for file in found.files]
     if len(parts) > 1 and (not all(parts) or len({part[1] for part in parts}) > 1):  # type: ignore[index]
         raise BagError(
             f"{found.path} is a folder without metadata.yaml, and its files are not named "

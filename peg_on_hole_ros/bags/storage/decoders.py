@@ -12,8 +12,10 @@ from peg_on_hole_ros.errors import BagError
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 from peg_on_hole_ros.messages.definitions import definition
 
-_PRIMITIVE = re.compile(r"(bool|byte|char|float32|float64|u?int(8|16|32|64)|w?string(<=\d+)?)$")
-_NAME = re.compile(r"[A-Za-z]\w*$")
+_PRIMITIVE_TYPE = re.compile(
+    r"(bool|byte|char|float32|float64|u?int(8|16|32|64)|w?string(<=\d+)?)$"
+)
+_FIELD_NAME = re.compile(r"[A-Za-z]\w*$")
 _ARRAY = re.compile(r"\[(<=)?\d*\]$")
 # For ROS 2 a part of its language, in a bag or not.
 _BUILT_IN = ("builtin_interfaces/Time", "builtin_interfaces/Duration")
@@ -94,11 +96,11 @@ def _parts(text, name):
         field, _, more = rest.strip().partition(" ")
         if "=" in field or more.strip().startswith("="):
             continue  # a constant
-        if not field or not _NAME.match(field):
+        if not field or not _FIELD_NAME.match(field):
             raise ValueError(line)
         array = _ARRAY.search(kind)
         base = kind[: array.start()] if array else kind
-        if not _PRIMITIVE.match(base):
+        if not _PRIMITIVE_TYPE.match(base):
             if base == "Header":
                 base = "std_msgs/Header"
             base = _short(base) if "/" in base else f"{current.split('/')[0]}/{base}"
@@ -109,7 +111,7 @@ def _parts(text, name):
 def _lacking(parts, name):
     """Return types that are used and not defined; the whole type, if it has no fields."""
     used = {base for fields in parts.values() for base, _, _ in fields}
-    missing = [b for b in sorted(used) if not _PRIMITIVE.match(b) and b not in parts]
+    missing = [b for b in sorted(used) if not _PRIMITIVE_TYPE.match(b) and b not in parts]
     missing = [base for base in missing if base not in _BUILT_IN]
     return missing if missing or parts[name] else ["all of its fields"]
 

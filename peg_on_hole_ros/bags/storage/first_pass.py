@@ -11,11 +11,11 @@ from mcap.records import Channel, Schema, Statistics
 
 from peg_on_hole_ros.bags.storage.decoders import serving
 from peg_on_hole_ros.bags.storage.log_times import ABOUT, LogTimes
-from peg_on_hole_ros.bags.storage.message_rows import Rows, unpacked
+from peg_on_hole_ros.bags.storage.message_rows import MessageRows, unpacked
 from peg_on_hole_ros.messages.cdr_layout import stamps
 
 # Messages whose log times are decided together.
-_TOGETHER = 4096
+_DECIDED_TOGETHER = 4096
 
 
 class Block(NamedTuple):
@@ -44,7 +44,7 @@ class Block(NamedTuple):
     wrong: np.ndarray = np.empty(0, np.int64)
     place_ns: np.ndarray = np.empty(0, np.int64)
 
-    def in_place(self, rows: Rows) -> Rows:
+    def in_place(self, rows: MessageRows) -> MessageRows:
         """Return its messages with wrong log times replaced."""
         if not len(self.wrong):
             return rows
@@ -77,7 +77,7 @@ class TopicInfo:
     lacking: str = ""
 
 
-class Found:
+class FileContent:
     """
     Content of one file as far as it could be read; `damage` says why it ended early.
 
@@ -135,7 +135,7 @@ class Found:
             if channel not in self.channels:
                 raise ValueError(f"a message of channel {channel}, which is not declared")
 
-    def add(self, rows: Rows, block: Block, most: int) -> None:
+    def add(self, rows: MessageRows, block: Block, most: int) -> None:
         """
         Take the messages of a block.
 
@@ -153,7 +153,7 @@ class Found:
         self._counts.update(dict(zip(*_counted(rows.channel))))
         self._read += len(rows.channel)
         # A file of small chunks is decided as one of large ones.
-        if self._read >= _TOGETHER:
+        if self._read >= _DECIDED_TOGETHER:
             self._decide(ABOUT)
 
     def finish(self) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from peg_on_hole_ros.bags.storage.message_rows import Rows
+from peg_on_hole_ros.bags.storage.message_rows import MessageRows
 from peg_on_hole_ros.messages.cdr_layout import MessageLayout
 from peg_on_hole_ros.messages.decode import JOINTS_TYPE, WRENCH_TYPE
 
@@ -61,7 +61,7 @@ class Columns(NamedTuple):
     values: np.ndarray
 
 
-class _Learnt(NamedTuple):
+class _LearntLayout(NamedTuple):
     # A layout of bytes, its place in `Layouts.all`, and which of its numbers are read.
     layout: MessageLayout
     number: int
@@ -89,9 +89,9 @@ class Layouts:
         self._efforts = efforts
         self._numbers: dict[Layout, int] = {}
         # By what their messages have in common, the last used last.
-        self._learnt: dict[str, dict[bytes, _Learnt]] = {WRENCH_TYPE: {}, JOINTS_TYPE: {}}
+        self._learnt: dict[str, dict[bytes, _LearntLayout]] = {WRENCH_TYPE: {}, JOINTS_TYPE: {}}
 
-    def columns(self, ros_type: str, rows: Rows) -> Columns:
+    def columns(self, ros_type: str, rows: MessageRows) -> Columns:
         """Return messages of WRENCH_TYPE or JOINTS_TYPE as columns."""
         n = len(rows.start)
         columns = Columns(np.full(n, NO_LAYOUT), np.zeros(n, np.int64), np.zeros((n, 0)))
@@ -110,7 +110,7 @@ class Layouts:
             left = left[1:] if len(others) == len(left) else others
         return columns
 
-    def _learn(self, ros_type: str, payload: bytes) -> _Learnt | None:
+    def _learn(self, ros_type: str, payload: bytes) -> _LearntLayout | None:
         try:
             layout = MessageLayout(ros_type, payload)
         except ValueError:
@@ -134,7 +134,7 @@ class Layouts:
         if len(known) >= _MOST_LEARNT:
             known.clear()
         known.pop(layout.common, None)
-        learnt = known[layout.common] = _Learnt(layout, number, places)
+        learnt = known[layout.common] = _LearntLayout(layout, number, places)
         return learnt
 
     def _number(self, layout: Layout) -> int:

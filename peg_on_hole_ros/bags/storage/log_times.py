@@ -11,13 +11,13 @@ import numpy as np
 
 # Transport takes less, and clocks that are apart by less cost one message at most [ns].
 FAR_NS = 1_000_000_000
-# Messages about one that it is compared with, on either side; fewer than _FEWEST tell nothing.
-# Of so many more than half are hardly ever wrong where a third of all are.
-ABOUT, _FEWEST = 64, 9
+# Messages about one that it is compared with, on either side, and the fewest that decide anything:
+# of so many more than half are hardly ever wrong where a third of all are.
+ABOUT, _FEWEST_NEIGHBOURS = 64, 9
 # In a bag that is played slowly they are apart: so many times what half of them span is near.
 _WIDTHS = 3.0
 # Messages that are looked at together: their neighbours take memory.
-_TOGETHER = 4096
+_COMPARED_TOGETHER = 4096
 
 
 class LogTimes:
@@ -53,7 +53,7 @@ class LogTimes:
         tells = np.flatnonzero(log) if log.any() else np.arange(len(log))
         suspect = np.flatnonzero(np.abs(offset - _median(offset[tells])) > FAR_NS)
         suspect = suspect[(suspect >= before) & (suspect < before + count)]
-        parts = np.split(suspect, range(_TOGETHER, len(suspect), _TOGETHER))
+        parts = np.split(suspect, range(_COMPARED_TOGETHER, len(suspect), _COMPARED_TOGETHER))
         found = [_out_of_place(part, log, stamp, tells) for part in parts]
         wrong = np.concatenate([at for at, _ in found])
         good = np.ones(before + count, bool)
@@ -75,7 +75,7 @@ def _out_of_place(suspect, log, stamp, tells):
         at = tells[np.clip(at, 0, len(tells) - 1)]
         # Beyond a run that tells nothing those that are farther.
         close = there & (np.abs(at - suspect[:, None]) <= ABOUT)
-        there = np.where(close.sum(axis=1, keepdims=True) >= _FEWEST, close, there)
+        there = np.where(close.sum(axis=1, keepdims=True) >= _FEWEST_NEIGHBOURS, close, there)
         about, wide, enough = _most(log[at], there)
         place = stamp[suspect] + _most(offset[at], there)[0]
         # A recorder's own clock may jump: what fits either side is in its place.
@@ -105,7 +105,7 @@ def _most(values, there):
     begin = np.argmin(np.where(inside, ends - found, np.iinfo(np.int64).max), axis=1)
     middle = found[rows, begin + count // 4]
     wide = (found[rows, begin + count // 2] - found[rows, begin]).astype(float)
-    enough = count >= _FEWEST
+    enough = count >= _FEWEST_NEIGHBOURS
     return np.where(enough, middle, 0), np.where(enough, wide, 0.0), enough
 
 

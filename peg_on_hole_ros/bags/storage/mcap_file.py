@@ -19,8 +19,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, DataEnd, Metadata, Schema, Statistics
 
-from peg_on_hole_ros.bags.storage.first_pass import Block, Found, TopicInfo
-from peg_on_hole_ros.bags.storage.message_rows import HEAD, Rows, rows_in
+from peg_on_hole_ros.bags.storage.first_pass import Block, FileContent, TopicInfo
+from peg_on_hole_ros.bags.storage.message_rows import HEAD, MessageRows, rows_in
 from peg_on_hole_ros.bags.storage.unpacking import (
     MOST_CHUNK,
     ChecksumError,
@@ -39,7 +39,7 @@ _CHANNEL = struct.Struct("<H20x")
 # Messages outside chunks are grouped, so that ordering by time holds little in memory.
 _GROUP_BYTES = 1 << 20
 # Of a record that is passed over, at a time.
-_PIECE = 1 << 20
+_SKIPPED_AT_ONCE = 1 << 20
 # Those of which the content is used; a chunk's head takes little more than itself.
 _USED = (
     Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA,
@@ -58,36 +58,16 @@ def scan_file(
     topics: dict[str, TopicInfo],
     progress: Callable[[float], None] | None = None,
     most: int = MOST_CHUNK,
-) -> Found:
-    """
-    Read a whole file once, in bounded memory, and add what it holds to `topics`.
-
-    Parameters
-    ----------
-    path : Path
-    index : int
-        Of the file within its bag.
-    topics : dict of str to TopicInfo
-        Filled.
-    progress : callable, optional
-        Called with the share that was read.
-    most : int
-        Bytes that a chunk may take unpacked.
-
-    Raises
-    ------
-    BagError
-        The file cannot be opened, or is the first of its bag and no MCAP file.
-
-    """
-    found = Found(path, topics)
+) -> FileContent:
+    """Read a whole file once, as `storages.Storage` states it."""
+    found = FileContent(path, topics)
     with open_packed(path) as stream:
         # Of what is packed as a whole nobody knows how long it is.
         size = None if isinstance(stream, ZstdFile) else path.stat().st_size
         try:
             magic = stream.read(len(MAGIC))
             if magic == MAGIC:
-                _Walk(stream, size, found, index, progress, most).all()
+                _FileWalk(stream, size, found, index, progress, most).all()
                 return found
             found.damage = _no_begin(magic)
         except _Damage as damage:
@@ -119,8 +99,8 @@ class McapFile:
     def __init__(self, path: Path, most: int) -> None:
         self._path, self._most, self._stream = path, most, open_packed(path)
 
-    def rows(self, block: Block) -> Rows:
-        """Return the messages of a block; BagError: it cannot be read any more."""
+    def rows(self, block: Block) -> MessageRows:
+        """Return the messages of a block."""
         try:
             self._stream.seek(block.start)
             body = self._stream.read(block.length)
@@ -151,7 +131,7 @@ def _no_begin(magic):
     return f"not an MCAP file: it begins with {magic!r}"
 
 
-class _Walk:
+class _FileWalk:
     """From the first record of a file to its end, or to where it is damaged."""
 
     def __init__(self, stream, size, found, index, progress, most):
@@ -219,7 +199,7 @@ class _Walk:
         crc = zlib.crc32(body, crc)
         left = length - len(body)
         while left > 0 and not used:
-            piece = self._stream.read(min(left, _PIECE))
+            piece = self._stream.read(min(left, _SKIPPED_AT_ONCE))
             if not piece:
                 break
             crc = zlib.crc32(piece, crc)

@@ -16,10 +16,10 @@ _MESSAGE = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("
 # No recorder's clock is beyond this (the year 2116), and sums of two fit 64 bits [ns].
 LATEST = 1 << 62
 # Kind, and length of the content.
-_HEAD = HEAD.size
+_HEAD_SIZE = HEAD.size
 
 
-class Rows(NamedTuple):
+class MessageRows(NamedTuple):
     """
     Messages in the order of the file.
 
@@ -41,9 +41,9 @@ class Rows(NamedTuple):
     start: np.ndarray
     end: np.ndarray
 
-    def of(self, wanted: np.ndarray) -> "Rows":
+    def of(self, wanted: np.ndarray) -> "MessageRows":
         """Return some of them, by a mask or by places."""
-        return Rows(self.data, *(each[wanted] for each in self[1:]))
+        return MessageRows(self.data, *(each[wanted] for each in self[1:]))
 
 
 def gathered(data: bytes, start: np.ndarray, dtype: np.dtype | str) -> np.ndarray:
@@ -62,7 +62,7 @@ def nothing_else(opcode: int, start: int, end: int) -> None:
     """Take a record that is no message, and do nothing."""
 
 
-def rows_in(data: bytes, other: Callable[[int, int, int], None] = nothing_else) -> Rows:
+def rows_in(data: bytes, other: Callable[[int, int, int], None] = nothing_else) -> MessageRows:
     """
     Return the messages among records, and give every other record to `other`.
 
@@ -90,10 +90,12 @@ def rows_in(data: bytes, other: Callable[[int, int, int], None] = nothing_else) 
         raise ValueError("a message is shorter than its head")
     head = gathered(data, start, _MESSAGE)
     log_ns = np.minimum(head["log"], np.uint64(LATEST)).astype(np.int64)
-    return Rows(data, head["channel"].astype(np.int64), log_ns, start + _MESSAGE.itemsize, end)
+    return MessageRows(
+        data, head["channel"].astype(np.int64), log_ns, start + _MESSAGE.itemsize, end
+    )
 
 
-def unpacked(rows: Rows, most: int) -> Rows:
+def unpacked(rows: MessageRows, most: int) -> MessageRows:
     """
     Return the same messages with those unpacked that the recorder packed one by one.
 
@@ -151,17 +153,17 @@ def walk(data: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     start, end = np.empty(count, np.int64), np.empty(count, np.int64)
     at = 0
     for i in range(count):
-        kind[i], start[i] = data[at], at + _HEAD
+        kind[i], start[i] = data[at], at + _HEAD_SIZE
         at = end[i] = _end(data, at, size)
     return kind, start, end
 
 
 @njit(cache=True)
 def _end(data, at, size):
-    if at + _HEAD > size:
+    if at + _HEAD_SIZE > size:
         return size + 1
     length = np.uint64(0)
     for i in range(8):
         length |= np.uint64(data[at + 1 + i]) << np.uint64(8 * i)
-    left = size - at - _HEAD
-    return at + _HEAD + np.int64(length) if length <= np.uint64(left) else size + 1
+    left = size - at - _HEAD_SIZE
+    return at + _HEAD_SIZE + np.int64(length) if length <= np.uint64(left) else size + 1

@@ -17,7 +17,7 @@ from mcap.reader import make_reader
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
 # Of a bag of thousands of topics it has some hundred kB.
-_MOST_BYTES = 4 << 20
+_MOST_METADATA_BYTES = 4 << 20
 _MOST_DEPTH = 64
 # Up to the version before, the recorder put the folder's own name before each file's.
 _WITHOUT_FOLDER = 4
@@ -61,10 +61,10 @@ def read_description(path: Path) -> Description:
 
     """
     folder = path.parent
-    if path.stat().st_size > _MOST_BYTES:
+    if path.stat().st_size > _MOST_METADATA_BYTES:
         raise BagError(
-            f"{path} has {path.stat().st_size} bytes, a description at most {_MOST_BYTES}; "
-            f"remove it to read the files of {folder}"
+            f"{path} has {path.stat().st_size} bytes, a description at most "
+            f"{_MOST_METADATA_BYTES}; remove it to read the files of {folder}"
         )
     try:
         text = path.read_text(encoding="utf-8")

@@ -18,19 +18,22 @@ from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.errors import ReaderError
 
-from peg_on_hole_ros.bags.storage.first_pass import Block, Found, TopicInfo
-from peg_on_hole_ros.bags.storage.message_rows import LATEST, Rows
+from peg_on_hole_ros.bags.storage.first_pass import Block, FileContent, TopicInfo
+from peg_on_hole_ros.bags.storage.message_rows import LATEST, MessageRows
 from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK, ZstdFile
 from peg_on_hole_ros.errors import BagError
 
 # Of messages of a stretch [bytes].
-_STRETCH = 1 << 20
+_BLOCK_BYTES = 1 << 20
 # By log time, as rosbags reads them, one that is wrong would have lost its place.
-_MESSAGES = (
+_SELECT_MESSAGES = (
     "SELECT id, topic_id, timestamp, data FROM messages WHERE id BETWEEN ? AND ? ORDER BY id"
 )
 _MOST_ID = 2**63 - 1
-_ENCODINGS = {MessageDefinitionFormat.MSG: "ros2msg", MessageDefinitionFormat.IDL: "ros2idl"}
+_DEFINITION_ENCODINGS = {
+    MessageDefinitionFormat.MSG: "ros2msg",
+    MessageDefinitionFormat.IDL: "ros2idl",
+}
 
 
 class SqliteFile:
@@ -75,7 +78,7 @@ class SqliteFile:
         self._folder = tempfile.TemporaryDirectory(prefix="peg_on_hole_")
         target = Path(self._folder.name) / path.stem
         with ZstdFile(path) as packed, target.open("wb") as out:
-            while piece := packed.read(_STRETCH):
+            while piece := packed.read(_BLOCK_BYTES):
                 out.write(piece)
         return target
 
@@ -103,10 +106,10 @@ class SqliteFile:
         except Exception as error:
             raise BagError(f"cannot read {self.path}: {error}") from None
 
-    def declare(self, found: Found) -> None:
+    def declare(self, found: FileContent) -> None:
         """Tell of topics, types and definitions."""
         for each in self._channels:
-            encoding = _ENCODINGS.get(each.msgdef.format, "")
+            encoding = _DEFINITION_ENCODINGS.get(each.msgdef.format, "")
             data = each.msgdef.data.encode() if encoding else b""
             found.schemas[each.id] = Schema(
                 id=each.id, name=each.msgtype, encoding=encoding, data=data
@@ -122,24 +125,28 @@ class SqliteFile:
                 )
             )
 
-    def stretches(self) -> Iterator[tuple[int, int, Rows]]:
+    def stretches(self) -> Iterator[tuple[int, int, MessageRows]]:
         """Yield ids of first and last message, and the messages, of each stretch."""
         collected, first = _Collected(), None
         with self._errors():
-            for number, *message in self._messages.execute(_MESSAGES, (-_MOST_ID, _MOST_ID)):
+            for number, *message in self._messages.execute(
+                _SELECT_MESSAGES, (-_MOST_ID, _MOST_ID)
+            ):
                 first = number if first is None else first
                 collected.add(*message)
-                if collected.size >= _STRETCH:
+                if collected.size >= _BLOCK_BYTES:
                     yield first, number, collected.rows()
                     collected, first = _Collected(), None
         if first is not None:
             yield first, number, collected.rows()
 
-    def rows(self, block: Block) -> Rows:
+    def rows(self, block: Block) -> MessageRows:
         """Return the messages of a stretch."""
         collected = _Collected()
         with self._errors():
-            for _, *message in self._messages.execute(_MESSAGES, (block.start, block.length)):
+            for _, *message in self._messages.execute(
+                _SELECT_MESSAGES, (block.start, block.length)
+            ):
                 collected.add(*message)
         return collected.rows()
 
@@ -170,7 +177,7 @@ class _Collected:
         end = np.cumsum(length)
         log_ns = np.clip(np.array(self._times, np.int64), 0, LATEST)
         channel = np.array(self._channels, np.int64)
-        return Rows(b"".join(self._parts), channel, log_ns, end - length, end)
+        return MessageRows(b"".join(self._parts), channel, log_ns, end - length, end)
 
 
 def scan_file(
@@ -179,9 +186,9 @@ def scan_file(
     topics: dict[str, TopicInfo],
     progress: Callable[[float], None] | None = None,
     most: int = MOST_CHUNK,
-) -> Found:
-    """Read a whole file once, as that of MCAP is."""
-    found = Found(path, topics)
+) -> FileContent:
+    """Read a whole file once, as `storages.Storage` states it."""
+    found = FileContent(path, topics)
     file = SqliteFile(path)
     try:
         file.declare(found)

@@ -6,15 +6,15 @@ from typing import Protocol
 
 from peg_on_hole_ros.bags.storage import mcap_file
 from peg_on_hole_ros.bags.storage.bag_files import in_sqlite
-from peg_on_hole_ros.bags.storage.first_pass import Block, Found, TopicInfo
-from peg_on_hole_ros.bags.storage.message_rows import Rows
+from peg_on_hole_ros.bags.storage.first_pass import Block, FileContent, TopicInfo
+from peg_on_hole_ros.bags.storage.message_rows import MessageRows
 from peg_on_hole_ros.errors import BagError
 
 
 class OpenFile(Protocol):
     """A file that has been read through, kept open."""
 
-    def rows(self, block: Block) -> Rows:
+    def rows(self, block: Block) -> MessageRows:
         """Return the messages of a block; BagError: it cannot be read any more."""
         ...
 
@@ -33,7 +33,7 @@ class Storage(Protocol):
         topics: dict[str, TopicInfo],
         progress: Callable[[float], None] | None,
         most: int,
-    ) -> Found:
+    ) -> FileContent:
         """
         Read a whole file once, in bounded memory, and add what it holds to `topics`.
 
@@ -109,7 +109,7 @@ class OpenFiles:
         for file in self._open.values():
             file.close()
 
-    def rows(self, block: Block) -> Rows:
+    def rows(self, block: Block) -> MessageRows:
         """
         Return the messages of a block.
 

@@ -9,10 +9,10 @@ import numpy as np
 from peg_on_hole_ros.bags.storage.decoders import Decoder
 from peg_on_hole_ros.bags.storage.first_pass import Block
 from peg_on_hole_ros.bags.storage.fixed_layouts import NO_LAYOUT, Layouts
-from peg_on_hole_ros.bags.storage.message_rows import Rows, unpacked
+from peg_on_hole_ros.bags.storage.message_rows import MessageRows, unpacked
 
 
-class Part(NamedTuple):
+class MessageBatch(NamedTuple):
     """
     Messages, as arrays of one length.
 
@@ -40,12 +40,14 @@ class Part(NamedTuple):
     values: np.ndarray
     payload: np.ndarray
 
-    def of(self, places: np.ndarray | slice) -> "Part":
+    def of(self, places: np.ndarray | slice) -> "MessageBatch":
         """Return some of them."""
-        return Part(*(each[places] for each in self))
+        return MessageBatch(*(each[places] for each in self))
 
 
-def in_order(blocks: Iterable[Block], load: Callable[[Block], Part]) -> Iterator[Part]:
+def in_order(
+    blocks: Iterable[Block], load: Callable[[Block], MessageBatch]
+) -> Iterator[MessageBatch]:
     """
     Yield the messages of blocks by time, those of one time in the order of the blocks.
 
@@ -60,7 +62,7 @@ def in_order(blocks: Iterable[Block], load: Callable[[Block], Part]) -> Iterator
 
     """
     # By the least time of what is left of a part; no two have one ordinal.
-    waiting: list[tuple[int, int, Part]] = []
+    waiting: list[tuple[int, int, MessageBatch]] = []
     for ordinal, block in sorted(enumerate(blocks), key=lambda each: each[1].first_ns):
         early = []
         while waiting and waiting[0][0] < block.first_ns:
@@ -91,7 +93,7 @@ def _sorted(part):
     return part.of(np.argsort(part.log_ns, kind="stable"))
 
 
-def joined(*parts: Part) -> Part:
+def joined(*parts: MessageBatch) -> MessageBatch:
     """Return all messages of parts, one after the other."""
     width = max(part.values.shape[1] for part in parts)
     wide = []
@@ -99,12 +101,12 @@ def joined(*parts: Part) -> Part:
         missing = width - part.values.shape[1]
         values = np.pad(part.values, ((0, 0), (0, missing))) if missing else part.values
         wide.append(part._replace(values=values))
-    return Part(*(np.concatenate(each) for each in zip(*wide)))
+    return MessageBatch(*(np.concatenate(each) for each in zip(*wide)))
 
 
 def part_of(
-    file: int, rows: Rows, decoders: dict[int, Decoder], layouts: Layouts | None, most: int
-) -> Part:
+    file: int, rows: MessageRows, decoders: dict[int, Decoder], layouts: Layouts | None, most: int
+) -> MessageBatch:
     """
     Return those messages of a block that have a decoder, as numbers where a layout fits.
 
@@ -112,7 +114,7 @@ def part_of(
     ----------
     file : int
         Place in the bag.
-    rows : Rows
+    rows : MessageRows
     decoders : dict of int to Decoder
         By channel.
     layouts : Layouts or None
@@ -142,4 +144,4 @@ def part_of(
     for i, start, end in zip(left.tolist(), rows.start[left].tolist(), rows.end[left].tolist()):
         payload[i] = rows.data[start:end]
     files = np.full(n, file)
-    return Part(rows.log_ns, topic, files, rows.channel, layout, t_ns, values, payload)
+    return MessageBatch(rows.log_ns, topic, files, rows.channel, layout, t_ns, values, payload)

@@ -21,7 +21,7 @@ from peg_on_hole_ros.errors import PegOnHoleError
 from peg_on_hole_ros.messages.warm_up import warm
 from peg_on_hole_ros.report.page import library
 from peg_on_hole_ros.report.shift_page import shift_page
-from peg_on_hole_ros.robot.urdf_source import TOPIC, urdf_path
+from peg_on_hole_ros.robot.urdf_source import FROM_TOPIC, urdf_path
 
 PAGE = "index.html"
 # From the least to the worst.
@@ -96,7 +96,7 @@ def _tasks(arguments, configuration: Configuration, out: Path):
     report = arguments.report is True
     given = to_parameters(configuration) if arguments.config else None
     joints = configuration.joints
-    described = arguments.config and joints.source == "robot" and joints.urdf != TOPIC
+    described = arguments.config and joints.source == "robot" and joints.urdf != FROM_TOPIC
     urdf = hashlib.sha256(urdf_path(joints).read_bytes()).hexdigest() if described else ""
     settings = settings_hash(given, urdf, reading, report, arguments.estimates)
     config = str(Path(arguments.config).absolute()) if arguments.config else None

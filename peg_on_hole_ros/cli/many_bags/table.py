@@ -6,7 +6,7 @@ from io import StringIO
 from pathlib import Path
 
 from peg_on_hole_ros.cli.places import write_text
-from peg_on_hole_ros.records import CONTACTS
+from peg_on_hole_ros.records import ALARM_LEVELS, CONTACTS
 
 CSV, PARQUET = "bags.csv", "bags.parquet"
 # Each column with its type; what does not exist is empty.
@@ -32,7 +32,6 @@ COLUMNS: dict[str, type] = {
     "alarms": int,
     "worst_alarm": str,
 }
-_LEVELS = ("OK", "WARN", "ERROR")
 
 
 def rows_of(result: dict) -> list[dict]:
@@ -69,7 +68,8 @@ def rows_of(result: dict) -> list[dict]:
 
 def _try(number, cycle):
     peaks = {f"peak_{name}": cycle["peak_normal"][name] for name in CONTACTS}
-    worst = max(cycle["alarms"], key=lambda alarm: _LEVELS.index(alarm["level"]), default=None)
+    alarms = cycle["alarms"]
+    worst = max(alarms, key=lambda alarm: ALARM_LEVELS.index(alarm["level"]), default=None)
     return {
         "try": number,
         "outcome": cycle["outcome"],

@@ -17,12 +17,12 @@ from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.replay import replay
 from peg_on_hole_ros.cli.table import to_json
 from peg_on_hole_ros.errors import BagDamaged, BagError
-from peg_on_hole_ros.numba_cache import PACKAGE
+from peg_on_hole_ros.numba_cache import PACKAGE_FOLDER
+from peg_on_hole_ros.report.provenance import hash_file
 from peg_on_hole_ros.safe_text import printable
 from peg_on_hole_ros.startup.one_line import said
 
 SUMMARY, REPORT, ESTIMATE = "summary.json", "report.html", "estimate.mcap"
-_PIECE = 1 << 20
 # A bag that cannot be read stays so; what went wrong otherwise may have been the machine's.
 _FINAL = (0, BagError.exit_code, BagDamaged.exit_code)
 # A cluster's worker may have several threads, and errors of a process are one stream.
@@ -119,9 +119,9 @@ def settings_hash(*parts: object) -> str:
 @cache
 def _program():
     digest = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*")):
+    for path in sorted(PACKAGE_FOLDER.rglob("*")):
         if path.suffix in (".py", ".js", ".css"):
-            digest.update(path.relative_to(PACKAGE).as_posix().encode() + path.read_bytes())
+            digest.update(path.relative_to(PACKAGE_FOLDER).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -132,9 +132,7 @@ def _hash_of_bag(path):
         if not file.is_file():
             continue
         digest.update(file.name.encode("utf-8", "surrogateescape") + b"\0")
-        with file.open("rb") as stream:
-            while piece := stream.read(_PIECE):
-                digest.update(piece)
+        hash_file(digest, file)
     return digest.hexdigest()
 
 

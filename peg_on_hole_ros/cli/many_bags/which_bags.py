@@ -12,7 +12,7 @@ from peg_on_hole_ros.bags.storage.bag_files import bag_files, bags_in, bare
 from peg_on_hole_ros.errors import BagError, PegOnHoleError
 
 RESULT = "result.json"
-_DESCRIPTION = "metadata.yaml"
+_BAG_METADATA = "metadata.yaml"
 
 
 class Named(NamedTuple):
@@ -82,7 +82,7 @@ def _bags(path, out):
         return
     if os.path.realpath(path) == out or (path / RESULT).is_file():
         return
-    if (path / _DESCRIPTION).is_file() or _parts_of_one(path):
+    if (path / _BAG_METADATA).is_file() or _parts_of_one(path):
         yield path
         return
     yield from bags_in(path)

@@ -7,7 +7,7 @@ import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.fineness import Fineness
-from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Motion, motion_of
+from peg_on_hole_ros.mechanics.planning.motion import NEAREST_TO_GAMMA0, ClosingMotion, motion_of
 from peg_on_hole_ros.mechanics.planning.outlook import margins
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below
 from peg_on_hole_ros.mechanics.planning.steady import steady_loads
@@ -68,7 +68,7 @@ def candidates(
     """
     alone, turning = _rates(cell, fineness)
     gamma0 = min(scene.gamma0 for scene in spread.scenes)
-    gamma = gamma0 + np.geomspace(tilt - gamma0, NEAREST, fineness.tilts)
+    gamma = gamma0 + np.geomspace(tilt - gamma0, NEAREST_TO_GAMMA0, fineness.tilts)
     rates = np.concatenate([alone, turning], axis=1)
     spanned = np.broadcast_to(rates[:, :, None], (*rates.shape, len(gamma)))
     found = margins(spread, cell, max_normal, gamma, spanned, fineness.chatter)
@@ -138,7 +138,7 @@ def motions(
     cell: Cell,
     tilt: float,
     rates: np.ndarray,
-) -> Iterator[Motion]:
+) -> Iterator[ClosingMotion]:
     """Yield the motions of candidates in an order, as far as their ramps have room."""
     end = scene.gamma0
     for flat in order:
@@ -161,6 +161,6 @@ def motions(
 
 def _winding(scene, cell, gamma, rates):
     """Return the time that a turn takes to wind the holder up [s]."""
-    above = np.array([max(gamma, scene.gamma0 + NEAREST)])
+    above = np.array([max(gamma, scene.gamma0 + NEAREST_TO_GAMMA0)])
     loads = steady_loads(scene, cell, above, rates, [scene.friction])
     return abs(float(loads.lag[1:].sum()) / (rates[1] + rates[2]))

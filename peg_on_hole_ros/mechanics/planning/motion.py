@@ -8,7 +8,7 @@ import numpy as np
 from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
 
 # Nearest to gamma0 that is looked at [rad].
-NEAREST = 3e-6
+NEAREST_TO_GAMMA0 = 3e-6
 
 
 class Stage(NamedTuple):
@@ -33,7 +33,7 @@ class Stage(NamedTuple):
     rates: tuple[float, float, float]
 
 
-class Motion(NamedTuple):
+class ClosingMotion(NamedTuple):
     """
     A whole closing.
 
@@ -83,7 +83,7 @@ def motion_of(
     legs: Sequence[tuple],
     gamma0: float,
     max_acceleration: float,
-) -> Motion | None:
+) -> ClosingMotion | None:
     """
     Return the motion through legs of constant rates.
 
@@ -103,7 +103,7 @@ def motion_of(
 
     Returns
     -------
-    Motion or None
+    ClosingMotion or None
         None where ramps leave no room for a leg.
 
     """
@@ -125,7 +125,7 @@ def motion_of(
         duration = (now - end) / -target[0]
         stages.append(_stage("close and turn" if turns else "close", duration, end, target))
         now, before = end, target
-    return Motion(*start, tuple(stages))  # type: ignore[arg-type]
+    return ClosingMotion(*start, tuple(stages))  # type: ignore[arg-type]
 
 
 def _stage(name, duration, tilt, rates):
@@ -150,7 +150,7 @@ class Path(NamedTuple):
     rates: np.ndarray
 
 
-def path_of(motion: Motion, gamma0: float, fineness: Fineness = PLANNED) -> Path:
+def path_of(motion: ClosingMotion, gamma0: float, fineness: Fineness = PLANNED) -> Path:
     """Return a motion in samples, dense towards gamma0."""
     begin, tilt, before = 0.0, motion.start_tilt, np.array(motion.start_rates)
     times, tilts, rates = [], [], []
@@ -158,7 +158,9 @@ def path_of(motion: Motion, gamma0: float, fineness: Fineness = PLANNED) -> Path
         target = np.array(stage.rates)
         if np.array_equal(target, before):
             # Even steps of the tilt, and of the logarithm of what is left of it until gamma0.
-            left = np.geomspace(tilt - gamma0, max(stage.tilt - gamma0, NEAREST), fineness.stage)
+            left = np.geomspace(
+                tilt - gamma0, max(stage.tilt - gamma0, NEAREST_TO_GAMMA0), fineness.stage
+            )
             u = (tilt - gamma0 - left) / (tilt - stage.tilt)
             u = np.unique(np.concatenate([u, np.linspace(0, u[-1], fineness.stage // 2)]))
         else:

@@ -9,7 +9,7 @@ import numpy as np
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.chatter import growth
 from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
-from peg_on_hole_ros.mechanics.planning.motion import NEAREST, Path
+from peg_on_hole_ros.mechanics.planning.motion import NEAREST_TO_GAMMA0, Path
 from peg_on_hole_ros.mechanics.planning.spread import Spread, probability_below, quantile
 from peg_on_hole_ros.mechanics.planning.steady import Steady, steady_loads
 from peg_on_hole_ros.mechanics.planning.windup import followed
@@ -20,13 +20,13 @@ WEDGED = 0.02
 # B1 or B2 lets go this near gamma0 [rad]: that is the way into two-point contact.
 TRANSITION = 2e-3
 # Least margin that is told apart: twenty times a limit.
-_LEAST = -20.0
+_LEAST_MARGIN = -20.0
 # Share of its limit with which a contact is pressed firmly.
 _FIRM = 0.05
 # Decay with which a motion counts as calm [1/s].
-_CALM = 50.0
+_CALM_DECAY = 50.0
 # What is stated of a load as its most.
-SHARE = 0.95
+LOAD_QUANTILE = 0.95
 
 
 class Cause(Enum):
@@ -76,7 +76,7 @@ def path_margins(
     """Return loads and margins along a path with its ramps."""
     found = []
     for scene in spread.scenes:
-        inside = np.maximum(path.gamma, scene.gamma0 + NEAREST)
+        inside = np.maximum(path.gamma, scene.gamma0 + NEAREST_TO_GAMMA0)
         loads, rates = followed(scene, cell, path, inside, spread.frictions)
         chatters = growth if fineness.chatter else _growth
         grows = chatters(scene, cell, inside, rates, spread.frictions, loads)
@@ -117,7 +117,7 @@ def margins(
     flat = np.broadcast_to(gamma, shape).ravel()
     found = []
     for scene in spread.scenes:
-        inside = np.maximum(flat, scene.gamma0 + NEAREST)
+        inside = np.maximum(flat, scene.gamma0 + NEAREST_TO_GAMMA0)
         steady = steady_loads(scene, cell, inside, rates.reshape(3, -1), spread.frictions)
         ends = (np.broadcast_to(end, shape) for end in _ends(scene, gamma))
         grows = np.full(steady.determinant.shape, -np.inf)
@@ -172,7 +172,7 @@ def _of_scene(steady, grows, cell, max_normal, near, below):
             1 - steady.torque.reshape(many) / cell.torque_limit,
         ]
     )
-    calm = np.where(counted, -grows.reshape(many) / _CALM, 1.0)
+    calm = np.where(counted, -grows.reshape(many) / _CALM_DECAY, 1.0)
     others = np.concatenate([loads, parting[None], calm[None], np.where(counted, holder, 1.0)])
     wedge = np.where(counted, determinant - WEDGED, 1.0)
     shown = np.where(counted, determinant, np.nan)
@@ -180,7 +180,7 @@ def _of_scene(steady, grows, cell, max_normal, near, below):
     stopped = np.logical_or.accumulate(wedge < 0, axis=-1)
     normal = np.where(stopped, 0.0, normal)
     others = np.where(stopped | ~counted, 1.0, others)
-    return normal, shown, np.clip(wedge, -1, 1), np.clip(others, _LEAST, 1)
+    return normal, shown, np.clip(wedge, -1, 1), np.clip(others, _LEAST_MARGIN, 1)
 
 
 class Outlook(NamedTuple):
@@ -216,14 +216,14 @@ class Outlook(NamedTuple):
     least_determinant: float
 
 
-_OTHERS = (*(Cause[name] for name in CONTACTS), Cause.PARTS, Cause.CHATTERS, Cause.FORCE)
-_OTHERS += (Cause.TORQUE,)
+_OTHER_CAUSES = (*(Cause[name] for name in CONTACTS), Cause.PARTS, Cause.CHATTERS, Cause.FORCE)
+_OTHER_CAUSES += (Cause.TORQUE,)
 
 
 def outlook(spread: Spread, found: Margins, gamma: np.ndarray) -> Outlook:
     """Return what one closing leads to, of its margins (no axes between friction and points)."""
     chances = [(Cause.WEDGE, float(probability_below(spread, found.wedge.min(axis=-1))))]
-    for cause, margin in zip(_OTHERS, found.others):
+    for cause, margin in zip(_OTHER_CAUSES, found.others):
         chances.append((cause, float(probability_below(spread, margin.min(axis=-1)))))
     overload = float(probability_below(spread, found.others.min(axis=(0, -1))))
     c, f = spread.middle
@@ -248,6 +248,6 @@ def outlook(spread: Spread, found: Margins, gamma: np.ndarray) -> Outlook:
         tilt,
         tuple(likely),
         tuple(float(x) for x in peaks[:, c, f]),  # type: ignore[arg-type]
-        tuple(float(quantile(spread, peaks[k], SHARE)) for k in range(len(CONTACTS))),  # type: ignore[arg-type]
-        float(-quantile(spread, -least, SHARE)),
+        tuple(float(quantile(spread, peaks[k], LOAD_QUANTILE)) for k in range(len(CONTACTS))),  # type: ignore[arg-type]
+        float(-quantile(spread, -least, LOAD_QUANTILE)),
     )

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
-from peg_on_hole_ros.mechanics.planning.motion import Motion, path_of
-from peg_on_hole_ros.mechanics.planning.outlook import SHARE, path_margins
+from peg_on_hole_ros.mechanics.planning.motion import ClosingMotion, path_of
+from peg_on_hole_ros.mechanics.planning.outlook import LOAD_QUANTILE, path_margins
 from peg_on_hole_ros.mechanics.planning.spread import quantile, spread_of
 from peg_on_hole_ros.mechanics.scene import Scene
 
@@ -36,7 +36,9 @@ class Profile(NamedTuple):
     least: np.ndarray
 
 
-def profile(scene: Scene, cell: Cell, max_normal: Sequence[float], motion: Motion) -> Profile:
+def profile(
+    scene: Scene, cell: Cell, max_normal: Sequence[float], motion: ClosingMotion
+) -> Profile:
     """Return loads and determinant of a motion, of which friction is spread and clearance not."""
     spread = spread_of(scene)
     k = spread.middle[0]
@@ -52,8 +54,8 @@ def profile(scene: Scene, cell: Cell, max_normal: Sequence[float], motion: Motio
         found.normal[:, 0, f][:, on],
         *(
             np.array([quantile(spread, normal, share) for normal in found.normal])[:, on]
-            for share in (1 - SHARE, SHARE)
+            for share in (1 - LOAD_QUANTILE, LOAD_QUANTILE)
         ),
         determinant[0, f, on],
-        -quantile(spread, -determinant, SHARE)[on],
+        -quantile(spread, -determinant, LOAD_QUANTILE)[on],
     )

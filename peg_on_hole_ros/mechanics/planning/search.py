@@ -13,7 +13,7 @@ from peg_on_hole_ros.mechanics.checks import require_finite
 from peg_on_hole_ros.mechanics.planning.candidates import best_first, candidates, motions
 from peg_on_hole_ros.mechanics.planning.cell import AIMS, Cell, check_start
 from peg_on_hole_ros.mechanics.planning.fineness import PLANNED, Fineness
-from peg_on_hole_ros.mechanics.planning.motion import Motion, motion_of, path_of
+from peg_on_hole_ros.mechanics.planning.motion import ClosingMotion, motion_of, path_of
 from peg_on_hole_ros.mechanics.planning.outlook import Outlook, outlook, path_margins
 from peg_on_hole_ros.mechanics.planning.spread import spread_of
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -26,20 +26,20 @@ class MotionPlan(NamedTuple):
     Attributes
     ----------
     possible : bool
-    motion : Motion
+    motion : ClosingMotion
         Where none is possible, the one that comes nearest.
     outlook : Outlook
         Of the motion.
-    plain : Motion
+    plain : ClosingMotion
         Closing alone, at the fastest rate allowed, or from a present state at its own.
     plain_outlook : Outlook
 
     """
 
     possible: bool
-    motion: Motion
+    motion: ClosingMotion
     outlook: Outlook
-    plain: Motion
+    plain: ClosingMotion
     plain_outlook: Outlook
 
 
@@ -97,7 +97,7 @@ def judge(
     scene: Scene,
     cell: Cell,
     max_normal: Sequence[float],
-    motion: Motion,
+    motion: ClosingMotion,
     fineness: Fineness = PLANNED,
 ) -> Outlook:
     """Return what a given motion leads to."""

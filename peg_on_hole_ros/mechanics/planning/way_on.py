@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from peg_on_hole_ros.mechanics.planning.cell import Cell
 from peg_on_hole_ros.mechanics.planning.fineness import AT_ONCE
-from peg_on_hole_ros.mechanics.planning.motion import Motion, motion_of
+from peg_on_hole_ros.mechanics.planning.motion import ClosingMotion, motion_of
 from peg_on_hole_ros.mechanics.planning.outlook import Outlook
 from peg_on_hole_ros.mechanics.planning.search import judge, kept, plan_motion
 from peg_on_hole_ros.mechanics.scene import Scene
@@ -30,7 +30,7 @@ class WayOn(NamedTuple):
         Whether there is one, and whether it is the present motion.
     share : float
         Of the present push.
-    motion : Motion
+    motion : ClosingMotion
         Where none is possible, the one that comes nearest.
     outlook : Outlook
         Of the motion.
@@ -44,7 +44,7 @@ class WayOn(NamedTuple):
     possible: bool
     goes_on: bool
     share: float
-    motion: Motion
+    motion: ClosingMotion
     outlook: Outlook
     contact: int
     load: float
