@@ -12,7 +12,7 @@ from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.storage.unpacking import MOST_CHUNK
 from peg_on_hole_ros.bags.truth import RecordedTruth, read_truth
 from peg_on_hole_ros.cli.places import check_places
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load, remark
 from peg_on_hole_ros.config.configuration import BY_NAME, check_topics, checked
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
@@ -97,7 +97,7 @@ AS_IT_IS = Reading()
 
 def open_bag(path: str | Path, most_chunk: int = MOST_CHUNK) -> Bag:
     """Read a bag through, with progress, and say which files of its folder are none of its."""
-    with Progress(f"reading {path}") as progress:
+    with ProgressBar(f"reading {path}") as progress:
         bag = Bag(path, progress, most_chunk)
     if bag.unnamed:
         names = ", ".join(file.name for file in bag.unnamed)
@@ -167,7 +167,7 @@ def print_line(text: str) -> None:
 def truth_in(bag: Bag) -> RecordedTruth | None:
     """Return the truth that a bag carries, or None; say so where it has one of no use."""
     try:
-        with Progress(f"reading the truth in {bag.path}") as progress:
+        with ProgressBar(f"reading the truth in {bag.path}") as progress:
             return read_truth(bag, progress)
     except BagError as error:
         # Truth that cannot be used is no reason to refuse the estimate.

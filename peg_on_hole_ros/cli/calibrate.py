@@ -9,7 +9,7 @@ from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording
 from peg_on_hole_ros.cli.payload import found_payload
 from peg_on_hole_ros.cli.places import write_text
 from peg_on_hole_ros.cli.presses import found_axes
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.sound_samples import sound_orientations, sound_wrenches, take_wrench
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.config.configuration import from_parameters, to_parameters
@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
         text += f"\n{_WRITTEN.format(arguments.out)}"
     else:
         record = read_recording(bag, configuration, left_out)
-        with Progress("calibrating") as progress:
+        with ProgressBar("calibrating") as progress:
             found = calibrate(record, configuration, progress)
         values = start | calibration_text.parameters(found, to_parameters(configuration))
         heading = calibration_text.heading(found, str(bag.path), origin)
@@ -110,7 +110,7 @@ def read_recording(
     wrenches, measurements = [], []
     left_out = Counter() if left_out is None else left_out
     total = sum(bag.topics[topic].count for topic in (wrench_topic, joints_topic))
-    with Progress("decoding") as progress:
+    with ProgressBar("decoding") as progress:
         items = bag.items(dict(list(needed.items())[:2]), configuration.joints.names)
         for count, item in enumerate(items):
             progress(count / total)

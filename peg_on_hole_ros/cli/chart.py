@@ -8,7 +8,7 @@ from time import thread_time
 from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.places import out_folder
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.numba_cache import source_key
@@ -33,7 +33,7 @@ def run(arguments: Namespace) -> int:
     each = len(chosen) + 2
     rows = PartialTable(folder / "chart.csv", chart.ChartScore._fields, state, each)
     try:
-        with Progress("chart") as progress:
+        with ProgressBar("chart") as progress:
             for k, case in enumerate(cases):
                 if k * each >= len(rows.rows):
                     rows.add(

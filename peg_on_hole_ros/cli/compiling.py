@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 
 
 @contextmanager
@@ -16,7 +16,7 @@ def compiling_shown() -> Iterator[None]:
         return
     from peg_on_hole_ros.startup.compiling import COMPILING, watched
 
-    with Progress("compiling") as progress:
+    with ProgressBar("compiling") as progress:
 
         def tell(share):
             if not share:

@@ -21,7 +21,7 @@ from peg_on_hole_ros.bags.storage.bag_files import bag_files
 from peg_on_hole_ros.bags.writer import configuration_metadata
 from peg_on_hole_ros.cli.bag_and_configuration import open_bag, truth_in
 from peg_on_hole_ros.cli.places import check_places, out_folder
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.config.configuration import to_parameters
 from peg_on_hole_ros.config.options import Configuration
@@ -110,7 +110,7 @@ def _play(bag, rate, out, recorded, configuration):
             print("starting the node (its first start compiles the kernel)", flush=True)
             player.wait_for_node()
             print(f"playing {bag.path} at {rate:g} times its pace", flush=True)
-            with Progress("playing") as progress:
+            with ProgressBar("playing") as progress:
                 played = player.play(bag, rate, progress)
             player.write(recorded, configuration_metadata(configuration))
         except BagError:

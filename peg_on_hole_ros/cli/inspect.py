@@ -12,7 +12,7 @@ from peg_on_hole_ros.cli.bag_and_configuration import (
     open_bag,
     print_line,
 )
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table, to_json
 from peg_on_hole_ros.config.options import Configuration
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.observability and result["replay"]["possible"]:
         from peg_on_hole_ros.cli import observability_text
 
-        with Progress("filtering") as progress:
+        with ProgressBar("filtering") as progress:
             told = observability_text.observe(bag, configuration, progress)
         result["observability"] = observability_text.content(told)
     if told and not arguments.json:
@@ -139,7 +139,7 @@ def inspect(
                 types[topic] = ros_type
     heard = WouldUse(configuration, orientation, {t: sources[t] for t in sources if t in types})
     seen = Seen(configuration.joints, heard.stream.pipeline.failures)
-    with Progress("decoding") as progress:
+    with ProgressBar("decoding") as progress:
         total, count = sum(bag.topics[topic].count for topic in types), 0
         for batch in bag.batches(types):
             seen.add(batch, sources)

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from peg_on_hole_ros.bags.reader import Bag, absolute
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.sound_samples import sound_wrenches, take_wrench
 from peg_on_hole_ros.config.options import Configuration
 from peg_on_hole_ros.identification.presses import find_axes
@@ -34,7 +34,7 @@ def found_axes(bag: Bag, configuration: Configuration, left_out: Counter[str]) -
     bag.require(types)
     total = sum(bag.topics[topic].count for topic in types)
     samples: list[WrenchSample] = []
-    with Progress("decoding") as progress:
+    with ProgressBar("decoding") as progress:
         for count, item in enumerate(bag.items(types)):
             progress(count / total)
             take_wrench(item.sample, samples, left_out)

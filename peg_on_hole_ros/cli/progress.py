@@ -8,7 +8,7 @@ from peg_on_hole_ros.safe_text import printable
 _PERIOD = 0.2  # [s] between two updates
 
 
-class Progress:
+class ProgressBar:
     """
     Shows a share on stderr if that is a terminal; use it in a `with` block.
 
@@ -31,7 +31,7 @@ class Progress:
             self._last = now
             _control(f"\r{self._text} {100 * share:3.0f} %\x1b[K")
 
-    def __enter__(self) -> "Progress":
+    def __enter__(self) -> "ProgressBar":
         """Return itself."""
         return self
 

@@ -21,7 +21,7 @@ from peg_on_hole_ros.bags.storage.rosbag2_folder import is_folder_name, rosbag2_
 from peg_on_hole_ros.bags.writer import BagWriter
 from peg_on_hole_ros.cli.bag_and_configuration import Reading, open_recording, truth_in
 from peg_on_hole_ros.cli.places import write_text
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.table import finite, table, to_json
 from peg_on_hole_ros.config.options import Configuration, NodeOptions
 from peg_on_hole_ros.diagnosis.fence import Failures, Fenced
@@ -134,7 +134,7 @@ def replay(
     # No stack of contexts: a signal that comes while it is built would leave a half file.
     with (
         BagWriter(out, configuration, latched=latched) if out else nullcontext() as opened,
-        Progress("replaying") as progress,
+        ProgressBar("replaying") as progress,
     ):
         writer = _Writer(opened) if opened else None
         if writer:

@@ -4,7 +4,7 @@ from argparse import Namespace
 
 from peg_on_hole_ros.bags.simulated_bag import write_bag
 from peg_on_hole_ros.cli.places import check_places
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.simulation_file import read_plan
 from peg_on_hole_ros.sim.truth import integrate
 
@@ -13,9 +13,9 @@ def run(arguments: Namespace) -> int:
     """Integrate the truth, measure it, write the bag; say how it ended."""
     check_places([arguments.config], bags=[arguments.out])
     plan = read_plan(arguments.config)
-    with Progress("simulating") as progress:
+    with ProgressBar("simulating") as progress:
         truth = integrate(plan, progress)
-    with Progress("writing") as progress:
+    with ProgressBar("writing") as progress:
         write_bag(arguments.out, truth, progress=progress)
     duration = (len(truth.t_ns) - 1) / plan.wrench_rate
     print(f"{arguments.out}: {duration:.3f} s, seed {plan.seed}, ended by: {truth.ended_by}")

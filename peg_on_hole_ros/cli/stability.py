@@ -7,7 +7,7 @@ from dataclasses import asdict
 from peg_on_hole_ros.cli.partial_table import PartialTable
 from peg_on_hole_ros.cli.pictures import needed, save
 from peg_on_hole_ros.cli.places import out_folder
-from peg_on_hole_ros.cli.progress import Progress
+from peg_on_hole_ros.cli.progress import ProgressBar
 from peg_on_hole_ros.cli.settings import load
 from peg_on_hole_ros.cli.table import table
 from peg_on_hole_ros.numba_cache import source_key
@@ -49,7 +49,7 @@ def run(arguments: Namespace) -> int:
 
 def _examine_all(rows, count, seeds, configuration):
     width, done = len(study.METHODS), 0
-    with Progress("stability") as progress:
+    with ProgressBar("stability") as progress:
         for axis in study.MAP_AXES:
             for place in axis.places(count):
                 if done * width >= len(rows.rows):

@@ -48,7 +48,7 @@ def _foxglove(node, host, port):
 
 def _page(node, host, port):
     server, subscriptions = _needed("server"), _needed("subscriptions")
-    watched = subscriptions.Watched(node)
+    watched = subscriptions.WatchedNode(node)
 
     def hello():
         settings = drawn(watched.configuration or Configuration())

@@ -18,7 +18,7 @@ from peg_on_hole_ros.sim.holder import mass_centre
 from peg_on_hole_ros.sim.hole_forces import surface_of
 from peg_on_hole_ros.sim.insertion import Insertion
 from peg_on_hole_ros.sim.insertion_block import insertion_block
-from peg_on_hole_ros.sim.plan import Phase
+from peg_on_hole_ros.sim.plan import PlanPhase
 
 if TYPE_CHECKING:
     from peg_on_hole_ros.sim.run import Run
@@ -82,14 +82,14 @@ def insert(run: Run) -> None:
 
 
 def place_program(
-    phases: Sequence[Phase], begin: np.ndarray, angles: np.ndarray
+    phases: Sequence[PlanPhase], begin: np.ndarray, angles: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the commanded angles and place of phases in the hole, as knots and quintics.
 
     Parameters
     ----------
-    phases : sequence of Phase
+    phases : sequence of PlanPhase
         All of kind `insert`.
     begin : ndarray, shape (3, 3)
         Place x, y and depth of the lower end's centre when they begin [m], with rates and

@@ -35,7 +35,7 @@ class Holder:
 
 
 @dataclass(frozen=True)
-class Phase:
+class PlanPhase:
     """
     One named stretch of the holder's program.
 
@@ -92,9 +92,9 @@ class Plan:
     configuration : Configuration
         Of the estimator; scene, sensor pose, sign and noise are taken from it.
     holder : Holder
-    start : Phase
+    start : PlanPhase
         Its angles, rates and offset are those at the beginning.
-    phases : tuple of Phase
+    phases : tuple of PlanPhase
     origin : str
         What the bag is, in words, for its metadata.
     seed : int
@@ -116,8 +116,8 @@ class Plan:
 
     configuration: Configuration
     holder: Holder
-    start: Phase
-    phases: tuple[Phase, ...]
+    start: PlanPhase
+    phases: tuple[PlanPhase, ...]
     origin: str = ""
     seed: int = 1
     wrench_rate: int = 1000
@@ -263,7 +263,7 @@ def _phase(name, tree, where):
             values[key] = tuple(
                 _number(key, item, f"{where}.{key}[{i}]") for i, item in enumerate(value)
             )
-    return Phase(name, kind, **values)
+    return PlanPhase(name, kind, **values)
 
 
 def holder_program(plan: Plan) -> tuple[np.ndarray, np.ndarray]:

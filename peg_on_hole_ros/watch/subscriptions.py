@@ -26,7 +26,7 @@ EVERY_CHANGE = ("contact_mode", "alarms")
 SILENT_AFTER = 1.0
 
 
-class Watched:
+class WatchedNode:
     """
     A node that may come, go and come back.
 

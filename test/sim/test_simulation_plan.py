@@ -13,7 +13,7 @@ from peg_on_hole_ros.sim.command import evaluate
 from peg_on_hole_ros.sim.plan import (
     _TOP,
     Holder,
-    Phase,
+    PlanPhase,
     holder_program,
     plan_from_tree,
 )
@@ -202,6 +202,6 @@ def test_ros_takes_the_sample_files(name):
 
 def test_every_key_is_documented():
     text = (ROOT / "docs" / "simulation.md").read_text()
-    keys = {*_TOP, *Phase.__dataclass_fields__} - {"name", "holder", "phases"}
+    keys = {*_TOP, *PlanPhase.__dataclass_fields__} - {"name", "holder", "phases"}
     keys |= {f"holder.{name}" for name in Holder.__dataclass_fields__}
     assert [key for key in sorted(keys) if f"`{key}`" not in text] == []
